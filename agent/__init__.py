@@ -1,0 +1,1 @@
+"""The tool: perceive, imagine, rank, plan, build and report."""

@@ -1,0 +1,1 @@
+"""Words to structure specifications: the first leg of instruction -> spec -> scene -> candidates -> plan -> report."""

@@ -1,0 +1,114 @@
+"""The structure specification: the five slots that an instruction is read into.
+
+Paper, section IV ("language") and appendix A.1: every token has a type and a value, and any
+subset of the types may be given. A slot that nobody asked for stays `None`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+SHAPES = ("circle", "line", "tower", "table setting")
+SIZES = ("small", "medium", "large")
+X_POSITIONS = ("left", "center", "right")
+Y_POSITIONS = ("top", "middle", "bottom")
+ROTATIONS = ("north", "east", "south", "west")
+
+SLOTS = ("shape", "size", "x_position", "y_position", "rotation")
+LEGAL_VALUES: Mapping[str, tuple[str, ...]] = {
+    "shape": SHAPES,
+    "size": SIZES,
+    "x_position": X_POSITIONS,
+    "y_position": Y_POSITIONS,
+    "rotation": ROTATIONS,
+}
+# Which slots a shape can carry. Without a shape every slot is open: the builder chooses a shape
+# that can carry them all.
+SLOTS_OF_SHAPE: Mapping[str | None, tuple[str, ...]] = {
+    "circle": ("size", "x_position", "y_position", "rotation"),
+    "line": ("size", "x_position", "y_position", "rotation"),
+    "tower": ("x_position", "y_position"),
+    "table setting": ("x_position", "y_position", "rotation"),
+    None: ("size", "x_position", "y_position", "rotation"),
+}
+_OPPOSITE = {
+    "left": "right",
+    "right": "left",
+    "top": "bottom",
+    "bottom": "top",
+    "north": "south",
+    "south": "north",
+    "east": "west",
+    "west": "east",
+}
+
+
+class SpecError(ValueError):
+    """A slot or value that the vocabulary does not have; the message lists the legal ones."""
+
+
+@dataclass(frozen=True)
+class StructureSpec:
+    """What is to be built; `None` means that the speaker left the slot open.
+
+    Attributes:
+        shape: one of `SHAPES`.
+        size: one of `SIZES`: how far the structure is spread out beyond its tightest extent.
+        x_position: one of `X_POSITIONS`; left is +y of the world frame.
+        y_position: one of `Y_POSITIONS`; top is far from the robot, +x of the world frame.
+        rotation: one of `ROTATIONS`: the heading that the structure faces (north +x, west +y).
+
+    Raises:
+        SpecError: for a value outside the vocabulary, or a slot that the shape cannot carry.
+    """
+
+    shape: str | None = None
+    size: str | None = None
+    x_position: str | None = None
+    y_position: str | None = None
+    rotation: str | None = None
+
+    def __post_init__(self) -> None:
+        for slot in SLOTS:
+            value = getattr(self, slot)
+            if value is not None and value not in LEGAL_VALUES[slot]:
+                raise SpecError(
+                    f"{slot} cannot be {value!r}; legal values: {', '.join(LEGAL_VALUES[slot])}, or None"
+                )
+        for slot in SLOTS[1:]:
+            if getattr(self, slot) is not None and slot not in SLOTS_OF_SHAPE[self.shape]:
+                raise SpecError(
+                    f"a {self.shape} takes no {slot} (got {getattr(self, slot)!r}); "
+                    f"its slots: {', '.join(SLOTS_OF_SHAPE[self.shape])}"
+                )
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> StructureSpec:
+        """The spec of a mapping slot -> value (missing slots are unspecified)."""
+        unknown = sorted(set(values) - set(SLOTS))
+        if unknown:
+            raise SpecError(f"unknown slot {unknown[0]!r}; legal slots: {', '.join(SLOTS)}")
+        return cls(**values)
+
+    def to_dict(self) -> dict[str, str | None]:
+        """Slot -> value, `None` where unspecified, in the order of `SLOTS`."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def tokens(self) -> tuple[tuple[str, str], ...]:
+        """The specified (slot, value) pairs: the paper's word tokens."""
+        return tuple((slot, value) for slot, value in self.to_dict().items() if value is not None)
+
+    def turned(self) -> StructureSpec:
+        """The same wish, spoken by a person who sits across: positions and rotation turned by 180 degrees."""
+        return StructureSpec(
+            self.shape,
+            self.size,
+            _OPPOSITE.get(self.x_position, self.x_position),
+            _OPPOSITE.get(self.y_position, self.y_position),
+            _OPPOSITE.get(self.rotation, self.rotation),
+        )
+
+    def __str__(self) -> str:
+        return ", ".join(f"{slot} {value}" for slot, value in self.tokens()) or "nothing specified"

@@ -1,0 +1,1 @@
+"""(Specification or sentence, object point clouds) to ranked goal poses."""

@@ -1,0 +1,96 @@
+"""Rigid transforms and the 6-d rotation representation.
+
+Transforms are 4x4 matrices named `a_from_b`: they take points of frame b into frame a. Metres,
+radians, right-handed, x forward, y left, z up (REP-103); quaternions are (x, y, z, w).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import torch
+from torch import Tensor
+
+# The heading in the world frame that each rotation token names.
+HEADING_OF_ROTATION = {"north": 0.0, "west": math.pi / 2, "south": math.pi, "east": -math.pi / 2}
+
+
+def pose_from_xyz_yaw(x: float, y: float, z: float, yaw: float) -> np.ndarray:
+    """A transform (4, 4) that turns by `yaw` about z, then moves by (x, y, z)."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.array([[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, z], [0, 0, 0, 1]], dtype=np.float64)
+
+
+def transform_points(a_from_b: np.ndarray, points_b: np.ndarray) -> np.ndarray:
+    """Points (..., 3) of frame b, seen from frame a."""
+    return points_b @ a_from_b[:3, :3].T + a_from_b[:3, 3]
+
+
+def yaw_of(a_from_b: np.ndarray) -> float:
+    """The turn about z, in (-pi, pi], of a transform (4, 4) whose z axis stays up."""
+    return math.atan2(a_from_b[1, 0], a_from_b[0, 0])
+
+
+def wrap_angle(angle: float | np.ndarray) -> float | np.ndarray:
+    """The same angle in [-pi, pi)."""
+    return (angle + math.pi) % (2 * math.pi) - math.pi
+
+
+def rotation_from_6d(six: Tensor) -> Tensor:
+    """Rotation matrices (..., 3, 3) of 6-d representations (..., 6), by Gram-Schmidt.
+
+    The two vectors a, b of paper section IV.B (Zhou et al. 2019) become the first two columns.
+    """
+    a, b = six[..., :3], six[..., 3:]
+    x = torch.nn.functional.normalize(a, dim=-1)
+    y = torch.nn.functional.normalize(b - (x * b).sum(-1, keepdim=True) * x, dim=-1)
+    return torch.stack((x, y, torch.linalg.cross(x, y)), dim=-1)
+
+
+def rotation_to_6d(matrix: Tensor) -> Tensor:
+    """The 6-d representation (..., 6) of rotation matrices (..., 3, 3): their first two columns."""
+    return torch.cat((matrix[..., :, 0], matrix[..., :, 1]), dim=-1)
+
+
+def quaternion_from_matrix(matrix: np.ndarray) -> np.ndarray:
+    """The unit quaternion (x, y, z, w) of a rotation matrix (3, 3) or transform (4, 4)."""
+    m = np.asarray(matrix, dtype=np.float64)[:3, :3]
+    # Shepperd's method: divide by the largest of the four candidates, so that it is never near 0.
+    candidates = np.array([m[0, 0], m[1, 1], m[2, 2], np.trace(m)])
+    k = int(candidates.argmax())
+    q = np.empty(4)
+    if k == 3:
+        q[:] = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], 1 + candidates[3]
+    else:
+        i, j, l = k, (k + 1) % 3, (k + 2) % 3
+        q[i] = 1 + m[i, i] - m[j, j] - m[l, l]
+        q[j] = m[j, i] + m[i, j]
+        q[l] = m[l, i] + m[i, l]
+        q[3] = m[l, j] - m[j, l]
+    return q / np.linalg.norm(q)
+
+
+def matrix_from_quaternion(quaternion: np.ndarray) -> np.ndarray:
+    """The rotation matrix (3, 3) of a quaternion (x, y, z, w)."""
+    x, y, z, w = np.asarray(quaternion, dtype=np.float64) / np.linalg.norm(quaternion)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def pose_from_position_quaternion(position: np.ndarray, quaternion: np.ndarray) -> np.ndarray:
+    """A transform (4, 4) from a position (3,) in metres and a quaternion (x, y, z, w)."""
+    pose = np.eye(4)
+    pose[:3, :3] = matrix_from_quaternion(quaternion)
+    pose[:3, 3] = position
+    return pose
+
+
+def tilt_between(a: np.ndarray, b: np.ndarray) -> float:
+    """The angle, radians, between the z axes of two rotations or transforms."""
+    return math.acos(float(np.clip(a[:3, 2] @ b[:3, 2], -1.0, 1.0)))

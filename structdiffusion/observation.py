@@ -1,0 +1,117 @@
+"""The nouns that pass between perception, imagination and the arm, documented once.
+
+| key | dtype, shape | frame, unit | range |
+|---|---|---|---|
+| `Table.x_min` ... `y_max` | float | world, m | the table top's rectangle; its surface is z = 0 |
+| `ObjectCloud.points` | float32 (P, 3) | world, m | the points that the camera saw of one object |
+| `ObjectCloud.colors` | uint8 (P, 3) | RGB | 0 to 255; `None` where the camera has no colour |
+| `Scene.world_from_camera` | float64 (4, 4) | camera: z forward, x right, y down | |
+| `Scene.color` | uint8 (H, W, 3) | RGB | 0 to 255 |
+| `Arrangement.goal_from_initial` | float64 (N, 4, 4) | world to world, m | rigid motion of each object |
+
+The world frame: the Jaco's mounting point projected on the table top; x away from the robot,
+y to its left, z up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from grounding.spec import StructureSpec
+
+
+@dataclass(frozen=True)
+class Table:
+    """The table top's rectangle in the world frame, metres. The default is what the arm reaches."""
+
+    x_min: float = 0.18
+    x_max: float = 0.72
+    y_min: float = -0.45
+    y_max: float = 0.45
+
+    def overhang(self, points_xy: np.ndarray) -> float:
+        """How far, in metres, the points (P, 2) reach beyond the edge; 0 when all lie on the table."""
+        low, high = points_xy.min(axis=0), points_xy.max(axis=0)
+        return float(
+            max(0.0, self.x_min - low[0], self.y_min - low[1], high[0] - self.x_max, high[1] - self.y_max)
+        )
+
+
+@dataclass(frozen=True)
+class ObjectCloud:
+    """One segmented object as the camera saw it.
+
+    Attributes:
+        name: what the report calls it, unique in its scene, such as "mug 2".
+        category: the noun that people use, such as "mug"; "object" where nobody knows.
+        points: (P, 3) float32, world frame, metres; a partial view.
+        colors: (P, 3) uint8 RGB, or `None`.
+    """
+
+    name: str
+    category: str
+    points: np.ndarray
+    colors: np.ndarray | None = None
+
+    @property
+    def centroid(self) -> np.ndarray:
+        """The mean point (3,): the position of the initial pose of paper section IV, whose rotation is zero."""
+        return self.points.mean(axis=0)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What was perceived before anything moves.
+
+    Attributes:
+        objects: the N objects that take part, in the order of every array about them.
+        table: the table top.
+        distractors: objects that stay where they are and must not be touched.
+        world_from_camera: (4, 4), or `None` for a cloud without a known camera.
+        color: (H, W, 3) uint8 camera image, or `None`.
+    """
+
+    objects: tuple[ObjectCloud, ...]
+    table: Table = field(default_factory=Table)
+    distractors: tuple[ObjectCloud, ...] = ()
+    world_from_camera: np.ndarray | None = None
+    color: np.ndarray | None = None
+
+    def select(self, indices: Sequence[int]) -> Scene:
+        """The scene in which only `indices` take part; the others become distractors."""
+        rest = tuple(cloud for i, cloud in enumerate(self.objects) if i not in set(indices))
+        return replace(self, objects=tuple(self.objects[i] for i in indices), distractors=self.distractors + rest)
+
+
+@dataclass(frozen=True)
+class Goal:
+    """What is asked of a planner: the slots, and the sentence with its embedding where there is one.
+
+    Attributes:
+        spec: the five slots.
+        sentence: the instruction, or `None`.
+        embedding: (384,) float32 sentence embedding, or `None`; sentence-conditioned models need it.
+    """
+
+    spec: StructureSpec
+    sentence: str | None = None
+    embedding: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Arrangement:
+    """One imagined goal: where every object of the scene goes.
+
+    Attributes:
+        goal_from_initial: (N, 4, 4) float64, world frame: an initial point p of object i goes to
+            `goal_from_initial[i] @ p` (paper section IV: goal_pose @ inverse(initial_pose)).
+        scores: what ranked it, each in [0, 1], larger is better; "total" decides.
+        world_from_structure: (4, 4) the structure's frame, or `None`.
+    """
+
+    goal_from_initial: np.ndarray
+    scores: Mapping[str, float] = field(default_factory=dict)
+    world_from_structure: np.ndarray | None = None
