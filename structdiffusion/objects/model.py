@@ -1,0 +1,106 @@
+"""One rigid object: its surface, its convex parts, its footprint and how it rests.
+
+The object frame: z up in the resting pose, z = 0 at the lowest point, the origin's x and y at the
+footprint's area centroid. +x is the front: the end of a fork, knife, spoon or spatula that points
+away from the diner, the side opposite the handle of a pan; arbitrary for round things.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+# Things with a front that a table setting has to get right.
+CUTLERY = ("fork", "knife", "spoon")
+# Nouns that can be the base of a table setting, or drinkware in it.
+BASES = ("plate", "bowl")
+DRINKWARE = ("cup", "mug")
+SURFACE_POINTS = 1024
+
+
+class ObjectError(ValueError):
+    """An object that cannot be used; the message names it and says why."""
+
+
+@dataclass(frozen=True)
+class ObjectModel:
+    """A rigid object in its resting pose. Lengths in metres, mass in kilograms.
+
+    Attributes:
+        name: unique in its library, such as "025_mug".
+        category: the noun that people use, such as "mug".
+        source: "procedural", "random_urdfs", "ycb" or "folder".
+        hulls: convex parts, each (V, 3) vertices; their union is the collision body.
+        surface_points: (1024, 3) float32, uniform on the outer surface.
+        surface_normals: (1024, 3) float32, outward unit normals.
+        mass: kilograms.
+        friction: lateral friction coefficient.
+        color: RGB in [0, 1].
+        mesh_vertices: (V, 3), the visual surface.
+        mesh_faces: (F, 3) int.
+    """
+
+    name: str
+    category: str
+    source: str
+    hulls: tuple[np.ndarray, ...]
+    surface_points: np.ndarray
+    surface_normals: np.ndarray
+    mass: float
+    friction: float
+    color: tuple[float, float, float]
+    mesh_vertices: np.ndarray
+    mesh_faces: np.ndarray
+
+    @cached_property
+    def footprint(self) -> np.ndarray:
+        """The convex outline (K, 2), counter-clockwise, of the object seen from above."""
+        points = np.concatenate(self.hulls)[:, :2]
+        return points[ConvexHull(points).vertices]
+
+    @cached_property
+    def height(self) -> float:
+        """The top's z in the resting pose, metres."""
+        return float(max(hull[:, 2].max() for hull in self.hulls))
+
+    @cached_property
+    def radius(self) -> float:
+        """The farthest footprint point from the origin, metres."""
+        return float(np.linalg.norm(self.footprint, axis=1).max())
+
+    @cached_property
+    def stackable(self) -> bool:
+        """Whether something can stand on it: its top 4 mm is level and spans most of the footprint.
+
+        A bowl or cup counts by its rim. Measured on the surface, not on the category.
+        """
+        top = self.surface_points[self.surface_points[:, 2] > self.height - 0.004][:, :2]
+        if len(top) < 8:
+            return False
+        try:
+            area = ConvexHull(top).volume  # in 2-d, volume is the area
+        except Exception:  # all points on one line: an edge, not a top
+            return False
+        return area > 0.55 * ConvexHull(self.footprint).volume
+
+    @cached_property
+    def flat_bottom(self) -> bool:
+        """Whether its lowest 4 mm spans enough of the footprint to stand by itself on a level top."""
+        bottom = self.surface_points[self.surface_points[:, 2] < 0.004][:, :2]
+        if len(bottom) < 8:
+            return False
+        try:
+            return ConvexHull(bottom).volume > 0.25 * ConvexHull(self.footprint).volume
+        except Exception:
+            return False
+
+
+def footprint_centroid(points_xy: np.ndarray) -> np.ndarray:
+    """The area centroid (2,) of the convex hull of points (P, 2)."""
+    outline = points_xy[ConvexHull(points_xy).vertices]
+    following = np.roll(outline, -1, axis=0)
+    cross = outline[:, 0] * following[:, 1] - following[:, 0] * outline[:, 1]
+    return ((outline + following) * cross[:, None]).sum(axis=0) / (3.0 * cross.sum())
