@@ -1,0 +1,29 @@
+# Two commands for a fresh clone: `make demo` shows the agent at work, `make test` tries every part of it.
+# Both install what is missing on their first run, and nothing on their second.
+
+SHELL := /bin/bash
+VENV := .venv
+INSTRUCTION := put the cups in a small circle on the left
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: demo test clean
+
+demo: $(VENV)/.installed
+	$(VENV)/bin/structagent run "$(INSTRUCTION)" --out out/demo
+
+test: $(VENV)/.installed-for-tests
+	$(VENV)/bin/python -m pytest
+
+# The clone itself is installed (editable), so only a change of the dependencies installs anew.
+$(VENV)/.installed: pyproject.toml scripts/prepare.sh
+	bash scripts/prepare.sh $(VENV)
+	$(VENV)/bin/python -m pip install --quiet --editable .
+	touch $@
+
+$(VENV)/.installed-for-tests: pyproject.toml scripts/prepare.sh
+	bash scripts/prepare.sh $(VENV)
+	$(VENV)/bin/python -m pip install --quiet --editable '.[test]'
+	touch $@ $(VENV)/.installed
+
+clean:
+	rm -rf $(VENV) build dist *.egg-info
