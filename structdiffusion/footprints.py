@@ -1,0 +1,114 @@
+"""Plane geometry of footprints: clear gaps, tightest extents, and where a structure can lie on a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from structdiffusion.observation import Table
+
+CLEARANCE = 0.01  # m; the clear gap of the tightest extent (conventions, slot "size")
+SIZE_BANDS = {"small": (0.0, 1.3), "medium": (1.3, 1.8), "large": (1.8, math.inf)}
+
+
+def turned(outline: np.ndarray, yaw: float) -> np.ndarray:
+    """An outline (K, 2) turned by `yaw` about its origin."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    return outline @ np.array([[c, s], [-s, c]])
+
+
+def polygons(outlines: Sequence[np.ndarray]) -> np.ndarray:
+    """Shapely polygons (N,) of convex outlines."""
+    return np.array([shapely.Polygon(outline) for outline in outlines])
+
+
+def clear_gap(a: np.ndarray, b: np.ndarray) -> float:
+    """The distance, metres, between two outlines (K, 2) in one frame; 0 where they overlap."""
+    return float(shapely.distance(shapely.Polygon(a), shapely.Polygon(b)))
+
+
+def overlap_depth(a: np.ndarray, b: np.ndarray) -> float:
+    """How far, metres, two convex outlines overlap: the shortest move that parts them; 0 when they are apart.
+
+    Separating axes: a convex pair overlaps iff its shadows overlap along every edge normal.
+    """
+    depth = math.inf
+    for outline in (a, b):
+        edges = np.roll(outline, -1, axis=0) - outline
+        normals = np.column_stack((edges[:, 1], -edges[:, 0]))
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-12
+        shadow_a, shadow_b = a @ normals.T, b @ normals.T  # (K, E)
+        shared = np.minimum(shadow_a.max(0), shadow_b.max(0)) - np.maximum(shadow_a.min(0), shadow_b.min(0))
+        depth = min(depth, float(shared.min()))
+    return max(depth, 0.0)
+
+
+def separation_along(a: np.ndarray, b: np.ndarray, direction: np.ndarray, clearance: float = CLEARANCE) -> float:
+    """How far b's origin must lie from a's along a unit `direction` (2,) for a clear gap of `clearance`.
+
+    Both outlines (K, 2) are about their own origins. For convex outlines that contain their origins
+    the gap grows with the distance, so bisection finds it.
+    """
+    first, second = shapely.Polygon(a), shapely.Polygon(b)
+    low, high = 0.0, float(np.linalg.norm(a, axis=1).max() + np.linalg.norm(b, axis=1).max()) + clearance
+    for _ in range(14):  # to 1e-4 of the span
+        middle = 0.5 * (low + high)
+        shifted = shapely.affinity.translate(second, *(middle * direction))
+        low, high = (low, middle) if first.distance(shifted) >= clearance else (middle, high)
+    return high
+
+
+def tightest_ring_radius(outlines: Sequence[np.ndarray], directions: np.ndarray) -> float:
+    """The smallest radius at which outlines (each about its own origin), one in each direction, clear by 1 cm.
+
+    Args:
+        outlines: N outlines (K, 2), already turned as they will stand.
+        directions: (N, 2) unit vectors from the ring's centre.
+    """
+    radius = 0.0
+    for i in range(len(outlines)):
+        for j in range(i + 1, len(outlines)):
+            chord = directions[j] - directions[i]
+            length = float(np.linalg.norm(chord))
+            if length > 1e-6:
+                radius = max(radius, separation_along(outlines[i], outlines[j], chord / length) / length)
+    return radius
+
+
+def centre_range(outlines: Sequence[np.ndarray], centre: np.ndarray, table: Table) -> np.ndarray:
+    """Where a structure's centre can lie with everything on the table: [[x low, x high], [y low, y high]], metres.
+
+    Args:
+        outlines: N outlines (K, 2) in the world frame.
+        centre: (2,) the structure's centre in the same frame.
+    """
+    points = np.concatenate(outlines)
+    before, after = centre - points.min(axis=0), points.max(axis=0) - centre
+    return np.array(
+        [
+            [table.x_min + before[0], table.x_max - after[0]],
+            [table.y_min + before[1], table.y_max - after[1]],
+        ]
+    )
+
+
+def fit_circle(points: np.ndarray) -> tuple[np.ndarray, float]:
+    """The least-squares circle of points (N, 2), N >= 3: centre (2,) and radius, metres.
+
+    Starts from the algebraic fit and minimises the distances to the circle by Gauss-Newton.
+    """
+    system = np.column_stack((2 * points, np.ones(len(points))))
+    solution, *_ = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)
+    centre, radius = solution[:2], math.sqrt(max(solution[2] + solution[:2] @ solution[:2], 1e-12))
+    for _ in range(20):
+        offset = points - centre
+        distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-9)
+        jacobian = np.column_stack((-offset / distance[:, None], -np.ones(len(points))))
+        step, *_ = np.linalg.lstsq(jacobian, -(distance - radius), rcond=None)
+        centre, radius = centre + step[:2], radius + step[2]
+        if np.abs(step).max() < 1e-9:
+            break
+    return centre, float(radius)
