@@ -1,0 +1,79 @@
+"""Which error is whose: every error that a command can raise, and the exit code that it ends with."""
+
+from __future__ import annotations
+
+import sys
+
+DONE = 0
+USAGE = 2
+NOT_BUILDABLE = 3
+NO_VALID_GOAL = 4
+EXECUTION_FAILED = 5
+BAD_INPUT = 6
+INTERRUPTED = 130
+
+
+class AgentError(Exception):
+    """An error of the tool itself; the message is one sentence that names the value and the legal ones."""
+
+    exit_code = USAGE
+
+
+class UsageError(AgentError):
+    """A command was called with values that do not go together."""
+
+
+class NotBuildable(AgentError):
+    """The instruction cannot be built with the objects at hand."""
+
+    exit_code = NOT_BUILDABLE
+
+
+class NoValidGoal(AgentError):
+    """No imagined arrangement is valid."""
+
+    exit_code = NO_VALID_GOAL
+
+
+class ExecutionFailed(AgentError):
+    """The arm could not build the structure, or it does not stand as asked."""
+
+    exit_code = EXECUTION_FAILED
+
+
+class BadInput(AgentError):
+    """A file or folder that was given cannot be used."""
+
+    exit_code = BAD_INPUT
+
+
+# Where each error of the other packages is defined. They are looked up among the modules already loaded: an error of
+# a module that was never imported cannot have been raised, and importing one here would make every failure slow.
+_EXIT_CODE_OF = {
+    ("grounding.spec", "SpecError"): NOT_BUILDABLE,
+    ("grounding.embedding_parser", "ParseError"): NOT_BUILDABLE,
+    ("grounding.selection", "SelectionError"): NOT_BUILDABLE,
+    ("grounding.encoder", "EncoderError"): BAD_INPUT,
+    ("structdiffusion.scenes", "SceneError"): NOT_BUILDABLE,
+    ("structdiffusion.layouts", "LayoutError"): NOT_BUILDABLE,
+    ("structdiffusion.objects.model", "ObjectError"): BAD_INPUT,
+    ("structdiffusion.sampling", "CheckpointError"): BAD_INPUT,
+}
+
+
+def exit_code_of(error: BaseException) -> int | None:
+    """The exit code for `error`, or `None` when it is nobody's known error but a defect."""
+    if isinstance(error, AgentError):
+        return error.exit_code
+    if isinstance(error, KeyboardInterrupt):
+        return INTERRUPTED
+    for (module, name), code in _EXIT_CODE_OF.items():
+        kind = getattr(sys.modules.get(module), name, None)
+        if kind is not None and isinstance(error, kind):
+            return code
+    return None
+
+
+def one_sentence(error: BaseException) -> str:
+    """The error's message on one line."""
+    return " ".join(str(error).split()) or type(error).__name__

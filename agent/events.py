@@ -1,0 +1,199 @@
+"""What happens while an instruction is carried out, one frozen dataclass per step.
+
+The pipeline yields these; the terminal, `report.json` and `report.html` are listeners of the same events, so that a
+step is told once and nothing is told that did not happen. `to_dict` gives the JSON form; pictures are not part of it.
+The arm's own events are in `agent.arm.events`. Lengths in metres, angles in radians, times in seconds.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from grounding.spec import StructureSpec
+from structdiffusion.observation import Arrangement, Scene
+from structdiffusion.success import Check
+
+
+class Event(Protocol):
+    """Anything that the pipeline yields."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The event as JSON values."""
+
+
+def json_value(value: Any) -> Any:
+    """`value` as JSON has it: arrays as lists, dataclasses as objects, numbers that are not finite as `null`."""
+    if isinstance(value, float | np.floating):
+        return round(float(value), 6) if math.isfinite(value) else None
+    if isinstance(value, np.bool_ | np.integer | np.ndarray):
+        return json_value(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(key): json_value(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [json_value(entry) for entry in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return {entry.name: json_value(getattr(value, entry.name)) for entry in fields(value)}
+    if isinstance(value, Path):
+        return str(value)
+    return value
+
+
+def kind_of(event: object) -> str:
+    """The event's name in the report: `PlanFailed` is "plan_failed"."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", type(event).__name__).lower()
+
+
+class _Told:
+    """Gives an event its JSON form: its kind and every field."""
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"kind": kind_of(self)} | {
+            entry.name: json_value(getattr(self, entry.name))
+            for entry in fields(self)  # type: ignore[arg-type]
+            if entry.metadata.get("told", True)
+        }
+
+
+def _untold(**keywords: Any) -> Any:
+    """A field that is for listeners in this process alone: pictures and clouds."""
+    return field(metadata={"told": False}, **keywords)
+
+
+@dataclass(frozen=True)
+class Started(_Told):
+    """The instruction and everything that decides what follows."""
+
+    instruction: str
+    options: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Parsed(_Told):
+    """The instruction was read.
+
+    Attributes:
+        spec: the five slots as they were read; an open slot is `None`.
+        confidence: slot -> how sure the parser is, in [0, 1].
+        evidence: slot -> the words that speak for it.
+        parser: which parser read it.
+        named: the nouns that say which objects take part; empty when all do.
+    """
+
+    spec: StructureSpec
+    confidence: Mapping[str, float]
+    evidence: Mapping[str, tuple[str, ...]]
+    parser: str
+    named: tuple[str, ...]
+    seconds: float
+
+
+@dataclass(frozen=True)
+class SeenObject:
+    """One object of the scene: its name, noun, whether it takes part, its cloud's mean and number of points."""
+
+    name: str
+    category: str
+    takes_part: bool
+    position: tuple[float, float, float]
+    points: int
+
+
+@dataclass(frozen=True)
+class Perceived(_Told):
+    """The camera looked at the table.
+
+    Attributes:
+        objects: those that take part first, in the order of every arrangement, then the distractors.
+        building: the spec with a shape: the one asked for, or the one chosen where the speaker left it open.
+        table: (x_min, x_max, y_min, y_max), world frame.
+        scene: the clouds and the picture.
+    """
+
+    objects: tuple[SeenObject, ...]
+    building: StructureSpec
+    table: tuple[float, float, float, float]
+    seconds: float
+    scene: Scene = _untold()
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One imagined arrangement: its scores, each in [0, 1] with "total" deciding, and where the objects go (N, 3)."""
+
+    rank: int
+    scores: Mapping[str, float]
+    positions: tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True)
+class Imagined(_Told):
+    """The model proposed arrangements, and they were ranked, best first."""
+
+    model: str
+    candidates: tuple[Candidate, ...]
+    seconds: float
+    scene: Scene = _untold()
+    arrangements: tuple[Arrangement, ...] = _untold()
+
+
+@dataclass(frozen=True)
+class Chosen(_Told):
+    """The arrangement that will be built. `rank` counts from 1; it can change when the arm finds no plan for it."""
+
+    rank: int
+    scores: Mapping[str, float]
+    goals: tuple[Mapping[str, Any], ...]
+    arrangement: Arrangement = _untold()
+    scene: Scene = _untold()
+
+
+@dataclass(frozen=True)
+class Pictured(_Told):
+    """A camera picture (H, W, 3) uint8 of the table; `name` is its file's stem, `caption` says when it was taken."""
+
+    name: str
+    caption: str
+    image: np.ndarray = _untold()
+
+
+@dataclass(frozen=True)
+class Checked(_Told):
+    """The final verdict.
+
+    Attributes:
+        success: whether the structure stands as it was asked for.
+        failure_class: the first cause of failure, or `None`.
+        checks: every check with its measured value.
+        how: "arm" when the structure was built, "released" when the goal was only tried without the arm.
+    """
+
+    success: bool
+    failure_class: str | None
+    checks: tuple[Check, ...]
+    how: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Failed(_Told):
+    """The run ended without a structure: in which step, why, and the exit code that says so."""
+
+    step: str
+    message: str
+    exit_code: int
+
+
+@dataclass(frozen=True)
+class Finished(_Told):
+    """The end of every run. `seconds` is the time of the whole run."""
+
+    success: bool
+    exit_code: int
+    seconds: float

@@ -1,0 +1,125 @@
+"""Pictures for the report: the table from above, with every object's cloud where it is or where it should go.
+
+Drawn as the speaker sees it from the robot's side: up is +x (away), left is +y.
+"""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+from scipy.spatial import ConvexHull, QhullError
+
+from structdiffusion.geometry import transform_points
+from structdiffusion.observation import Arrangement, ObjectCloud, Scene, Table
+
+# One colour per object, told apart by people who see few colours too (Okabe and Ito, without black and yellow).
+COLORS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (86, 180, 233), (230, 159, 0), (110, 84, 60))
+_PIXELS_PER_METRE = 1500  # of the drawing, which is then halved so that its edges are smooth
+_MARGIN = 0.05
+_FONT_PIXELS = 30
+_PAPER, _WOOD, _EDGE, _QUIET = (255, 255, 255), (244, 236, 222), (203, 187, 160), (150, 150, 150)
+
+
+def color_of(index: int) -> tuple[int, int, int]:
+    """The colour (RGB) in which the report draws object `index`."""
+    return COLORS[index % len(COLORS)]
+
+
+class _Sheet:
+    """A drawing in world coordinates."""
+
+    def __init__(self, table: Table) -> None:
+        self.table = table
+        width = table.y_max - table.y_min + 2 * _MARGIN
+        height = table.x_max - table.x_min + 2 * _MARGIN
+        self.image = Image.new("RGB", (round(width * _PIXELS_PER_METRE), round(height * _PIXELS_PER_METRE)), _PAPER)
+        self.pen = ImageDraw.Draw(self.image, "RGBA")
+        self.font = ImageFont.load_default(_FONT_PIXELS)
+        corners = np.array([[table.x_max, table.y_max], [table.x_min, table.y_min]])
+        self.pen.rectangle([tuple(corner) for corner in self.pixels(corners)], fill=_WOOD, outline=_EDGE, width=4)
+
+    def pixels(self, points: np.ndarray) -> np.ndarray:
+        """World x, y (P, 2 or 3) to pixel columns and rows (P, 2)."""
+        columns = (self.table.y_max + _MARGIN - points[:, 1]) * _PIXELS_PER_METRE
+        rows = (self.table.x_max + _MARGIN - points[:, 0]) * _PIXELS_PER_METRE
+        return np.stack((columns, rows), axis=1)
+
+    def outline(self, points: np.ndarray) -> list[tuple[float, float]]:
+        """The closed outline, in pixels, of points seen from above; empty when they span no area."""
+        flat = self.pixels(points)
+        try:
+            ring = flat[ConvexHull(flat).vertices]
+        except (QhullError, ValueError):
+            return []
+        return [tuple(point) for point in (*ring, ring[0])]
+
+    def cloud(self, points: np.ndarray, colors: np.ndarray | None, rim: tuple[int, int, int], fill: int) -> None:
+        """The points themselves inside their outline."""
+        outline = self.outline(points)
+        if outline:
+            self.pen.polygon(outline, fill=(*rim, fill))
+        if colors is None:
+            colors = np.broadcast_to(np.array(rim, dtype=np.uint8), points.shape)
+        for order in np.argsort(points[:, 2])[:: max(1, len(points) // 2500)]:
+            column, row = self.pixels(points[order : order + 1])[0]
+            self.pen.ellipse((column - 3, row - 3, column + 3, row + 3), fill=tuple(int(c) for c in colors[order]))
+        if outline:
+            self.pen.line(outline, fill=rim, width=5, joint="curve")
+
+    def label(self, text: str, at: np.ndarray, color: tuple[int, int, int]) -> None:
+        """A name on a light plate, centred on a world position."""
+        column, row = self.pixels(at[None])[0]
+        left, top, right, bottom = self.pen.textbbox((column, row), text, font=self.font, anchor="mm")
+        self.pen.rounded_rectangle((left - 7, top - 5, right + 7, bottom + 5), radius=8, fill=(255, 255, 255, 215))
+        self.pen.text((column, row), text, font=self.font, anchor="mm", fill=color)
+
+    def finish(self) -> np.ndarray:
+        """The picture (H, W, 3) uint8."""
+        return np.asarray(self.image.resize((self.image.width // 2, self.image.height // 2), Image.LANCZOS))
+
+
+def _quiet(sheet: _Sheet, clouds: tuple[ObjectCloud, ...]) -> None:
+    for cloud in clouds:
+        sheet.cloud(cloud.points, None, _QUIET, 40)
+        sheet.label(cloud.name, cloud.centroid, _QUIET)
+
+
+def from_above(scene: Scene) -> np.ndarray:
+    """What the camera saw, from above: (H, W, 3) uint8; the distractors in grey."""
+    sheet = _Sheet(scene.table)
+    _quiet(sheet, scene.distractors)
+    for index, cloud in enumerate(scene.objects):
+        sheet.cloud(cloud.points, cloud.colors, color_of(index), 40)
+    for index, cloud in enumerate(scene.objects):
+        sheet.label(cloud.name, cloud.centroid, color_of(index))
+    return sheet.finish()
+
+
+def imagined(scene: Scene, arrangement: Arrangement) -> np.ndarray:
+    """The goal from above: (H, W, 3) uint8; every cloud moved there, with its outline and way from where it is now."""
+    sheet = _Sheet(scene.table)
+    _quiet(sheet, scene.distractors)
+    moved = [
+        transform_points(motion, cloud.points)
+        for motion, cloud in zip(arrangement.goal_from_initial, scene.objects, strict=True)
+    ]
+    for index, cloud in enumerate(scene.objects):
+        now = sheet.outline(cloud.points)
+        if now:
+            sheet.pen.line(now, fill=(*color_of(index), 110), width=3)
+        way = sheet.pixels(np.stack((cloud.centroid, moved[index].mean(axis=0))))
+        sheet.pen.line([tuple(point) for point in way], fill=(*color_of(index), 90), width=4)
+    for index in np.argsort([points[:, 2].mean() for points in moved]):  # what stands on top is drawn last
+        sheet.cloud(moved[index], scene.objects[index].colors, color_of(index), 60)
+    for index, cloud in enumerate(scene.objects):
+        sheet.label(cloud.name, moved[index].mean(axis=0), color_of(index))
+    return sheet.finish()
+
+
+def png_of(image: np.ndarray) -> bytes:
+    """A picture (H, W, 3) uint8 as the bytes of a PNG file."""
+    buffer = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(image[..., :3])).save(buffer, format="PNG", optimize=True)
+    return buffer.getvalue()
