@@ -1,0 +1,119 @@
+"""Mass properties of convex parts, and the shape files that the physics engine loads.
+
+The physics engine takes a concave body as a Wavefront file with one group per convex part. The
+files are named by a digest of their content, so every process writes each of them at most once.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+# Thin things (a fork's radius of gyration about its long axis is 3 mm) spin faster than a 1/240 s
+# step can follow; a floor on the radius of gyration, metres, keeps contacts steady.
+MIN_GYRATION = 0.008
+
+
+@dataclass(frozen=True)
+class MassProperties:
+    """How a body's mass is spread.
+
+    Attributes:
+        object_from_inertial: (4, 4) the centre of mass and the principal axes in the object frame.
+        inertia: (3,) principal moments of inertia, kg m^2.
+        volume: m^3.
+    """
+
+    object_from_inertial: np.ndarray
+    inertia: np.ndarray
+    volume: float
+
+
+def outward_faces(vertices: np.ndarray) -> np.ndarray:
+    """Triangles (F, 3) of the convex hull of `vertices` (V, 3), counter-clockwise from outside."""
+    hull = ConvexHull(vertices)
+    a, b, c = (vertices[hull.simplices[:, k]] for k in range(3))
+    inward = np.einsum("fi,fi->f", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
+    faces = hull.simplices.copy()
+    faces[inward] = faces[inward][:, ::-1]
+    return faces
+
+
+def mass_properties(hulls: Sequence[np.ndarray], mass: float) -> MassProperties:
+    """Mass properties of a body of even density made of disjoint convex parts.
+
+    Args:
+        hulls: convex parts, each (V, 3), object frame, metres.
+        mass: kilograms.
+    """
+    volume, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
+    for vertices in hulls:
+        # Tetrahedra from an inner point to every face: the integral of x x^T over one of volume v
+        # is v / 20 (sum of p p^T + (sum of p)(sum of p)^T) over its corners p.
+        faces = vertices[outward_faces(vertices)]
+        inner = np.broadcast_to(vertices.mean(axis=0), (len(faces), 1, 3))
+        corners = np.concatenate((inner, faces), axis=1)
+        v = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
+        total = corners.sum(axis=1)
+        volume += v.sum()
+        first += (v[:, None] * total / 4).sum(axis=0)
+        second += np.einsum("t,tki,tkj->ij", v / 20, corners, corners)
+        second += np.einsum("t,ti,tj->ij", v / 20, total, total)
+    center = first / volume
+    covariance = second / volume - np.outer(center, center)
+    spread, axes = np.linalg.eigh(covariance)
+    if np.linalg.det(axes) < 0:
+        axes[:, 0] = -axes[:, 0]
+    inertia = mass * np.maximum(spread.sum() - spread, MIN_GYRATION**2)
+    object_from_inertial = np.eye(4)
+    object_from_inertial[:3, :3] = axes
+    object_from_inertial[:3, 3] = center
+    return MassProperties(object_from_inertial, inertia, float(volume))
+
+
+def hulls_file(hulls: Sequence[np.ndarray]) -> Path:
+    """A Wavefront file with one group per convex part (V, 3)."""
+    return _shape_file([(vertices, outward_faces(vertices)) for vertices in hulls])
+
+
+def mesh_file(vertices: np.ndarray, faces: np.ndarray) -> Path:
+    """A Wavefront file of one surface: vertices (V, 3) and faces (F, 3)."""
+    return _shape_file([(vertices, faces)])
+
+
+def _shape_file(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> Path:
+    lines, offset = [], 1
+    for k, (vertices, faces) in enumerate(parts):
+        lines.append(f"o part{k}")
+        lines += ["v %.7f %.7f %.7f" % tuple(v) for v in vertices.tolist()]
+        lines += ["f %d %d %d" % tuple(f) for f in (faces + offset).tolist()]
+        offset += len(vertices)
+    content = ("\n".join(lines) + "\n").encode()
+    path = _shape_directory() / f"{hashlib.sha256(content).hexdigest()[:32]}.obj"
+    if not path.exists():
+        # Written aside and moved, so that another process never reads half a file.
+        handle, aside = tempfile.mkstemp(dir=path.parent, suffix=".part")
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.replace(aside, path)
+    return path
+
+
+def _shape_directory() -> Path:
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "structagent" / "shapes"
+    try:
+        cache.mkdir(parents=True, exist_ok=True)
+        if os.access(cache, os.W_OK):
+            return cache
+    except OSError:
+        pass  # a home that cannot be written to: the temporary directory serves as well
+    fallback = Path(tempfile.gettempdir()) / f"structagent-shapes-{os.getuid()}"
+    fallback.mkdir(mode=0o700, exist_ok=True)
+    return fallback
