@@ -1,0 +1,84 @@
+"""How wide the Jaco's hand is between its fingers, at every opening and height; from the URDF's numbers.
+
+Levels are heights along the end_effector's +z (the approach): negative towards the palm, positive
+towards and beyond the tips. The gap is between the inner surfaces of the thumb (+x) and of fingers
+2 and 3 (-x).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from agent.arm.kinematics import joint_origins
+from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
+
+PALM_LEVEL = -0.049  # m, the palm's surface
+ANGLES = np.arange(0.0, 1.301, 0.05)  # rad, finger joint
+LEVELS = np.arange(PALM_LEVEL, 0.0451, 0.003)
+# The boxes of the URDF: (centre x, centre y, size x, size y, size z) in the link frame.
+_PROXIMAL = (0.021, -0.002, 0.046, 0.014, 0.017)
+_DISTAL = (0.0215, 0.0, 0.043, 0.010, 0.016)
+
+
+def _surface(box: tuple[float, ...]) -> np.ndarray:
+    """Points (P, 3) on a box's outline, close enough together for `LEVELS`."""
+    cx, cy, sx, sy, sz = box
+    x, y, z = np.meshgrid(
+        cx + np.linspace(-sx, sx, 24) / 2, cy + np.array([-sy, sy]) / 2, np.array([-sz, sz]) / 2, indexing="ij"
+    )
+    return np.stack((x, y, z), axis=-1).reshape(-1, 3)
+
+
+@cache
+def _profile() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Thumb's inner x (A, L), the fingers' inner x (A, L), and the farthest level any of them reaches (A,)."""
+    origins = joint_origins()
+    ee_from_last = np.linalg.inv(origins["joint_end_effector"])
+    thumb = np.full((len(ANGLES), len(LEVELS)), np.inf)
+    others = np.full((len(ANGLES), len(LEVELS)), -np.inf)
+    lowest = np.empty(len(ANGLES))
+    for a, angle in enumerate(ANGLES):
+        reach = []
+        for k in (1, 2, 3):
+            proximal = ee_from_last @ origins[f"joint_finger_{k}"] @ pose_from_xyz_yaw(0, 0, 0, angle)
+            distal = proximal @ origins[f"joint_finger_tip_{k}"]
+            points = np.concatenate(
+                (transform_points(proximal, _surface(_PROXIMAL)), transform_points(distal, _surface(_DISTAL)))
+            )
+            reach.append(points[:, 2].max())
+            for level, height in enumerate(LEVELS):
+                near = points[np.abs(points[:, 2] - height) < 0.003, 0]
+                if len(near) and k == 1:
+                    thumb[a, level] = near.min()
+                elif len(near):
+                    others[a, level] = max(others[a, level], near.max())
+        lowest[a] = max(reach)
+    return thumb, others, lowest
+
+
+def gaps() -> np.ndarray:
+    """The gap, metres, at each of `ANGLES` and `LEVELS`; infinite beyond the tips."""
+    thumb, others, _ = _profile()
+    return thumb - others
+
+
+def reach(angle: float) -> float:
+    """The level of the lowest point of the fingers at a joint angle, metres beyond the end effector."""
+    return float(np.interp(angle, ANGLES, _profile()[2]))
+
+
+def opening_for(widths: np.ndarray) -> float | None:
+    """The least open finger angle whose gap passes `widths` (L,), metres at each of `LEVELS`; `None` if none does."""
+    passes = (gaps() >= widths).all(axis=1)
+    return float(ANGLES[np.flatnonzero(passes)[-1]]) if passes.any() else None
+
+
+def contact_angle(widths: np.ndarray) -> float | None:
+    """The finger angle at which closing fingers first meet an object that is `widths` (L,) wide; `None` if never.
+
+    Zero width means nothing at that level.
+    """
+    meets = ((gaps() <= widths) & (widths > 0.0)).any(axis=1)
+    return float(ANGLES[np.flatnonzero(meets)[0]]) if meets.any() else None

@@ -1,0 +1,256 @@
+"""Motion planning among what was perceived: RRT-Connect over the arm's seven joints.
+
+The planning scene lives in a physics client of its own, with a copy of the arm, the floor, and a
+convex hull per perceived object; it never sees a true model. Times in seconds, angles in radians.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pybullet
+from ompl import base, geometric
+from ompl import util as ompl_util
+from scipy.spatial import ConvexHull, QhullError
+
+from agent.arm.kinematics import (
+    CONTINUOUS,
+    FINGER_OPEN,
+    JOINTS,
+    LOWER,
+    UPPER,
+    VELOCITY,
+    JacoArm,
+    inverse_kinematics,
+)
+from structdiffusion.geometry import quaternion_from_matrix, transform_points
+
+CLEARANCE = 0.004  # m kept between the arm and everything else
+CHECK_STEP = 0.04  # rad between the states of a motion that are checked
+CARTESIAN_STEP = 0.01  # m between the states of a straight line
+HELD_OVERLAP = 0.008  # m that the hull of a held object may overlap others: hulls are rough and fill hollows
+
+ompl_util.noOutputHandler()
+
+
+def solid_hull(points: np.ndarray, support: float = 0.0) -> np.ndarray:
+    """The vertices (V, 3) of the convex hull of a partial cloud (P, 3), continued down to `support`.
+
+    The camera sees tops and front sides; what hides below is assumed to stand on z = `support`.
+    """
+    low, high = np.percentile(points, [0.5, 99.5], axis=0)
+    kept = points[((points >= low - 1e-3) & (points <= high + 1e-3)).all(axis=1)]
+    below = kept.copy()
+    below[:, 2] = support
+    cloud = np.concatenate((kept, below)).astype(np.float64)
+    cloud[:, 2] = np.maximum(cloud[:, 2], support)
+    try:
+        vertices = cloud[ConvexHull(cloud).vertices]
+    except QhullError:  # too few or flat points: their bounding box, at least 4 mm thick
+        low, high = cloud.min(axis=0) - 0.002, cloud.max(axis=0) + 0.002
+        vertices = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+    if len(vertices) > 60:
+        # Extreme points in 60 directions: a hull as good for planning, and much faster to check.
+        golden = np.arange(60) + 0.5
+        polar, turn = np.arccos(1 - 2 * golden / 60), math.pi * (1 + math.sqrt(5)) * golden
+        directions = np.stack(
+            (np.cos(turn) * np.sin(polar), np.sin(turn) * np.sin(polar), np.cos(polar)), axis=1
+        )
+        vertices = vertices[np.unique((directions @ vertices.T).argmax(axis=1))]
+    return vertices
+
+
+class PlanningScene:
+    """A copy of the arm among the hulls of perceived objects. Close it, or use it as a context manager."""
+
+    def __init__(self) -> None:
+        self.client = pybullet.connect(pybullet.DIRECT)
+        self.arm = JacoArm(self.client)
+        self._obstacles: dict[object, int] = {}
+        self._held: int | None = None
+        self._ee_from_held = np.eye(4)
+        floor = pybullet.createCollisionShape(
+            pybullet.GEOM_BOX, halfExtents=[1.5, 1.5, 0.05], physicsClientId=self.client
+        )
+        self.floor = pybullet.createMultiBody(
+            0, floor, basePosition=[0, 0, -0.05], physicsClientId=self.client
+        )
+        for link in (-1, 0):  # the base stands on the floor
+            pybullet.setCollisionFilterPair(self.floor, self.arm.body, -1, link, 0, physicsClientId=self.client)
+
+    def __enter__(self) -> PlanningScene:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the physics client."""
+        pybullet.disconnect(self.client)
+
+    def _body(self, vertices: np.ndarray, mass: float) -> int:
+        shape = pybullet.createCollisionShape(
+            pybullet.GEOM_MESH, vertices=vertices.tolist(), physicsClientId=self.client
+        )
+        return pybullet.createMultiBody(mass, shape, physicsClientId=self.client)
+
+    def set_obstacle(self, key: object, vertices: np.ndarray) -> None:
+        """Put the convex hull of `vertices` (V, 3), world frame, in the way, in the place of the earlier `key`."""
+        self.remove_obstacle(key)
+        self._obstacles[key] = self._body(vertices, 0.0)
+
+    def remove_obstacle(self, key: object) -> None:
+        """Take the obstacle `key` away, if there is one."""
+        body = self._obstacles.pop(key, None)
+        if body is not None:
+            pybullet.removeBody(body, physicsClientId=self.client)
+
+    def set_fingers(self, angle: float) -> None:
+        """Check motions with all fingers at `angle`."""
+        arm = self.arm
+        pybullet.resetJointStatesMultiDof(
+            arm.body, arm.fingers, [[angle]] * 3, [[0.0]] * 3, physicsClientId=self.client
+        )
+
+    def hold(self, vertices_in_ee: np.ndarray) -> None:
+        """Check motions with the hull of `vertices_in_ee` (V, 3), end_effector frame, held in the hand."""
+        self.release()
+        self._held = self._body(vertices_in_ee, 0.1)
+        for link in (self.arm.hand, self.arm.end_effector, *self.arm.finger_links):
+            pybullet.setCollisionFilterPair(self._held, self.arm.body, -1, link, 0, physicsClientId=self.client)
+
+    def release(self) -> None:
+        """The hand is empty again."""
+        if self._held is not None:
+            pybullet.removeBody(self._held, physicsClientId=self.client)
+            self._held = None
+
+    def collides(self, q: np.ndarray, clearance: float = CLEARANCE) -> bool:
+        """Whether the arm at q (7,) comes nearer than `clearance` to anything, or what it holds hits something."""
+        arm = self.arm
+        pybullet.resetJointStatesMultiDof(
+            arm.body, arm.joints, [[v] for v in q], [[0.0]] * JOINTS, physicsClientId=self.client
+        )
+        if self._held is not None:
+            pose = arm.world_from_ee()
+            pybullet.resetBasePositionAndOrientation(
+                self._held, pose[:3, 3].tolist(), quaternion_from_matrix(pose).tolist(), physicsClientId=self.client
+            )
+        pybullet.performCollisionDetection(physicsClientId=self.client)
+        for contact in pybullet.getContactPoints(arm.body, physicsClientId=self.client):
+            # Neighbouring shapes of the arm touch by design; only overlap of its own links counts.
+            limit = 0.0 if contact[1] == contact[2] else clearance
+            if contact[8] < limit and self._held not in (contact[1], contact[2]):
+                return True
+        if self._held is None:
+            return False
+        return any(
+            contact[8] < (0.0 if arm.body in (contact[1], contact[2]) else -HELD_OVERLAP)
+            for contact in pybullet.getContactPoints(self._held, physicsClientId=self.client)
+        )
+
+    def path_collides(self, path: np.ndarray, clearance: float = CLEARANCE) -> bool:
+        """Whether any state of the path (T, 7), interpolated to `CHECK_STEP`, collides."""
+        return any(self.collides(q, clearance) for q in interpolate(path, CHECK_STEP))
+
+    def plan(self, start: np.ndarray, goal: np.ndarray, seconds: float = 1.0) -> np.ndarray | None:
+        """A collision-free path (T, 7) by RRT-Connect, shortened; `None` where none was found in time.
+
+        The straight line in joint space is tried first: it often is free, and it is the shortest.
+        """
+        # A looser clearance lets the arm leave a start where it is close to what it has just released.
+        if self.collides(start, 0.0) or self.collides(goal, 0.0):
+            return None
+        straight = np.stack((start, goal))
+        if not self.path_collides(straight):
+            return straight
+        lower = np.where(CONTINUOUS, np.minimum(start, goal) - math.pi, LOWER)
+        upper = np.where(CONTINUOUS, np.maximum(start, goal) + math.pi, UPPER)
+        space = base.RealVectorStateSpace(JOINTS)
+        bounds = base.RealVectorBounds(JOINTS)
+        for k in range(JOINTS):
+            bounds.setLow(k, float(lower[k]))
+            bounds.setHigh(k, float(upper[k]))
+        space.setBounds(bounds)
+        setup = geometric.SimpleSetup(space)
+        near_ends = (start, goal)
+
+        def valid(state: base.State) -> bool:
+            q = np.array([state[k] for k in range(JOINTS)])
+            at_end = min(np.abs(q - end).max() for end in near_ends) < 0.05
+            return not self.collides(q, 0.0 if at_end else CLEARANCE)
+
+        setup.setStateValidityChecker(valid)
+        information = setup.getSpaceInformation()
+        information.setStateValidityCheckingResolution(CHECK_STEP / space.getMaximumExtent())
+        planner = geometric.RRTConnect(information)
+        planner.setRange(0.8)
+        setup.setPlanner(planner)
+        states = []
+        for q in near_ends:
+            state = space.allocState()
+            for k in range(JOINTS):
+                state[k] = float(q[k])
+            states.append(state)
+        setup.setStartAndGoalStates(*states)
+        setup.solve(seconds)
+        if not setup.haveExactSolutionPath():
+            return None
+        setup.simplifySolution(0.3)
+        found = setup.getSolutionPath().getStates()
+        return np.array([[state[k] for k in range(JOINTS)] for state in found])
+
+
+def straight_line(start: np.ndarray, poses: Sequence[np.ndarray], step: float = CARTESIAN_STEP) -> np.ndarray | None:
+    """Joint path (T, 7) that leads the hand from configuration `start` (7,) straight through the hand poses.
+
+    Args:
+        poses: the pose (4, 4) at `start`, then those to reach; only the position moves between two
+            poses of equal rotation.
+
+    Returns:
+        The path from `start` on, or `None` where a joint limit or a jump of more than 0.35 rad comes
+        between.
+    """
+    path = [np.asarray(start, dtype=np.float64)]
+    for before, after in zip(poses, poses[1:]):
+        count = max(1, math.ceil(float(np.linalg.norm(after[:3, 3] - before[:3, 3])) / step))
+        for k in range(1, count + 1):
+            pose = after.copy()
+            pose[:3, 3] = before[:3, 3] + (after[:3, 3] - before[:3, 3]) * k / count
+            q, solved = inverse_kinematics(pose[None], path[-1][None], iterations=25)
+            if not solved[0] or np.abs(q[0] - path[-1]).max() > 0.35:
+                return None
+            path.append(q[0])
+    return np.array(path)
+
+
+def interpolate(path: np.ndarray, step: float) -> np.ndarray:
+    """The path (T, 7) with states added so that no joint moves more than `step` between two."""
+    pieces = [path[:1]]
+    for a, b in zip(path, path[1:]):
+        count = max(1, math.ceil(float(np.abs(b - a).max()) / step))
+        pieces.append(a + (b - a) * (np.arange(1, count + 1)[:, None] / count))
+    return np.concatenate(pieces)
+
+
+def trajectory(path: np.ndarray, period: float, speed: float = 1.0, smoothing: float = 0.2) -> np.ndarray:
+    """Set points (T, 7), one per `period` seconds: the path at `speed` times the joints' velocity limits.
+
+    A moving average over `smoothing` seconds rounds the corners and eases in and out.
+    """
+    durations = (np.abs(np.diff(path, axis=0)) / (VELOCITY * speed)).max(axis=1)
+    times = np.concatenate(([0.0], np.cumsum(durations)))
+    samples = np.arange(0.0, times[-1] + period, period)
+    points = np.stack([np.interp(samples, times, path[:, k]) for k in range(path.shape[1])], axis=1)
+    width = max(1, round(smoothing / period))
+    padded = np.concatenate((np.repeat(path[:1], width, axis=0), points, np.repeat(path[-1:], width, axis=0)))
+    sums = np.cumsum(np.concatenate((np.zeros((1, path.shape[1])), padded)), axis=0)
+    return np.concatenate(((sums[width:] - sums[:-width]) / width, path[-1:]))
+
+
+def seen_from(frame_pose: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """World points (P, 3) in the frame whose pose in the world is `frame_pose` (4, 4)."""
+    return transform_points(np.linalg.inv(frame_pose), points)
