@@ -8,7 +8,7 @@ point, origin under the footprint's centroid), although PyBullet thinks in inert
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -34,6 +34,16 @@ REST_SPEED, REST_SPIN, REST_SECONDS = 0.01, 0.2, 0.1
 
 class ObservationError(ValueError):
     """An object that the camera cannot see well enough; the message names it."""
+
+
+def unique_names(models: Sequence[ObjectModel]) -> list[str]:
+    """A name for each object: its category, numbered where there are several of it."""
+    total, seen = Counter(model.category for model in models), Counter()
+    names = []
+    for category in (model.category for model in models):
+        seen[category] += 1
+        names.append(f"{category} {seen[category]}" if total[category] > 1 else category)
+    return names
 
 
 class TabletopWorld:
@@ -165,14 +175,21 @@ class TabletopWorld:
         for _ in range(max(1, round(seconds / TIME_STEP))):
             pybullet.stepSimulation(**self._here)
 
-    def settle(self, seconds: float = 1.5) -> float:
-        """Lets physics run until everything is at rest, for `seconds` at most; the seconds it took."""
+    def settle(
+        self, seconds: float = 1.5, watch: Callable[[np.ndarray], None] | None = None, until_rest: bool = True
+    ) -> float:
+        """Lets physics run for `seconds`, or until everything is at rest; the seconds it took.
+
+        `watch` is called after each step with every object's speed (N,) in m/s.
+        """
         still = 0
         for k in range(round(seconds / TIME_STEP)):
             self.step(TIME_STEP)
             speed, spin = self.speeds()
+            if watch is not None:
+                watch(speed)
             still = still + 1 if (speed < REST_SPEED).all() and (spin < REST_SPIN).all() else 0
-            if still * TIME_STEP >= REST_SECONDS:
+            if until_rest and still * TIME_STEP >= REST_SECONDS:
                 return (k + 1) * TIME_STEP
         return seconds
 
@@ -210,11 +227,11 @@ class TabletopWorld:
                 a, b = index_of[contact[1]], index_of[contact[2]]
                 lift[(a, b)] += upward
                 lift[(b, a)] -= upward
-        carried: list[tuple[int, ...]] = []
-        for i, model in enumerate(self.models):
+        carriers: list[tuple[int, ...]] = []
+        for k, model in enumerate(self.models):
             enough = share * 9.81 * model.mass
-            carried.append(tuple(sorted(other for (a, other), force in lift.items() if a == i and force >= enough)))
-        return carried
+            carriers.append(tuple(sorted(b for (a, b), force in lift.items() if a == k and force >= enough)))
+        return carriers
 
     def _render(self, camera: DepthCamera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         _, _, color, buffer, segmentation = pybullet.getCameraImage(
@@ -237,17 +254,6 @@ class TabletopWorld:
             self.camera.world_from_camera,
         )
 
-    def names(self) -> list[str]:
-        """A unique name for each object: its category, numbered where there are several."""
-        total = Counter(model.category for model in self.models)
-        seen: Counter[str] = Counter()
-        names = []
-        for model in self.models:
-            seen[model.category] += 1
-            several = total[model.category] > 1
-            names.append(f"{model.category} {seen[model.category]}" if several else model.category)
-        return names
-
     def observe(
         self,
         rng: np.random.Generator,
@@ -268,7 +274,7 @@ class TabletopWorld:
         """
         if objects is None:
             objects = [i for i in range(len(self.bodies)) if i not in set(distractors)]
-        image, names = self.look(rng), self.names()
+        image, names = self.look(rng), unique_names(self.models)
 
         def cloud(index: int) -> ObjectCloud | None:
             rows, columns = np.nonzero((image.segmentation == self.bodies[index]) & image.reliable)
@@ -283,10 +289,8 @@ class TabletopWorld:
         clouds = [cloud(i) for i in objects]
         for index, found in zip(objects, clouds):
             if found is None:
-                raise ObservationError(
-                    f"the camera sees fewer than {min_points} points of the {names[index]}: "
-                    "it is hidden or out of view"
-                )
+                what = f"fewer than {min_points} points of the {names[index]}"
+                raise ObservationError(f"the camera sees {what}: it is hidden or out of view")
         others = tuple(found for found in map(cloud, distractors) if found is not None)
         return Scene(tuple(clouds), self.table, others, image.world_from_camera, image.color)
 

@@ -1,0 +1,1 @@
+"""The networks, one folder each: `config.json` and `model.safetensors` make a checkpoint."""

@@ -1,0 +1,85 @@
+"""Checkpoints: a folder with `config.json` and `model.safetensors`, for every model alike."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Self
+
+import torch
+from safetensors import SafetensorError
+from safetensors.torch import load_file, save_file
+from torch import nn
+
+CONFIG_NAME = "config.json"
+WEIGHTS_NAME = "model.safetensors"
+
+
+class CheckpointError(ValueError):
+    """A checkpoint that cannot be used; the message names the file and what is wrong with it."""
+
+
+class Checkpointed(nn.Module):
+    """A network whose class has a frozen `Config` dataclass and a `kind`, and takes the config to build."""
+
+    kind: str
+    Config: type
+
+    def save_pretrained(self, folder: str | Path) -> None:
+        """Write config and weights (half precision) to a folder, which is made."""
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        config = {"kind": self.kind, **asdict(self.config)}
+        (folder / CONFIG_NAME).write_text(json.dumps(config, indent=2) + "\n")
+        weights = {name: tensor.detach().half().contiguous().cpu() for name, tensor in self.state_dict().items()}
+        save_file(weights, folder / WEIGHTS_NAME)
+
+    @classmethod
+    def from_pretrained(cls, folder: str | Path) -> Self:
+        """The network of a checkpoint folder, on the CPU, ready for inference.
+
+        Raises:
+            CheckpointError: for a missing file, another model's config, or weights of a wrong shape.
+        """
+        folder = Path(folder)
+        for name in (CONFIG_NAME, WEIGHTS_NAME):
+            if not (folder / name).is_file():
+                raise CheckpointError(f"checkpoint {folder} has no {name}; it needs {CONFIG_NAME} and {WEIGHTS_NAME}")
+        try:
+            values = json.loads((folder / CONFIG_NAME).read_text())
+            kind = values.pop("kind", None)
+            known = {field.name for field in fields(cls.Config)}
+        except (json.JSONDecodeError, AttributeError) as error:
+            raise CheckpointError(f"{folder / CONFIG_NAME} is not a JSON object: {error}") from error
+        if kind != cls.kind:
+            raise CheckpointError(f"{folder / CONFIG_NAME} is of kind {kind!r}; expected {cls.kind!r}")
+        unknown = sorted(set(values) - known)
+        if unknown:
+            raise CheckpointError(f"{folder / CONFIG_NAME} has the unknown key {unknown[0]!r}; legal: {', '.join(known)}")
+        model = cls(cls.Config(**values))
+        try:
+            weights = load_file(folder / WEIGHTS_NAME)
+        except (SafetensorError, OSError) as error:
+            raise CheckpointError(f"{folder / WEIGHTS_NAME} cannot be read: {error}") from error
+        own = model.state_dict()
+        for name, tensor in own.items():
+            if name not in weights:
+                raise CheckpointError(f"{folder / WEIGHTS_NAME} lacks {name!r}, which its config asks for")
+            if weights[name].shape != tensor.shape:
+                raise CheckpointError(
+                    f"{folder / WEIGHTS_NAME}: {name!r} has shape {tuple(weights[name].shape)}, "
+                    f"its config asks for {tuple(tensor.shape)}"
+                )
+        model.load_state_dict({name: weights[name].to(tensor.dtype) for name, tensor in own.items()})
+        return model.eval()
+
+
+def parameter_count(model: nn.Module) -> int:
+    """How many trainable numbers a network has."""
+    return sum(parameter.numel() for parameter in model.parameters())
+
+
+def default_device() -> torch.device:
+    """CUDA where there is one, else the CPU."""
+    return torch.device("cuda" if torch.cuda.is_available() else "cpu")

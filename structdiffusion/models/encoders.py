@@ -1,0 +1,86 @@
+"""Encoders shared by the networks: point clouds, language, time."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor, nn
+
+from grounding.spec import LEGAL_VALUES, SLOTS, StructureSpec
+
+SENTENCE_WIDTH = 384  # all-MiniLM-L6-v2
+_DIRECTIONS = 16  # of the outline's support function
+OUTLINE_FEATURES = 3 + _DIRECTIONS + 2
+# Word tokens: 0 is "not specified", then every value of every slot has an id of its own.
+WORDS = {word: i + 1 for i, word in enumerate((slot, value) for slot in SLOTS for value in LEGAL_VALUES[slot])}
+VOCABULARY = len(WORDS) + 1
+
+
+def word_ids(spec: StructureSpec) -> list[int]:
+    """The five word-token ids of a spec, slot by slot; 0 where unspecified."""
+    return [WORDS.get((slot, value), 0) for slot, value in spec.to_dict().items()]
+
+
+def outline_features(points: Tensor) -> Tensor:
+    """Where a cloud is and how far it reaches: (..., 21) from points (..., P, 3), metres.
+
+    The mean (3), the farthest reach from the mean in 16 level directions, and below and above it.
+    The paper encodes the mean position apart from the centred cloud (section IV.A); the reach is ours:
+    it tells the footprint that spacing depends on without the detour through the point encoder.
+    """
+    mean = points.mean(dim=-2)
+    centred = points - mean[..., None, :]
+    angles = torch.arange(_DIRECTIONS, device=points.device) * (2 * math.pi / _DIRECTIONS)
+    directions = torch.stack((angles.cos(), angles.sin()))  # (2, 16)
+    reach = (centred[..., :2] @ directions).amax(dim=-2)
+    below, above = -centred[..., 2].amin(dim=-1), centred[..., 2].amax(dim=-1)
+    return torch.cat((mean, reach, below[..., None], above[..., None]), dim=-1)
+
+
+class OffsetAttention(nn.Module):
+    """The attention of Point Cloud Transformer (Guo et al. 2021): what attention changed is passed on."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.query_key = nn.Linear(width, width // 4, bias=False)  # shared, as in PCT
+        self.value = nn.Linear(width, width)
+        self.transform = nn.Sequential(nn.Linear(width, width), nn.LayerNorm(width), nn.GELU())
+
+    def forward(self, x: Tensor) -> Tensor:
+        key = self.query_key(x)  # (B, P, W/4)
+        attended = nn.functional.scaled_dot_product_attention(key, key, self.value(x))
+        return x + self.transform(x - attended)
+
+
+class PointEncoder(nn.Module):
+    """A small Point Cloud Transformer: points (B, P, C) to one vector (B, out)."""
+
+    def __init__(self, channels: int, width: int, out: int, layers: int = 2) -> None:
+        super().__init__()
+        self.embed = nn.Sequential(nn.Linear(channels, width), nn.GELU(), nn.Linear(width, width), nn.LayerNorm(width))
+        self.attention = nn.ModuleList(OffsetAttention(width) for _ in range(layers))
+        self.merge = nn.Sequential(nn.Linear(width * layers, out), nn.LayerNorm(out), nn.GELU())
+        self.out = nn.Linear(2 * out, out)
+
+    def forward(self, points: Tensor) -> Tensor:
+        x, levels = self.embed(points), []
+        for layer in self.attention:
+            x = layer(x)
+            levels.append(x)
+        merged = self.merge(torch.cat(levels, dim=-1))  # (B, P, out)
+        return self.out(torch.cat((merged.amax(dim=1), merged.mean(dim=1)), dim=-1))
+
+
+class TimeEmbedding(nn.Module):
+    """h_time of the paper: sinusoids of the diffusion step, then an MLP; (B,) to (B, out)."""
+
+    def __init__(self, out: int, width: int = 64) -> None:
+        super().__init__()
+        frequencies = torch.exp(-math.log(1000.0) * torch.arange(width // 2) / (width // 2 - 1))
+        self.register_buffer("frequencies", frequencies, persistent=False)
+        self.mlp = nn.Sequential(nn.Linear(width, width), nn.GELU(), nn.Linear(width, out))
+
+    def forward(self, timesteps: Tensor) -> Tensor:
+        phase = timesteps[:, None].float() * self.frequencies
+        return self.mlp(torch.cat((phase.sin(), phase.cos()), dim=-1))
