@@ -50,14 +50,16 @@ class BadInput(AgentError):
 # Where each error of the other packages is defined. They are looked up among the modules already loaded: an error of
 # a module that was never imported cannot have been raised, and importing one here would make every failure slow.
 _EXIT_CODE_OF = {
+    ("builtins", "OSError"): BAD_INPUT,
     ("grounding.spec", "SpecError"): NOT_BUILDABLE,
     ("grounding.embedding_parser", "ParseError"): NOT_BUILDABLE,
     ("grounding.selection", "SelectionError"): NOT_BUILDABLE,
     ("grounding.encoder", "EncoderError"): BAD_INPUT,
     ("structdiffusion.scenes", "SceneError"): NOT_BUILDABLE,
     ("structdiffusion.layouts", "LayoutError"): NOT_BUILDABLE,
+    ("structdiffusion.tabletop", "ObservationError"): NOT_BUILDABLE,
     ("structdiffusion.objects.model", "ObjectError"): BAD_INPUT,
-    ("structdiffusion.sampling", "CheckpointError"): BAD_INPUT,
+    ("structdiffusion.models.checkpoint", "CheckpointError"): BAD_INPUT,
 }
 
 

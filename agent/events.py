@@ -111,13 +111,11 @@ class Perceived(_Told):
 
     Attributes:
         objects: those that take part first, in the order of every arrangement, then the distractors.
-        building: the spec with a shape: the one asked for, or the one chosen where the speaker left it open.
         table: (x_min, x_max, y_min, y_max), world frame.
         scene: the clouds and the picture.
     """
 
     objects: tuple[SeenObject, ...]
-    building: StructureSpec
     table: tuple[float, float, float, float]
     seconds: float
     scene: Scene = _untold()
@@ -171,12 +169,14 @@ class Checked(_Told):
         success: whether the structure stands as it was asked for.
         failure_class: the first cause of failure, or `None`.
         checks: every check with its measured value.
+        detail: the first cause of failure in a sentence, with its value and limit.
         how: "arm" when the structure was built, "released" when the goal was only tried without the arm.
     """
 
     success: bool
     failure_class: str | None
     checks: tuple[Check, ...]
+    detail: str
     how: str
     seconds: float
 

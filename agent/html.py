@@ -145,7 +145,8 @@ def _imagination(report: Mapping[str, Any], album: Mapping[str, str]) -> str:
 def _arm(report: Mapping[str, Any], album: Mapping[str, str]) -> str:
     if not report["arm"]:
         return ""
-    lines = "".join(f"<li>{escape(arm_sentence(told))}</li>" for told in report["arm"] if arm_sentence(told))
+    names = [seen["name"] for seen in report["scene"]["objects"]]
+    lines = "".join(f"<li>{escape(arm_sentence(told, names))}</li>" for told in report["arm"])
     figures = [figure for name, figure in album.items() if name.startswith("after-placement")]
     content = f'<ol class="story">{lines}</ol>' + _album(figures)
     return _section("Building it", content, report["seconds"].get("build"))
@@ -165,9 +166,10 @@ def _verdict(report: Mapping[str, Any], album: Mapping[str, str]) -> str:
         for check in verdict["checks"]
     ]
     how = "built by the arm" if verdict["how"] == "arm" else "released 3 cm above the goal, without the arm"
-    result = "It stands as asked" if verdict["success"] else f"It does not: {verdict['failure_class'] or 'a check failed'}"
+    result = "It stands as asked" if verdict["success"] else f"{verdict['failure_class']}: {verdict['detail']}"
     content = f"<p>{escape(result)}. Checked on the true objects at rest, {how}.</p>"
-    content += _table(("", "check", "measured", "limit"), rows)
+    if rows:
+        content += _table(("", "check", "measured", "limit"), rows)
     return _section("After", _album([album.get("camera-after")]) + content, report["seconds"].get("check"))
 
 

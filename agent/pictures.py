@@ -68,9 +68,10 @@ class _Sheet:
         if outline:
             self.pen.line(outline, fill=rim, width=5, joint="curve")
 
-    def label(self, text: str, at: np.ndarray, color: tuple[int, int, int]) -> None:
-        """A name on a light plate, centred on a world position."""
-        column, row = self.pixels(at[None])[0]
+    def label(self, text: str, points: np.ndarray, color: tuple[int, int, int]) -> None:
+        """A name on a light plate, just below what it names."""
+        pixels = self.pixels(points)
+        column, row = pixels[:, 0].mean(), pixels[:, 1].max() + _FONT_PIXELS * 0.8
         left, top, right, bottom = self.pen.textbbox((column, row), text, font=self.font, anchor="mm")
         self.pen.rounded_rectangle((left - 7, top - 5, right + 7, bottom + 5), radius=8, fill=(255, 255, 255, 215))
         self.pen.text((column, row), text, font=self.font, anchor="mm", fill=color)
@@ -83,7 +84,7 @@ class _Sheet:
 def _quiet(sheet: _Sheet, clouds: tuple[ObjectCloud, ...]) -> None:
     for cloud in clouds:
         sheet.cloud(cloud.points, None, _QUIET, 40)
-        sheet.label(cloud.name, cloud.centroid, _QUIET)
+        sheet.label(cloud.name, cloud.points, _QUIET)
 
 
 def from_above(scene: Scene) -> np.ndarray:
@@ -93,7 +94,7 @@ def from_above(scene: Scene) -> np.ndarray:
     for index, cloud in enumerate(scene.objects):
         sheet.cloud(cloud.points, cloud.colors, color_of(index), 40)
     for index, cloud in enumerate(scene.objects):
-        sheet.label(cloud.name, cloud.centroid, color_of(index))
+        sheet.label(cloud.name, cloud.points, color_of(index))
     return sheet.finish()
 
 
@@ -114,7 +115,7 @@ def imagined(scene: Scene, arrangement: Arrangement) -> np.ndarray:
     for index in np.argsort([points[:, 2].mean() for points in moved]):  # what stands on top is drawn last
         sheet.cloud(moved[index], scene.objects[index].colors, color_of(index), 60)
     for index, cloud in enumerate(scene.objects):
-        sheet.label(cloud.name, moved[index].mean(axis=0), color_of(index))
+        sheet.label(cloud.name, moved[index], color_of(index))
     return sheet.finish()
 
 

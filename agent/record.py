@@ -8,7 +8,7 @@
 | `instruction`, `options` | what was asked for |
 | `outcome` | `success`, `exit_code`, `step` and `message` of the failure, `seconds` of the whole run |
 | `parse` | spec, confidence and evidence per slot, parser, nouns named |
-| `scene` | objects (names, nouns, who takes part, mean position in the world frame), table, spec with its shape |
+| `scene` | objects (names, nouns, who takes part, mean position in the world frame), table |
 | `imagination` | model and every candidate with its scores and positions, best first |
 | `chosen` | the rank and the goal of each object |
 | `arm` | the arm's events in order, each with its `kind` |
@@ -92,8 +92,10 @@ class RunRecord:
                 report["outcome"] |= _without_kind(told)
             case _:
                 report["arm"].append(told)
-                step = "plan" if "plan" in told["kind"] else "build"
-                report["seconds"][step] = round(report["seconds"].get(step, 0.0) + (told.get("seconds") or 0.0), 3)
+                if told["kind"] == "planned":  # its time counts from the start of the search
+                    report["seconds"]["plan"] = round(told["seconds"], 3)
+                elif told["kind"] == "placed":
+                    report["seconds"]["build"] = round(report["seconds"].get("build", 0.0) + told["seconds"], 3)
 
     def write(self, folder: Path) -> Path:
         """Writes `report.json`, the pictures and `report.html` into `folder`; the path of the page."""

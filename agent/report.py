@@ -22,6 +22,7 @@ class TerminalReport:
 
     def __init__(self, console: Console) -> None:
         self._console = console
+        self._names: list[str] = []
 
     def __call__(self, event: events.Event) -> None:
         """Tells one event."""
@@ -43,9 +44,7 @@ class TerminalReport:
             case events.Finished():
                 self._say(f"\n[bold]The whole run took {duration(event.seconds)}.[/bold]")
             case _:
-                sentence = arm_sentence(event.to_dict())
-                if sentence:
-                    self._line(sentence)
+                self._line(arm_sentence(event.to_dict(), self._names))
 
     def _say(self, text: str) -> None:
         self._console.print(text, highlight=False, soft_wrap=True)
@@ -75,6 +74,7 @@ class TerminalReport:
 
     def _perceived(self, event: events.Perceived) -> None:
         taking_part = [seen for seen in event.objects if seen.takes_part]
+        self._names = [seen.name for seen in event.objects]
         self._step("Looked at the table", event.seconds)
         self._line(f"{len(event.objects)} objects, {len(taking_part)} take part")
         self._columns(
@@ -83,9 +83,6 @@ class TerminalReport:
                 for seen in event.objects
             ]
         )
-        if event.building.shape is None:
-            return
-        self._line(f"to build: {event.building}")
 
     def _imagined(self, event: events.Imagined) -> None:
         self._step("Imagined", event.seconds)
@@ -109,4 +106,4 @@ class TerminalReport:
         if event.success:
             self._say("  [bold green]It stands as it was asked for.[/bold green]")
         else:
-            self._say(f"  [bold red]It does not stand as asked: {escape(event.failure_class or 'semantic')}.[/bold red]")
+            self._say(f"  [bold red]{escape(f'{event.failure_class}: {event.detail}')}.[/bold red]")

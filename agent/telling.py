@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 
@@ -31,7 +31,38 @@ def place(position: Any) -> str:
     return f"{x} cm ahead, {side}" if y else f"{x} cm {side}"
 
 
-def arm_sentence(told: Mapping[str, Any]) -> str:
-    """One sentence for an event of the arm (its JSON form)."""
-    raise_kind = told["kind"]
-    return raise_kind.replace("_", " ")
+def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:
+    """One sentence for an event of the arm.
+
+    Args:
+        told: the event's JSON form.
+        names: of the objects that take part, in the order of the scene.
+    """
+    match told["kind"]:
+        case "planned":
+            order = ", then ".join(
+                f"the {names[index]} ({grasp} grasp)"
+                for index, grasp in zip(told["order"], told["grasps"], strict=True)
+            )
+            return f"planned candidate {told['arrangement'] + 1} in {duration(told['seconds'])}: {order}"
+        case "plan_failed":
+            about = f" for the {told['name']}" if told["object"] is not None else ""
+            return f"no plan for candidate {told['arrangement'] + 1}{about}: {told['reason']}"
+        case "picked":
+            again = f", attempt {told['attempt']}" if told["attempt"] > 1 else ""
+            slip = f"{number(100 * told['slip_m'])} cm, {number(math.degrees(told['slip_rad']), 0)} deg"
+            return (
+                f"picked the {told['name']} with a {told['grasp']} grasp{again}: {told['fingers']} fingers touch it, "
+                f"it moved by {slip} while they closed"
+            )
+        case "pick_failed":
+            return f"could not pick the {told['name']} (attempt {told['attempt']}, {told['grasp']} grasp): {told['reason']}"
+        case "placed":
+            return (
+                f"placed the {told['name']}: {number(100 * told['position_error_m'])} cm and "
+                f"{number(math.degrees(told['angle_error_rad']))} deg from its goal, {duration(told['seconds'])}"
+            )
+        case "place_failed":
+            return f"could not place the {told['name']}: {told['reason']}"
+        case kind:
+            return kind.replace("_", " ")

@@ -1,0 +1,229 @@
+"""From an instruction to a structure, as a stream of events: read, look, imagine, choose, build, check.
+
+Every known error ends the stream with `Failed` and the exit code that says whose error it was; what listeners do with
+the events is their own affair.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from agent import events
+from agent.errors import DONE, ExecutionFailed, NoValidGoal, exit_code_of, one_sentence
+
+if TYPE_CHECKING:
+    from agent.scenes.simulated import SimulatedScene
+    from grounding.embedding_parser import Parse
+    from structdiffusion.observation import Arrangement, Goal, Scene
+
+CANDIDATES = 64
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What decides a run besides its instruction.
+
+    Attributes:
+        scene: where the scene comes from; "simulated".
+        objects: "ycb", "procedural", "random_urdfs" or a folder of meshes.
+        model: the planner's name, as `structdiffusion.sampling` has it.
+        seed: everything drawn at random follows from it.
+        execute: build with the arm, or stop at the imagined goal and only try it in physics.
+    """
+
+    scene: str = "simulated"
+    objects: str = "ycb"
+    model: str = "diffusion"
+    seed: int = 0
+    execute: bool = True
+
+
+def run_instruction(text: str, options: RunOptions) -> Iterator[events.Event]:
+    """Carries an instruction out; yields what happens, from `Started` to `Finished`.
+
+    Args:
+        text: the instruction.
+        options: everything else.
+    """
+    started = time.perf_counter()
+    run = _Run(text, options)
+    code = DONE
+    yield events.Started(text, asdict(options))
+    try:
+        yield from run.steps()
+    except Exception as error:
+        known = exit_code_of(error)
+        if known is None:
+            raise
+        code = known
+        yield events.Failed(run.step, one_sentence(error), code)
+    yield events.Finished(code == DONE, code, time.perf_counter() - started)
+
+
+class _Run:
+    """One run and the step that it is in."""
+
+    def __init__(self, text: str, options: RunOptions) -> None:
+        self.text, self.options = text, options
+        self.step = "parse"
+        self._since = time.perf_counter()
+
+    def _enter(self, step: str) -> None:
+        self.step, self._since = step, time.perf_counter()
+
+    def _seconds(self) -> float:
+        return time.perf_counter() - self._since
+
+    def steps(self) -> Iterator[events.Event]:
+        from agent.scenes.simulated import SimulatedScene
+        from grounding.embedding_parser import EmbeddingParser
+        from grounding.selection import select_objects
+        from structdiffusion.objects.library import load_objects
+
+        self._enter("parse")
+        parser = EmbeddingParser.from_pretrained()
+        parse = parser.parse(self.text)
+        reading = self._seconds()
+        self._enter("scene")
+        models = load_objects(self.options.objects)
+        named = select_objects(self.text, sorted({model.category for model in models})).named
+        yield events.Parsed(parse.spec, parse.confidence, parse.evidence, parse.parser, named, reading)
+        with SimulatedScene(models, parse.spec, named, self.options.seed) as table:
+            taking_part = select_objects(self.text, table.categories).indices
+            scene = table.look(taking_part)
+            yield self._perceived(scene)
+            yield from self._imagine_and_build(table, taking_part, scene, parse, parser)
+
+    def _perceived(self, scene: Scene) -> events.Perceived:
+        seen = [
+            events.SeenObject(
+                cloud.name, cloud.category, number < len(scene.objects), tuple(cloud.centroid.tolist()), len(cloud.points)
+            )
+            for number, cloud in enumerate((*scene.objects, *scene.distractors))
+        ]
+        table = scene.table
+        rectangle = (table.x_min, table.x_max, table.y_min, table.y_max)
+        return events.Perceived(tuple(seen), rectangle, self._seconds(), scene=scene)
+
+    def _imagine_and_build(
+        self,
+        table: SimulatedScene,
+        taking_part: tuple[int, ...],
+        scene: Scene,
+        parse: Parse,
+        parser: EmbeddingParser,
+    ) -> Iterator[events.Event]:
+        import torch
+
+        from structdiffusion.observation import Goal
+        from structdiffusion.sampling import load_planner
+
+        self._enter("imagination")
+        planner = load_planner(self.options.model)
+        goal = Goal(parse.spec, self.text, parser.encoder.encode([self.text])[0])
+        generator = torch.Generator().manual_seed(self.options.seed)
+        arrangements = planner.propose(scene, goal, count=CANDIDATES, generator=generator)
+        if not arrangements:
+            raise NoValidGoal(f"the model {self.options.model!r} imagined no valid arrangement for {parse.spec}")
+        yield events.Imagined(
+            self.options.model,
+            tuple(_candidate(rank, arrangement, scene) for rank, arrangement in enumerate(arrangements, start=1)),
+            self._seconds(),
+            scene=scene,
+            arrangements=tuple(arrangements),
+        )
+        yield _chosen(1, arrangements[0], scene)
+        if self.options.execute:
+            yield from self._build(table, taking_part, scene, parse, arrangements)
+        else:
+            yield from self._release(table, taking_part, parse, arrangements[0])
+
+    def _release(
+        self, table: SimulatedScene, taking_part: tuple[int, ...], parse: Parse, arrangement: Arrangement
+    ) -> Iterator[events.Event]:
+        """Tries the goal under the contract's physical protocol, without the arm."""
+        from structdiffusion.physical import place_and_check
+
+        self._enter("check")
+        models, poses = table.drawn.models, table.drawn.world_from_initial
+        verdict = place_and_check(
+            [models[index] for index in taking_part],
+            np.array([poses[index] for index in taking_part]),
+            arrangement.goal_from_initial,
+            parse.spec,
+            table.drawn.table,
+            [(models[index], poses[index]) for index in range(len(models)) if index not in taking_part],
+        )
+        yield events.Checked(
+            verdict.success, verdict.failure, verdict.checks, verdict.detail, "released", self._seconds()
+        )
+        if not verdict.success:
+            raise NoValidGoal(f"the best imagined goal does not hold ({verdict.failure}): {verdict.detail}")
+
+    def _build(
+        self,
+        table: SimulatedScene,
+        taking_part: tuple[int, ...],
+        scene: Scene,
+        parse: Parse,
+        arrangements: list[Arrangement],
+    ) -> Iterator[events.Event]:
+        """Builds with the arm, looks after every placement, and judges what stands."""
+        from agent.arm.events import Placed, PlaceFailed, Planned
+        from agent.arm.executor import build_structure
+        from agent.judging import judge_built
+
+        self._enter("build")
+        world = table.world
+        initial = np.array([world.pose(index) for index in taking_part])
+        rank, placed, trouble = 0, 0, "no arrangement could be planned"
+        for event in build_structure(world, scene, arrangements):
+            if isinstance(event, Planned) and event.arrangement != rank:
+                rank = event.arrangement
+                yield _chosen(rank + 1, arrangements[rank], scene)
+            yield event
+            if isinstance(event, PlaceFailed):
+                trouble = f"the {event.name} could not be placed: {event.reason}"
+            if isinstance(event, Placed):
+                placed += 1
+                yield events.Pictured(
+                    f"after-placement-{placed}", f"after placement {placed}: the {event.name}", table.picture()
+                )
+        self._enter("check")
+        if placed < len(taking_part):
+            yield events.Pictured("camera-after", "the scene in the end, through the camera", table.picture())
+            raise ExecutionFailed(f"{placed} of {len(taking_part)} objects were placed: {trouble}")
+        goals = arrangements[rank].goal_from_initial @ initial
+        failure, checks = judge_built(world, taking_part, goals, parse.spec)
+        yield events.Pictured("camera-after", "the scene in the end, through the camera", table.picture())
+        failed = next((check for check in checks if not check.passed), None)
+        detail = f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}" if failed else "everything stands as asked"
+        yield events.Checked(failure is None, failure, checks, detail, "arm", self._seconds())
+        if failure is not None:
+            raise ExecutionFailed(f"the structure was built but does not stand as asked ({failure}): {detail}")
+
+
+def _goal_positions(arrangement: Arrangement, scene: Scene) -> list[tuple[float, float, float]]:
+    return [
+        tuple((motion[:3, :3] @ cloud.centroid + motion[:3, 3]).tolist())
+        for motion, cloud in zip(arrangement.goal_from_initial, scene.objects, strict=True)
+    ]
+
+
+def _candidate(rank: int, arrangement: Arrangement, scene: Scene) -> events.Candidate:
+    return events.Candidate(rank, dict(arrangement.scores), tuple(_goal_positions(arrangement, scene)))
+
+
+def _chosen(rank: int, arrangement: Arrangement, scene: Scene) -> events.Chosen:
+    goals = tuple(
+        {"name": cloud.name, "position": position, "goal_from_initial": motion}
+        for cloud, position, motion in zip(
+            scene.objects, _goal_positions(arrangement, scene), arrangement.goal_from_initial, strict=True
+        )
+    )
+    return events.Chosen(rank, dict(arrangement.scores), goals, arrangement=arrangement, scene=scene)
