@@ -127,8 +127,11 @@ class PlanningScene:
             pybullet.removeBody(self._held, physicsClientId=self.client)
             self._held = None
 
-    def collides(self, q: np.ndarray, clearance: float = CLEARANCE) -> bool:
-        """Whether the arm at q (7,) comes nearer than `clearance` to anything, or what it holds hits something."""
+    def collides(self, q: np.ndarray, clearance: float = CLEARANCE, only_floor: bool = False) -> bool:
+        """Whether the arm at q (7,) comes nearer than `clearance` to anything, or what it holds hits something.
+
+        With `only_floor`, objects in the way do not count.
+        """
         arm = self.arm
         pybullet.resetJointStatesMultiDof(
             arm.body, arm.joints, [[v] for v in q], [[0.0]] * JOINTS, physicsClientId=self.client
@@ -142,6 +145,8 @@ class PlanningScene:
         for contact in pybullet.getContactPoints(arm.body, physicsClientId=self.client):
             # Neighbouring shapes of the arm touch by design; only overlap of its own links counts.
             limit = 0.0 if contact[1] == contact[2] else clearance
+            if only_floor and self.floor not in (contact[1], contact[2]) and contact[1] != contact[2]:
+                continue
             if contact[8] < limit and self._held not in (contact[1], contact[2]):
                 return True
         if self._held is None:

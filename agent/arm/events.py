@@ -1,0 +1,110 @@
+"""What the arm tells while it plans and builds: one frozen dataclass per step.
+
+Objects are named by their index in `Scene.objects` and by their name. Metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from agent.events import json_value, kind_of
+
+
+@dataclass(frozen=True)
+class ArmEvent:
+    """Any of the events below."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The event as JSON values: its kind and every field."""
+        return {"kind": kind_of(self)} | {entry.name: json_value(getattr(self, entry.name)) for entry in fields(self)}
+
+
+@dataclass(frozen=True)
+class Planned(ArmEvent):
+    """Grasps and motions for every object of an arrangement were found.
+
+    Attributes:
+        arrangement: the arrangement's index in the ranked list.
+        order: the objects' indices in the order in which they will be placed.
+        grasps: the kind of each one's grasp, in that order.
+        seconds: how long the search took, over all arrangements so far.
+    """
+
+    arrangement: int
+    order: tuple[int, ...]
+    grasps: tuple[str, ...]
+    seconds: float
+
+
+@dataclass(frozen=True)
+class PlanFailed(ArmEvent):
+    """No plan for this arrangement. `object` is the index of the one that could not be moved, `None` for time."""
+
+    arrangement: int
+    object: int | None
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Picked(ArmEvent):
+    """The object is in the hand.
+
+    Attributes:
+        grasp: the kind of grasp.
+        attempt: 1 for the first try.
+        fingers: how many of the three fingers touched it.
+        hold: "weld after contact on both sides" or "friction": what held it from then on.
+        slip_m, slip_rad: how far it moved in the world while the fingers closed.
+    """
+
+    object: int
+    name: str
+    grasp: str
+    attempt: int
+    fingers: int
+    hold: str
+    slip_m: float
+    slip_rad: float
+
+
+@dataclass(frozen=True)
+class PickFailed(ArmEvent):
+    """An attempt to pick the object failed; another grasp may follow."""
+
+    object: int
+    name: str
+    grasp: str
+    attempt: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Placed(ArmEvent):
+    """The object was released and has come to rest; a look measured it.
+
+    Attributes:
+        position_error_m: distance in the plane from its goal.
+        angle_error_rad: angle between its rotation and the goal's (for round things: of their upright axis).
+        world_from_object: (4, 4) its pose now.
+        seconds: planning and execution time of this object.
+    """
+
+    object: int
+    name: str
+    position_error_m: float
+    angle_error_rad: float
+    world_from_object: np.ndarray
+    seconds: float
+
+
+@dataclass(frozen=True)
+class PlaceFailed(ArmEvent):
+    """The object could not be brought to its goal."""
+
+    object: int
+    name: str
+    reason: str

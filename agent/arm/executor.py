@@ -1,0 +1,339 @@
+"""Building a structure with the simulated Jaco: search, pick and place, a look after each placement.
+
+What is real here and what is not. The arm moves by position motors within the maker's joint speeds;
+the fingers close with the real finger effort and each stops where it touches; friction is that of
+the physics engine. Rigid finger boxes hold badly against the curved and light scans, so a grasp is
+held by a weld after contact on both sides: once the thumb and at least one opposite finger touch
+the object, a fixed constraint joins it to the hand until release (the paper's own planning assumes
+that a grasped object is attached rigidly). A grasp without such contact has failed, and the next is
+tried. Each placement, each slip while the fingers close, and each object that was pushed is
+measured on the simulation's poses: this stands in for tracking by the camera.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+import pybullet
+
+from agent.arm.events import ArmEvent, PickFailed, Picked, Placed, PlaceFailed, Planned, PlanFailed
+from agent.arm.grasps import is_round
+from agent.arm.hand import ANGLES
+from agent.arm.kinematics import CONTINUOUS, FINGER_OPEN, FINGER_SPEED, FOLDED, JacoArm, inverse_kinematics, unwind
+from agent.arm.motion import PlanningScene, straight_line, trajectory
+from agent.arm.search import APPROACH, RELEASE_HEIGHT, ObjectPlan, Search, bottom_at, precedence, raised
+from structdiffusion.geometry import tilt_between, transform_points
+from structdiffusion.observation import Arrangement, Scene
+from structdiffusion.tabletop import TIME_STEP, TabletopWorld
+
+HOLDS = ("weld", "friction")
+PICK_ATTEMPTS = 3
+STALE = 0.003  # m that an object may have moved before the plan around it is made anew
+WELD_FORCE = 200.0  # N, as strong as a rigid attachment needs to be
+SQUEEZE = 0.15  # rad beyond contact that the finger motors aim for in a grasp held by friction
+SETTLE_SECONDS = 0.6
+CARTESIAN_SPEED = 0.5  # of the joints' limits, near objects
+LARGEST_CORRECTION = 0.02  # m by which an object follows the real place of the one it will stand on
+
+
+def build_structure(
+    world: TabletopWorld,
+    arm: JacoArm,
+    scene: Scene,
+    arrangements: Sequence[Arrangement],
+    *,
+    rng: np.random.Generator,
+    planning_seconds: float = 60.0,
+    hold: str = "weld",
+    on_step: Callable[[], None] | None = None,
+) -> Iterator[ArmEvent]:
+    """Finds the first arrangement with a plan for every object, builds it, and tells each step.
+
+    Args:
+        world: the true objects; `world.bodies[i]` is `scene.objects[i]`. Planning never looks at its models.
+        arm: the arm, loaded into `world.client`, folded.
+        scene: what was perceived before anything moved.
+        arrangements: imagined goals, best first.
+        planning_seconds: limit for the search over all arrangements.
+        hold: "weld" (see the module's text) or "friction".
+        on_step: called after every physics step.
+
+    Yields:
+        `PlanFailed` for every arrangement without a plan, `Planned` for the one that is built, then per
+        object `PickFailed`, `Picked`, `Placed` or `PlaceFailed`. Without `Planned`, nothing was moved.
+
+    Raises:
+        ValueError: for an unknown `hold`.
+    """
+    if hold not in HOLDS:
+        raise ValueError(f"hold cannot be {hold!r}; legal values: {', '.join(HOLDS)}")
+    began = time.monotonic()
+    clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
+    distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
+    with PlanningScene() as planning:
+        search = Search(planning, rng)
+        for rank, arrangement in enumerate(arrangements):
+            plans, blocked, reason = search.arrangement(
+                clouds, distractors, arrangement.goal_from_initial, began + planning_seconds
+            )
+            if plans:
+                yield Planned(
+                    rank,
+                    tuple(plan.object for plan in plans),
+                    tuple(plan.grasp.kind for plan in plans),
+                    time.monotonic() - began,
+                )
+                builder = _Builder(world, arm, scene, arrangement, search, distractors, hold, on_step)
+                for plan in plans:
+                    yield from builder.move(plan)
+                return
+            name = "" if blocked is None else scene.objects[blocked].name
+            yield PlanFailed(rank, blocked, name, reason)
+            if time.monotonic() > began + planning_seconds:
+                return
+
+
+class _Builder:
+    """Executes the plans of one arrangement, and plans anew where the world has changed."""
+
+    def __init__(
+        self,
+        world: TabletopWorld,
+        arm: JacoArm,
+        scene: Scene,
+        arrangement: Arrangement,
+        search: Search,
+        distractors: Sequence[np.ndarray],
+        hold: str,
+        on_step: Callable[[], None] | None,
+    ) -> None:
+        self.world, self.arm, self.scene, self.search = world, arm, scene, search
+        self.distractors, self.hold, self.on_step = distractors, hold, on_step
+        self.goal_from_initial = arrangement.goal_from_initial
+        self.count = len(scene.objects)
+        self.start_clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
+        self.start_poses = world.poses()[: self.count]
+        _, self.stands_on = precedence(self.start_clouds, list(self.goal_from_initial), [0.0] * self.count)
+        self.done: set[int] = set()
+        self._constraint: int | None = None
+        self._pose_before = np.eye(4)  # of the object being moved, when its plan was made
+
+    # --- what a look tells -------------------------------------------------------------------
+
+    def _motions_so_far(self) -> list[np.ndarray]:
+        """now_from_initial (4, 4) of every object, by a look."""
+        return [
+            self.world.pose(i) @ np.linalg.inv(self.start_poses[i]) for i in range(self.count)
+        ]
+
+    def _expected(self, index: int) -> np.ndarray:
+        """now_from_initial (4, 4) as planned: at its goal if it was placed, else where it was."""
+        return self.goal_from_initial[index] if index in self.done else np.eye(4)
+
+    def _goal(self, index: int) -> np.ndarray:
+        """goal_from_initial (4, 4), moved along with what the object will stand on, by 2 cm at most."""
+        goal = self.goal_from_initial[index].copy()
+        under = self.stands_on[index]
+        if under is not None:
+            center = self.start_clouds[under].mean(axis=0)
+            offset = transform_points(self._motions_so_far()[under], center) - transform_points(
+                self.goal_from_initial[under], center
+            )
+            distance = float(np.linalg.norm(offset[:2]))
+            if distance < 2 * LARGEST_CORRECTION:
+                goal[:2, 3] += offset[:2] * min(1.0, LARGEST_CORRECTION / max(distance, 1e-9))
+        return goal
+
+    # --- one object --------------------------------------------------------------------------
+
+    def move(self, plan: ObjectPlan) -> Iterator[ArmEvent]:
+        """Picks and places one object; tells every attempt and the result."""
+        began = time.monotonic()
+        index = plan.object
+        name = self.scene.objects[index].name
+        current: ObjectPlan | None = plan if self._still_holds(plan) else None
+        reason = ""
+        for attempt in range(1, PICK_ATTEMPTS + 1):
+            if current is None:
+                current, reason = self._plan_again(index, attempt)
+                if current is None:
+                    break
+            reason, picked = self._pick(current, name, attempt)
+            if picked is not None:
+                yield picked
+                self._place(current)
+                self.done.add(index)
+                yield self._look(index, name, time.monotonic() - began)
+                return
+            yield PickFailed(index, name, current.grasp.kind, attempt, reason)
+            current = None
+        yield PlaceFailed(index, name, reason)
+
+    def _still_holds(self, plan: ObjectPlan) -> bool:
+        for i, motion in enumerate(self._motions_so_far()):
+            expected = self._expected(i)
+            cloud = self.start_clouds[i]
+            moved = np.linalg.norm(transform_points(motion, cloud) - transform_points(expected, cloud), axis=1)
+            if moved.max() > STALE:
+                return False
+        return True
+
+    def _plan_again(self, index: int, attempt: int) -> tuple[ObjectPlan | None, str]:
+        motions = self._motions_so_far()
+        clouds = [transform_points(motion, cloud) for motion, cloud in zip(motions, self.start_clouds)]
+        bottoms = [max(0.0, bottom_at(m, c, 0.0)) for m, c in zip(motions, self.start_clouds)]
+        goal_from_now = self._goal(index) @ np.linalg.inv(motions[index])
+        start = self.arm.configuration()
+        return self.search.object(
+            index,
+            clouds,
+            self.distractors,
+            bottoms,
+            goal_from_now,
+            deadline=time.monotonic() + 6.0,
+            start=unwind(start, FOLDED),
+            skip=4 * (attempt - 1),
+        )
+
+    def _pick(self, plan: ObjectPlan, name: str, attempt: int) -> tuple[str, Picked | None]:
+        arm, body = self.arm, self.world.bodies[plan.object]
+        self._pose_before = self.world.pose(plan.object)
+        arm.command_fingers([plan.grasp.opening] * 3)
+        self._follow(plan.reach)
+        self._follow(plan.approach, CARTESIAN_SPEED)
+        before = self._pose_before
+        touching = self._close(body)
+        held = 0 in touching and len(touching) >= 2
+        if held:
+            after = self.world.pose(plan.object)
+            if self.hold == "weld":
+                self._weld(body)
+            self._follow(plan.lift, CARTESIAN_SPEED)
+            lifted = self.world.pose(plan.object)[2, 3] - after[2, 3]
+            if lifted > 0.5 * APPROACH:
+                hold = "weld after contact on both sides" if self.hold == "weld" else "friction"
+                slip = float(np.linalg.norm(after[:3, 3] - before[:3, 3]))
+                turned = before[:3, :3].T @ after[:3, :3]
+                slip_angle = float(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1)))
+                picked = Picked(
+                    plan.object, name, plan.grasp.kind, attempt, len(touching), hold, slip, slip_angle
+                )
+                return "", picked
+        self._let_go(plan.grasp.opening)
+        self._follow(plan.lift if not held else plan.lift[-1:], CARTESIAN_SPEED)
+        self._go_home()
+        return ("it slipped out of the fingers" if held else "the fingers met no contact on both sides"), None
+
+    def _place(self, plan: ObjectPlan) -> None:
+        self._follow(plan.transfer)
+        self._follow(self._corrected(plan), CARTESIAN_SPEED)
+        self._wait(0.15)
+        self._let_go(plan.grasp.opening)
+        self._wait(0.25)
+        self._follow(plan.retreat, CARTESIAN_SPEED)
+        self._follow(plan.fold)
+        self.arm.command_fingers([FINGER_OPEN] * 3)
+        self._wait(SETTLE_SECONDS)
+
+    def _corrected(self, plan: ObjectPlan) -> np.ndarray:
+        """The lowering path, corrected by how the object really lies in the hand."""
+        hand_from_object = np.linalg.inv(self.arm.world_from_ee()) @ self.world.pose(plan.object)
+        planned_pick = plan.grasp.world_from_ee
+        goal = raised(plan.goal_from_now, RELEASE_HEIGHT) @ self._pose_before
+        release = goal @ np.linalg.inv(hand_from_object)
+        planned = raised(plan.goal_from_now @ planned_pick, RELEASE_HEIGHT)
+        offset = release @ np.linalg.inv(planned)
+        angle = np.arccos(np.clip((np.trace(offset[:3, :3]) - 1) / 2, -1, 1))
+        if np.linalg.norm(release[:3, 3] - planned[:3, 3]) > 0.03 or angle > 0.25:
+            return plan.lower
+        above = raised(release, APPROACH)
+        q, solved = inverse_kinematics(above[None], plan.lower[:1])
+        if not solved[0] or np.abs(q[0] - plan.lower[0]).max() > 0.6:
+            return plan.lower
+        down = straight_line(q[0], (above, release))
+        return plan.lower if down is None else np.concatenate((plan.lower[:1], down))
+
+    def _look(self, index: int, name: str, seconds: float) -> Placed:
+        pose = self.world.pose(index)
+        goal = self.goal_from_initial[index] @ self.start_poses[index]
+        error = float(np.linalg.norm(pose[:2, 3] - goal[:2, 3]))
+        if is_round(self.start_clouds[index]):
+            angle = tilt_between(pose, goal)
+        else:
+            turn = goal[:3, :3].T @ pose[:3, :3]
+            angle = float(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))
+        return Placed(index, name, error, angle, pose, seconds)
+
+    # --- the arm's motions in physics ----------------------------------------------------------
+
+    def _step(self) -> None:
+        self.world.step(TIME_STEP)
+        if self.on_step is not None:
+            self.on_step()
+
+    def _wait(self, seconds: float) -> None:
+        for _ in range(round(seconds / TIME_STEP)):
+            self._step()
+
+    def _follow(self, path: np.ndarray, speed: float = 0.9) -> None:
+        """Drives the joints along a path (T, 7), from wherever its continuous joints have wound to."""
+        now = self.arm.configuration()
+        turns = 2 * np.pi * np.round((now - path[0]) / (2 * np.pi))
+        path = path + np.where(CONTINUOUS, turns, 0.0)
+        for q in trajectory(np.concatenate((now[None], path)), TIME_STEP, speed):
+            self.arm.command(q)
+            self._step()
+        self._wait(0.08)
+
+    def _close(self, body: int) -> set[int]:
+        """Closes each finger until it touches `body`; which fingers touch."""
+        arm = self.arm
+        targets = arm.finger_angles()
+        touched: set[int] = set()
+        step = FINGER_SPEED * TIME_STEP
+        while True:
+            free = [k for k in range(3) if k not in touched and targets[k] < ANGLES[-1]]
+            if not free or (0 in touched and len(touched) >= 2):
+                break
+            for k in free:
+                targets[k] += step
+            arm.command_fingers(list(targets))
+            self._step()
+            for k in arm.touching(body) - touched:
+                touched.add(k)
+                targets[k] = arm.finger_angles()[k]
+        if self.hold == "friction":
+            arm.command_fingers([float(angle) + SQUEEZE for angle in targets])
+            self._wait(0.3)
+            return arm.touching(body)
+        return touched
+
+    def _weld(self, body: int) -> None:
+        arm, client = self.arm, self.world.client
+        position, quaternion = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
+        state = pybullet.getLinkState(arm.body, arm.hand, physicsClientId=client)
+        inverse = pybullet.invertTransform(state[0], state[1])
+        in_hand = pybullet.multiplyTransforms(*inverse, position, quaternion)
+        self._constraint = pybullet.createConstraint(
+            arm.body, arm.hand, body, -1, pybullet.JOINT_FIXED, [0, 0, 0], in_hand[0], [0, 0, 0], in_hand[1],
+            physicsClientId=client,
+        )
+        pybullet.changeConstraint(self._constraint, maxForce=WELD_FORCE, physicsClientId=client)
+        arm.command_fingers(list(arm.finger_angles()))
+
+    def _let_go(self, opening: float) -> None:
+        if self._constraint is not None:
+            pybullet.removeConstraint(self._constraint, physicsClientId=self.world.client)
+            self._constraint = None
+        self.arm.command_fingers([opening] * 3)
+        self._wait(0.35)
+
+    def _go_home(self) -> None:
+        """Back to the waiting pose, by a planned motion; straight up and over where none is found."""
+        start = self.arm.configuration()
+        home = unwind(FOLDED, start)
+        path = self.search.scene.plan(start, home)
+        self._follow(np.stack((start, home)) if path is None else path)
+        self._wait(SETTLE_SECONDS)

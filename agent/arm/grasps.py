@@ -1,0 +1,236 @@
+"""Grasps from the partial clouds of unseen objects; no object model is used.
+
+Three kinds, all with the hand pointing down or tilted by up to 40 degrees about its closing axis:
+
+- "across": antipodal, the fingers on both sides of a cross-section of the cloud;
+- "flat": the same for things lower than 3 cm (cutlery): the fingers straddle it, close to the table;
+- "rim": one side of the hand inside, the other outside the rim of something hollow (bowl, plate, cup).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.arm.hand import LEVELS, PALM_LEVEL, contact_angle, opening_for, reach
+
+SIDE_CLEARANCE = 0.008  # m kept on each side between open fingers and the object
+PALM_CLEARANCE = 0.006  # m
+FLOOR_CLEARANCE = 0.003  # m between the lowest finger and what the object stands on
+LATERAL = 0.032  # m: half the width of the hand's fingers side by side
+FLAT = 0.03  # m: lower than this is flat
+YAWS = 12
+TILTS = (0.0, math.radians(20), math.radians(-20), math.radians(40), math.radians(-40))
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """A hand pose at which closing the fingers should hold the object.
+
+    Attributes:
+        world_from_ee: (4, 4) the hand when the fingers close: approach +z, closing along x.
+        width: what is between the fingers, metres.
+        opening: finger joint angle, radians, while approaching.
+        kind: "across", "flat" or "rim".
+        quality: larger is better.
+    """
+
+    world_from_ee: np.ndarray
+    width: float
+    opening: float
+    kind: str
+    quality: float
+
+
+def hand_pose(point: np.ndarray, yaw: float, tilt: float = 0.0) -> np.ndarray:
+    """world_from_ee (4, 4) of a hand at `point` (3,) that closes along `yaw` and approaches from above.
+
+    `tilt` turns it about its closing axis, so that it leans by that angle.
+    """
+    closing = np.array([math.cos(yaw), math.sin(yaw), 0.0])
+    side = np.array([math.sin(yaw), -math.cos(yaw), 0.0])
+    approach = np.array([0.0, 0.0, -math.cos(tilt)]) + math.sin(tilt) * side
+    pose = np.eye(4)
+    pose[:3, 0], pose[:3, 2] = closing, approach
+    pose[:3, 1] = np.cross(approach, closing)
+    pose[:3, 3] = point
+    return pose
+
+
+def is_round(points: np.ndarray) -> bool:
+    """Whether the cloud (P, 3) looks the same from all sides: its extents in all directions agree within 12 %.
+
+    Seen from above; a handle or a spout makes it not round.
+    """
+    angles = np.arange(12) * math.pi / 12
+    along = points[:, :2] @ np.stack((np.cos(angles), np.sin(angles)))
+    low, high = np.percentile(along, [1, 99], axis=0)
+    extents = high - low
+    return bool(extents.max() < 1.12 * extents.min() + 0.002)
+
+
+def grasps_of(points: np.ndarray, support: float = 0.0, limit: int = 60) -> list[Grasp]:
+    """Grasps of one object, best first.
+
+    Args:
+        points: (P, 3) its partial cloud, world frame, metres.
+        support: z of what it stands on.
+        limit: how many to return at most.
+    """
+    points = np.asarray(points, dtype=np.float64)
+    if len(points) < 10:
+        return []
+    found = _across(points, support) + _rim(points, support)
+    return sorted(found, key=lambda grasp: -grasp.quality)[:limit]
+
+
+def _in_hand(points: np.ndarray, pose: np.ndarray) -> np.ndarray:
+    """The points (P, 3) in the end_effector frame."""
+    return (points - pose[:3, 3]) @ pose[:3, :3]
+
+
+def _widths(inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What the open hand must pass, and what is there, at each of `LEVELS`: two (L,) of metres.
+
+    Going down, the hand's level l passes everything that ends up at levels below l's height, that
+    is between the palm and l.
+    """
+    there = np.zeros(len(LEVELS))
+    bins = np.rint((inside[:, 2] - LEVELS[0]) / (LEVELS[1] - LEVELS[0])).astype(int)
+    seen = (bins >= 0) & (bins < len(LEVELS))
+    # Twice the farther side: the hand closes about its own middle.
+    np.maximum.at(there, bins[seen], 2 * np.abs(inside[seen, 0]))
+    there = np.maximum(there, np.maximum(np.append(there[1:], 0.0), np.append(0.0, there[:-1])))
+    passing = np.maximum.accumulate(there)
+    return np.where(passing > 0.0, passing + 2 * SIDE_CLEARANCE, 0.0), there
+
+
+def _fitted(
+    points: np.ndarray, near: np.ndarray, contact: np.ndarray, yaw: float, tilt: float, depth: float, support: float
+) -> tuple[np.ndarray, float, float] | None:
+    """A hand pose whose finger tips end `depth` below `contact` (3,), with its opening and width; `None` if none.
+
+    Args:
+        points: the whole object's cloud, which must stay clear of the palm.
+        near: the part of it that comes between the fingers.
+    """
+    approach = hand_pose(contact, yaw, tilt)[:3, 2]
+    # Leaning fingers reach lower on one side.
+    lean = LATERAL * abs(math.sin(tilt))
+    for attempt in range(4):
+        tip = contact + approach * (depth - 0.006 * attempt)
+        # The fingers' lowest point changes while they close: 42 mm beyond the end effector at most.
+        position = tip - approach * 0.040
+        lowest = position[2] - 0.0424 * math.cos(tilt) - lean
+        position[2] += max(0.0, support + FLOOR_CLEARANCE - lowest)
+        pose = hand_pose(position, yaw, tilt)
+        inside = _in_hand(near, pose)
+        all_inside = _in_hand(points, pose)
+        top_level = np.percentile(all_inside[np.abs(all_inside[:, 0]) < 0.045, 2], 1) if (
+            np.abs(all_inside[:, 0]) < 0.045
+        ).any() else np.inf
+        if top_level < PALM_LEVEL + PALM_CLEARANCE:
+            pose[:3, 3] -= approach * (PALM_LEVEL + PALM_CLEARANCE - top_level)
+            inside = _in_hand(near, pose)
+        passing, there = _widths(inside)
+        opening = opening_for(passing)
+        if opening is None:
+            continue
+        closing = contact_angle(there)
+        if closing is None or closing < opening:
+            continue
+        held = there[there > 0.0]
+        if not len(held) or reach(closing) < inside[:, 2].min() + 0.004:
+            continue
+        return pose, opening, float(held.max())
+    return None
+
+
+def _across(points: np.ndarray, support: float) -> list[Grasp]:
+    low, high = np.percentile(points[:, 2], [1, 99])
+    top, middle = float(high), np.median(points[:, :2], axis=0)
+    corners = np.percentile(points[:, :2], [2, 98], axis=0)
+    middle = 0.5 * middle + 0.5 * corners.mean(axis=0)
+    height = top - support
+    kind = "flat" if height < FLAT else "across"
+    depths = (height + 0.02,) if kind == "flat" else (0.05, 0.035, 0.022)
+    found = []
+    for yaw in np.arange(YAWS) * math.pi / YAWS:
+        closing = np.array([math.cos(yaw), math.sin(yaw)])
+        side = np.array([math.sin(yaw), -math.cos(yaw)])
+        across, along = (points[:, :2] - middle) @ closing, (points[:, :2] - middle) @ side
+        half = 0.5 * np.subtract(*np.percentile(along, [97, 3]))
+        # Long things can also be taken off their middle.
+        offsets = (0.0,) if half < 0.05 else (0.0, 0.3 * half, -0.3 * half)
+        for offset in offsets:
+            slab = np.abs(along - offset) < LATERAL
+            for depth in depths:
+                section = slab & (points[:, 2] > top - depth - 0.01)
+                if section.sum() < 6:
+                    continue
+                local_top = float(np.percentile(points[section, 2], 97))
+                ends = np.percentile(across[section], [2, 98])
+                center = middle + closing * ends.mean() + side * offset
+                contact = np.array([*center, local_top])
+                for tilt in TILTS:
+                    fitted = _fitted(points, points[section], contact, yaw, tilt, depth, support)
+                    if fitted is None:
+                        continue
+                    pose, opening, width = fitted
+                    quality = (
+                        1.0
+                        - 3.0 * width
+                        - 3.0 * abs(offset)
+                        - 0.25 * abs(tilt)
+                        + 3.0 * min(depth, 0.05)
+                        - 1.5 * np.linalg.norm(center - middle)
+                    )
+                    for turn in (0.0, math.pi):  # the same fingers' line, thumb on either side
+                        turned = hand_pose(pose[:3, 3], yaw + turn, tilt if turn == 0.0 else -tilt)
+                        found.append(Grasp(turned, width, opening, kind, float(quality)))
+    return found
+
+
+def _rim(points: np.ndarray, support: float) -> list[Grasp]:
+    """Pinches of the wall of something hollow and at least 9 cm wide, from above."""
+    top = float(np.percentile(points[:, 2], 98))
+    rim = points[points[:, 2] > top - 0.008]
+    if len(rim) < 20 or top - support < 0.012:
+        return []
+    low, high = np.percentile(rim[:, :2], [2, 98], axis=0)
+    middle = 0.5 * (low + high)
+    if (high - low).min() < 0.09:
+        return []
+    inner = points[np.linalg.norm(points[:, :2] - middle, axis=1) < 0.3 * (high - low).min()]
+    if len(inner) < 5:
+        return []
+    hollow = top - float(np.median(inner[:, 2]))
+    if hollow < 0.008:
+        return []
+    found = []
+    offsets = rim[:, :2] - middle
+    angles, radii = np.arctan2(offsets[:, 1], offsets[:, 0]), np.linalg.norm(offsets, axis=1)
+    for yaw in np.arange(16) * math.pi / 8:
+        sector = np.abs((angles - yaw + math.pi) % (2 * math.pi) - math.pi) < 0.2
+        if sector.sum() < 3:
+            continue
+        radius = float(np.median(radii[sector]))
+        contact = np.array([*(middle + radius * np.array([math.cos(yaw), math.sin(yaw)])), top])
+        depth = min(0.03, hollow + 0.004)
+        # Of the wall only what is near the rim counts: the fingers stop where they touch.
+        sideways = np.abs((points[:, :2] - contact[:2]) @ np.array([-math.sin(yaw), math.cos(yaw)]))
+        outward = (points[:, :2] - contact[:2]) @ np.array([math.cos(yaw), math.sin(yaw)])
+        wall = points[(sideways < LATERAL) & (np.abs(outward) < 0.012) & (points[:, 2] > top - depth)]
+        if len(wall) < 3:
+            continue
+        lowest_tip = max(top - depth, support + FLOOR_CLEARANCE)
+        for turn in (0.0, math.pi):
+            pose = hand_pose(contact, yaw + turn)
+            pose[2, 3] = lowest_tip + 0.0424
+            if _in_hand(points, pose)[:, 2].min() < PALM_LEVEL + PALM_CLEARANCE:
+                continue
+            opening = 0.8 if radius < 0.07 else 0.65
+            found.append(Grasp(pose, 0.02, opening, "rim", 0.72 + (0.02 if turn == 0.0 else 0.0)))
+    return found

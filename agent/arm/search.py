@@ -1,0 +1,299 @@
+"""The nested search of paper section V.D: ranked arrangements, objects in an executable order, grasps.
+
+For every object the search finds a grasp, and the poses before, at and after pick and place, with a
+collision-free motion to each; only perceived clouds are used.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from shapely import MultiPoint
+
+from agent.arm.grasps import Grasp, grasps_of, is_round
+from agent.arm.kinematics import FOLDED, JOINTS, inverse_kinematics, random_configurations, unwind
+from agent.arm.motion import PlanningScene, interpolate, seen_from, solid_hull, straight_line
+from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
+
+RELEASE_HEIGHT = 0.03  # m above the goal, the contract's
+APPROACH = 0.10  # m of straight line before a grasp, after it, and before and after a release
+RESTARTS = 4
+PAIRS_TRIED = 24
+SPINS = 8  # turns about the upright axis that are tried at the goal of a round object
+GOAL_CLEARANCE = 0.005  # m between a goal's footprint and what still stands there
+
+
+@dataclass(frozen=True)
+class ObjectPlan:
+    """Everything needed to move one object. Paths are joint angles (T, 7); poses are world frames.
+
+    Attributes:
+        object: index in `Scene.objects`.
+        grasp: the chosen grasp.
+        reach: folded to pre-grasp. approach: pre-grasp to grasp. lift: grasp to lifted.
+        transfer: lifted to above the goal. lower: above the goal to the release.
+        retreat: away from what was released. fold: back to the waiting pose.
+        goal_from_now: (4, 4) the planned motion of the object, without the release height.
+    """
+
+    object: int
+    grasp: Grasp
+    reach: np.ndarray
+    approach: np.ndarray
+    lift: np.ndarray
+    transfer: np.ndarray
+    lower: np.ndarray
+    retreat: np.ndarray
+    fold: np.ndarray
+    goal_from_now: np.ndarray
+
+
+def raised(pose: np.ndarray, height: float) -> np.ndarray:
+    """The pose (4, 4) moved up by `height` metres."""
+    moved = pose.copy()
+    moved[2, 3] += height
+    return moved
+
+
+def backed(pose: np.ndarray, distance: float) -> np.ndarray:
+    """The hand pose (4, 4) drawn back by `distance` metres along its approach."""
+    moved = pose.copy()
+    moved[:3, 3] -= distance * pose[:3, 2]
+    return moved
+
+
+def bottom_at(motion: np.ndarray, cloud: np.ndarray, bottom: float) -> float:
+    """z of an object's bottom after `motion` (4, 4), when it is `bottom` under the cloud (P, 3) now."""
+    return float(transform_points(motion, np.array([*cloud[:, :2].mean(axis=0), bottom]))[2])
+
+
+def precedence(
+    clouds: Sequence[np.ndarray], motions: Sequence[np.ndarray], bottoms: Sequence[float]
+) -> tuple[list[set[int]], list[int | None]]:
+    """Which objects must be placed before each, and which one each will stand on.
+
+    Object j comes before i when i will stand on j, or when j still stands where i will go.
+
+    Args:
+        clouds: (P, 3) per object, now. motions: goal_from_now (4, 4) per object. bottoms: z per object, now.
+    """
+    count = len(clouds)
+    now = [MultiPoint(cloud[:, :2]).convex_hull for cloud in clouds]
+    goal_clouds = [transform_points(motion, cloud) for motion, cloud in zip(motions, clouds)]
+    goals = [MultiPoint(cloud[:, :2]).convex_hull for cloud in goal_clouds]
+    goal_bottoms = [bottom_at(*each) for each in zip(motions, clouds, bottoms)]
+    before: list[set[int]] = [set() for _ in range(count)]
+    stands_on: list[int | None] = [None] * count
+    for i in range(count):
+        for j in range(count):
+            if i == j:
+                continue
+            if goal_bottoms[i] > goal_bottoms[j] + 0.003 and goals[i].intersection(goals[j]).area > 1e-4:
+                before[i].add(j)
+                held_by = stands_on[i]
+                if held_by is None or goal_bottoms[j] > goal_bottoms[held_by]:
+                    stands_on[i] = j
+            elif goals[i].distance(now[j]) < GOAL_CLEARANCE and goal_bottoms[i] < np.percentile(clouds[j][:, 2], 98):
+                before[i].add(j)
+    return before, stands_on
+
+
+class Search:
+    """Plans among perceived clouds, in a planning scene of its own.
+
+    Args:
+        scene: where to plan.
+        rng: draws restarts of the inverse kinematics.
+    """
+
+    def __init__(self, scene: PlanningScene, rng: np.random.Generator) -> None:
+        self.scene = scene
+        self.rng = rng
+
+    def arrangement(
+        self,
+        clouds: Sequence[np.ndarray],
+        distractors: Sequence[np.ndarray],
+        goal_from_initial: np.ndarray,
+        deadline: float,
+    ) -> tuple[list[ObjectPlan], int | None, str]:
+        """Plans for all objects in an executable order.
+
+        Returns:
+            The plans, `None` and ""; or no plans, the index of an object that could not be moved
+            (`None` when time ran out), and why.
+        """
+        count = len(clouds)
+        current = [np.asarray(cloud, dtype=np.float64) for cloud in clouds]
+        bottoms = [0.0] * count
+        before, _ = precedence(current, list(goal_from_initial), bottoms)
+        # Low goals first, then far ones, so that the arm need not reach over what it has built.
+        goals = [transform_points(goal_from_initial[i], current[i]).mean(axis=0) for i in range(count)]
+        lowest = [bottom_at(goal_from_initial[i], current[i], 0.0) for i in range(count)]
+        waiting = sorted(range(count), key=lambda i: (round(lowest[i], 2), -goals[i][0]))
+        plans: list[ObjectPlan] = []
+        done: set[int] = set()
+        while waiting:
+            ready = [i for i in waiting if before[i] <= done]
+            if not ready:
+                blocked = waiting[0]
+                blockers = ", ".join(str(j) for j in sorted(before[blocked] - done))
+                return [], blocked, f"its goal is blocked by objects that wait for others (object {blockers})"
+            reason = ""
+            for i in ready:
+                if time.monotonic() > deadline:
+                    return [], None, "the time for planning ran out"
+                plan, reason = self.object(
+                    i, current, [*distractors], bottoms, goal_from_initial[i], deadline=deadline
+                )
+                if plan is not None:
+                    plans.append(plan)
+                    current[i] = transform_points(goal_from_initial[i], current[i])
+                    bottoms[i] = lowest[i]
+                    waiting.remove(i)
+                    done.add(i)
+                    break
+            else:
+                return [], ready[0], reason
+        return plans, None, ""
+
+    def object(
+        self,
+        index: int,
+        clouds: Sequence[np.ndarray],
+        distractors: Sequence[np.ndarray],
+        bottoms: Sequence[float],
+        goal_from_now: np.ndarray,
+        deadline: float = math.inf,
+        start: np.ndarray = FOLDED,
+        skip: int = 0,
+    ) -> tuple[ObjectPlan | None, str]:
+        """A plan to move one object, or `None` and the reason.
+
+        Args:
+            clouds: every object's cloud (P, 3) now. bottoms: z of what each stands on.
+            skip: how many of the best grasps to leave out, because they failed before.
+        """
+        scene = self.scene
+        for j, cloud in enumerate(clouds):
+            scene.set_obstacle(j, solid_hull(cloud, bottoms[j]))
+        for j, cloud in enumerate(distractors):
+            scene.set_obstacle(("distractor", j), solid_hull(cloud))
+        grasps = grasps_of(clouds[index], bottoms[index])
+        if not grasps:
+            return None, "no grasp fits the hand"
+        pairs = self._reachable_pairs(grasps, clouds[index], goal_from_now)
+        if not pairs:
+            return None, "no grasp is within reach both now and at the goal"
+        hull = solid_hull(clouds[index], bottoms[index])
+        goal_hull = transform_points(goal_from_now, hull)
+        reason = "every grasp within reach collides"
+        for pick, goal_motion, q_pick, q_place in pairs[skip : skip + PAIRS_TRIED]:
+            if time.monotonic() > deadline:
+                return None, "the time for planning ran out"
+            found, why = self._motions(index, hull, goal_hull, pick, goal_motion, q_pick, q_place, start)
+            if found is not None:
+                return found, ""
+            reason = why or reason
+        return None, reason
+
+    def _reachable_pairs(
+        self, grasps: Sequence[Grasp], cloud: np.ndarray, goal_from_now: np.ndarray
+    ) -> list[tuple[Grasp, np.ndarray, np.ndarray, np.ndarray]]:
+        """(grasp, motion to the goal, joint angles at the pick, and at the release), best first."""
+        picks = np.repeat(np.stack([grasp.world_from_ee for grasp in grasps]), RESTARTS, axis=0)
+        seeds = random_configurations(self.rng, len(picks))
+        seeds[::RESTARTS] = FOLDED
+        q, solved = inverse_kinematics(picks, seeds)
+        q = unwind(q, FOLDED)
+        # A round thing may stand at any turn about its upright axis.
+        center = transform_points(goal_from_now, 0.5 * (cloud.min(axis=0) + cloud.max(axis=0)))
+        spins = SPINS if is_round(cloud) else 1
+        there = pose_from_xyz_yaw(*center, 0.0)
+        motions = [
+            there @ pose_from_xyz_yaw(0, 0, 0, 2 * math.pi * k / spins) @ np.linalg.inv(there) @ goal_from_now
+            for k in range(spins)
+        ]
+        rows = []
+        for g in range(len(grasps)):
+            good = [r for r in range(g * RESTARTS, (g + 1) * RESTARTS) if solved[r] and not self._hits(q[r], grasps[g])]
+            good.sort(key=lambda r: np.abs(q[r] - FOLDED).max())
+            rows += [(g, r, m) for r in good[:2] for m in range(spins)]
+        if not rows:
+            return []
+        if len(rows) > 160:
+            rows = rows[:160]
+        targets = np.stack([raised(motions[m] @ grasps[g].world_from_ee, RELEASE_HEIGHT) for g, _, m in rows])
+        q_place, reached = inverse_kinematics(targets, np.stack([q[r] for _, r, _ in rows]))
+        pairs = []
+        for k, (g, r, m) in enumerate(rows):
+            if reached[k]:
+                place = unwind(q_place[k], q[r])
+                effort = np.abs(place - q[r]).max() + np.abs(q[r] - FOLDED).max()
+                pairs.append((grasps[g].quality - 0.05 * effort, (grasps[g], motions[m], q[r], place)))
+        pairs.sort(key=lambda pair: -pair[0])
+        return [pair for _, pair in pairs]
+
+    def _hits(self, q: np.ndarray, grasp: Grasp) -> bool:
+        """Whether the open hand at the grasp hits the floor; cheap, before anything is planned."""
+        self.scene.set_fingers(grasp.opening)
+        return self.scene.collides(q, 0.0, only_floor=True)
+
+    def _motions(
+        self,
+        index: int,
+        hull: np.ndarray,
+        goal_hull: np.ndarray,
+        grasp: Grasp,
+        goal_motion: np.ndarray,
+        q_pick: np.ndarray,
+        q_place: np.ndarray,
+        start: np.ndarray,
+    ) -> tuple[ObjectPlan | None, str]:
+        """All motions for one grasp, or `None` and what stood in the way."""
+        scene = self.scene
+        at_pick = grasp.world_from_ee
+        at_place = raised(goal_motion @ at_pick, RELEASE_HEIGHT)
+        scene.release()
+        scene.set_fingers(grasp.opening)
+        scene.remove_obstacle(index)
+        held = seen_from(at_pick, hull)
+        try:
+            back = straight_line(q_pick, (at_pick, backed(at_pick, APPROACH)))
+            if back is None or scene.path_collides(back, 0.001):
+                return None, "the straight approach to the object is blocked or out of reach"
+            retreat = straight_line(q_place, (at_place, backed(at_place, APPROACH)))
+            if retreat is None or scene.path_collides(retreat, 0.001):
+                return None, "the straight retreat from the goal is blocked or out of reach"
+            above = straight_line(q_place, (at_place, raised(at_place, APPROACH)))
+            lift = straight_line(q_pick, (at_pick, raised(at_pick, APPROACH)))
+            if above is None or lift is None:
+                return None, "lifting or lowering the object is out of reach"
+            scene.hold(held)
+            if scene.path_collides(lift, 0.001) or scene.path_collides(above, 0.001):
+                return None, "lifting or lowering the object is blocked"
+            transfer = scene.plan(lift[-1], above[-1])
+            if transfer is None:
+                return None, "no free motion from the pick to the goal was found"
+            scene.release()
+            scene.set_obstacle(index, goal_hull)
+            fold = scene.plan(retreat[-1], unwind(FOLDED, retreat[-1]))
+            if fold is None:
+                return None, "no free motion back from the goal was found"
+            scene.set_obstacle(index, hull)
+            reach = scene.plan(start, unwind(back[-1], start))
+            if reach is None:
+                return None, "no free motion to the object was found"
+        finally:
+            scene.release()
+            scene.set_obstacle(index, hull)
+        return (
+            ObjectPlan(
+                index, grasp, reach, back[::-1], lift, transfer, above[::-1], retreat, interpolate(fold, 1.0), goal_motion
+            ),
+            "",
+        )
