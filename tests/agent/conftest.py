@@ -1,0 +1,74 @@
+"""A short invented run, told in the pipeline's own events, for tests of the listeners."""
+
+import numpy as np
+import pytest
+
+from agent import events
+from agent.arm.events import Picked, Placed, Planned
+from grounding.spec import StructureSpec
+from structdiffusion.observation import Arrangement, ObjectCloud, Scene
+from structdiffusion.success import Check
+
+INSTRUCTION = 'put the cups in a small circle <script>alert("x")</script>'
+
+
+def _cloud(name: str, category: str, x: float, y: float, rng: np.random.Generator) -> ObjectCloud:
+    points = (rng.uniform(-0.03, 0.03, (300, 3)) + (x, y, 0.03)).astype(np.float32)
+    return ObjectCloud(name, category, points, rng.integers(0, 255, (300, 3), dtype=np.uint8))
+
+
+@pytest.fixture
+def scene() -> Scene:
+    rng = np.random.default_rng(0)
+    cups = [_cloud(f"cup {i + 1}", "cup", 0.3 + 0.1 * i, -0.2 + 0.2 * i, rng) for i in range(3)]
+    banana = _cloud("banana", "banana", 0.6, -0.3, rng)
+    return Scene(tuple(cups), distractors=(banana,), color=np.full((48, 64, 3), 120, np.uint8))
+
+
+@pytest.fixture
+def told(scene: Scene) -> list[events.Event]:
+    """The events of a run in which three cups are put into a circle, with one number that is not finite."""
+    motions = np.tile(np.eye(4), (3, 1, 1))
+    motions[:, 1, 3] = 0.1
+    scores = {"total": 0.9, "structure": 0.95, "collision": 0.97, "bounds": 1.0}
+    arrangement = Arrangement(motions, scores)
+    places = tuple(tuple(cloud.centroid.tolist()) for cloud in scene.objects)
+    seen = tuple(
+        events.SeenObject(cloud.name, cloud.category, i < 3, tuple(cloud.centroid.tolist()), len(cloud.points))
+        for i, cloud in enumerate(scene.objects + scene.distractors)
+    )
+    return [
+        events.Started(INSTRUCTION, {"seed": 0, "execute": True}),
+        events.Parsed(
+            StructureSpec("circle", "small"), {"shape": 0.99, "size": 0.9}, {"shape": ("circle",)}, "embedding", ("cup",), 0.2
+        ),
+        events.Perceived(seen, (0.18, 0.72, -0.45, 0.45), 1.0, scene=scene),
+        events.Imagined(
+            "diffusion",
+            tuple(events.Candidate(rank, scores, places) for rank in range(1, 13)),
+            2.0,
+            scene=scene,
+            arrangements=(arrangement,) * 12,
+        ),
+        events.Chosen(
+            1,
+            scores,
+            tuple({"name": cloud.name, "position": place} for cloud, place in zip(scene.objects, places)),
+            arrangement=arrangement,
+            scene=scene,
+        ),
+        Planned(0, (0, 1, 2), ("side", "side", "rim"), 3.0),
+        Picked(0, "cup 1", "side", 1, 3, "friction", 0.002, 0.01),
+        Placed(0, "cup 1", 0.006, 0.02, np.eye(4), 4.0),
+        events.Pictured("after-placement-1", "after placement 1: the cup 1", np.full((48, 64, 3), 90, np.uint8)),
+        events.Checked(
+            False,
+            "semantic",
+            (Check("largest gap over the mean", False, float("inf"), "at most 1.6"),),
+            "largest gap over the mean: inf, allowed at most 1.6",
+            "arm",
+            2.5,
+        ),
+        events.Failed("check", "the structure was built but does not stand as asked", 5),
+        events.Finished(False, 5, 14.0),
+    ]

@@ -1,0 +1,113 @@
+"""The record, the page and the terminal tell a run completely, and nothing else."""
+
+import io
+import json
+import re
+
+import pytest
+from PIL import Image
+from rich.console import Console
+
+from agent.errors import UsageError
+from agent.record import SCHEMA_VERSION, RunRecord
+from agent.report import TerminalReport
+
+KEYS = {
+    "schema_version", "version", "instruction", "options", "outcome", "parse", "scene", "imagination", "chosen", "arm",
+    "verdict", "seconds", "pictures",
+}  # fmt: skip
+
+
+def record_of(told) -> RunRecord:
+    record = RunRecord()
+    for event in told:
+        record(event)
+    return record
+
+
+def test_report_has_every_key_before_anything_happened():
+    record = RunRecord()
+    assert set(json.loads(record.json())) == KEYS
+    assert not record.saw_something
+
+
+def test_report_keeps_everything_as_strict_json(told):
+    report = json.loads(record_of(told).json(), parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+    assert report["schema_version"] == SCHEMA_VERSION
+    assert report["parse"]["spec"]["shape"] == "circle" and report["parse"]["spec"]["rotation"] is None
+    assert [seen["takes_part"] for seen in report["scene"]["objects"]] == [True, True, True, False]
+    assert len(report["imagination"]["candidates"]) == 12
+    assert report["imagination"]["candidates"][0]["scores"]["collision"] == 0.97
+    assert [entry["kind"] for entry in report["arm"]] == ["planned", "picked", "placed"]
+    assert report["verdict"]["checks"][0]["measured"] is None  # infinity
+    assert report["outcome"] == {
+        "success": False,
+        "exit_code": 5,
+        "step": "check",
+        "message": "the structure was built but does not stand as asked",
+        "seconds": 14.0,
+    }
+    assert report["seconds"] == {"parse": 0.2, "scene": 1.0, "imagination": 2.0, "plan": 3.0, "build": 4.0, "check": 2.5}
+
+
+def test_folder_has_report_page_and_pictures(told, tmp_path):
+    record = record_of(told)
+    page = record.write(tmp_path / "new" / "folder")
+    assert page.name == "report.html"
+    names = {path.name for path in page.parent.iterdir()}
+    assert names == {"report.html", "report.json"} | {entry["file"] for entry in record.report["pictures"]}
+    assert {"camera-before.png", "scene-before.png", "imagined-goal.png", "after-placement-1.png"} <= names
+    for path in page.parent.glob("*.png"):
+        assert Image.open(path).size[0] >= 64
+
+
+def test_page_is_one_self_contained_file(told, tmp_path):
+    text = record_of(told).write(tmp_path).read_text(encoding="utf-8")
+    sources = re.findall(r'(?:src|href)="([^"]*)"', text)
+    assert sources and all(source.startswith("data:image/png;base64,") for source in sources)
+    assert "http" not in re.sub(r"base64,[^\"]*", "", text)
+    assert "@import" not in text and "url(" not in text and "<script" not in text
+
+
+def test_page_escapes_the_instruction(told, tmp_path):
+    text = record_of(told).write(tmp_path).read_text(encoding="utf-8")
+    assert "&lt;script&gt;" in text
+
+
+def test_page_of_a_run_that_saw_only_the_scene(told, tmp_path):
+    text = record_of([*told[:3], told[-2], told[-1]]).write(tmp_path).read_text(encoding="utf-8")
+    assert "The scene before" in text and "What was imagined" not in text
+
+
+def test_report_into_a_file_is_a_usage_error(told, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UsageError, match="cannot write the report into"):
+        record_of(told).write(tmp_path / "file" / "folder")
+
+
+def test_terminal_tells_plain_text_where_there_is_no_terminal(told):
+    out = io.StringIO()
+    tell = TerminalReport(Console(file=out))
+    for event in told:
+        tell(event)
+    text = out.getvalue()
+    assert "\x1b" not in text
+    for part in (
+        "circle     99 % sure  from “circle”",
+        "rotation    left open",
+        "4 objects, 3 take part",
+        "12 candidates by the model “diffusion”",
+        "planned candidate 1 in 3.0 s: the cup 1 (side grasp), then the cup 2 (side grasp)",
+        "placed the cup 1: 0.6 cm and 1.1 deg from its goal, 4.0 s",
+        "failed  largest gap over the mean",
+        "The whole run took 14.0 s",
+    ):
+        assert part in text, part
+
+
+def test_terminal_does_not_read_markup_in_the_instruction(told):
+    out = io.StringIO()
+    from agent.events import Started
+
+    TerminalReport(Console(file=out))(Started("a [bold]circle[/bold] [/]", {}))
+    assert "a [bold]circle[/bold] [/]" in out.getvalue()
