@@ -17,7 +17,7 @@ import numpy as np
 from grounding.spec import SHAPES, SLOTS_OF_SHAPE, StructureSpec
 from structdiffusion.footprints import CLEARANCE, centre_range, clear_gap, separation_along, tightest_ring_radius, turned
 from structdiffusion.geometry import HEADING_OF_ROTATION, pose_from_xyz_yaw, wrap_angle
-from structdiffusion.objects.model import BASES, CUTLERY, DRINKWARE
+from structdiffusion.nouns import BASES, CUTLERY, DRINKWARE
 from structdiffusion.observation import Table
 
 # Extent over tightest extent is drawn well inside the contract's bands, so that small errors of

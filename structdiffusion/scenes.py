@@ -15,7 +15,8 @@ from grounding.spec import LEGAL_VALUES, SLOTS_OF_SHAPE, StructureSpec
 from structdiffusion.footprints import clear_gap, turned
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.layouts import Layout, LayoutError, LayoutItem, lay_out
-from structdiffusion.objects.model import BASES, CUTLERY, DRINKWARE, ObjectModel
+from structdiffusion.nouns import BASES, CUTLERY, DRINKWARE
+from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Table
 
 _COUNTS = {"circle": (3, 7), "line": (2, 6), "tower": (2, 4), "table setting": (3, 6)}

@@ -23,7 +23,7 @@ from structdiffusion.footprints import (
     tightest_ring_radius,
 )
 from structdiffusion.geometry import HEADING_OF_ROTATION, wrap_angle
-from structdiffusion.objects.model import BASES, CUTLERY, DRINKWARE
+from structdiffusion.nouns import BASES, CUTLERY, DRINKWARE
 from structdiffusion.observation import Table
 
 FAILURE_CLASSES = ("intersection", "abnormal velocity", "not upright", "semantic")

@@ -13,11 +13,6 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import ConvexHull
 
-# Things with a front that a table setting has to get right.
-CUTLERY = ("fork", "knife", "spoon")
-# Nouns that can be the base of a table setting, or drinkware in it.
-BASES = ("plate", "bowl")
-DRINKWARE = ("cup", "mug")
 SURFACE_POINTS = 1024
 
 
