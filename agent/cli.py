@@ -205,10 +205,11 @@ def _usage_sentence(error: Exception) -> str:
 
 def main(arguments: list[str] | None = None) -> None:
     """Runs the command line and ends the process with its exit code; every error is one sentence."""
-    sys.exit(_exit_code(arguments))
+    sys.exit(command_line(arguments))
 
 
-def _exit_code(arguments: list[str] | None) -> int:
+def command_line(arguments: list[str] | None = None) -> int:
+    """Runs one command line; its exit code. A defect of our own is raised, everything else is told in a sentence."""
     try:
         code = app(args=arguments, prog_name="structagent", standalone_mode=False)
         sys.stdout.flush()

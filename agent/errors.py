@@ -53,6 +53,7 @@ _EXIT_CODE_OF = {
     ("builtins", "OSError"): BAD_INPUT,
     ("grounding.spec", "SpecError"): NOT_BUILDABLE,
     ("grounding.embedding_parser", "ParseError"): NOT_BUILDABLE,
+    ("grounding.embedding_parser", "ParserWeightsError"): BAD_INPUT,
     ("grounding.selection", "SelectionError"): NOT_BUILDABLE,
     ("grounding.encoder", "EncoderError"): BAD_INPUT,
     ("structdiffusion.scenes", "SceneError"): NOT_BUILDABLE,

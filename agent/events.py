@@ -83,6 +83,7 @@ class Parsed(_Told):
         confidence: slot -> how sure the parser is, in [0, 1].
         evidence: slot -> the words that speak for it.
         parser: which parser read it.
+        dropped: slot -> value that was heard but cannot go with the rest, such as a tower's size.
         named: the nouns that say which objects take part; empty when all do.
     """
 
@@ -90,6 +91,7 @@ class Parsed(_Told):
     confidence: Mapping[str, float]
     evidence: Mapping[str, tuple[str, ...]]
     parser: str
+    dropped: Mapping[str, str]
     named: tuple[str, ...]
     seconds: float
 

@@ -7,7 +7,7 @@ the events is their own affair.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
@@ -92,12 +92,17 @@ class _Run:
         self._enter("scene")
         models = load_objects(self.options.objects)
         named = select_objects(self.text, sorted({model.category for model in models})).named
-        yield events.Parsed(parse.spec, parse.confidence, parse.evidence, parse.parser, named, reading)
-        with SimulatedScene(models, parse.spec, named, self.options.seed) as table:
-            taking_part = select_objects(self.text, table.categories).indices
-            scene = table.look(taking_part)
+        yield events.Parsed(
+            parse.spec, parse.confidence, parse.evidence, parse.parser, parse.dropped, named, reading
+        )
+
+        def meant(categories: Sequence[str]) -> Sequence[int]:
+            return select_objects(self.text, categories).indices
+
+        with SimulatedScene(models, parse.spec, named, meant, self.options.seed) as table:
+            scene = table.look()
             yield self._perceived(scene)
-            yield from self._imagine_and_build(table, taking_part, scene, parse, parser)
+            yield from self._imagine_and_build(table, scene, parse, parser)
 
     def _perceived(self, scene: Scene) -> events.Perceived:
         seen = [
@@ -111,12 +116,7 @@ class _Run:
         return events.Perceived(tuple(seen), rectangle, self._seconds(), scene=scene)
 
     def _imagine_and_build(
-        self,
-        table: SimulatedScene,
-        taking_part: tuple[int, ...],
-        scene: Scene,
-        parse: Parse,
-        parser: EmbeddingParser,
+        self, table: SimulatedScene, scene: Scene, parse: Parse, parser: EmbeddingParser
     ) -> Iterator[events.Event]:
         import torch
 
@@ -139,25 +139,22 @@ class _Run:
         )
         yield _chosen(1, arrangements[0], scene)
         if self.options.execute:
-            yield from self._build(table, taking_part, scene, parse, arrangements)
+            yield from self._build(table, scene, parse, arrangements)
         else:
-            yield from self._release(table, taking_part, parse, arrangements[0])
+            yield from self._release(table, parse, arrangements[0])
 
-    def _release(
-        self, table: SimulatedScene, taking_part: tuple[int, ...], parse: Parse, arrangement: Arrangement
-    ) -> Iterator[events.Event]:
+    def _release(self, table: SimulatedScene, parse: Parse, arrangement: Arrangement) -> Iterator[events.Event]:
         """Tries the goal under the contract's physical protocol, without the arm."""
         from structdiffusion.physical import place_and_check
 
         self._enter("check")
-        models, poses = table.drawn.models, table.drawn.world_from_initial
         verdict = place_and_check(
-            [models[index] for index in taking_part],
-            np.array([poses[index] for index in taking_part]),
+            table.models[: table.count],
+            table.world_from_initial[: table.count],
             arrangement.goal_from_initial,
             parse.spec,
-            table.drawn.table,
-            [(models[index], poses[index]) for index in range(len(models)) if index not in taking_part],
+            table.world.table,
+            list(zip(table.models, table.world_from_initial, strict=True))[table.count :],
         )
         yield events.Checked(
             verdict.success, verdict.failure, verdict.checks, verdict.detail, "released", self._seconds()
@@ -166,12 +163,7 @@ class _Run:
             raise NoValidGoal(f"the best imagined goal does not hold ({verdict.failure}): {verdict.detail}")
 
     def _build(
-        self,
-        table: SimulatedScene,
-        taking_part: tuple[int, ...],
-        scene: Scene,
-        parse: Parse,
-        arrangements: list[Arrangement],
+        self, table: SimulatedScene, scene: Scene, parse: Parse, arrangements: list[Arrangement]
     ) -> Iterator[events.Event]:
         """Builds with the arm, looks after every placement, and judges what stands."""
         from agent.arm.events import Placed, PlaceFailed, Planned
@@ -179,10 +171,10 @@ class _Run:
         from agent.judging import judge_built
 
         self._enter("build")
-        world = table.world
-        initial = np.array([world.pose(index) for index in taking_part])
+        initial = np.array(table.world.poses()[: table.count])
+        rng = np.random.default_rng(self.options.seed)
         rank, placed, trouble = 0, 0, "no arrangement could be planned"
-        for event in build_structure(world, scene, arrangements):
+        for event in build_structure(table.world, table.arm, scene, arrangements, rng=rng):
             if isinstance(event, Planned) and event.arrangement != rank:
                 rank = event.arrangement
                 yield _chosen(rank + 1, arrangements[rank], scene)
@@ -195,11 +187,11 @@ class _Run:
                     f"after-placement-{placed}", f"after placement {placed}: the {event.name}", table.picture()
                 )
         self._enter("check")
-        if placed < len(taking_part):
+        if placed < table.count:
             yield events.Pictured("camera-after", "the scene in the end, through the camera", table.picture())
-            raise ExecutionFailed(f"{placed} of {len(taking_part)} objects were placed: {trouble}")
+            raise ExecutionFailed(f"{placed} of {table.count} objects were placed: {trouble}")
         goals = arrangements[rank].goal_from_initial @ initial
-        failure, checks = judge_built(world, taking_part, goals, parse.spec)
+        failure, checks = judge_built(table.world, range(table.count), goals, parse.spec)
         yield events.Pictured("camera-after", "the scene in the end, through the camera", table.picture())
         failed = next((check for check in checks if not check.passed), None)
         detail = f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}" if failed else "everything stands as asked"

@@ -50,6 +50,7 @@ def _as_json(parse: Parse) -> dict[str, object]:
         "confidence": json_value(parse.confidence),
         "evidence": json_value(parse.evidence),
         "parser": parse.parser,
+        "dropped": dict(parse.dropped),
     }
 
 

@@ -70,6 +70,8 @@ class TerminalReport:
             note = f"{number(100 * sure, 0)} % sure" if sure is not None else ""
             rows.append((slot_label(slot), value or "left open", note, f"from “{words}”" if words else ""))
         self._columns(rows)
+        for slot, value in event.dropped.items():
+            self._line(f"left out, because it does not go with the rest: {slot_label(slot)} {value}")
         self._line(f"with the objects named: {', '.join(event.named)}" if event.named else "with every object there")
 
     def _perceived(self, event: events.Perceived) -> None:

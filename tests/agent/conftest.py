@@ -40,7 +40,13 @@ def told(scene: Scene) -> list[events.Event]:
     return [
         events.Started(INSTRUCTION, {"seed": 0, "execute": True}),
         events.Parsed(
-            StructureSpec("circle", "small"), {"shape": 0.99, "size": 0.9}, {"shape": ("circle",)}, "embedding", ("cup",), 0.2
+            StructureSpec("circle", "small"),
+            {"shape": 0.99, "size": 0.9},
+            {"shape": ("circle",)},
+            "embedding",
+            {},
+            ("cup",),
+            0.2,
         ),
         events.Perceived(seen, (0.18, 0.72, -0.45, 0.45), 1.0, scene=scene),
         events.Imagined(

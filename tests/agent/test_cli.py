@@ -1,0 +1,191 @@
+"""The command line: exit codes, one-sentence errors, help, and clean standard output."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from agent.cli import command_line
+
+ROOT = Path(__file__).parents[2]
+CIRCLE = "put the cups in a small circle on the left"
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path, monkeypatch):
+    """Reports without --out go to a folder that is thrown away."""
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def fails(capsys):
+    """Runs a command that must fail with one sentence on standard error; returns that sentence."""
+
+    def run(code: int, *arguments: str) -> str:
+        assert command_line(list(arguments)) == code
+        said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("structagent: ")]
+        assert len(said) == 1
+        assert not list(Path.cwd().glob("out/*"))
+        return said[0].removeprefix("structagent: ")
+
+    return run
+
+
+def mesh_folder(folder: Path, count: int, side: float = 0.05) -> str:
+    folder.mkdir()
+    for number in range(count):
+        trimesh.creation.box((side, side, side + 0.01 * number)).export(folder / f"box_{number}.stl")
+    return str(folder)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [[], ["run"], ["parse"], ["generate"], ["train"], ["train", "diffusion"], ["evaluate"], ["evaluate", "success"]],
+)
+def test_help_has_an_example(arguments, capsys):
+    assert command_line([*arguments, "--help"]) == 0
+    assert "Example: structagent" in capsys.readouterr().out
+
+
+def test_help_and_version_are_quick():
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    times = []
+    for option in ("--help", "--help", "--version"):
+        started = time.perf_counter()
+        done = subprocess.run(
+            [sys.executable, "-m", "agent", option], env=environment, capture_output=True, text=True, check=True
+        )
+        times.append(time.perf_counter() - started)
+    assert done.stdout == "structagent 0.1.0\n"
+    assert min(times) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        ([], ("command", "run, parse, generate, train, evaluate")),
+        (["bulid"], ("'bulid'", "run, parse, generate, train, evaluate")),
+        (["train", "everything"], ("'everything'", "diffusion, structure, collision")),
+        (["run"], ("text",)),
+        (["run", CIRCLE, "--scene", "bag"], ("'bag'", "simulated")),
+        (["run", CIRCLE, "--seed", "many"], ("--seed", "'many'")),
+        (["run", CIRCLE, "--seed", "-1"], ("--seed", "-1")),
+        (["run", CIRCLE, "--model", "oracle"], ("'oracle'", "diffusion", "geometric")),
+        (["evaluate", "success", "--scenes", "0"], ("--scenes", "0")),
+    ],
+)
+def test_usage_errors_name_the_value_and_the_legal_ones(fails, arguments, parts):
+    sentence = fails(2, *arguments)
+    assert all(part in sentence for part in parts), sentence
+
+
+def test_out_that_is_a_file_is_a_usage_error(fails, tmp_path):
+    (tmp_path / "notes.txt").write_text("")
+    assert "notes.txt" in fails(2, "run", CIRCLE, "--out", str(tmp_path / "notes.txt"))
+
+
+@pytest.mark.parametrize("text", ["", "   "])
+def test_empty_instruction(fails, text):
+    assert "empty" in fails(3, "run", text)
+    assert "empty" in fails(3, "parse", text)
+
+
+def test_unknown_object_folder(fails):
+    sentence = fails(6, "run", CIRCLE, "--objects", "no/such/folder")
+    assert "no/such/folder" in sentence and "ycb" in sentence and "procedural" in sentence
+
+
+def test_folder_without_meshes(fails, tmp_path):
+    (tmp_path / "notes").mkdir()
+    (tmp_path / "notes" / "readme.txt").write_text("nothing here")
+    sentence = fails(6, "run", CIRCLE, "--objects", str(tmp_path / "notes"))
+    assert "notes" in sentence and ".obj" in sentence
+
+
+def test_broken_mesh(fails, tmp_path):
+    folder = mesh_folder(tmp_path / "meshes", 3)
+    (Path(folder) / "broken.obj").write_text("v 0 0 zero\nf 1 2 9\n")
+    assert "broken.obj" in fails(6, "run", CIRCLE, "--objects", folder)
+
+
+def test_one_object_makes_no_circle(fails, tmp_path):
+    sentence = fails(3, "run", "make a circle", "--objects", mesh_folder(tmp_path / "one", 1))
+    assert "circle" in sentence and "1" in sentence
+
+
+def test_objects_that_are_not_there(fails, tmp_path):
+    sentence = fails(3, "run", "put the forks in a line", "--objects", mesh_folder(tmp_path / "boxes", 4))
+    assert "fork" in sentence
+
+
+def test_size_that_cannot_fit(fails, tmp_path):
+    folder = mesh_folder(tmp_path / "large", 4, side=0.19)
+    sentence = fails(3, "run", "make a large circle", "--objects", folder)
+    assert "large" in sentence
+
+
+def test_parse_goes_on_after_an_instruction_it_does_not_understand(capsys):
+    assert command_line(["parse", "build a tower on the right", "", "--json"]) == 3
+    captured = capsys.readouterr()
+    first, second = (json.loads(line) for line in captured.out.splitlines())
+    assert first["spec"]["shape"] == "tower" and first["spec"]["x_position"] == "right"
+    assert first["spec"]["rotation"] is None and 0 <= first["confidence"]["shape"] <= 1
+    assert "empty" in second["error"]
+
+
+def test_parse_reads_standard_input():
+    done = subprocess.run(
+        [sys.executable, "-m", "agent", "parse", "--json"],
+        input="make a circle\n\nstack the cans\n",
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    shapes = [json.loads(line)["spec"]["shape"] for line in done.stdout.splitlines()]
+    assert shapes == ["circle", "tower"]
+
+
+def test_run_without_the_arm_reports_json_alone_on_standard_output(tmp_path):
+    done = subprocess.run(
+        [
+            sys.executable, "-m", "agent", "run", "make a line of cans", "--objects", "procedural", "--model", "geometric",
+            "--no-execute", "--json", "--out", str(tmp_path / "report"),
+        ],  # fmt: skip
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+    )
+    report = json.loads(done.stdout)
+    assert done.returncode == 0, done.stderr
+    assert report == json.loads((tmp_path / "report" / "report.json").read_text())
+    assert report["outcome"]["success"] and report["verdict"]["how"] == "released"
+    assert all(seen["category"] == "can" for seen in report["scene"]["objects"] if seen["takes_part"])
+    assert np.isfinite(report["imagination"]["candidates"][0]["scores"]["total"])
+    assert "Understood" in done.stderr and "report: " in done.stderr
+    assert (tmp_path / "report" / "report.html").is_file()
+
+
+def test_same_seed_same_report(tmp_path):
+    reports = []
+    for attempt in ("first", "second"):
+        arguments = ["run", "make a line of cans", "--objects", "procedural", "--model", "geometric", "--no-execute"]
+        assert command_line([*arguments, "--seed", "5", "--out", str(tmp_path / attempt)]) == 0
+        report = json.loads((tmp_path / attempt / "report.json").read_text())
+        reports.append((report["scene"]["objects"], report["imagination"]["candidates"], report["verdict"]["checks"]))
+    assert reports[0] == reports[1]
+
+
+def test_interruption(monkeypatch, capsys):
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("agent.pipeline.run_instruction", interrupted)
+    assert command_line(["run", CIRCLE]) == 130
+    assert capsys.readouterr().err == "structagent: interrupted\n"
