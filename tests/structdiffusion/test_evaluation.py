@@ -1,0 +1,129 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from structdiffusion.evaluation import (
+    NO_ARRANGEMENT,
+    Evaluation,
+    draw_evaluation_scenes,
+    evaluate_success,
+    wilson_interval,
+)
+from structdiffusion.layouts import LayoutError
+from structdiffusion.objects.procedural import procedural_object
+from structdiffusion.observation import Arrangement
+from structdiffusion.scenes import SceneError
+
+MODELS = [procedural_object(kind, index) for kind in ("block", "can", "box") for index in range(3)]
+
+
+class Prepared:
+    """A planner that proposes what it was told for each scene, by the number of objects."""
+
+    def __init__(self, ranks):
+        self.ranks = ranks
+        self.seen = []
+
+    def propose(self, scene, goal, *, count=64, generator):
+        self.seen.append((scene, goal, generator.initial_seed()))
+        return [Arrangement(motions) for motions in self.ranks(len(scene.objects))]
+
+
+def stay(count):
+    return np.eye(4)[None].repeat(count, 0)
+
+
+def off_the_table(count):
+    motions = stay(count)
+    motions[:, 0, 3] = 2.0 * np.arange(1, count + 1)
+    return motions
+
+
+@pytest.fixture(scope="module")
+def scenes():
+    return list(draw_evaluation_scenes(MODELS, 2, shapes=("line", "tower"), seed=3))
+
+
+@pytest.mark.parametrize(
+    "successes, n, low, high",
+    [(0, 10, 0.0, 0.2775), (5, 10, 0.2366, 0.7634), (10, 10, 0.7225, 1.0), (63, 101, 0.5266, 0.7121), (0, 0, 0, 1)],
+)
+def test_wilson_intervals(successes, n, low, high):
+    assert wilson_interval(successes, n) == pytest.approx((low, high), abs=1e-3)
+
+
+def test_wilson_needs_a_count():
+    with pytest.raises(ValueError, match="between 0 and n = 3, got 4"):
+        wilson_interval(4, 3)
+
+
+def test_scenes_follow_from_the_seed_and_can_be_solved(scenes):
+    assert [(scene.structure, scene.number) for scene in scenes] == [
+        ("line", 0), ("line", 1), ("tower", 0), ("tower", 1),
+    ]
+    again = list(draw_evaluation_scenes(MODELS, 1, shapes=("tower",), seed=3))[0]
+    assert again.spec == scenes[2].spec
+    np.testing.assert_array_equal(again.drawn.world_from_initial, scenes[2].drawn.world_from_initial)
+    first, second = scenes[2].observed(), again.observed()
+    np.testing.assert_array_equal(first.objects[0].points, second.objects[0].points)
+    assert len(first.objects) == again.drawn.count
+    other = list(draw_evaluation_scenes(MODELS, 1, shapes=("tower",), seed=4))[0]
+    assert not np.array_equal(other.drawn.world_from_initial, again.drawn.world_from_initial)
+
+
+def test_the_reference_succeeds_at_its_rank(scenes):
+    scene = scenes[0]
+    planner = Prepared(lambda n: [off_the_table(n), scene.drawn.reference_goal_from_initial(), stay(n)])
+    named = replace(scene, words="put the things in a line", embedding=np.ones(384, np.float32))
+    result = list(evaluate_success(lambda: planner, [named], top_k=3))[0]
+    assert result.failure == "abnormal velocity"
+    assert [result.success_at(k) for k in (1, 2, 3)] == [False, True, True]
+    assert len(result.verdicts) == 2 and result.proposed == 3  # it stops at the first that stands
+    _, goal, _ = planner.seen[0]
+    assert (goal.spec, goal.sentence, goal.embedding.shape) == (scene.spec, "put the things in a line", (384,))
+
+
+def test_rates_and_rows(scenes, tmp_path):
+    planner = Prepared(lambda n: [off_the_table(n)])
+    results = tuple(evaluate_success(lambda: planner, scenes, top_k=2))
+    seeds = [seed for _, _, seed in planner.seen]
+    assert len(set(seeds)) == len(seeds)
+    again = tuple(evaluate_success(lambda: planner, scenes, top_k=2))
+    assert [seed for _, _, seed in planner.seen] == seeds + seeds
+    assert [r.verdicts[0].detail for r in results] == [r.verdicts[0].detail for r in again]
+
+    path = Evaluation(results, 2, {"model": "prepared", "seed": 3}).write(tmp_path / "new" / "success.json")
+    report = json.loads(path.read_text())
+    assert report["schema"] == "structagent-success/1" and report["about"]["model"] == "prepared"
+    assert set(report["aggregate"]) == {"line", "tower", "all"}
+    every = report["aggregate"]["all"]
+    assert every["n"] == 4 and every["success"]["count"] == 0
+    assert every["failures"]["abnormal velocity"] == {
+        "count": 4, "rate": 1.0, "low": pytest.approx(0.5101, abs=1e-3), "high": pytest.approx(1.0),
+    }
+    row = report["scenes"][0]
+    assert row["structure"] == "line" and row["failure"] == "abnormal velocity" and not row["success"]
+    assert row["first_success_rank"] is None and row["verdicts"][0]["measured"]["speed"] > 1
+
+
+def test_a_planner_that_gives_up_is_counted(scenes):
+    def give_up(count):
+        raise LayoutError("it does not fit")
+
+    result = list(evaluate_success(lambda: Prepared(give_up), scenes[:1]))[0]
+    assert (result.failure, result.problem, result.verdicts) == (NO_ARRANGEMENT, "it does not fit", ())
+    assert Evaluation((result,), 5).aggregate()["line"]["failures"][NO_ARRANGEMENT]["count"] == 1
+
+
+def test_no_scene_can_be_drawn_from_nothing():
+    with pytest.raises(SceneError, match="no table setting in 100 draws from 9 objects"):
+        list(draw_evaluation_scenes(MODELS, 1, shapes=("table setting",)))
+
+
+def test_scenes_drawn_in_a_pool_are_those_drawn_alone(scenes):
+    pooled = list(draw_evaluation_scenes(MODELS, 2, shapes=("line", "tower"), seed=3, workers=2))
+    for one, other in zip(scenes, pooled, strict=True):
+        assert (one.spec, one.draw) == (other.spec, other.draw)
+        np.testing.assert_array_equal(one.drawn.world_from_initial, other.drawn.world_from_initial)
