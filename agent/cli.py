@@ -35,15 +35,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-train_app = typer.Typer(
-    help="Train one of the models.\n\nExample: structagent train diffusion --data data/train --out runs/diffusion",
-    rich_markup_mode=None,
-)
-evaluate_app = typer.Typer(
-    help="Measure the models.\n\nExample: structagent evaluate success --objects ycb --scenes 50",
-    rich_markup_mode=None,
-)
-app.add_typer(train_app, name="train")
+evaluate_app = typer.Typer(rich_markup_mode=None)
 app.add_typer(evaluate_app, name="evaluate")
 
 
@@ -53,12 +45,21 @@ class SceneSource(str, Enum):
     simulated = "simulated"
 
 
+class ModelKind(str, Enum):
+    """Which network is trained."""
+
+    diffusion = "diffusion"
+    structure = "structure"
+    collision = "collision"
+
+
 ObjectsOption = Annotated[
     str, typer.Option(metavar="ycb|procedural|random_urdfs|DIR", help="The objects: a library, or a folder of meshes.")
 ]
 ModelOption = Annotated[str, typer.Option(metavar="NAME", help="diffusion, diffusion-tokens or geometric.")]
 SeedOption = Annotated[int, typer.Option(min=0, help="Everything drawn at random follows from it.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON to standard output, and nothing else.")]
+
 
 
 def _version(wanted: bool) -> None:
@@ -101,7 +102,15 @@ def results_stream() -> Iterator[TextIO]:
 def run(
     text: Annotated[str, typer.Argument(help="The instruction.", show_default=False)],
     scene: Annotated[SceneSource, typer.Option(help="Where the scene comes from.")] = SceneSource.simulated,
-    objects: ObjectsOption = "ycb",
+    objects: class ModelKind(str, Enum):
+    """Which network is trained."""
+
+    diffusion = "diffusion"
+    structure = "structure"
+    collision = "collision"
+
+
+ObjectsOption = "ycb",
     model: ModelOption = "diffusion",
     seed: SeedOption = 0,
     out: Annotated[
@@ -118,6 +127,7 @@ def run(
     """
     from rich.console import Console
 
+    from agent.events import Failed
     from agent.pipeline import RunOptions, run_instruction
     from agent.record import RunRecord
     from agent.report import TerminalReport
@@ -133,6 +143,9 @@ def run(
             for event in run_instruction(text, options):
                 record(event)
                 tell(event)
+        except KeyboardInterrupt:
+            record(Failed("run", "interrupted", INTERRUPTED))
+            raise
         finally:
             page = record.write(folder) if record.saw_something else None
             if json_output:
@@ -174,7 +187,15 @@ def parse(
 def generate(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the scenes go; finished shards there are kept.")],
     scenes: Annotated[int, typer.Option(min=1, help="How many, rounded up to whole shards of 500.")] = 10_000,
-    objects: ObjectsOption = "procedural",
+    objects: class ModelKind(str, Enum):
+    """Which network is trained."""
+
+    diffusion = "diffusion"
+    structure = "structure"
+    collision = "collision"
+
+
+ObjectsOption = "procedural",
     seed: SeedOption = 0,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
 ) -> None:
@@ -185,6 +206,75 @@ def generate(
     from agent.training import generate_scenes
 
     generate_scenes(out, scenes, objects, seed, workers)
+
+
+@app.command()
+def train(
+    kind: Annotated[ModelKind, typer.Argument(metavar="diffusion|structure|collision", show_default=False)],
+    data: Annotated[Path, typer.Option(metavar="DIR", help="Scenes that `structagent generate` made.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Checkpoint, training state and log.csv of this run.")],
+    steps: Annotated[
+        int | None, typer.Option(min=1, help="In all, earlier runs included; by default what suits the model.")
+    ] = None,
+    device: Annotated[str, typer.Option(metavar="auto|cpu|cuda", help="Where to train.")] = "auto",
+    seed: SeedOption = 0,
+    learning_rate: Annotated[float, typer.Option(min=0.0, help="The peak learning rate.")] = 6e-4,
+) -> None:
+    """Train the denoiser or one of the discriminators; a run that was stopped goes on where it stopped.
+
+    Example: structagent train diffusion --data data/train --out runs/diffusion --steps 60000
+    """
+    from agent.training import train_model
+
+    train_model(kind.value, data, out, steps, device, seed, learning_rate)
+
+
+@evaluate_app.callback()
+def _evaluate() -> None:
+    """Measure the models.
+
+    Example: structagent evaluate success --objects ycb --scenes 50
+    """
+
+
+@evaluate_app.command("success")
+def evaluate_success(
+    objects: class ModelKind(str, Enum):
+    """Which network is trained."""
+
+    diffusion = "diffusion"
+    structure = "structure"
+    collision = "collision"
+
+
+ObjectsOption = "ycb",
+    model: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="May be given several times.  [default: diffusion]")
+    ] = None,
+    scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 50,
+    seed: SeedOption = 0,
+    candidates: Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")] = 64,
+    top_k: Annotated[int, typer.Option(min=1, help="Measure success@k up to this k.")] = 5,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    json_output: JsonOption = False,
+) -> None:
+    """How often the best imagined arrangement stands: released piece by piece in physics, without the arm.
+
+    Example: structagent evaluate success --objects ycb --model diffusion --model geometric --scenes 50
+    """
+    import json
+
+    from agent.evaluating import measure_success, tell_success, write_report
+
+    with results_stream() as results:
+        report = measure_success(objects, model or ["diffusion"], scenes, seed, candidates, top_k, workers)
+        if out is not None:
+            write_report(report, out)
+        if json_output:
+            print(json.dumps(report, indent=1), file=results)
+        else:
+            tell_success(report, results)
 
 
 def _complain(message: str) -> None:
@@ -213,6 +303,8 @@ def command_line(arguments: list[str] | None = None) -> int:
     try:
         code = app(args=arguments, prog_name="structagent", standalone_mode=False)
         sys.stdout.flush()
+        if code == INTERRUPTED:  # typer swallows the interruption itself
+            _complain("interrupted")
         return code if isinstance(code, int) else DONE
     except _ClickError as error:
         _complain(_usage_sentence(error))

@@ -120,6 +120,7 @@ class _Run:
     ) -> Iterator[events.Event]:
         import torch
 
+        from structdiffusion.layouts import LayoutError
         from structdiffusion.observation import Goal
         from structdiffusion.sampling import load_planner
 
@@ -127,7 +128,10 @@ class _Run:
         planner = load_planner(self.options.model)
         goal = Goal(parse.spec, self.text, parser.encoder.encode([self.text])[0])
         generator = torch.Generator().manual_seed(self.options.seed)
-        arrangements = planner.propose(scene, goal, count=CANDIDATES, generator=generator)
+        try:
+            arrangements = planner.propose(scene, goal, count=CANDIDATES, generator=generator)
+        except LayoutError as error:
+            raise NoValidGoal(f"the model {self.options.model!r} imagined no valid arrangement: {error}") from error
         if not arrangements:
             raise NoValidGoal(f"the model {self.options.model!r} imagined no valid arrangement for {parse.spec}")
         yield events.Imagined(

@@ -3,10 +3,24 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from agent.errors import UsageError
+
+if TYPE_CHECKING:
+    import torch
+
+    from structdiffusion.batches import DemonstrationBatches
+    from structdiffusion.models.checkpoint import Checkpointed
+    from structdiffusion.training import Loss
+
+DEFAULT_STEPS = {"diffusion": 60_000, "structure": 10_000, "collision": 10_000}
+DEVICES = ("auto", "cpu", "cuda")
 
 
 def progress_bar() -> Progress:
@@ -23,12 +37,69 @@ def progress_bar() -> Progress:
 
 
 def generate_scenes(out: Path, scenes: int, objects: str, seed: int, workers: int) -> None:
-    """Writes demonstrations into `out` and says where they are."""
-    from structdiffusion.demonstrations import generate
+    """Writes demonstrations and the sentences that go with them into `out`, and says where they are."""
+    from agent.language_data import write_language
+    from grounding.encoder import SentenceEncoder
+    from structdiffusion.demonstrations import SHARD_SCENES, generate
     from structdiffusion.objects.library import load_objects
 
     with progress_bar() as progress:
         task = progress.add_task("shards", total=None)
         for done, shards in generate(load_objects(objects), out, scenes, seed=seed, workers=workers):
             progress.update(task, completed=done, total=shards)
-    print(f"{done} shards of 500 scenes: {out}")
+    sentences = write_language(out, SentenceEncoder(), seed)
+    print(f"{done * SHARD_SCENES} scenes and {sentences} sentences in {out}")
+
+
+def train_model(kind: str, data: Path, out: Path, steps: int | None, device_name: str, seed: int, rate: float) -> None:
+    """Trains a model, or goes on where `out` stopped; tells every row of the log.
+
+    Args:
+        kind: "diffusion", "structure" or "collision".
+        data: a folder that `generate_scenes` made.
+        out: receives the checkpoint, the training state and `log.csv`.
+        steps: optimiser steps in all, those of earlier runs included; `None` for what suits the model.
+        device_name: one of `DEVICES`.
+        seed: of initial weights, batches and noise.
+        rate: the peak learning rate.
+    """
+    import torch
+
+    from structdiffusion.batches import DemonstrationBatches
+    from structdiffusion.models.checkpoint import default_device
+    from structdiffusion.training import TrainingOptions, train
+
+    if device_name not in DEVICES:
+        raise UsageError(f"--device cannot be {device_name!r}; legal values: {', '.join(DEVICES)}")
+    if device_name == "cuda" and not torch.cuda.is_available():
+        raise UsageError("--device cannot be 'cuda' here: PyTorch finds no CUDA device; legal values: auto, cpu")
+    device = default_device() if device_name == "auto" else torch.device(device_name)
+    batches = DemonstrationBatches(data, device)
+    with torch.random.fork_rng():  # torch draws initial weights from its global generator alone
+        torch.manual_seed(seed)
+        model, loss = _TASKS[kind](batches, device)
+    steps = steps or DEFAULT_STEPS[kind]
+    options = TrainingOptions(steps=steps, learning_rate=rate, seed=seed)
+    console = Console(soft_wrap=True, highlight=False)
+    with progress_bar() as progress:
+        task = progress.add_task(kind, total=steps)
+        for row in train(model, loss, out, options, device):
+            progress.update(task, completed=row.step)
+            losses = "  ".join(f"{name} {value:.4f}" for name, value in row.losses.items())
+            console.print(f"step {row.step}/{row.steps}  {row.seconds:.0f} s  {losses}")
+    console.print(f"trained for {steps} steps on {device}: {out}")
+
+
+def _diffusion(data: DemonstrationBatches, device: torch.device) -> tuple[Checkpointed, Loss]:
+    from structdiffusion.models.diffusion.loss import diffusion_loss
+    from structdiffusion.models.diffusion.model import PoseDiffusion
+    from structdiffusion.scheduler import NoiseScheduler
+
+    model = PoseDiffusion().to(device)
+    scheduler = NoiseScheduler(model.config.steps, model.config.prediction_type)
+    return model, lambda generator: diffusion_loss(model, scheduler, data, generator)
+
+
+_TASKS: dict[str, Callable[[DemonstrationBatches, torch.device], tuple[Checkpointed, Loss]]] = {
+    "diffusion": _diffusion,
+}

@@ -1,0 +1,113 @@
+"""`structagent evaluate success`: every model on the same scenes, in one table with n and 95 % intervals."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, TextIO
+
+from rich.console import Console
+from rich.table import Table as Grid
+
+from agent import __version__
+from agent.training import progress_bar
+from grounding.corpus import sentences
+from grounding.encoder import SentenceEncoder
+from structdiffusion.evaluation import Evaluation, EvaluationScene, draw_evaluation_scenes, evaluate_success
+from structdiffusion.objects.library import load_objects
+from structdiffusion.sampling import load_planner
+
+SCHEMA_VERSION = 1
+
+
+def measure_success(
+    objects: str, names: Sequence[str], count: int, seed: int, candidates: int, top_k: int, workers: int
+) -> dict[str, Any]:
+    """Success, failure classes and success@k of each planner on the same scenes, JSON-ready.
+
+    Args:
+        objects: as `load_objects` takes it.
+        names: of the planners, as `load_planner` takes them.
+        count: scenes per structure.
+        seed: of scenes, sensor noise and sampling.
+        candidates: arrangements that a planner proposes per scene.
+        top_k: how many of them are tried at most.
+        workers: processes.
+    """
+    for name in names:  # an unknown name or a broken checkpoint is known before any scene is drawn
+        load_planner(name)
+    evaluations = []
+    with progress_bar() as progress:
+        drawing = progress.add_task("scenes", total=None)
+        scenes = []
+        for scene in draw_evaluation_scenes(load_objects(objects), count, seed=seed, workers=workers):
+            scenes.append(scene)
+            progress.update(drawing, completed=len(scenes))
+        scenes = _spoken(scenes)
+        for name in names:
+            task = progress.add_task(name, total=len(scenes))
+            results = []
+            for result in evaluate_success(
+                partial(load_planner, name), scenes, candidates=candidates, top_k=top_k, workers=workers
+            ):
+                results.append(result)
+                progress.update(task, completed=len(results))
+            about = {"model": name, "objects": objects, "seed": seed, "candidates": candidates}
+            evaluations.append(Evaluation(tuple(results), top_k, about).to_dict())
+    command = f"structagent evaluate success --objects {objects} --scenes {count} --seed {seed}"
+    command += "".join(f" --model {name}" for name in names)
+    command += f" --candidates {candidates} --top-k {top_k}"
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "version": __version__,
+        "command": command,
+        "evaluations": evaluations,
+    }
+
+
+def _spoken(scenes: Sequence[EvaluationScene]) -> list[EvaluationScene]:
+    """The scenes with one of the corpus's sentences each, in turn, and its embedding."""
+    words = []
+    for scene in scenes:
+        templates = sentences(scene.spec)
+        words.append(templates[scene.number % len(templates)])
+    embeddings = SentenceEncoder().encode(words)
+    return [replace(scene, words=text, embedding=row) for scene, text, row in zip(scenes, words, embeddings, strict=True)]
+
+
+def tell_success(report: dict[str, Any], results: TextIO) -> None:
+    """The table for people: a row per model and structure."""
+    top_k = report["evaluations"][0]["top_k"]
+    grid = Grid(box=None, pad_edge=False, title_justify="left")
+    failures = list(report["evaluations"][0]["aggregate"]["all"]["failures"])
+    heads = ("model", "structure", "n", "success %", "95 %", f"success@{top_k} %", *(f"{name} %" for name in failures))
+    for index, head in enumerate(heads):
+        grid.add_column(head, justify="left" if index < 2 else "right", no_wrap=True)
+    for evaluation in report["evaluations"]:
+        for structure, rates in evaluation["aggregate"].items():
+            success = rates["success"]
+            grid.add_row(
+                evaluation["about"]["model"],
+                structure,
+                str(rates["n"]),
+                _percent(success["rate"]),
+                f"{_percent(success['low'])} to {_percent(success['high'])}",
+                _percent(rates["success_at"][str(top_k)]["rate"]),
+                *(_percent(rates["failures"][name]["rate"]) for name in failures),
+            )
+    console = Console(file=results, highlight=False)
+    console.print(grid, width=None if console.is_terminal else 160)
+    console.print(f"\n{report['command']}", soft_wrap=True)
+
+
+def write_report(report: dict[str, Any], path: Path) -> None:
+    """The report as a JSON file; its folder is made where it is missing."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+
+
+def _percent(share: float | None) -> str:
+    return "-" if share is None else f"{100 * share:.0f}"
