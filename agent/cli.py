@@ -102,15 +102,7 @@ def results_stream() -> Iterator[TextIO]:
 def run(
     text: Annotated[str, typer.Argument(help="The instruction.", show_default=False)],
     scene: Annotated[SceneSource, typer.Option(help="Where the scene comes from.")] = SceneSource.simulated,
-    objects: class ModelKind(str, Enum):
-    """Which network is trained."""
-
-    diffusion = "diffusion"
-    structure = "structure"
-    collision = "collision"
-
-
-ObjectsOption = "ycb",
+    objects: ObjectsOption = "ycb",
     model: ModelOption = "diffusion",
     seed: SeedOption = 0,
     out: Annotated[
@@ -187,15 +179,7 @@ def parse(
 def generate(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the scenes go; finished shards there are kept.")],
     scenes: Annotated[int, typer.Option(min=1, help="How many, rounded up to whole shards of 500.")] = 10_000,
-    objects: class ModelKind(str, Enum):
-    """Which network is trained."""
-
-    diffusion = "diffusion"
-    structure = "structure"
-    collision = "collision"
-
-
-ObjectsOption = "procedural",
+    objects: ObjectsOption = "procedural",
     seed: SeedOption = 0,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
 ) -> None:
@@ -239,15 +223,7 @@ def _evaluate() -> None:
 
 @evaluate_app.command("success")
 def evaluate_success(
-    objects: class ModelKind(str, Enum):
-    """Which network is trained."""
-
-    diffusion = "diffusion"
-    structure = "structure"
-    collision = "collision"
-
-
-ObjectsOption = "ycb",
+    objects: ObjectsOption = "ycb",
     model: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="May be given several times.  [default: diffusion]")
     ] = None,
