@@ -1,0 +1,165 @@
+"""Convex parts of a mesh: V-HACD, cached on disk by the mesh's content.
+
+Physics needs convex bodies; a bowl has to stay hollow. The cache lies in `$XDG_CACHE_HOME/structagent`
+(`~/.cache/structagent` by default); a cache that cannot be written only costs time.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import tempfile
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import vhacdx
+from scipy.spatial import ConvexHull, QhullError
+
+MAX_PARTS = 24
+MAX_PART_VERTICES = 32
+# A thing that is one convex body alone may be rounder than the parts of others.
+MAX_SINGLE_VERTICES = 64
+# Nineteen twentieths of the surface of a thing taken as convex lie this close to its hull, metres.
+_CONVEX_WITHIN = 0.004
+RESOLUTION = 400_000
+# Part of every cache key: raise it when the same mesh should give other parts.
+_VERSION = 1
+# A part thinner than this in volume (m3) is dust of the voxel grid.
+_SMALLEST_PART = 1e-9
+
+
+def cache_directory() -> Path:
+    """Where decompositions are kept; it may not exist yet."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "structagent" / "decompositions"
+
+
+def convex_parts(
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    *,
+    max_parts: int = MAX_PARTS,
+    resolution: int = RESOLUTION,
+    cached: bool = True,
+) -> tuple[np.ndarray, ...]:
+    """Splits a surface into convex parts, each (V, 3) with V <= 32, in the mesh's own frame.
+
+    A mesh whose surface lies within 4 mm of its hull (but for 5 %) is returned as that one hull,
+    with up to 64 vertices. Safe to call from several processes at once.
+
+    Args:
+        vertices: (V, 3) metres.
+        faces: (F, 3) vertex indices.
+        max_parts: the most parts to return.
+        resolution: voxels that V-HACD fills; the cost grows with it.
+        cached: whether to read and write the cache on disk.
+
+    Raises:
+        ValueError: when no part with a volume comes out.
+    """
+    vertices = np.ascontiguousarray(vertices, dtype=np.float64)
+    faces = np.ascontiguousarray(faces, dtype=np.uint32)
+    if (single := _single_part(vertices, faces, max_parts)) is not None:
+        return (single,)
+    digest = hashlib.sha256(f"{_VERSION} {max_parts} {resolution}".encode())
+    digest.update(vertices.astype(np.float32).tobytes())
+    digest.update(faces.tobytes())
+    path = cache_directory() / f"{digest.hexdigest()[:32]}.npz"
+    if cached and (stored := _read(path)) is not None:
+        return stored
+    parts = _decompose(vertices, faces, max_parts, resolution)
+    if cached:
+        _write(path, parts)
+    return parts
+
+
+def signed_distance(points: np.ndarray, parts: tuple[np.ndarray, ...]) -> np.ndarray:
+    """How far points (P, 3) lie outside (positive) or inside (negative) the union of convex parts, (P,).
+
+    Per part, the largest distance beyond one of its face planes: exact inside it and in front of a
+    face, a lower bound in front of an edge or corner. On a surface, its size is the deviation of the
+    parts from that surface.
+    """
+    nearest = np.full(len(points), np.inf)
+    for part in parts:
+        planes = ConvexHull(part).equations
+        np.minimum(nearest, (points @ planes[:, :3].T + planes[:, 3]).max(axis=1), out=nearest)
+    return nearest
+
+
+def _single_part(vertices: np.ndarray, faces: np.ndarray, max_parts: int) -> np.ndarray | None:
+    """The convex hull (V, 3) of a surface that is as good as convex, such as a can's; `None` for others."""
+    hull = ConvexHull(vertices)
+    corners = vertices[faces[:: max(1, len(faces) // 2000)].astype(np.int64)]  # 2000 faces tell
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    depths = -signed_distance(corners.mean(axis=1), (vertices[hull.vertices],))
+    if max_parts > 1 and areas[depths > _CONVEX_WITHIN].sum() > 0.05 * areas.sum():
+        return None
+    return few_vertices(vertices[hull.vertices], MAX_SINGLE_VERTICES)
+
+
+def _decompose(
+    vertices: np.ndarray, faces: np.ndarray, max_parts: int, resolution: int
+) -> tuple[np.ndarray, ...]:
+    raw = vhacdx.compute_vhacd(
+        vertices,
+        faces,
+        maxConvexHulls=max_parts,
+        resolution=resolution,
+        minimumVolumePercentErrorAllowed=0.5,
+        maxNumVerticesPerCH=2 * MAX_PART_VERTICES,
+        asyncACD=False,
+    )
+    parts = []
+    for part_vertices, _ in raw:
+        # V-HACD cuts off corners when it limits vertices itself; it is asked for twice as many.
+        with contextlib.suppress(QhullError):
+            hull = ConvexHull(np.asarray(part_vertices))
+            if hull.volume > _SMALLEST_PART:
+                parts.append(few_vertices(hull.points[hull.vertices]))
+    if not parts:
+        raise ValueError("the convex decomposition found no part with a volume")
+    return tuple(parts)
+
+
+def few_vertices(vertices: np.ndarray, most: int = MAX_PART_VERTICES) -> np.ndarray:
+    """At most `most` of a convex body's vertices (V, 3): greedily, the one farthest outside the hull so far."""
+    if len(vertices) <= most:
+        return vertices
+    chosen = sorted({int(i) for axis in range(3) for i in (vertices[:, axis].argmin(), vertices[:, axis].argmax())})
+    # Extremes along the axes keep bottom, top and width exact; diagonals make sure of a volume.
+    for direction in np.array([[1, 1, 1], [1, -1, 1], [-1, 1, 1], [-1, -1, 1]], dtype=float):
+        along = vertices @ direction
+        chosen = sorted({*chosen, int(along.argmin()), int(along.argmax())})
+    while len(chosen) < most:
+        planes = ConvexHull(vertices[chosen]).equations
+        outside = (vertices @ planes[:, :3].T + planes[:, 3]).max(axis=1)
+        if outside.max() < 1e-6:
+            break
+        chosen.append(int(outside.argmax()))
+    return vertices[chosen]
+
+
+def _read(path: Path) -> tuple[np.ndarray, ...] | None:
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            vertices, counts = stored["vertices"].astype(np.float64), stored["counts"]
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None  # absent or damaged: it is made anew
+    return tuple(np.split(vertices, np.cumsum(counts)[:-1]))
+
+
+def _write(path: Path, parts: tuple[np.ndarray, ...]) -> None:
+    with contextlib.suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # Written beside and moved, so that another process never reads half a file.
+        handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".npz")
+        with os.fdopen(handle, "wb") as file:
+            np.savez_compressed(
+                file,
+                vertices=np.concatenate(parts).astype(np.float32),
+                counts=np.array([len(part) for part in parts]),
+            )
+        os.replace(temporary, path)

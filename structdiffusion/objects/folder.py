@@ -1,0 +1,109 @@
+"""Objects from a folder of the user's own meshes: .obj, .stl, .ply or .glb, in metres, z up."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from structdiffusion.objects.meshes import object_from_mesh
+from structdiffusion.objects.model import ObjectError, ObjectModel
+
+FORMATS = (".obj", ".stl", ".ply", ".glb")
+SMALLEST, LARGEST = 0.005, 0.5
+# Kilograms per cubic metre of hull: most household things are hollow or light.
+_DENSITY = 400.0
+_FRICTION = 0.5
+# What a file name may say, and the noun it stands for. Longer names first where one ends another.
+NOUNS = (
+    "fork", "knife", "spatula", "spoon", "plate", "saucer", "bowl", "mug", "cup", "glass", "saucepan", "skillet",
+    "pan", "pot", "pitcher", "jug", "teapot", "kettle", "bottle", "jar", "can", "box", "block", "brick", "cube",
+    "book", "ball", "apple", "banana", "lemon", "orange", "peach", "pear", "plum", "strawberry", "sponge", "hammer",
+    "wrench", "screwdriver", "scissors", "clamp", "marker", "pen", "pencil", "brush", "candle", "vase", "basket",
+    "tray", "lid", "drill", "padlock", "car", "airplane", "toy",
+)  # fmt: skip
+_PLURALS = {"knives": "knife", "glasses": "glass", "boxes": "box", "brushes": "brush", "strawberries": "strawberry"}
+
+
+def category_of(stem: str) -> str:
+    """The noun in a file's name: "red_mug_2" gives "mug", "SoupCan" gives "can"; otherwise the words themselves.
+
+    The last known noun counts, as in "sugar box"; without one, the name without its numbers.
+    """
+    spaced = re.sub(r"([a-z])([A-Z])", r"\1 \2", stem)
+    words = [word.lower() for word in re.findall(r"[^\W\d_]+", spaced) if len(word) > 1]
+    for word in reversed(words):
+        for noun in (_PLURALS.get(word, word), word.removesuffix("s")):
+            if noun in NOUNS:
+                return noun
+    return " ".join(words) or stem
+
+
+def folder_objects(folder: Path, *, alternatives: tuple[str, ...] = ()) -> list[ObjectModel]:
+    """One ObjectModel per mesh file in `folder` (not in folders inside it), in the order of their names.
+
+    The category is the noun in the file's name. The first load of a mesh takes seconds, later ones come
+    from the cache. The mass is 400 kg per cubic metre of convex hull, the friction 0.5.
+
+    Args:
+        alternatives: names of libraries that an error may offer instead.
+
+    Raises:
+        ObjectError: no such folder, no mesh in it, or a mesh that cannot be used; the message says which.
+    """
+    if not folder.is_dir():
+        others = f", or one of {', '.join(alternatives)}" if alternatives else ""
+        raise ObjectError(f"no folder of meshes at {str(folder)!r}: give a folder that exists{others}")
+    files = sorted(path for path in folder.iterdir() if path.suffix.lower() in FORMATS and path.is_file())
+    if not files:
+        raise ObjectError(f"the folder {str(folder)!r} holds no mesh: it needs files ending in {', '.join(FORMATS)}")
+    taken: set[str] = set()
+    models = []
+    for path in files:
+        # "mug.obj" and "mug.stl" side by side are two objects; names are unique.
+        name = path.stem if path.stem not in taken else path.name
+        taken.add(name)
+        models.append(_object(path, name))
+    return models
+
+
+def _object(path: Path, name: str) -> ObjectModel:
+    mesh = _read(path)
+    size = float(mesh.extents.max())
+    if not SMALLEST <= size <= LARGEST:
+        raise ObjectError(
+            f"the mesh {str(path)!r} is {size:.4g} m long: the unit must be metres, "
+            f"and objects between {SMALLEST} and {LARGEST} m"
+        )
+    # A colour of its own for each name, the same in every run.
+    hue = hashlib.sha256(name.encode()).digest()
+    try:
+        return object_from_mesh(
+            mesh,
+            name=name,
+            category=category_of(path.stem),
+            source="folder",
+            mass=float(np.clip(_DENSITY * mesh.convex_hull.volume, 0.005, 2.0)),
+            friction=_FRICTION,
+            color=(0.25 + hue[0] / 425, 0.25 + hue[1] / 425, 0.25 + hue[2] / 425),
+        )
+    except (ValueError, RuntimeError, ArithmeticError) as error:  # Qhull's errors are RuntimeErrors
+        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+        raise ObjectError(f"the mesh {str(path)!r} cannot be used: it does not enclose a volume ({reason})") from error
+
+
+def _read(path: Path) -> trimesh.Trimesh:
+    # Readers of broken files raise nearly anything (struct, index, key, json, unicode errors).
+    try:
+        mesh = trimesh.load(path, force="mesh", process=False)
+    except Exception as error:
+        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+        raise ObjectError(f"the mesh {str(path)!r} cannot be read: {reason}") from error
+    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
+        raise ObjectError(f"the mesh {str(path)!r} cannot be used: it has no faces")
+    if not np.isfinite(mesh.vertices).all():
+        raise ObjectError(f"the mesh {str(path)!r} cannot be used: some of its coordinates are not numbers")
+    return mesh

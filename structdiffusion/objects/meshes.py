@@ -1,0 +1,215 @@
+"""From a triangle mesh, z up, to an ObjectModel: cleaned, resting, with its front turned to +x."""
+
+from __future__ import annotations
+
+import math
+
+import manifold3d
+import numpy as np
+import trimesh
+from scipy.spatial import ConvexHull
+
+from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
+from structdiffusion.objects.decomposition import MAX_PARTS, RESOLUTION, convex_parts, few_vertices
+from structdiffusion.objects.hollow import HOLLOW, hollow_parts
+from structdiffusion.nouns import CUTLERY
+from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel, footprint_centroid
+
+VISUAL_FACES = 2000
+# The front of these is opposite their handle.
+WITH_HANDLE = ("mug", "pan", "skillet", "pitcher", "jug", "teapot", "kettle", "saucepan")
+# These lie along x, working end toward +x.
+LONG = (*CUTLERY, "spatula", "screwdriver", "hammer", "wrench", "marker", "scissors", "clamp", "drill", "ladle",
+        "pen", "pencil", "brush", "banana", "pear", "car", "airplane")
+# A scan or model that rests up to this far off level is set level.
+_LEVEL_WITHIN = math.radians(12.0)
+
+
+def clean(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
+    """The connected pieces of a mesh, vertices merged, degenerate faces and specks gone, normals outward.
+
+    Specks are loose pieces with under 2 % of the surface: scanning leaves them behind.
+    """
+    mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)
+    mesh.update_faces(mesh.nondegenerate_faces() & mesh.unique_faces())
+    mesh.remove_unreferenced_vertices()
+    pieces = [piece for piece in mesh.split(only_watertight=False) if piece.area > 0.02 * mesh.area]
+    for piece in pieces:
+        piece.fix_normals()
+    return pieces
+
+
+def join(pieces: list[trimesh.Trimesh]) -> trimesh.Trimesh:
+    """One outer surface: closed pieces that overlap are united, so that no surface is left inside."""
+    if len(pieces) == 1:
+        return pieces[0]
+    solids = [_solid(piece) for piece in pieces]
+    if any(solid.status() != manifold3d.Error.NoError for solid in solids):
+        return trimesh.util.concatenate(pieces)
+    united = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add).to_mesh()
+    return trimesh.Trimesh(united.vert_properties[:, :3], united.tri_verts, process=True)
+
+
+def _solid(mesh: trimesh.Trimesh) -> manifold3d.Manifold:
+    return manifold3d.Manifold(
+        manifold3d.Mesh(np.asarray(mesh.vertices, dtype=np.float32), np.asarray(mesh.faces, dtype=np.uint32))
+    )
+
+
+def level(mesh: trimesh.Trimesh) -> np.ndarray:
+    """The smallest rotation (4, 4) that sets the mesh on the face of its hull onto which it settles.
+
+    It rolls from face to face as long as its centre of mass sinks; the identity if that leads more
+    than 12 degrees away, for then something other than unevenness makes it fall.
+    """
+    hull = ConvexHull(mesh.vertices)
+    center = mesh.center_mass if mesh.is_watertight else mesh.convex_hull.center_mass
+    normals, heights = hull.equations[:, :3], -(hull.equations[:, :3] @ center + hull.equations[:, 3])
+    down, face = np.array([0.0, 0.0, -1.0]), -1
+    while True:
+        # The face through which the vertical below the centre of mass leaves the hull.
+        towards = normals @ down
+        reach = np.where(towards > 1e-9, heights / np.maximum(towards, 1e-9), math.inf)
+        below = int(reach.argmin())
+        if below == face or (face >= 0 and heights[below] >= heights[face] - 1e-12):
+            break
+        down, face = normals[below], below
+    tilt = math.acos(np.clip(-down[2], -1.0, 1.0))
+    if not 1e-6 < tilt < _LEVEL_WITHIN:
+        return np.eye(4)
+    return trimesh.transformations.rotation_matrix(tilt, np.cross(down, [0.0, 0.0, -1.0]))
+
+
+def front_yaw(points: np.ndarray, category: str) -> float:
+    """The yaw, radians, at which the front of an object points; surface points (P, 3), z up.
+
+    - with a handle (mug, pan, pitcher): opposite it, the farthest part from the middle of the surface;
+    - long things: along the length; cutlery and spatulas toward the flatter, wider end;
+    - all others: across the widest side of the smallest rectangle around the footprint, so that
+      the front of a box is its broad face.
+    """
+    flat = points[:, :2]
+    middle = flat.mean(axis=0)
+    offset = flat - middle
+    if category in WITH_HANDLE:
+        distance = np.linalg.norm(offset, axis=1)
+        handle = offset[distance > 0.93 * distance.max()].mean(axis=0)
+        return math.atan2(-handle[1], -handle[0])
+    if category in LONG:
+        _, axes = np.linalg.eigh(offset.T @ offset)
+        direction = axes[:, 1]
+        if _flatness(points, -direction) > _flatness(points, direction):
+            direction = -direction
+        return math.atan2(direction[1], direction[0])
+    outline = flat[ConvexHull(flat).vertices]
+    edges = np.roll(outline, -1, axis=0) - outline
+    best_area, best = math.inf, 0.0
+    for angle in np.arctan2(edges[:, 1], edges[:, 0]):
+        c, s = math.cos(angle), math.sin(angle)
+        along, across = outline @ [c, s], outline @ [-s, c]
+        length, width = np.ptp(along), np.ptp(across)
+        if length * width < best_area * (1 - 1e-6):
+            best_area, best = length * width, float(angle if length < width else angle + math.pi / 2)
+    # The same rectangle has two such yaws: the one that turns the scan the least.
+    return (best + math.pi / 2) % math.pi - math.pi / 2
+
+
+def _flatness(points: np.ndarray, direction: np.ndarray) -> float:
+    """Width over thickness of the third of an object that lies farthest along `direction` (2,)."""
+    along = points[:, :2] @ direction
+    end = points[along > along.max() - 0.3 * np.ptp(along)]
+    across = end[:, :2] @ np.array([-direction[1], direction[0]])
+    # Thickness about the bent middle surface: a spoon's bowl is deep, but its sheet is thin.
+    terms = np.stack([np.ones(len(end)), across, end[:, :2] @ direction], axis=1)
+    terms = np.concatenate([terms, terms[:, 1:] ** 2], axis=1)
+    fit, *_ = np.linalg.lstsq(terms, end[:, 2], rcond=None)
+    return float(across.std() / ((end[:, 2] - terms @ fit).std() + 1e-6))
+
+
+def sample_surface(mesh: trimesh.Trimesh, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points and outward normals (count, 3) float32, uniform by area; the same for the same seed."""
+    rng = np.random.default_rng(seed)
+    chosen = rng.choice(len(mesh.faces), size=count, p=mesh.area_faces / mesh.area_faces.sum())
+    a, b = rng.random((2, count, 1))
+    folded = a + b > 1
+    a, b = np.where(folded, 1 - a, a), np.where(folded, 1 - b, b)
+    corners = mesh.triangles[chosen]
+    points = corners[:, 0] + a * (corners[:, 1] - corners[:, 0]) + b * (corners[:, 2] - corners[:, 0])
+    return points.astype(np.float32), mesh.face_normals[chosen].astype(np.float32)
+
+
+def simplify(mesh: trimesh.Trimesh, faces: int = VISUAL_FACES) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (V, 3) and faces (F, 3) of a coarser surface for pictures, within 2 mm of the mesh.
+
+    About `faces` faces where 2 mm allow it. A mesh that does not close is returned as it is.
+    """
+    best = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+    solid = _solid(mesh)
+    if solid.status() != manifold3d.Error.NoError:
+        return best
+    for tolerance in (0.0003, 0.0005, 0.001, 0.0015, 0.002):
+        if len(best[1]) <= faces:
+            break
+        coarse = solid.simplify(tolerance).to_mesh()
+        if 0 < len(coarse.tri_verts) < len(best[1]):
+            best = np.asarray(coarse.vert_properties[:, :3], np.float64), np.asarray(coarse.tri_verts, np.int64)
+    return best
+
+
+def object_from_mesh(
+    mesh: trimesh.Trimesh,
+    *,
+    name: str,
+    category: str,
+    source: str,
+    mass: float,
+    friction: float,
+    color: tuple[float, float, float],
+    turn: float = 0.0,
+    max_parts: int = MAX_PARTS,
+    resolution: int = RESOLUTION,
+) -> ObjectModel:
+    """An ObjectModel of a mesh in metres that is about upright (z up).
+
+    Args:
+        mesh: the surface; cleaned here.
+        turn: radians added to the front that `front_yaw` finds, for things that look alike from both ends.
+
+    Raises:
+        ValueError: when the mesh encloses nothing.
+    """
+    pieces = clean(mesh)
+    if not pieces:
+        raise ValueError("it has no surface")
+    mesh = join(pieces)
+    if len(pieces) > 1 and all(piece.volume > 0.99 * piece.convex_hull.volume for piece in pieces):
+        parts = tuple(few_vertices(np.asarray(piece.convex_hull.vertices)) for piece in pieces)
+    else:
+        parts = hollow_parts(mesh) if category in HOLLOW else ()
+        parts = parts or convex_parts(mesh.vertices, mesh.faces, max_parts=max_parts, resolution=resolution)
+    upright = level(mesh)
+    dense, _ = sample_surface(mesh, 20_000, seed=0)
+    yaw = front_yaw(transform_points(upright, dense), category) + turn
+    upright = pose_from_xyz_yaw(0.0, 0.0, 0.0, -yaw) @ upright
+    mesh.apply_transform(upright)
+    parts = tuple(transform_points(upright, part) for part in parts)
+    # Voxels leave bottoms uneven by a fraction of a millimetre, on which things would rock.
+    floor = min(part[:, 2].min() for part in parts)
+    parts = tuple(np.where((part[:, 2] < floor + 0.001)[:, None] & [False, False, True], floor, part) for part in parts)
+    origin = np.array([*footprint_centroid(np.concatenate(parts)[:, :2]), floor])
+    mesh.apply_translation(-origin)
+    points, normals = sample_surface(mesh, SURFACE_POINTS, seed=0)
+    vertices, faces = simplify(mesh)
+    return ObjectModel(
+        name=name,
+        category=category,
+        source=source,
+        hulls=tuple(part - origin for part in parts),
+        surface_points=points,
+        surface_normals=normals,
+        mass=mass,
+        friction=friction,
+        color=color,
+        mesh_vertices=vertices,
+        mesh_faces=faces,
+    )

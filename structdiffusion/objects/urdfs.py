@@ -1,0 +1,59 @@
+"""PyBullet's random_urdfs: 1000 random blocky bodies, more training objects beside the procedural ones."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pybullet_data
+import trimesh
+
+from structdiffusion.objects.meshes import object_from_mesh
+from structdiffusion.objects.model import ObjectError, ObjectModel
+
+AVAILABLE = 1000
+# Longer ones do not fit between other things on the table, metres.
+_LARGEST = 0.16
+_FRICTION = 0.5
+
+
+def random_urdfs_objects(count: int = 200) -> list[ObjectModel]:
+    """The first `count` usable bodies, scaled as their URDF says; their category is "object".
+
+    Each is a union of a few convex pieces, which are its parts. A body longer than 16 cm is left out.
+
+    Raises:
+        ObjectError: when `count` is not between 1 and 1000, or so many usable bodies do not exist.
+    """
+    if not 1 <= count <= AVAILABLE:
+        raise ObjectError(f"count must be between 1 and {AVAILABLE}, got {count}")
+    root = Path(pybullet_data.getDataPath()) / "random_urdfs"
+    models: list[ObjectModel] = []
+    for folder in sorted(root.iterdir()):
+        if len(models) == count:
+            break
+        if (urdf := folder / f"{folder.name}.urdf").is_file() and (model := _object(urdf)) is not None:
+            models.append(model)
+    if len(models) < count:
+        raise ObjectError(f"PyBullet's random_urdfs hold {len(models)} usable bodies, {count} were asked for")
+    return models
+
+
+def _object(urdf: Path) -> ObjectModel | None:
+    link = ElementTree.parse(urdf).getroot().find("link")
+    shape = link.find("collision/geometry/mesh")
+    mesh = trimesh.load(urdf.parent / shape.get("filename"), force="mesh", process=False)
+    mesh.apply_scale(np.array(shape.get("scale").split(), dtype=float))
+    if mesh.extents.max() > _LARGEST:
+        return None
+    color = tuple(float(value) for value in link.find("visual/material/color").get("rgba").split()[:3])
+    return object_from_mesh(
+        mesh,
+        name=f"random_{urdf.stem}",
+        category="object",
+        source="random_urdfs",
+        mass=float(link.find("inertial/mass").get("value")),
+        friction=_FRICTION,
+        color=color,
+    )
