@@ -1,0 +1,42 @@
+"""Few-shot prompts as data: the text that a language model is shown, and the examples in it.
+
+After the listing in paper appendix A.1, which maps an instruction to shape, size and location;
+here to all five slots.
+"""
+
+from __future__ import annotations
+
+import re
+from importlib import resources
+
+# One example: an instruction's line, and the line of its answer.
+_EXAMPLE = re.compile(r"^Instruction: (?P<text>.+)\nOutput: (?P<answer>.+)$", re.MULTILINE)
+
+
+class PromptError(ValueError):
+    """A prompt that is not there; the message lists those that are."""
+
+
+def load_prompt(name: str) -> str:
+    """The text of a prompt, such as "parse_structure".
+
+    Raises:
+        PromptError: for a name that is not in `prompt_names()`.
+    """
+    if name not in prompt_names():
+        raise PromptError(f"there is no prompt {name!r}; available: {', '.join(prompt_names())}")
+    return resources.files(__name__).joinpath(f"{name}.txt").read_text(encoding="utf-8")
+
+
+def prompt_names() -> list[str]:
+    """The names of all prompts, in alphabetical order."""
+    entries = (entry.name for entry in resources.files(__name__).iterdir())
+    return sorted(name.removesuffix(".txt") for name in entries if name.endswith(".txt"))
+
+
+def prompt_examples(prompt: str) -> list[tuple[str, tuple[str | None, ...]]]:
+    """The (instruction, answers) pairs of a prompt's text, answers in its order of slots, `None` for NONE."""
+    return [
+        (match["text"], tuple(None if part == "NONE" else part for part in match["answer"].split(", ")))
+        for match in _EXAMPLE.finditer(prompt)
+    ]
