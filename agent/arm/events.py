@@ -28,7 +28,7 @@ class Planned(ArmEvent):
 
     Attributes:
         arrangement: the arrangement's index in the ranked list.
-        order: the objects' indices in the order in which they will be placed.
+        order: the objects' indices in the order in which they will be moved; one that is first moved aside comes twice.
         grasps: the kind of each one's grasp, in that order.
         seconds: how long the search took, over all arrangements so far.
     """
@@ -87,6 +87,7 @@ class Placed(ArmEvent):
     """The object was released and has come to rest; a look measured it.
 
     Attributes:
+        aside: it was only moved out of another's way, and will be moved again.
         position_error_m: distance in the plane from its goal.
         angle_error_rad: angle between its rotation and the goal's (for round things: of their upright axis).
         world_from_object: (4, 4) its pose now.
@@ -95,6 +96,7 @@ class Placed(ArmEvent):
 
     object: int
     name: str
+    aside: bool
     position_error_m: float
     angle_error_rad: float
     world_from_object: np.ndarray

@@ -19,7 +19,7 @@ import numpy as np
 import pybullet
 
 from agent.arm.events import ArmEvent, PickFailed, Picked, Placed, PlaceFailed, Planned, PlanFailed
-from agent.arm.grasps import is_round
+from agent.arm.grasps import Grasp, is_round
 from agent.arm.hand import ANGLES
 from agent.arm.kinematics import CONTINUOUS, FINGER_OPEN, FINGER_SPEED, FOLDED, JacoArm, inverse_kinematics, unwind
 from agent.arm.motion import PlanningScene, straight_line, trajectory
@@ -86,8 +86,11 @@ def build_structure(
                     time.monotonic() - began,
                 )
                 builder = _Builder(world, arm, scene, arrangement, search, distractors, hold, on_step)
-                for plan in plans:
-                    yield from builder.move(plan)
+                try:
+                    for plan in plans:
+                        yield from builder.move(plan)
+                finally:
+                    builder.let_sleep(False)
                 return
             name = "" if blocked is None else scene.objects[blocked].name
             yield PlanFailed(rank, blocked, name, reason)
@@ -116,9 +119,23 @@ class _Builder:
         self.start_clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
         self.start_poses = world.poses()[: self.count]
         _, self.stands_on = precedence(self.start_clouds, list(self.goal_from_initial), [0.0] * self.count)
-        self.done: set[int] = set()
+        self.expected = [np.eye(4)] * self.count  # now_from_initial as planned so far
         self._constraint: int | None = None
+        self.let_sleep(True)
         self._pose_before = np.eye(4)  # of the object being moved, when its plan was made
+
+    def let_sleep(self, allowed: bool) -> None:
+        """Whether the engine may skip objects that lie still; a touch wakes them. It saves most of the time."""
+        state = pybullet.ACTIVATION_STATE_ENABLE_SLEEPING if allowed else pybullet.ACTIVATION_STATE_DISABLE_SLEEPING
+        for body in self.world.bodies:
+            pybullet.changeDynamics(body, -1, activationState=state, physicsClientId=self.world.client)
+            if not allowed:
+                self._wake(body)
+
+    def _wake(self, body: int) -> None:
+        pybullet.changeDynamics(
+            body, -1, activationState=pybullet.ACTIVATION_STATE_WAKE_UP, physicsClientId=self.world.client
+        )
 
     # --- what a look tells -------------------------------------------------------------------
 
@@ -127,10 +144,6 @@ class _Builder:
         return [
             self.world.pose(i) @ np.linalg.inv(self.start_poses[i]) for i in range(self.count)
         ]
-
-    def _expected(self, index: int) -> np.ndarray:
-        """now_from_initial (4, 4) as planned: at its goal if it was placed, else where it was."""
-        return self.goal_from_initial[index] if index in self.done else np.eye(4)
 
     def _goal(self, index: int) -> np.ndarray:
         """goal_from_initial (4, 4), moved along with what the object will stand on, by 2 cm at most."""
@@ -153,38 +166,45 @@ class _Builder:
         began = time.monotonic()
         index = plan.object
         name = self.scene.objects[index].name
-        current: ObjectPlan | None = plan if self._still_holds(plan) else None
+        # now_from_initial once it is placed: its goal, or the place aside.
+        target = plan.goal_from_now @ self.expected[index] if plan.aside else None
+        current: ObjectPlan | None = plan if self._still_holds() else None
+        failed: list[Grasp] = []
         reason = ""
         for attempt in range(1, PICK_ATTEMPTS + 1):
             if current is None:
-                current, reason = self._plan_again(index, attempt)
+                current, reason = self._plan_again(index, target, failed)
                 if current is None:
                     break
             reason, picked = self._pick(current, name, attempt)
             if picked is not None:
                 yield picked
                 self._place(current)
-                self.done.add(index)
-                yield self._look(index, name, time.monotonic() - began)
+                self.expected[index] = self.goal_from_initial[index] if target is None else target
+                yield self._look(index, name, plan.aside, time.monotonic() - began)
                 return
             yield PickFailed(index, name, current.grasp.kind, attempt, reason)
+            failed.append(current.grasp)
             current = None
         yield PlaceFailed(index, name, reason)
 
-    def _still_holds(self, plan: ObjectPlan) -> bool:
+    def _still_holds(self) -> bool:
+        """Whether every object is where the plans assume it."""
         for i, motion in enumerate(self._motions_so_far()):
-            expected = self._expected(i)
             cloud = self.start_clouds[i]
-            moved = np.linalg.norm(transform_points(motion, cloud) - transform_points(expected, cloud), axis=1)
+            planned = transform_points(self.expected[i], cloud)
+            moved = np.linalg.norm(transform_points(motion, cloud) - planned, axis=1)
             if moved.max() > STALE:
                 return False
         return True
 
-    def _plan_again(self, index: int, attempt: int) -> tuple[ObjectPlan | None, str]:
+    def _plan_again(
+        self, index: int, target: np.ndarray | None, failed: Sequence[Grasp]
+    ) -> tuple[ObjectPlan | None, str]:
         motions = self._motions_so_far()
         clouds = [transform_points(motion, cloud) for motion, cloud in zip(motions, self.start_clouds)]
         bottoms = [max(0.0, bottom_at(m, c, 0.0)) for m, c in zip(motions, self.start_clouds)]
-        goal_from_now = self._goal(index) @ np.linalg.inv(motions[index])
+        goal_from_now = (self._goal(index) if target is None else target) @ np.linalg.inv(motions[index])
         start = self.arm.configuration()
         return self.search.object(
             index,
@@ -194,7 +214,7 @@ class _Builder:
             goal_from_now,
             deadline=time.monotonic() + 6.0,
             start=unwind(start, FOLDED),
-            skip=4 * (attempt - 1),
+            avoid=failed,
         )
 
     def _pick(self, plan: ObjectPlan, name: str, attempt: int) -> tuple[str, Picked | None]:
@@ -255,16 +275,16 @@ class _Builder:
         down = straight_line(q[0], (above, release))
         return plan.lower if down is None else np.concatenate((plan.lower[:1], down))
 
-    def _look(self, index: int, name: str, seconds: float) -> Placed:
+    def _look(self, index: int, name: str, aside: bool, seconds: float) -> Placed:
         pose = self.world.pose(index)
-        goal = self.goal_from_initial[index] @ self.start_poses[index]
+        goal = self.expected[index] @ self.start_poses[index]
         error = float(np.linalg.norm(pose[:2, 3] - goal[:2, 3]))
         if is_round(self.start_clouds[index]):
             angle = tilt_between(pose, goal)
         else:
             turn = goal[:3, :3].T @ pose[:3, :3]
             angle = float(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))
-        return Placed(index, name, error, angle, pose, seconds)
+        return Placed(index, name, aside, error, angle, pose, seconds)
 
     # --- the arm's motions in physics ----------------------------------------------------------
 
@@ -312,6 +332,7 @@ class _Builder:
 
     def _weld(self, body: int) -> None:
         arm, client = self.arm, self.world.client
+        self._wake(body)
         position, quaternion = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
         state = pybullet.getLinkState(arm.body, arm.hand, physicsClientId=client)
         inverse = pybullet.invertTransform(state[0], state[1])

@@ -14,13 +14,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.arm.hand import LEVELS, PALM_LEVEL, contact_angle, opening_for, reach
+from agent.arm.hand import ANGLES, LEVELS, PALM_LEVEL, contact_angle, opening_for, reach
 
 SIDE_CLEARANCE = 0.008  # m kept on each side between open fingers and the object
 PALM_CLEARANCE = 0.006  # m
-FLOOR_CLEARANCE = 0.003  # m between the lowest finger and what the object stands on
+FLAT_SIDE_CLEARANCE = 0.005  # m, the same for flat things, so that the fingers need not sweep the table
+FLOOR_CLEARANCE = 0.0015  # m between the lowest finger and what the object stands on
 LATERAL = 0.032  # m: half the width of the hand's fingers side by side
 FLAT = 0.03  # m: lower than this is flat
+NARROW = 0.022  # m: what is shorter than this along the fingers' row would slip between fingers 2 and 3,
+PINCH = 0.015  # m: so it is taken between the thumb and finger 2, this far beside the hand's middle
 YAWS = 12
 TILTS = (0.0, math.radians(20), math.radians(-20), math.radians(40), math.radians(-40))
 
@@ -91,7 +94,7 @@ def _in_hand(points: np.ndarray, pose: np.ndarray) -> np.ndarray:
     return (points - pose[:3, 3]) @ pose[:3, :3]
 
 
-def _widths(inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _widths(inside: np.ndarray, clearance: float) -> tuple[np.ndarray, np.ndarray]:
     """What the open hand must pass, and what is there, at each of `LEVELS`: two (L,) of metres.
 
     Going down, the hand's level l passes everything that ends up at levels below l's height, that
@@ -104,7 +107,7 @@ def _widths(inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     np.maximum.at(there, bins[seen], 2 * np.abs(inside[seen, 0]))
     there = np.maximum(there, np.maximum(np.append(there[1:], 0.0), np.append(0.0, there[:-1])))
     passing = np.maximum.accumulate(there)
-    return np.where(passing > 0.0, passing + 2 * SIDE_CLEARANCE, 0.0), there
+    return np.where(passing > 0.0, passing + 2 * clearance, 0.0), there
 
 
 def _fitted(
@@ -119,32 +122,31 @@ def _fitted(
     approach = hand_pose(contact, yaw, tilt)[:3, 2]
     # Leaning fingers reach lower on one side.
     lean = LATERAL * abs(math.sin(tilt))
+    clearance = FLAT_SIDE_CLEARANCE if contact[2] - support < FLAT else SIDE_CLEARANCE
+    farthest = reach(0.0, ANGLES[-1])
     for attempt in range(4):
-        tip = contact + approach * (depth - 0.006 * attempt)
-        # The fingers' lowest point changes while they close: 42 mm beyond the end effector at most.
-        position = tip - approach * 0.040
-        lowest = position[2] - 0.0424 * math.cos(tilt) - lean
-        position[2] += max(0.0, support + FLOOR_CLEARANCE - lowest)
-        pose = hand_pose(position, yaw, tilt)
-        inside = _in_hand(near, pose)
-        all_inside = _in_hand(points, pose)
-        top_level = np.percentile(all_inside[np.abs(all_inside[:, 0]) < 0.045, 2], 1) if (
-            np.abs(all_inside[:, 0]) < 0.045
-        ).any() else np.inf
-        if top_level < PALM_LEVEL + PALM_CLEARANCE:
-            pose[:3, 3] -= approach * (PALM_LEVEL + PALM_CLEARANCE - top_level)
+        position = contact + approach * (depth - 0.006 * attempt - 0.040)
+        for _ in range(2):  # how low the fingers reach depends on how far they close, and that on the height
+            lowest = position[2] - farthest * math.cos(tilt) - lean
+            position[2] += max(0.0, support + FLOOR_CLEARANCE - lowest)
+            pose = hand_pose(position, yaw, tilt)
+            levels = _in_hand(points, pose)
+            above_palm = levels[np.abs(levels[:, 0]) < 0.045, 2]
+            if len(above_palm):
+                position -= approach * max(0.0, PALM_LEVEL + PALM_CLEARANCE - np.percentile(above_palm, 1))
+                pose = hand_pose(position, yaw, tilt)
             inside = _in_hand(near, pose)
-        passing, there = _widths(inside)
-        opening = opening_for(passing)
-        if opening is None:
-            continue
-        closing = contact_angle(there)
-        if closing is None or closing < opening:
-            continue
-        held = there[there > 0.0]
-        if not len(held) or reach(closing) < inside[:, 2].min() + 0.004:
-            continue
-        return pose, opening, float(held.max())
+            passing, there = _widths(inside, clearance)
+            opening, closing = opening_for(passing), contact_angle(there)
+            if opening is None or closing is None or closing < opening:
+                break
+            lower = farthest - reach(opening, closing)
+            if contact[2] - support >= FLAT or lower < 5e-4:
+                return pose, opening, float(there.max())
+            farthest -= lower
+            position[2] -= lower
+        else:
+            return pose, opening, float(there.max())
     return None
 
 
@@ -174,6 +176,7 @@ def _across(points: np.ndarray, support: float) -> list[Grasp]:
                 ends = np.percentile(across[section], [2, 98])
                 center = middle + closing * ends.mean() + side * offset
                 contact = np.array([*center, local_top])
+                narrow = np.abs(along[section] - offset).max() < NARROW
                 for tilt in TILTS:
                     fitted = _fitted(points, points[section], contact, yaw, tilt, depth, support)
                     if fitted is None:
@@ -187,8 +190,10 @@ def _across(points: np.ndarray, support: float) -> list[Grasp]:
                         + 3.0 * min(depth, 0.05)
                         - 1.5 * np.linalg.norm(center - middle)
                     )
+                    pinch = PINCH if narrow else 0.0
                     for turn in (0.0, math.pi):  # the same fingers' line, thumb on either side
                         turned = hand_pose(pose[:3, 3], yaw + turn, tilt if turn == 0.0 else -tilt)
+                        turned[:3, 3] -= pinch * turned[:3, 1]
                         found.append(Grasp(turned, width, opening, kind, float(quality)))
     return found
 
@@ -228,7 +233,7 @@ def _rim(points: np.ndarray, support: float) -> list[Grasp]:
         lowest_tip = max(top - depth, support + FLOOR_CLEARANCE)
         for turn in (0.0, math.pi):
             pose = hand_pose(contact, yaw + turn)
-            pose[2, 3] = lowest_tip + 0.0424
+            pose[2, 3] = lowest_tip + reach(0.5, ANGLES[-1])
             if _in_hand(points, pose)[:, 2].min() < PALM_LEVEL + PALM_CLEARANCE:
                 continue
             opening = 0.8 if radius < 0.07 else 0.65

@@ -15,11 +15,12 @@ from agent.arm.kinematics import joint_origins
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 
 PALM_LEVEL = -0.049  # m, the palm's surface
-ANGLES = np.arange(0.0, 1.301, 0.05)  # rad, finger joint
+ANGLES = np.arange(0.0, 1.501, 0.05)  # rad, finger joint
 LEVELS = np.arange(PALM_LEVEL, 0.0451, 0.003)
 # The boxes of the URDF: (centre x, centre y, size x, size y, size z) in the link frame.
 _PROXIMAL = (0.021, -0.002, 0.046, 0.014, 0.017)
-_DISTAL = (0.0215, 0.0, 0.043, 0.010, 0.016)
+_DISTAL = (0.014, 0.0, 0.028, 0.010, 0.016)
+_TIP = (0.0335, 0.003, 0.019, 0.004, 0.014)  # on the inner side, so that the tip is thin
 
 
 def _surface(box: tuple[float, ...]) -> np.ndarray:
@@ -45,7 +46,11 @@ def _profile() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             proximal = ee_from_last @ origins[f"joint_finger_{k}"] @ pose_from_xyz_yaw(0, 0, 0, angle)
             distal = proximal @ origins[f"joint_finger_tip_{k}"]
             points = np.concatenate(
-                (transform_points(proximal, _surface(_PROXIMAL)), transform_points(distal, _surface(_DISTAL)))
+                (
+                    transform_points(proximal, _surface(_PROXIMAL)),
+                    transform_points(distal, _surface(_DISTAL)),
+                    transform_points(distal, _surface(_TIP)),
+                )
             )
             reach.append(points[:, 2].max())
             for level, height in enumerate(LEVELS):
@@ -64,9 +69,10 @@ def gaps() -> np.ndarray:
     return thumb - others
 
 
-def reach(angle: float) -> float:
-    """The level of the lowest point of the fingers at a joint angle, metres beyond the end effector."""
-    return float(np.interp(angle, ANGLES, _profile()[2]))
+def reach(opening: float, closing: float) -> float:
+    """How far beyond the end effector the fingers reach, at most, while they close between two angles, metres."""
+    angles = np.append(ANGLES[(ANGLES > opening) & (ANGLES < closing)], (opening, closing))
+    return float(np.interp(angles, ANGLES, _profile()[2]).max())
 
 
 def opening_for(widths: np.ndarray) -> float | None:

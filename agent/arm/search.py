@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from shapely import MultiPoint
+from shapely.affinity import translate
 
 from agent.arm.grasps import Grasp, grasps_of, is_round
 from agent.arm.kinematics import FOLDED, JOINTS, inverse_kinematics, random_configurations, unwind
@@ -24,6 +25,7 @@ APPROACH = 0.10  # m of straight line before a grasp, after it, and before and a
 RESTARTS = 4
 PAIRS_TRIED = 24
 SPINS = 8  # turns about the upright axis that are tried at the goal of a round object
+ASIDE_CLEARANCE = 0.03  # m around an object that is moved out of the way: room for the fingers
 GOAL_CLEARANCE = 0.005  # m between a goal's footprint and what still stands there
 
 
@@ -38,6 +40,7 @@ class ObjectPlan:
         transfer: lifted to above the goal. lower: above the goal to the release.
         retreat: away from what was released. fold: back to the waiting pose.
         goal_from_now: (4, 4) the planned motion of the object, without the release height.
+        aside: whether this only moves the object out of another's way.
     """
 
     object: int
@@ -50,6 +53,7 @@ class ObjectPlan:
     retreat: np.ndarray
     fold: np.ndarray
     goal_from_now: np.ndarray
+    aside: bool = False
 
 
 def raised(pose: np.ndarray, height: float) -> np.ndarray:
@@ -102,6 +106,13 @@ def precedence(
     return before, stands_on
 
 
+def _alike(a: Grasp, b: Grasp) -> bool:
+    """Whether two grasps differ by less than 1 cm and 15 degrees, and so fail together."""
+    near = np.linalg.norm(a.world_from_ee[:3, 3] - b.world_from_ee[:3, 3]) < 0.01
+    turn = a.world_from_ee[:3, :3].T @ b.world_from_ee[:3, :3]
+    return bool(near and (np.trace(turn) - 1) / 2 > math.cos(math.radians(15)))
+
+
 class Search:
     """Plans among perceived clouds, in a planning scene of its own.
 
@@ -130,36 +141,66 @@ class Search:
         count = len(clouds)
         current = [np.asarray(cloud, dtype=np.float64) for cloud in clouds]
         bottoms = [0.0] * count
-        before, _ = precedence(current, list(goal_from_initial), bottoms)
-        # Low goals first, then far ones, so that the arm need not reach over what it has built.
-        goals = [transform_points(goal_from_initial[i], current[i]).mean(axis=0) for i in range(count)]
-        lowest = [bottom_at(goal_from_initial[i], current[i], 0.0) for i in range(count)]
-        waiting = sorted(range(count), key=lambda i: (round(lowest[i], 2), -goals[i][0]))
+        motions = list(goal_from_initial)  # goal_from_now, of the objects that still wait
         plans: list[ObjectPlan] = []
         done: set[int] = set()
-        while waiting:
-            ready = [i for i in waiting if before[i] <= done]
-            if not ready:
-                blocked = waiting[0]
-                blockers = ", ".join(str(j) for j in sorted(before[blocked] - done))
-                return [], blocked, f"its goal is blocked by objects that wait for others (object {blockers})"
-            reason = ""
-            for i in ready:
+        asides = 0
+        while len(done) < count:
+            before, _ = precedence(current, motions, bottoms)
+            lowest = [bottom_at(motions[i], current[i], bottoms[i]) for i in range(count)]
+            far = [transform_points(motions[i], current[i])[:, 0].mean() for i in range(count)]
+            # Low goals first, then far ones, so that the arm need not reach over what it has built.
+            waiting = sorted(set(range(count)) - done, key=lambda i: (round(lowest[i], 2), -far[i]))
+            steps = [(i, motions[i], False) for i in waiting if before[i] <= done]
+            if not steps:
+                if asides == count:
+                    return [], waiting[0], "the objects block each other's goals in a ring"
+                steps = self._asides(waiting, before, done, current, distractors, motions)
+                asides += 1
+            reason = "its goal is blocked, and there is no free place to move what blocks it"
+            for i, motion, aside in steps:
                 if time.monotonic() > deadline:
                     return [], None, "the time for planning ran out"
-                plan, reason = self.object(
-                    i, current, [*distractors], bottoms, goal_from_initial[i], deadline=deadline
-                )
-                if plan is not None:
-                    plans.append(plan)
-                    current[i] = transform_points(goal_from_initial[i], current[i])
-                    bottoms[i] = lowest[i]
-                    waiting.remove(i)
+                plan, reason = self.object(i, current, distractors, bottoms, motion, deadline=deadline)
+                if plan is None:
+                    continue
+                plans.append(replace(plan, aside=aside))
+                bottoms[i] = bottom_at(motion, current[i], bottoms[i])
+                current[i] = transform_points(plan.goal_from_now, current[i])
+                if aside:
+                    motions[i] = motions[i] @ np.linalg.inv(plan.goal_from_now)
+                else:
+                    motions[i] = np.eye(4)
                     done.add(i)
-                    break
+                break
             else:
-                return [], ready[0], reason
+                return [], (steps[0][0] if steps else waiting[0]), reason
         return plans, None, ""
+
+    def _asides(
+        self,
+        waiting: Sequence[int],
+        before: Sequence[set[int]],
+        done: set[int],
+        clouds: Sequence[np.ndarray],
+        distractors: Sequence[np.ndarray],
+        motions: Sequence[np.ndarray],
+    ) -> list[tuple[int, np.ndarray, bool]]:
+        """Steps that would each move one blocking object to a free place on the table, nearest places first."""
+        taken = [MultiPoint(cloud[:, :2]).convex_hull for cloud in (*clouds, *distractors)]
+        goals = [MultiPoint(transform_points(motions[i], clouds[i])[:, :2]).convex_hull for i in waiting]
+        blockers = sorted(before[waiting[0]] - done, key=lambda j: taken[j].area)
+        steps = []
+        for j in blockers:
+            center = clouds[j][:, :2].mean(axis=0)
+            places = np.stack((self.rng.uniform(0.26, 0.62, 80), self.rng.uniform(-0.36, 0.36, 80)), axis=1)
+            for x, y in places[np.argsort(np.linalg.norm(places - center, axis=1))] - center:
+                moved = translate(taken[j], x, y)
+                others = [shape for k, shape in enumerate(taken) if k != j] + goals
+                if all(moved.distance(other) > ASIDE_CLEARANCE for other in others):
+                    steps.append((j, pose_from_xyz_yaw(x, y, 0.0, 0.0), True))
+                    break
+        return steps
 
     def object(
         self,
@@ -170,20 +211,24 @@ class Search:
         goal_from_now: np.ndarray,
         deadline: float = math.inf,
         start: np.ndarray = FOLDED,
-        skip: int = 0,
+        avoid: Sequence[Grasp] = (),
     ) -> tuple[ObjectPlan | None, str]:
         """A plan to move one object, or `None` and the reason.
 
         Args:
             clouds: every object's cloud (P, 3) now. bottoms: z of what each stands on.
-            skip: how many of the best grasps to leave out, because they failed before.
+            avoid: grasps that failed before; those like them are left out.
         """
         scene = self.scene
         for j, cloud in enumerate(clouds):
             scene.set_obstacle(j, solid_hull(cloud, bottoms[j]))
         for j, cloud in enumerate(distractors):
             scene.set_obstacle(("distractor", j), solid_hull(cloud))
-        grasps = grasps_of(clouds[index], bottoms[index])
+        grasps = [
+            grasp
+            for grasp in grasps_of(clouds[index], bottoms[index])
+            if not any(_alike(grasp, other) for other in avoid)
+        ]
         if not grasps:
             return None, "no grasp fits the hand"
         pairs = self._reachable_pairs(grasps, clouds[index], goal_from_now)
@@ -192,7 +237,7 @@ class Search:
         hull = solid_hull(clouds[index], bottoms[index])
         goal_hull = transform_points(goal_from_now, hull)
         reason = "every grasp within reach collides"
-        for pick, goal_motion, q_pick, q_place in pairs[skip : skip + PAIRS_TRIED]:
+        for pick, goal_motion, q_pick, q_place in pairs[:PAIRS_TRIED]:
             if time.monotonic() > deadline:
                 return None, "the time for planning ran out"
             found, why = self._motions(index, hull, goal_hull, pick, goal_motion, q_pick, q_place, start)
