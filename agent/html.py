@@ -149,7 +149,7 @@ def _arm(report: Mapping[str, Any], album: Mapping[str, str]) -> str:
         return ""
     names = [seen["name"] for seen in report["scene"]["objects"]]
     lines = "".join(f"<li>{escape(arm_sentence(told, names))}</li>" for told in report["arm"])
-    figures = [figure for name, figure in album.items() if name.startswith("after-placement")]
+    figures = [figure for name, figure in album.items() if name.startswith("placement-")]
     content = f'<ol class="story">{lines}</ol>' + _album(figures)
     return _section("Building it", content, report["seconds"].get("build"))
 

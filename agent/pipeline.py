@@ -91,15 +91,15 @@ class _Run:
         reading = self._seconds()
         self._enter("scene")
         models = load_objects(self.options.objects)
-        named = select_objects(self.text, sorted({model.category for model in models})).named
+        selection = select_objects(self.text, [model.category for model in models])
         yield events.Parsed(
-            parse.spec, parse.confidence, parse.evidence, parse.parser, parse.dropped, named, reading
+            parse.spec, parse.confidence, parse.evidence, parse.parser, parse.dropped, selection.named, reading
         )
 
-        def meant(categories: Sequence[str]) -> Sequence[int]:
-            return select_objects(self.text, categories).indices
+        def meant(nouns: Sequence[str]) -> Sequence[int]:
+            return select_objects(self.text, nouns).indices
 
-        with SimulatedScene(models, parse.spec, named, meant, self.options.seed) as table:
+        with SimulatedScene(models, parse.spec, meant, self.options.seed) as table:
             scene = table.look()
             yield self._perceived(scene)
             yield from self._imagine_and_build(table, scene, parse, parser)
@@ -170,7 +170,7 @@ class _Run:
         self, table: SimulatedScene, scene: Scene, parse: Parse, arrangements: list[Arrangement]
     ) -> Iterator[events.Event]:
         """Builds with the arm, looks after every placement, and judges what stands."""
-        from agent.arm.events import Placed, PlaceFailed, Planned
+        from agent.arm.events import Picked, Placed, PlaceFailed, Planned
         from agent.arm.executor import build_structure
         from agent.judging import judge_built
 
@@ -185,10 +185,14 @@ class _Run:
             yield event
             if isinstance(event, PlaceFailed):
                 trouble = f"the {event.name} could not be placed: {event.reason}"
+            if isinstance(event, Picked):
+                yield events.Pictured(
+                    f"placement-{placed + 1}-picked", f"the {event.name} in the hand", table.picture("opposite")
+                )
             if isinstance(event, Placed):
                 placed += 1
                 yield events.Pictured(
-                    f"after-placement-{placed}", f"after placement {placed}: the {event.name}", table.picture()
+                    f"placement-{placed}-after", f"after placement {placed}: the {event.name}", table.picture()
                 )
         self._enter("check")
         if placed < table.count:

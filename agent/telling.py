@@ -41,7 +41,7 @@ def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:
     match told["kind"]:
         case "planned":
             order = ", then ".join(
-                f"the {names[index]} ({grasp} grasp)"
+                f"the {names[index]} ({grasp})"
                 for index, grasp in zip(told["order"], told["grasps"], strict=True)
             )
             return f"planned candidate {told['arrangement'] + 1} in {duration(told['seconds'])}: {order}"
@@ -52,11 +52,11 @@ def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:
             again = f", attempt {told['attempt']}" if told["attempt"] > 1 else ""
             slip = f"{number(100 * told['slip_m'])} cm, {number(math.degrees(told['slip_rad']), 0)} deg"
             return (
-                f"picked the {told['name']} with a {told['grasp']} grasp{again}: {told['fingers']} fingers touch it, "
+                f"picked the {told['name']} (grasp: {told['grasp']}{again}): {told['fingers']} fingers touch it, "
                 f"it moved by {slip} while they closed"
             )
         case "pick_failed":
-            return f"could not pick the {told['name']} (attempt {told['attempt']}, {told['grasp']} grasp): {told['reason']}"
+            return f"could not pick the {told['name']} (grasp: {told['grasp']}, attempt {told['attempt']}): {told['reason']}"
         case "placed":
             return (
                 f"placed the {told['name']}: {number(100 * told['position_error_m'])} cm and "

@@ -8,11 +8,17 @@ from types import TracebackType
 import numpy as np
 
 from agent.arm.kinematics import JacoArm
+from grounding.selection import SelectionError
 from grounding.spec import StructureSpec
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Scene
-from structdiffusion.scenes import draw_scene
+from structdiffusion.scenes import DrawnScene, SceneError, draw_scene
 from structdiffusion.tabletop import TabletopWorld
+
+
+Select = Callable[[Sequence[str]], Sequence[int]]
+MOST_OBJECTS = 7  # that take part in a drawn scene
+_DRAWS = 60  # a few suffice unless the instruction asks for a rare mixture, such as two cans and the only mug
 
 
 class SimulatedScene:
@@ -21,9 +27,7 @@ class SimulatedScene:
     Args:
         library: the objects to draw from.
         spec: what will be asked for; open slots stay open.
-        named: nouns of the objects that must take part; empty leaves the choice free, and then nothing
-            else stands on the table, because all that stands there takes part.
-        select: takes the noun of every object on the table, and gives the indices of those that are meant.
+        select: takes the noun of each object, and gives the indices of those that the instruction means.
         seed: everything about the scene follows from it: objects, poses and the sensor's noise.
 
     Attributes:
@@ -35,21 +39,12 @@ class SimulatedScene:
         SceneError: when these objects cannot make such a structure on this table.
     """
 
-    def __init__(
-        self,
-        library: Sequence[ObjectModel],
-        spec: StructureSpec,
-        named: Sequence[str],
-        select: Callable[[Sequence[str]], Sequence[int]],
-        seed: int,
-    ) -> None:
+    def __init__(self, library: Sequence[ObjectModel], spec: StructureSpec, select: Select, seed: int) -> None:
         drawing, self._noise = (np.random.default_rng(part) for part in np.random.SeedSequence(seed).spawn(2))
-        drawn = draw_scene(library, spec, drawing, categories=named, distractors=None if named else 0)
-        meant = list(select([model.category for model in drawn.models]))
-        order = meant + [index for index in range(len(drawn.models)) if index not in set(meant)]
-        self.count = len(meant)
-        self.models = tuple(drawn.models[index] for index in order)
-        self.world_from_initial = drawn.world_from_initial[order]
+        drawn = draw_meant_scene(library, spec, select, drawing)
+        self.count = drawn.count
+        self.models = drawn.models
+        self.world_from_initial = drawn.world_from_initial
         self.world = TabletopWorld(self.models, self.world_from_initial, drawn.table)
         self.arm = JacoArm(self.world.client)
 
@@ -67,6 +62,41 @@ class SimulatedScene:
             self._noise, objects=range(self.count), distractors=range(self.count, len(self.models))
         )
 
-    def picture(self) -> np.ndarray:
-        """A picture (H, W, 3) uint8 of the table as it is now, through the camera."""
-        return self.world.picture("robot")
+    def picture(self, view: str = "robot") -> np.ndarray:
+        """A picture (H, W, 3) uint8 of the table as it is now: as the camera sees it, or from the "opposite" side."""
+        return self.world.picture(view)
+
+
+def draw_meant_scene(
+    library: Sequence[ObjectModel], spec: StructureSpec, select: Select, rng: np.random.Generator
+) -> DrawnScene:
+    """A scene in which the instruction means exactly the objects that take part.
+
+    Args: as `SimulatedScene`.
+
+    Raises:
+        SceneError: when these objects cannot make such a structure, or no draw has the mixture that is asked for.
+    """
+    nouns = [model.category for model in library]
+    meant = select(nouns)
+    categories = sorted({nouns[index] for index in meant})
+    of_these = sum(noun in categories for noun in nouns)
+    everything = len(meant) == len(library)
+    for _ in range(_DRAWS):
+        drawn = draw_scene(
+            library,
+            spec,
+            rng,
+            categories=() if everything else categories,
+            # Fewer than there are of these nouns: the instruction gives numbers, or speaks of single things.
+            count=len(meant) if len(meant) < of_these and len(meant) <= MOST_OBJECTS else None,
+            # Where no noun says what is meant, all that stands on the table is.
+            distractors=0 if everything else None,
+        )
+        try:
+            chosen = select([model.category for model in drawn.models])
+        except SelectionError:  # one of the things that the instruction names was not drawn
+            continue
+        if set(chosen) == set(range(drawn.count)):
+            return drawn
+    raise SceneError(f"no scene in {_DRAWS} draws has just the objects that the instruction means")

@@ -56,7 +56,7 @@ def test_folder_has_report_page_and_pictures(told, tmp_path):
     assert page.name == "report.html"
     names = {path.name for path in page.parent.iterdir()}
     assert names == {"report.html", "report.json"} | {entry["file"] for entry in record.report["pictures"]}
-    assert {"camera-before.png", "scene-before.png", "imagined-goal.png", "after-placement-1.png"} <= names
+    assert {"camera-before.png", "scene-before.png", "imagined-goal.png", "placement-1-after.png"} <= names
     for path in page.parent.glob("*.png"):
         assert Image.open(path).size[0] >= 64
 
@@ -97,7 +97,7 @@ def test_terminal_tells_plain_text_where_there_is_no_terminal(told):
         "rotation    left open",
         "4 objects, 3 take part",
         "12 candidates by the model “diffusion”",
-        "planned candidate 1 in 3.0 s: the cup 1 (side grasp), then the cup 2 (side grasp)",
+        "planned candidate 1 in 3.0 s: the cup 1 (side), then the cup 2 (side)",
         "placed the cup 1: 0.6 cm and 1.1 deg from its goal, 4.0 s",
         "failed  largest gap over the mean",
         "The whole run took 14.0 s",
