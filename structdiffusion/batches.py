@@ -105,7 +105,7 @@ class DemonstrationBatches:
         there = ids >= 0
         ids = ids.clamp(min=0)
         initial = self.initial[pick]  # (B, 9, 3)
-        rotation = _yaw_matrices(initial[..., 2])  # (B, 9, 3, 3)
+        rotation = yaw_matrices(initial[..., 2])  # (B, 9, 3, 3)
         points = torch.einsum("bnij,bnsj->bnsi", rotation, self.surface[ids])
         points[..., :2] += initial[..., None, :2]
         normals = torch.einsum("bnij,bnsj->bnsi", rotation, self.normals[ids])
@@ -115,12 +115,12 @@ class DemonstrationBatches:
         there = there & (seen[:, : self.places] > 0.02)
 
         goal, frame = self.goal[pick], self.frame[pick]
-        turn = _yaw_matrices(goal[..., 3])  # (B, N, 3, 3)
+        turn = yaw_matrices(goal[..., 3])  # (B, N, 3, 3)
         origin = torch.cat((initial[:, : self.places, :2], torch.zeros_like(goal[..., :1])), dim=-1)
         mean = clouds.mean(dim=2)
         position = torch.einsum("bnij,bnj->bni", turn, mean - origin) + goal[..., :3]
         world_from_structure = torch.eye(4, device=self.device).repeat(size, 1, 1)
-        world_from_structure[:, :3, :3] = _yaw_matrices(frame[:, 2])
+        world_from_structure[:, :3, :3] = yaw_matrices(frame[:, 2])
         world_from_structure[:, :2, 3] = frame[:, :2]
         words, sentence = self._speak(self.words[pick], sentences, generator)
         return Batch(clouds, there, ids, words, sentence, position, turn, world_from_structure)
@@ -158,7 +158,7 @@ def _keys(words: Tensor) -> Tensor:
     return (local * _RADIX.to(words.device)).sum(dim=-1)
 
 
-def _yaw_matrices(yaw: Tensor) -> Tensor:
+def yaw_matrices(yaw: Tensor) -> Tensor:
     """Rotations (..., 3, 3) about z."""
     c, s, zero, one = yaw.cos(), yaw.sin(), torch.zeros_like(yaw), torch.ones_like(yaw)
     return torch.stack((c, -s, zero, s, c, zero, zero, zero, one), dim=-1).unflatten(-1, (3, 3))

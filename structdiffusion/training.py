@@ -36,7 +36,6 @@ class TrainingOptions:
         seed: of initial weights, batches and noise.
         log_every: steps between rows of the log.
         save_seconds: between checkpoints.
-        autocast: bfloat16 arithmetic where the processor has it.
     """
 
     steps: int
@@ -49,7 +48,6 @@ class TrainingOptions:
     seed: int = 0
     log_every: int = 50
     save_seconds: float = 120.0
-    autocast: bool = False
 
 
 @dataclass(frozen=True)
@@ -87,7 +85,7 @@ def train(
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    optimizer = torch.optim.AdamW(model.parameters(), lr=options.learning_rate, weight_decay=options.weight_decay)
+    optimizer = torch.optim.AdamW(model.parameters(), lr=options.learning_rate, weight_decay=options.weight_decay, fused=True)
     average = {name: tensor.detach().clone() for name, tensor in model.state_dict().items()}
     step, spent = 0, 0.0
     state_path = folder / _STATE_NAME
@@ -115,8 +113,7 @@ def train(
         rate = learning_rate(step, options)
         for group in optimizer.param_groups:
             group["lr"] = rate
-        with torch.autocast(device.type, dtype=torch.bfloat16, enabled=options.autocast):
-            losses = loss(generator)
+        losses = loss(generator)
         optimizer.zero_grad(set_to_none=True)
         losses["loss"].backward()
         torch.nn.utils.clip_grad_norm_(model.parameters(), options.clip)

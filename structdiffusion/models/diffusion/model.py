@@ -39,7 +39,8 @@ class DiffusionConfig:
         width: of a token.
         layers, heads, feed_forward: of the transformer.
         points: how many points of a cloud are encoded.
-        max_objects: how many places the position embedding knows.
+        point_width: of a point's features.
+        max_objects: how many objects the position embedding knows.
         steps: T of the noise schedule.
         prediction_type: what the network predicts (see `NoiseScheduler`).
         nouns: the nouns that have an embedding of their own; every other is unknown.
@@ -47,19 +48,20 @@ class DiffusionConfig:
         object_center, object_scale: m; likewise for an object's position in the structure frame.
     """
 
-    width: int = 192
-    layers: int = 5
-    heads: int = 6
-    feed_forward: int = 512
-    points: int = 128
+    width: int = 128
+    layers: int = 4
+    heads: int = 4
+    feed_forward: int = 384
+    points: int = 64
+    point_width: int = 48
     max_objects: int = 12
     steps: int = 200
     prediction_type: str = "v"
     nouns: tuple[str, ...] = BASES + CUTLERY + DRINKWARE
     frame_center: tuple[float, float, float] = (0.45, 0.0, 0.0)
-    frame_scale: tuple[float, float, float] = (0.08, 0.16, 0.05)
-    object_center: tuple[float, float, float] = (0.0, 0.0, 0.06)
-    object_scale: tuple[float, float, float] = (0.11, 0.11, 0.07)
+    frame_scale: tuple[float, float, float] = (0.09, 0.19, 0.05)
+    object_center: tuple[float, float, float] = (-0.015, 0.0, 0.06)
+    object_scale: tuple[float, float, float] = (0.065, 0.10, 0.05)
 
 
 @dataclass(frozen=True)
@@ -100,23 +102,27 @@ class PoseDiffusion(Checkpointed):
         super().__init__()
         self.config = config
         width = config.width
-        # Concatenated at the feature dimension, as in the paper's section IV.B.
-        self.place_width, self.kind_width, self.time_width, self.pose_width = 16, 8, 24, 48
-        self.object_width = width - self.pose_width - self.place_width - self.kind_width - self.time_width
-        self.language_width = width - self.place_width - self.kind_width - self.time_width
-        self.point_encoder = PointEncoder(3, 64, 64)
+        object_width, language_width, pose_width, place_width, kind_width, time_width = 96, 96, 48, 24, 8, 32
+        self.language_width = language_width
+        self.point_encoder = PointEncoder(3, config.point_width, config.point_width)
         self.outline = nn.Sequential(nn.Linear(OUTLINE_FEATURES, 64), nn.GELU(), nn.Linear(64, 64))
         self.noun = nn.Embedding(1 + len(config.nouns), 32)
-        self.merge_object = nn.Sequential(nn.GELU(), nn.Linear(64 + 64 + 32, self.object_width))
-        self.word = nn.Embedding(VOCABULARY, self.language_width)
-        self.sentence = nn.Linear(SENTENCE_WIDTH, self.language_width)
-        self.pose = nn.Sequential(nn.Linear(POSE, 128), nn.GELU(), nn.Linear(128, self.pose_width))
-        self.frame_query = nn.Parameter(0.02 * torch.randn(self.object_width))
-        self.place = nn.Embedding(WORD_TOKENS + 1 + config.max_objects, self.place_width)
-        self.type = nn.Embedding(4, self.kind_width)  # word, sentence, structure frame, object
-        self.time = TimeEmbedding(self.time_width)
+        self.merge_object = nn.Sequential(nn.GELU(), nn.Linear(config.point_width + 64 + 32, object_width))
+        self.word = nn.Embedding(VOCABULARY, language_width)
+        self.sentence = nn.Linear(SENTENCE_WIDTH, language_width)
+        self.pose = nn.Sequential(nn.Linear(POSE, 128), nn.GELU(), nn.Linear(128, pose_width))
+        self.frame_query = nn.Parameter(0.02 * torch.randn(object_width))
+        self.slot = nn.Embedding(WORD_TOKENS, place_width)
+        # One for the frame and one for each place, for every number of objects: how far round a ring the
+        # third place is depends on how many there are.
+        self.place = nn.Embedding((config.max_objects + 1) ** 2, place_width)
+        self.modality = nn.Embedding(4, kind_width)  # word, sentence, structure frame, object
+        # The paper's concatenation at the feature dimension (section IV.B), brought to one width.
+        self.join_language = nn.Linear(language_width + place_width + kind_width + time_width, width)
+        self.join_object = nn.Linear(object_width + pose_width + place_width + kind_width + time_width, width)
+        self.time = TimeEmbedding(time_width)
         layer = nn.TransformerEncoderLayer(
-            width, config.heads, config.feed_forward, dropout=0.0, activation="gelu", batch_first=True, norm_first=True
+            width, config.heads, config.feed_forward, dropout=0.0, activation="relu", batch_first=True, norm_first=True
         )
         self.transformer = nn.TransformerEncoder(layer, config.layers, enable_nested_tensor=False)
         self.head = nn.Sequential(nn.LayerNorm(width), nn.Linear(width, POSE))
@@ -148,7 +154,8 @@ class PoseDiffusion(Checkpointed):
         outline = outline_features(clouds)  # (B, N, 21)
         mean = outline[..., :3]
         centred = (clouds[:, :, : self.config.points] - mean[..., None, :]) / 0.05  # 5 cm: an object's half size
-        points = self.point_encoder(centred.flatten(0, 1)).view(batch, count, -1)
+        points = centred.new_zeros(batch, count, self.config.point_width)
+        points[present] = self.point_encoder(centred[present])
         scaled = torch.cat(((mean - mean.new_tensor((0.45, 0.0, 0.05))) / 0.15, outline[..., 3:] / 0.05), dim=-1)
         objects = self.merge_object(torch.cat((points, self.outline(scaled), self.noun(nouns)), dim=-1))
 
@@ -172,28 +179,21 @@ class PoseDiffusion(Checkpointed):
         batch, count = condition.present.shape
         device = state.device
         time = self.time(timesteps)[:, None, :]  # (B, 1, W_t)
-
-        def extras(length: int, first_place: int, kind: Tensor) -> Tensor:
-            place = self.place(first_place + torch.arange(length, device=device)).expand(batch, -1, -1)
-            return torch.cat((place, kind.expand(batch, length, -1), time.expand(-1, length, -1)), dim=-1)
-
-        words, sentence, frame, obj = self.type.weight
-        kind = torch.where(condition.spoken[:, None, None], sentence, words)
-        tokens = torch.cat(
-            (
-                torch.cat((condition.language, extras(WORD_TOKENS, 0, kind)), dim=-1),
-                torch.cat(
-                    (
-                        self.frame_query.expand(batch, 1, -1),
-                        self.pose(state[:, :1]),
-                        extras(1, WORD_TOKENS, frame),
-                    ),
-                    dim=-1,
-                ),
-                torch.cat((condition.objects, self.pose(state[:, 1:]), extras(count, WORD_TOKENS + 1, obj)), dim=-1),
-            ),
-            dim=1,
-        )  # (B, 5 + 1 + N, W)
+        words, sentence, frame, thing = self.modality.weight
+        spoken = torch.where(condition.spoken[:, None], sentence, words)[:, None]  # (B, 1, W_k)
+        slots = self.slot.weight.expand(batch, -1, -1)
+        language = self.join_language(
+            torch.cat((condition.language, slots, *_spread((spoken, time), batch, WORD_TOKENS)), dim=-1)
+        )
+        numbers = torch.arange(1 + count, device=device) + condition.present.sum(1, keepdim=True) * (
+            self.config.max_objects + 1
+        )  # (B, 1 + N)
+        kind = torch.cat((frame[None], thing.expand(count, -1)))  # (1 + N, W_k)
+        things = torch.cat((self.frame_query.expand(batch, 1, -1), condition.objects), dim=1)
+        things = self.join_object(
+            torch.cat((things, self.pose(state), self.place(numbers), *_spread((kind, time), batch, 1 + count)), dim=-1)
+        )
+        tokens = torch.cat((language, things), dim=1)  # (B, 5 + 1 + N, W)
         there = torch.cat(
             (condition.language_mask, torch.ones(batch, 1, dtype=torch.bool, device=device), condition.present), dim=1
         )
@@ -244,3 +244,8 @@ class PoseDiffusion(Checkpointed):
             "nouns": torch.zeros(batch, objects, dtype=torch.long),
             "words": torch.randint(0, 4, (batch, WORD_TOKENS), generator=generator),
         }
+
+
+def _spread(values: Sequence[Tensor], batch: int, length: int) -> list[Tensor]:
+    """Each value, (B or 1, L or 1, W) or (L, W), as (B, L, W)."""
+    return [value.expand(batch, length, value.shape[-1]) for value in values]

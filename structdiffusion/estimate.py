@@ -1,0 +1,130 @@
+"""What can be told of an object from its partial cloud: outline, height, whether others can stand on it.
+
+The geometric planner, the settling of imagined goals and the imagined checks all see objects this
+way, never through their models.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from structdiffusion.footprints import overlap_depth, turned
+from structdiffusion.layouts import LayoutItem
+from structdiffusion.objects.model import footprint_centroid
+from structdiffusion.observation import ObjectCloud
+from structdiffusion.success import PlacedBody
+
+_LEVEL = 0.008  # m: points this close below the top count as the top, about four deviations of the noise
+_STACKABLE_SHARE = 0.45  # of the outline's area that a top has to span to carry something
+# The share of the points that may lie outside the outline on each side: depth noise at the rims.
+_TRIM = 0.01
+_ON_TABLE = 0.008  # m: what is lifted less stands on the table
+# Outlines that overlap less, metres, are neighbours that touch, not one above the other.
+OVERLAP = 0.005
+
+
+@dataclass(frozen=True)
+class ObjectEstimate:
+    """One partly seen object that stands on the table, in the world frame, metres.
+
+    Attributes:
+        name, category: of its cloud.
+        mean: (3,) the mean of its points.
+        outline: (K, 2) convex outline seen from above.
+        height: of its level top.
+        front_yaw: heading of its front, were it cutlery.
+        stackable: whether its top is level and broad enough to carry something.
+    """
+
+    name: str
+    category: str
+    mean: np.ndarray
+    outline: np.ndarray
+    height: float
+    front_yaw: float
+    stackable: bool
+
+    def layout_item(self) -> LayoutItem:
+        """The planner's view of it. A bottom cannot be seen, and is taken to be level."""
+        centred = self.outline - footprint_centroid(self.outline)
+        return LayoutItem(self.category, centred, self.height, self.front_yaw, self.stackable, flat_bottom=True)
+
+    def outline_after(self, motion: np.ndarray) -> np.ndarray:
+        """The outline (K, 2) after an upright motion (4, 4) in the world frame."""
+        return turned(self.outline, math.atan2(motion[1, 0], motion[0, 0])) + motion[:2, 3]
+
+
+def estimate(cloud: ObjectCloud) -> ObjectEstimate:
+    """What a partial cloud tells of its object."""
+    outline = _outline(cloud.points[:, :2].astype(np.float64))
+    # The highest points alone lie above the top by three deviations of the noise: take the median of those near them.
+    z = cloud.points[:, 2]
+    height = float(np.median(z[z > np.quantile(z, 0.97) - _LEVEL]))
+    try:
+        # In 2-d, volume is area.
+        share = ConvexHull(cloud.points[z > height - _LEVEL, :2]).volume / ConvexHull(outline).volume
+    except (QhullError, ValueError):
+        share = 0.0
+    mean = cloud.points.mean(axis=0).astype(np.float64)
+    return ObjectEstimate(
+        cloud.name, cloud.category, mean, outline, height, _front_yaw(cloud.points), bool(share > _STACKABLE_SHARE)
+    )
+
+
+def _outline(points: np.ndarray) -> np.ndarray:
+    """The convex outline (K, 2) of points (P, 2) without their outermost strays."""
+    if len(points) > 100:
+        low, high = np.quantile(points, _TRIM / 2, axis=0), np.quantile(points, 1 - _TRIM / 2, axis=0)
+        points = points[((points >= low - 0.002) & (points <= high + 0.002)).all(axis=1)]
+    try:
+        return points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):  # fewer than three points, or all on one line
+        return points.mean(axis=0) + 0.005 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+
+
+def _front_yaw(points: np.ndarray) -> float:
+    """The heading of the long axis, toward its broader end: tines, blade or bowl of cutlery."""
+    centred = points[:, :2] - points[:, :2].mean(axis=0)
+    axis = np.linalg.svd(centred, full_matrices=False)[2][0]
+    along, across = centred @ axis, centred @ np.array([-axis[1], axis[0]])
+    middle = 0.5 * (along.min() + along.max())
+    if np.std(across[along < middle]) > np.std(across[along >= middle]):
+        axis = -axis
+    return math.atan2(axis[1], axis[0])
+
+
+def imagined_bodies(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> list[PlacedBody]:
+    """The finished structure as the clouds let us imagine it: for the checks before anything has moved.
+
+    Args:
+        objects: N estimates.
+        motions: (N, 4, 4) upright motions, world frame.
+    """
+    bodies = []
+    for thing, motion in zip(objects, motions):
+        outline = thing.outline_after(motion)
+        yaw = thing.front_yaw + math.atan2(motion[1, 0], motion[0, 0])
+        lift = float(motion[2, 3])
+        bodies.append(
+            PlacedBody(
+                thing.name, thing.category, outline, footprint_centroid(outline), lift, lift + thing.height, yaw
+            )
+        )
+    order = sorted(range(len(bodies)), key=lambda i: bodies[i].z_bottom)
+    for rank, upper in enumerate(order):
+        if bodies[upper].z_bottom < _ON_TABLE:
+            continue
+        below = [
+            lower
+            for lower in order[:rank]
+            if overlap_depth(bodies[upper].footprint, bodies[lower].footprint) > OVERLAP
+        ]
+        if below:  # it rests on the highest of them
+            carrier = max(below, key=lambda lower: bodies[lower].z_bottom)
+            bodies[upper] = replace(bodies[upper], rests_on=(carrier,))
+    return bodies

@@ -1,0 +1,57 @@
+"""The collision discriminator: do two partly seen objects intersect at these poses? (Paper section IV.C.)"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+
+from structdiffusion.models.checkpoint import Checkpointed
+from structdiffusion.models.encoders import PointEncoder, outline_features
+
+
+@dataclass(frozen=True)
+class CollisionConfig:
+    """Sizes of the network.
+
+    Attributes:
+        width: of a point's features.
+        layers: of attention.
+        points: of each of the two clouds.
+    """
+
+    width: int = 64
+    layers: int = 2
+    points: int = 96
+
+
+class CollisionDiscriminator(Checkpointed):
+    """Two clouds to the logit of their intersection; symmetric in the two by averaging both orders."""
+
+    kind = "collision"
+    Config = CollisionConfig
+
+    def __init__(self, config: CollisionConfig = CollisionConfig()) -> None:
+        super().__init__()
+        self.config = config
+        self.encoder = PointEncoder(3 + 2, config.width, 2 * config.width, config.layers)
+        self.head = nn.Sequential(nn.Linear(2 * config.width + 42, 256), nn.GELU(), nn.Linear(256, 1))
+
+    def forward(self, first: Tensor, second: Tensor) -> Tensor:
+        """Logits (B,) for clouds (B, P, 3) each, world frame, metres, P >= `config.points`."""
+        return 0.5 * (self._one_way(first, second) + self._one_way(second, first))
+
+    def _one_way(self, first: Tensor, second: Tensor) -> Tensor:
+        middle = 0.5 * (first.mean(dim=1, keepdim=True) + second.mean(dim=1, keepdim=True))
+        a, b = (first - middle) / 0.07, (second - middle) / 0.07  # 7 cm: between two neighbours
+        outlines = torch.cat((outline_features(a), outline_features(b)), dim=-1)  # (B, 42)
+        flags = torch.eye(2, device=a.device)
+        points = torch.cat(
+            [
+                torch.cat((cloud[:, : self.config.points], flag.expand(len(cloud), self.config.points, 2)), dim=-1)
+                for cloud, flag in ((a, flags[0]), (b, flags[1]))
+            ],
+            dim=1,
+        )  # (B, 2P, 5)
+        return self.head(torch.cat((self.encoder(points), outlines), dim=-1)).squeeze(-1).float()

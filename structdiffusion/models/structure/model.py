@@ -1,0 +1,79 @@
+"""The structure discriminator: does an imagined scene look like what the words ask for? (Paper section IV.C.)
+
+It sees points, not object latents: the clouds moved to their goals, each point with the one-hot
+number of its object. The scene is centred, and the words that place it on the table are dropped.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+
+from structdiffusion.models.checkpoint import Checkpointed
+from structdiffusion.models.encoders import VOCABULARY, PointEncoder
+
+LOCAL_SLOTS = (0, 1, 4)  # shape, size, rotation: what does not depend on where the structure stands
+
+
+@dataclass(frozen=True)
+class StructureConfig:
+    """Sizes of the network.
+
+    Attributes:
+        width: of a point's features.
+        layers: of attention.
+        points: of a whole scene; shared out evenly among its objects.
+        max_objects: length of the one-hot object number.
+        nouns: how many noun ids there are beside "unknown" (see `PoseDiffusion.noun_ids`).
+    """
+
+    width: int = 64
+    layers: int = 3
+    points: int = 336
+    max_objects: int = 12
+    nouns: int = 7
+
+
+class StructureDiscriminator(Checkpointed):
+    """Imagined scene and words to one logit; its sigmoid is the score."""
+
+    kind = "structure"
+    Config = StructureConfig
+
+    def __init__(self, config: StructureConfig = StructureConfig()) -> None:
+        super().__init__()
+        self.config = config
+        self.noun = nn.Embedding(1 + config.nouns, 8)
+        self.encoder = PointEncoder(3 + config.max_objects + 8, config.width, 2 * config.width, config.layers)
+        self.word = nn.Embedding(VOCABULARY, 32)
+        self.head = nn.Sequential(
+            nn.Linear(2 * config.width + 32 * len(LOCAL_SLOTS), 256), nn.GELU(), nn.Linear(256, 128), nn.GELU(),
+            nn.Linear(128, 1),
+        )
+
+    def forward(self, clouds: Tensor, present: Tensor, nouns: Tensor, words: Tensor) -> Tensor:
+        """Logits (B,).
+
+        Args:
+            clouds: (B, N, P, 3) points at their goals, world frame, metres.
+            present: (B, N) bool, at least one a row, the absent last.
+            nouns: (B, N) noun ids.
+            words: (B, 5) word ids.
+        """
+        batch, count, points, _ = clouds.shape
+        total = present.sum(dim=1, keepdim=True)  # (B, 1)
+        number = torch.arange(self.config.points, device=clouds.device)
+        owner = number % total  # (B, P'): the present objects take turns
+        place = (number // total) % points
+        rows = torch.arange(batch, device=clouds.device)[:, None]
+        scene = clouds[rows, owner, place]  # (B, P', 3)
+        mean = (clouds.mean(dim=2) * present[..., None]).sum(dim=1) / total  # (B, 3)
+        level = torch.cat((mean[:, :2], torch.zeros_like(mean[:, :1])), dim=-1)  # heights stay above the table
+        scaled = (scene - level[:, None]) / 0.15  # a structure's half size
+        identity = nn.functional.one_hot(owner, self.config.max_objects).to(scaled.dtype)
+        noun = self.noun(nouns)[rows, owner]
+        code = self.encoder(torch.cat((scaled, identity, noun), dim=-1))
+        local = self.word(words[:, list(LOCAL_SLOTS)]).flatten(1)
+        return self.head(torch.cat((code, local), dim=-1)).squeeze(-1).float()

@@ -1,0 +1,48 @@
+"""Bringing imagined goals to rest: upright, and on whatever is below them.
+
+A sampled height is off by millimetres, and two millimetres inside the table are a failure. How an
+object stood says where its lowest point is; what lies below its goal was seen by the camera.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from structdiffusion.estimate import OVERLAP, ObjectEstimate
+from structdiffusion.footprints import overlap_depth
+from structdiffusion.geometry import pose_from_xyz_yaw
+
+_ON_TABLE = 0.018  # m: an object whose sampled lift is less stands on the table
+_SINKS = 0.02  # m: a sampled lift this far below a flat top means that it goes inside, as a bowl in a bowl
+_ABOVE = 0.002  # m: released a little high does no harm, a little low is an intersection
+
+
+def settle(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray:
+    """The motions with every object upright and set down on the table or on what is below it.
+
+    Args:
+        objects: N estimates of how the objects stand now, on the table.
+        motions: (N, 4, 4) as sampled, world frame.
+
+    Returns:
+        (N, 4, 4), each a turn about z and a shift.
+    """
+    moved = np.array([motion[:3, :3] @ thing.mean + motion[:3, 3] for thing, motion in zip(objects, motions)])
+    lifts = moved[:, 2] - np.array([thing.mean[2] for thing in objects])
+    settled = np.array(motions)
+    outlines: dict[int, np.ndarray] = {}
+    for i in np.argsort(lifts):
+        upright = pose_from_xyz_yaw(0.0, 0.0, 0.0, math.atan2(motions[i, 1, 0], motions[i, 0, 0]))
+        upright[:2, 3] = moved[i, :2] - upright[:2, :2] @ objects[i].mean[:2]
+        outline = objects[i].outline_after(upright)
+        if lifts[i] > _ON_TABLE:
+            below = [j for j, other in outlines.items() if overlap_depth(outline, other) > OVERLAP]
+            if below:
+                top = max(settled[j, 2, 3] + objects[j].height for j in below)
+                upright[2, 3] = (lifts[i] if top - lifts[i] > _SINKS else top) + _ABOVE
+        settled[i] = upright
+        outlines[int(i)] = outline
+    return settled
