@@ -14,16 +14,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pybullet
 
 from agent.arm.events import ArmEvent, PickFailed, Picked, Placed, PlaceFailed, Planned, PlanFailed
-from agent.arm.grasps import Grasp, is_round
+from agent.arm.grasps import Grasp
 from agent.arm.hand import ANGLES
-from agent.arm.kinematics import CONTINUOUS, FINGER_OPEN, FINGER_SPEED, FOLDED, JacoArm, inverse_kinematics, unwind
+from agent.arm.kinematics import CONTINUOUS, FINGER_OPEN, FINGER_SPEED, FOLDED, JacoArm, forward_kinematics, inverse_kinematics, unwind
 from agent.arm.motion import PlanningScene, straight_line, trajectory
-from agent.arm.search import APPROACH, RELEASE_HEIGHT, ObjectPlan, Search, bottom_at, precedence, raised
+from agent.arm.search import RELEASE_HEIGHT, SHORT_APPROACH, ObjectPlan, Search, bottom_at, precedence, raised
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.tabletop import TIME_STEP, TabletopWorld
@@ -173,15 +174,16 @@ class _Builder:
         reason = ""
         for attempt in range(1, PICK_ATTEMPTS + 1):
             if current is None:
-                current, reason = self._plan_again(index, target, failed)
-                if current is None:
+                again, reason = self._plan_again(index, target, failed)
+                if again is None:
                     break
+                current = replace(again, aside=plan.aside)
             reason, picked = self._pick(current, name, attempt)
             if picked is not None:
                 yield picked
                 self._place(current)
                 self.expected[index] = self.goal_from_initial[index] if target is None else target
-                yield self._look(index, name, plan.aside, time.monotonic() - began)
+                yield self._look(index, name, current, time.monotonic() - began)
                 return
             yield PickFailed(index, name, current.grasp.kind, attempt, reason)
             failed.append(current.grasp)
@@ -232,7 +234,7 @@ class _Builder:
                 self._weld(body)
             self._follow(plan.lift, CARTESIAN_SPEED)
             lifted = self.world.pose(plan.object)[2, 3] - after[2, 3]
-            if lifted > 0.5 * APPROACH:
+            if lifted > 0.5 * SHORT_APPROACH:
                 hold = "weld after contact on both sides" if self.hold == "weld" else "friction"
                 slip = float(np.linalg.norm(after[:3, 3] - before[:3, 3]))
                 turned = before[:3, :3].T @ after[:3, :3]
@@ -268,23 +270,23 @@ class _Builder:
         angle = np.arccos(np.clip((np.trace(offset[:3, :3]) - 1) / 2, -1, 1))
         if np.linalg.norm(release[:3, 3] - planned[:3, 3]) > 0.03 or angle > 0.25:
             return plan.lower
-        above = raised(release, APPROACH)
+        above = raised(release, float(forward_kinematics(plan.lower[0])[2, 3] - planned[2, 3]))
         q, solved = inverse_kinematics(above[None], plan.lower[:1])
         if not solved[0] or np.abs(q[0] - plan.lower[0]).max() > 0.6:
             return plan.lower
         down = straight_line(q[0], (above, release))
         return plan.lower if down is None else np.concatenate((plan.lower[:1], down))
 
-    def _look(self, index: int, name: str, aside: bool, seconds: float) -> Placed:
+    def _look(self, index: int, name: str, plan: ObjectPlan, seconds: float) -> Placed:
         pose = self.world.pose(index)
         goal = self.expected[index] @ self.start_poses[index]
         error = float(np.linalg.norm(pose[:2, 3] - goal[:2, 3]))
-        if is_round(self.start_clouds[index]):
+        if plan.spun:
             angle = tilt_between(pose, goal)
         else:
             turn = goal[:3, :3].T @ pose[:3, :3]
             angle = float(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))
-        return Placed(index, name, aside, error, angle, pose, seconds)
+        return Placed(index, name, plan.aside, error, angle, pose, seconds)
 
     # --- the arm's motions in physics ----------------------------------------------------------
 

@@ -19,7 +19,7 @@ from agent.arm.hand import ANGLES, LEVELS, PALM_LEVEL, contact_angle, opening_fo
 SIDE_CLEARANCE = 0.008  # m kept on each side between open fingers and the object
 PALM_CLEARANCE = 0.006  # m
 FLAT_SIDE_CLEARANCE = 0.005  # m, the same for flat things, so that the fingers need not sweep the table
-FLOOR_CLEARANCE = 0.0015  # m between the lowest finger and what the object stands on
+FLOOR_CLEARANCE = 0.0005  # m between the lowest finger and what the object stands on
 LATERAL = 0.032  # m: half the width of the hand's fingers side by side
 FLAT = 0.03  # m: lower than this is flat
 NARROW = 0.022  # m: what is shorter than this along the fingers' row would slip between fingers 2 and 3,

@@ -22,6 +22,9 @@ from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 
 RELEASE_HEIGHT = 0.03  # m above the goal, the contract's
 APPROACH = 0.10  # m of straight line before a grasp, after it, and before and after a release
+SHORT_APPROACH = 0.05  # m, where the longer line is blocked or out of reach, as on top of a high tower
+TOUCHING = -0.001  # m of overlap allowed near what is grasped or stood on
+UP = np.array([0.0, 0.0, 1.0])
 RESTARTS = 4
 PAIRS_TRIED = 24
 SPINS = 8  # turns about the upright axis that are tried at the goal of a round object
@@ -40,6 +43,7 @@ class ObjectPlan:
         transfer: lifted to above the goal. lower: above the goal to the release.
         retreat: away from what was released. fold: back to the waiting pose.
         goal_from_now: (4, 4) the planned motion of the object, without the release height.
+        spun: whether the object is round, so that its turn at the goal is free.
         aside: whether this only moves the object out of another's way.
     """
 
@@ -53,6 +57,7 @@ class ObjectPlan:
     retreat: np.ndarray
     fold: np.ndarray
     goal_from_now: np.ndarray
+    spun: bool
     aside: bool = False
 
 
@@ -60,13 +65,6 @@ def raised(pose: np.ndarray, height: float) -> np.ndarray:
     """The pose (4, 4) moved up by `height` metres."""
     moved = pose.copy()
     moved[2, 3] += height
-    return moved
-
-
-def backed(pose: np.ndarray, distance: float) -> np.ndarray:
-    """The hand pose (4, 4) drawn back by `distance` metres along its approach."""
-    moved = pose.copy()
-    moved[:3, 3] -= distance * pose[:3, 2]
     return moved
 
 
@@ -231,7 +229,8 @@ class Search:
         ]
         if not grasps:
             return None, "no grasp fits the hand"
-        pairs = self._reachable_pairs(grasps, clouds[index], goal_from_now)
+        spun = is_round(clouds[index])
+        pairs = self._reachable_pairs(grasps, clouds[index], goal_from_now, SPINS if spun else 1)
         if not pairs:
             return None, "no grasp is within reach both now and at the goal"
         hull = solid_hull(clouds[index], bottoms[index])
@@ -242,12 +241,12 @@ class Search:
                 return None, "the time for planning ran out"
             found, why = self._motions(index, hull, goal_hull, pick, goal_motion, q_pick, q_place, start)
             if found is not None:
-                return found, ""
+                return replace(found, spun=spun), ""
             reason = why or reason
         return None, reason
 
     def _reachable_pairs(
-        self, grasps: Sequence[Grasp], cloud: np.ndarray, goal_from_now: np.ndarray
+        self, grasps: Sequence[Grasp], cloud: np.ndarray, goal_from_now: np.ndarray, spins: int
     ) -> list[tuple[Grasp, np.ndarray, np.ndarray, np.ndarray]]:
         """(grasp, motion to the goal, joint angles at the pick, and at the release), best first."""
         picks = np.repeat(np.stack([grasp.world_from_ee for grasp in grasps]), RESTARTS, axis=0)
@@ -257,7 +256,6 @@ class Search:
         q = unwind(q, FOLDED)
         # A round thing may stand at any turn about its upright axis.
         center = transform_points(goal_from_now, 0.5 * (cloud.min(axis=0) + cloud.max(axis=0)))
-        spins = SPINS if is_round(cloud) else 1
         there = pose_from_xyz_yaw(*center, 0.0)
         motions = [
             there @ pose_from_xyz_yaw(0, 0, 0, 2 * math.pi * k / spins) @ np.linalg.inv(there) @ goal_from_now
@@ -288,6 +286,16 @@ class Search:
         self.scene.set_fingers(grasp.opening)
         return self.scene.collides(q, 0.0, only_floor=True)
 
+    def _line(self, q: np.ndarray, pose: np.ndarray, direction: np.ndarray) -> np.ndarray | None:
+        """A free straight line (T, 7) of the hand from `pose` along `direction` (3,), shorter where it must be."""
+        for length in (APPROACH, SHORT_APPROACH):
+            moved = pose.copy()
+            moved[:3, 3] += length * direction
+            line = straight_line(q, (pose, moved))
+            if line is not None and not self.scene.path_collides(line, TOUCHING):
+                return line
+        return None
+
     def _motions(
         self,
         index: int,
@@ -308,19 +316,17 @@ class Search:
         scene.remove_obstacle(index)
         held = seen_from(at_pick, hull)
         try:
-            back = straight_line(q_pick, (at_pick, backed(at_pick, APPROACH)))
-            if back is None or scene.path_collides(back, 0.001):
+            back = self._line(q_pick, at_pick, -at_pick[:3, 2])
+            if back is None:
                 return None, "the straight approach to the object is blocked or out of reach"
-            retreat = straight_line(q_place, (at_place, backed(at_place, APPROACH)))
-            if retreat is None or scene.path_collides(retreat, 0.001):
+            retreat = self._line(q_place, at_place, -at_place[:3, 2])
+            if retreat is None:
                 return None, "the straight retreat from the goal is blocked or out of reach"
-            above = straight_line(q_place, (at_place, raised(at_place, APPROACH)))
-            lift = straight_line(q_pick, (at_pick, raised(at_pick, APPROACH)))
-            if above is None or lift is None:
-                return None, "lifting or lowering the object is out of reach"
             scene.hold(held)
-            if scene.path_collides(lift, 0.001) or scene.path_collides(above, 0.001):
-                return None, "lifting or lowering the object is blocked"
+            lift = self._line(q_pick, at_pick, UP)
+            above = self._line(q_place, at_place, UP)
+            if lift is None or above is None:
+                return None, "lifting or lowering the object is blocked or out of reach"
             transfer = scene.plan(lift[-1], above[-1])
             if transfer is None:
                 return None, "no free motion from the pick to the goal was found"
@@ -338,7 +344,8 @@ class Search:
             scene.set_obstacle(index, hull)
         return (
             ObjectPlan(
-                index, grasp, reach, back[::-1], lift, transfer, above[::-1], retreat, interpolate(fold, 1.0), goal_motion
+                index, grasp, reach, back[::-1], lift, transfer, above[::-1], retreat, interpolate(fold, 1.0), goal_motion,
+                spun=False,
             ),
             "",
         )
