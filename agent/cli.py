@@ -57,6 +57,10 @@ ObjectsOption = Annotated[
     str, typer.Option(metavar="ycb|procedural|random_urdfs|DIR", help="The objects: a library, or a folder of meshes.")
 ]
 ModelOption = Annotated[str, typer.Option(metavar="NAME", help="diffusion, diffusion-tokens or geometric.")]
+WeightsOption = Annotated[
+    Path | None,
+    typer.Option(metavar="DIR", help="Checkpoints diffusion/, structure/ and collision/; by default those shipped."),
+]
 SeedOption = Annotated[int, typer.Option(min=0, help="Everything drawn at random follows from it.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON to standard output, and nothing else.")]
 
@@ -104,6 +108,7 @@ def run(
     scene: Annotated[SceneSource, typer.Option(help="Where the scene comes from.")] = SceneSource.simulated,
     objects: ObjectsOption = "ycb",
     model: ModelOption = "diffusion",
+    weights: WeightsOption = None,
     seed: SeedOption = 0,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where the report goes; by default out/TIME-seedS.")
@@ -127,7 +132,7 @@ def run(
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-seed{seed}"
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
-    options = RunOptions(scene=scene.value, objects=objects, model=model, seed=seed, execute=execute)
+    options = RunOptions(scene.value, objects, model, weights, seed, execute)
     with results_stream() as results:
         record = RunRecord()
         tell = TerminalReport(Console(file=sys.stderr if json_output else results))
@@ -179,6 +184,7 @@ def parse(
 def generate(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the scenes go; finished shards there are kept.")],
     scenes: Annotated[int, typer.Option(min=1, help="How many, rounded up to whole shards of 500.")] = 10_000,
+    pairs: Annotated[int, typer.Option(min=1, help="Pairs of objects for the collision discriminator.")] = 100_000,
     objects: ObjectsOption = "procedural",
     seed: SeedOption = 0,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
@@ -189,7 +195,7 @@ def generate(
     """
     from agent.training import generate_scenes
 
-    generate_scenes(out, scenes, objects, seed, workers)
+    generate_scenes(out, scenes, pairs, objects, seed, workers)
 
 
 @app.command()
@@ -227,6 +233,7 @@ def evaluate_success(
     model: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="May be given several times.  [default: diffusion]")
     ] = None,
+    weights: WeightsOption = None,
     scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 50,
     seed: SeedOption = 0,
     candidates: Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")] = 64,
@@ -244,7 +251,9 @@ def evaluate_success(
     from agent.evaluating import measure_success, tell_success, write_report
 
     with results_stream() as results:
-        report = measure_success(objects, model or ["diffusion"], scenes, seed, candidates, top_k, workers)
+        report = measure_success(
+            objects, model or ["diffusion"], weights, scenes, seed, candidates, top_k, workers
+        )
         if out is not None:
             write_report(report, out)
         if json_output:

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table as Grid
 
 from agent import __version__
+from agent.planning import checked_planner
 from agent.training import progress_bar
 from grounding.corpus import sentences
 from grounding.encoder import SentenceEncoder
@@ -24,13 +25,21 @@ SCHEMA_VERSION = 1
 
 
 def measure_success(
-    objects: str, names: Sequence[str], count: int, seed: int, candidates: int, top_k: int, workers: int
+    objects: str,
+    names: Sequence[str],
+    weights: Path | None,
+    count: int,
+    seed: int,
+    candidates: int,
+    top_k: int,
+    workers: int,
 ) -> dict[str, Any]:
     """Success, failure classes and success@k of each planner on the same scenes, JSON-ready.
 
     Args:
         objects: as `load_objects` takes it.
         names: of the planners, as `load_planner` takes them.
+        weights: the folder of checkpoints, or `None` for those shipped.
         count: scenes per structure.
         seed: of scenes, sensor noise and sampling.
         candidates: arrangements that a planner proposes per scene.
@@ -38,7 +47,7 @@ def measure_success(
         workers: processes.
     """
     for name in names:  # an unknown name or a broken checkpoint is known before any scene is drawn
-        load_planner(name)
+        checked_planner(name, weights)
     evaluations = []
     with progress_bar() as progress:
         drawing = progress.add_task("scenes", total=None)
@@ -51,7 +60,7 @@ def measure_success(
             task = progress.add_task(name, total=len(scenes))
             results = []
             for result in evaluate_success(
-                partial(load_planner, name), scenes, candidates=candidates, top_k=top_k, workers=workers
+                partial(load_planner, name, weights), scenes, candidates=candidates, top_k=top_k, workers=workers
             ):
                 results.append(result)
                 progress.update(task, completed=len(results))
@@ -59,6 +68,7 @@ def measure_success(
             evaluations.append(Evaluation(tuple(results), top_k, about).to_dict())
     command = f"structagent evaluate success --objects {objects} --scenes {count} --seed {seed}"
     command += "".join(f" --model {name}" for name in names)
+    command += f" --weights {weights}" if weights else ""
     command += f" --candidates {candidates} --top-k {top_k}"
     return {
         "schema_version": SCHEMA_VERSION,

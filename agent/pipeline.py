@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +20,8 @@ from agent.errors import DONE, ExecutionFailed, NoValidGoal, exit_code_of, one_s
 if TYPE_CHECKING:
     from agent.scenes.simulated import SimulatedScene
     from grounding.embedding_parser import Parse
-    from structdiffusion.observation import Arrangement, Goal, Scene
+    from structdiffusion.observation import Arrangement, Scene
+    from structdiffusion.sampling import Planner
 
 CANDIDATES = 64
 
@@ -32,6 +34,7 @@ class RunOptions:
         scene: where the scene comes from; "simulated".
         objects: "ycb", "procedural", "random_urdfs" or a folder of meshes.
         model: the planner's name, as `structdiffusion.sampling` has it.
+        weights: the folder of its checkpoints, or `None` for those shipped.
         seed: everything drawn at random follows from it.
         execute: build with the arm, or stop at the imagined goal and only try it in physics.
     """
@@ -39,6 +42,7 @@ class RunOptions:
     scene: str = "simulated"
     objects: str = "ycb"
     model: str = "diffusion"
+    weights: Path | None = None
     seed: int = 0
     execute: bool = True
 
@@ -53,7 +57,7 @@ def run_instruction(text: str, options: RunOptions) -> Iterator[events.Event]:
     started = time.perf_counter()
     run = _Run(text, options)
     code = DONE
-    yield events.Started(text, asdict(options))
+    yield events.Started(text, events.json_value(asdict(options)))
     try:
         yield from run.steps()
     except Exception as error:
@@ -80,6 +84,7 @@ class _Run:
         return time.perf_counter() - self._since
 
     def steps(self) -> Iterator[events.Event]:
+        from agent.planning import checked_planner
         from agent.scenes.simulated import SimulatedScene
         from grounding.embedding_parser import EmbeddingParser
         from grounding.selection import select_objects
@@ -89,6 +94,8 @@ class _Run:
         parser = EmbeddingParser.from_pretrained()
         parse = parser.parse(self.text)
         reading = self._seconds()
+        self._enter("model")  # early, because a wrong name or a broken checkpoint should not cost a minute
+        planner = checked_planner(self.options.model, self.options.weights)
         self._enter("scene")
         models = load_objects(self.options.objects)
         selection = select_objects(self.text, [model.category for model in models])
@@ -102,7 +109,7 @@ class _Run:
         with SimulatedScene(models, parse.spec, meant, self.options.seed) as table:
             scene = table.look()
             yield self._perceived(scene)
-            yield from self._imagine_and_build(table, scene, parse, parser)
+            yield from self._imagine_and_build(planner, table, scene, parse, parser)
 
     def _perceived(self, scene: Scene) -> events.Perceived:
         seen = [
@@ -116,24 +123,21 @@ class _Run:
         return events.Perceived(tuple(seen), rectangle, self._seconds(), scene=scene)
 
     def _imagine_and_build(
-        self, table: SimulatedScene, scene: Scene, parse: Parse, parser: EmbeddingParser
+        self, planner: Planner, table: SimulatedScene, scene: Scene, parse: Parse, parser: EmbeddingParser
     ) -> Iterator[events.Event]:
         import torch
 
+        from agent.planning import worthwhile
         from structdiffusion.layouts import LayoutError
         from structdiffusion.observation import Goal
-        from structdiffusion.sampling import load_planner
 
         self._enter("imagination")
-        planner = load_planner(self.options.model)
         goal = Goal(parse.spec, self.text, parser.encoder.encode([self.text])[0])
         generator = torch.Generator().manual_seed(self.options.seed)
         try:
             arrangements = planner.propose(scene, goal, count=CANDIDATES, generator=generator)
         except LayoutError as error:
             raise NoValidGoal(f"the model {self.options.model!r} imagined no valid arrangement: {error}") from error
-        if not arrangements:
-            raise NoValidGoal(f"the model {self.options.model!r} imagined no valid arrangement for {parse.spec}")
         yield events.Imagined(
             self.options.model,
             tuple(_candidate(rank, arrangement, scene) for rank, arrangement in enumerate(arrangements, start=1)),
@@ -141,6 +145,7 @@ class _Run:
             scene=scene,
             arrangements=tuple(arrangements),
         )
+        arrangements = worthwhile(arrangements)
         yield _chosen(1, arrangements[0], scene)
         if self.options.execute:
             yield from self._build(table, scene, parse, arrangements)
@@ -189,7 +194,7 @@ class _Run:
                 yield events.Pictured(
                     f"placement-{placed + 1}-picked", f"the {event.name} in the hand", table.picture("opposite")
                 )
-            if isinstance(event, Placed):
+            if isinstance(event, Placed) and not event.aside:
                 placed += 1
                 yield events.Pictured(
                     f"placement-{placed}-after", f"after placement {placed}: the {event.name}", table.picture()

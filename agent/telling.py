@@ -57,6 +57,8 @@ def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:
             )
         case "pick_failed":
             return f"could not pick the {told['name']} (grasp: {told['grasp']}, attempt {told['attempt']}): {told['reason']}"
+        case "placed" if told["aside"]:
+            return f"moved the {told['name']} out of the way, {duration(told['seconds'])}"
         case "placed":
             return (
                 f"placed the {told['name']}: {number(100 * told['position_error_m'])} cm and "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,6 @@ from agent.errors import UsageError
 if TYPE_CHECKING:
     import torch
 
-    from structdiffusion.batches import DemonstrationBatches
     from structdiffusion.models.checkpoint import Checkpointed
     from structdiffusion.training import Loss
 
@@ -36,19 +36,24 @@ def progress_bar() -> Progress:
     )
 
 
-def generate_scenes(out: Path, scenes: int, objects: str, seed: int, workers: int) -> None:
-    """Writes demonstrations and the sentences that go with them into `out`, and says where they are."""
+def generate_scenes(out: Path, scenes: int, pairs: int, objects: str, seed: int, workers: int) -> None:
+    """Writes demonstrations, the sentences that go with them and pairs of objects into `out`; says where they are."""
     from agent.language_data import write_language
     from grounding.encoder import SentenceEncoder
+    from structdiffusion.collision_pairs import generate_pairs
     from structdiffusion.demonstrations import SHARD_SCENES, generate
     from structdiffusion.objects.library import load_objects
 
+    models = load_objects(objects)
     with progress_bar() as progress:
-        task = progress.add_task("shards", total=None)
-        for done, shards in generate(load_objects(objects), out, scenes, seed=seed, workers=workers):
+        task = progress.add_task("shards of scenes", total=None)
+        for done, shards in generate(models, out, scenes, seed=seed, workers=workers):
             progress.update(task, completed=done, total=shards)
+        task = progress.add_task("groups of pairs", total=None)
+        for groups_done, groups in generate_pairs(models, out, pairs, seed=seed, workers=workers):
+            progress.update(task, completed=groups_done, total=groups)
     sentences = write_language(out, SentenceEncoder(), seed)
-    print(f"{done * SHARD_SCENES} scenes and {sentences} sentences in {out}")
+    print(f"{done * SHARD_SCENES} scenes, {pairs} pairs and {sentences} sentences in {out}")
 
 
 def train_model(kind: str, data: Path, out: Path, steps: int | None, device_name: str, seed: int, rate: float) -> None:
@@ -65,7 +70,6 @@ def train_model(kind: str, data: Path, out: Path, steps: int | None, device_name
     """
     import torch
 
-    from structdiffusion.batches import DemonstrationBatches
     from structdiffusion.models.checkpoint import default_device
     from structdiffusion.training import TrainingOptions, train
 
@@ -74,10 +78,9 @@ def train_model(kind: str, data: Path, out: Path, steps: int | None, device_name
     if device_name == "cuda" and not torch.cuda.is_available():
         raise UsageError("--device cannot be 'cuda' here: PyTorch finds no CUDA device; legal values: auto, cpu")
     device = default_device() if device_name == "auto" else torch.device(device_name)
-    batches = DemonstrationBatches(data, device)
     with torch.random.fork_rng():  # torch draws initial weights from its global generator alone
         torch.manual_seed(seed)
-        model, loss = _TASKS[kind](batches, device)
+        model, loss = _TASKS[kind](data, device)
     steps = steps or DEFAULT_STEPS[kind]
     options = TrainingOptions(steps=steps, learning_rate=rate, seed=seed)
     console = Console(soft_wrap=True, highlight=False)
@@ -90,16 +93,36 @@ def train_model(kind: str, data: Path, out: Path, steps: int | None, device_name
     console.print(f"trained for {steps} steps on {device}: {out}")
 
 
-def _diffusion(data: DemonstrationBatches, device: torch.device) -> tuple[Checkpointed, Loss]:
+def _diffusion(data: Path, device: torch.device) -> tuple[Checkpointed, Loss]:
+    from structdiffusion.batches import DemonstrationBatches
     from structdiffusion.models.diffusion.loss import diffusion_loss
     from structdiffusion.models.diffusion.model import PoseDiffusion
     from structdiffusion.scheduler import NoiseScheduler
 
-    model = PoseDiffusion().to(device)
+    batches, model = DemonstrationBatches(data, device), PoseDiffusion().to(device)
     scheduler = NoiseScheduler(model.config.steps, model.config.prediction_type)
-    return model, lambda generator: diffusion_loss(model, scheduler, data, generator)
+    return model, partial(diffusion_loss, model, scheduler, batches)
 
 
-_TASKS: dict[str, Callable[[DemonstrationBatches, torch.device], tuple[Checkpointed, Loss]]] = {
+def _structure(data: Path, device: torch.device) -> tuple[Checkpointed, Loss]:
+    from structdiffusion.batches import DemonstrationBatches
+    from structdiffusion.models.structure.loss import structure_loss
+    from structdiffusion.models.structure.model import StructureDiscriminator
+
+    batches, model = DemonstrationBatches(data, device), StructureDiscriminator().to(device)
+    return model, partial(structure_loss, model, batches)
+
+
+def _collision(data: Path, device: torch.device) -> tuple[Checkpointed, Loss]:
+    from structdiffusion.models.collision.loss import PairBatches, collision_loss
+    from structdiffusion.models.collision.model import CollisionDiscriminator
+
+    pairs, model = PairBatches.load(data, device), CollisionDiscriminator().to(device)
+    return model, partial(collision_loss, model, pairs)
+
+
+_TASKS: dict[str, Callable[[Path, torch.device], tuple[Checkpointed, Loss]]] = {
     "diffusion": _diffusion,
+    "structure": _structure,
+    "collision": _collision,
 }

@@ -17,23 +17,21 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-import pybullet
 
+from agent.arm.driver import ArmDriver
 from agent.arm.events import ArmEvent, PickFailed, Picked, Placed, PlaceFailed, Planned, PlanFailed
 from agent.arm.grasps import Grasp
-from agent.arm.hand import ANGLES
-from agent.arm.kinematics import CONTINUOUS, FINGER_OPEN, FINGER_SPEED, FOLDED, JacoArm, forward_kinematics, inverse_kinematics, unwind
-from agent.arm.motion import PlanningScene, straight_line, trajectory
-from agent.arm.search import RELEASE_HEIGHT, SHORT_APPROACH, ObjectPlan, Search, bottom_at, precedence, raised
+from agent.arm.kinematics import FINGER_OPEN, FOLDED, JacoArm, forward_kinematics, inverse_kinematics, unwind
+from agent.arm.motion import PlanningScene, straight_line
+from agent.arm.order import bottom_at, precedence
+from agent.arm.search import RELEASE_HEIGHT, SHORT_APPROACH, ObjectPlan, Search, raised
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.observation import Arrangement, Scene
-from structdiffusion.tabletop import TIME_STEP, TabletopWorld
+from structdiffusion.tabletop import TabletopWorld
 
 HOLDS = ("weld", "friction")
 PICK_ATTEMPTS = 3
 STALE = 0.003  # m that an object may have moved before the plan around it is made anew
-WELD_FORCE = 200.0  # N, as strong as a rigid attachment needs to be
-SQUEEZE = 0.15  # rad beyond contact that the finger motors aim for in a grasp held by friction
 SETTLE_SECONDS = 0.6
 CARTESIAN_SPEED = 0.5  # of the joints' limits, near objects
 LARGEST_CORRECTION = 0.02  # m by which an object follows the real place of the one it will stand on
@@ -91,7 +89,7 @@ def build_structure(
                     for plan in plans:
                         yield from builder.move(plan)
                 finally:
-                    builder.let_sleep(False)
+                    builder.driver.let_sleep(False)
                 return
             name = "" if blocked is None else scene.objects[blocked].name
             yield PlanFailed(rank, blocked, name, reason)
@@ -114,29 +112,16 @@ class _Builder:
         on_step: Callable[[], None] | None,
     ) -> None:
         self.world, self.arm, self.scene, self.search = world, arm, scene, search
-        self.distractors, self.hold, self.on_step = distractors, hold, on_step
+        self.distractors, self.hold = distractors, hold
+        self.driver = ArmDriver(world, arm, hold == "weld", on_step)
         self.goal_from_initial = arrangement.goal_from_initial
         self.count = len(scene.objects)
         self.start_clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
         self.start_poses = world.poses()[: self.count]
         _, self.stands_on = precedence(self.start_clouds, list(self.goal_from_initial), [0.0] * self.count)
         self.expected = [np.eye(4)] * self.count  # now_from_initial as planned so far
-        self._constraint: int | None = None
-        self.let_sleep(True)
+        self.driver.let_sleep(True)
         self._pose_before = np.eye(4)  # of the object being moved, when its plan was made
-
-    def let_sleep(self, allowed: bool) -> None:
-        """Whether the engine may skip objects that lie still; a touch wakes them. It saves most of the time."""
-        state = pybullet.ACTIVATION_STATE_ENABLE_SLEEPING if allowed else pybullet.ACTIVATION_STATE_DISABLE_SLEEPING
-        for body in self.world.bodies:
-            pybullet.changeDynamics(body, -1, activationState=state, physicsClientId=self.world.client)
-            if not allowed:
-                self._wake(body)
-
-    def _wake(self, body: int) -> None:
-        pybullet.changeDynamics(
-            body, -1, activationState=pybullet.ACTIVATION_STATE_WAKE_UP, physicsClientId=self.world.client
-        )
 
     # --- what a look tells -------------------------------------------------------------------
 
@@ -223,16 +208,16 @@ class _Builder:
         arm, body = self.arm, self.world.bodies[plan.object]
         self._pose_before = self.world.pose(plan.object)
         arm.command_fingers([plan.grasp.opening] * 3)
-        self._follow(plan.reach)
-        self._follow(plan.approach, CARTESIAN_SPEED)
+        self.driver.follow(plan.reach)
+        self.driver.follow(plan.approach, CARTESIAN_SPEED)
         before = self._pose_before
-        touching = self._close(body)
+        touching = self.driver.close(body)
         held = 0 in touching and len(touching) >= 2
         if held:
             after = self.world.pose(plan.object)
             if self.hold == "weld":
-                self._weld(body)
-            self._follow(plan.lift, CARTESIAN_SPEED)
+                self.driver.weld(body)
+            self.driver.follow(plan.lift, CARTESIAN_SPEED)
             lifted = self.world.pose(plan.object)[2, 3] - after[2, 3]
             if lifted > 0.5 * SHORT_APPROACH:
                 hold = "weld after contact on both sides" if self.hold == "weld" else "friction"
@@ -243,21 +228,21 @@ class _Builder:
                     plan.object, name, plan.grasp.kind, attempt, len(touching), hold, slip, slip_angle
                 )
                 return "", picked
-        self._let_go(plan.grasp.opening)
-        self._follow(plan.lift if not held else plan.lift[-1:], CARTESIAN_SPEED)
+        self.driver.let_go(plan.grasp.opening)
+        self.driver.follow(plan.lift if not held else plan.lift[-1:], CARTESIAN_SPEED)
         self._go_home()
         return ("it slipped out of the fingers" if held else "the fingers met no contact on both sides"), None
 
     def _place(self, plan: ObjectPlan) -> None:
-        self._follow(plan.transfer)
-        self._follow(self._corrected(plan), CARTESIAN_SPEED)
-        self._wait(0.15)
-        self._let_go(plan.grasp.opening)
-        self._wait(0.25)
-        self._follow(plan.retreat, CARTESIAN_SPEED)
-        self._follow(plan.fold)
+        self.driver.follow(plan.transfer)
+        self.driver.follow(self._corrected(plan), CARTESIAN_SPEED)
+        self.driver.wait(0.15)
+        self.driver.let_go(plan.grasp.opening)
+        self.driver.wait(0.25)
+        self.driver.follow(plan.retreat, CARTESIAN_SPEED)
+        self.driver.follow(plan.fold)
         self.arm.command_fingers([FINGER_OPEN] * 3)
-        self._wait(SETTLE_SECONDS)
+        self.driver.wait(SETTLE_SECONDS)
 
     def _corrected(self, plan: ObjectPlan) -> np.ndarray:
         """The lowering path, corrected by how the object really lies in the hand."""
@@ -288,75 +273,10 @@ class _Builder:
             angle = float(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))
         return Placed(index, name, plan.aside, error, angle, pose, seconds)
 
-    # --- the arm's motions in physics ----------------------------------------------------------
-
-    def _step(self) -> None:
-        self.world.step(TIME_STEP)
-        if self.on_step is not None:
-            self.on_step()
-
-    def _wait(self, seconds: float) -> None:
-        for _ in range(round(seconds / TIME_STEP)):
-            self._step()
-
-    def _follow(self, path: np.ndarray, speed: float = 0.9) -> None:
-        """Drives the joints along a path (T, 7), from wherever its continuous joints have wound to."""
-        now = self.arm.configuration()
-        turns = 2 * np.pi * np.round((now - path[0]) / (2 * np.pi))
-        path = path + np.where(CONTINUOUS, turns, 0.0)
-        for q in trajectory(np.concatenate((now[None], path)), TIME_STEP, speed):
-            self.arm.command(q)
-            self._step()
-        self._wait(0.08)
-
-    def _close(self, body: int) -> set[int]:
-        """Closes each finger until it touches `body`; which fingers touch."""
-        arm = self.arm
-        targets = arm.finger_angles()
-        touched: set[int] = set()
-        step = FINGER_SPEED * TIME_STEP
-        while True:
-            free = [k for k in range(3) if k not in touched and targets[k] < ANGLES[-1]]
-            if not free or (0 in touched and len(touched) >= 2):
-                break
-            for k in free:
-                targets[k] += step
-            arm.command_fingers(list(targets))
-            self._step()
-            for k in arm.touching(body) - touched:
-                touched.add(k)
-                targets[k] = arm.finger_angles()[k]
-        if self.hold == "friction":
-            arm.command_fingers([float(angle) + SQUEEZE for angle in targets])
-            self._wait(0.3)
-            return arm.touching(body)
-        return touched
-
-    def _weld(self, body: int) -> None:
-        arm, client = self.arm, self.world.client
-        self._wake(body)
-        position, quaternion = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
-        state = pybullet.getLinkState(arm.body, arm.hand, physicsClientId=client)
-        inverse = pybullet.invertTransform(state[0], state[1])
-        in_hand = pybullet.multiplyTransforms(*inverse, position, quaternion)
-        self._constraint = pybullet.createConstraint(
-            arm.body, arm.hand, body, -1, pybullet.JOINT_FIXED, [0, 0, 0], in_hand[0], [0, 0, 0], in_hand[1],
-            physicsClientId=client,
-        )
-        pybullet.changeConstraint(self._constraint, maxForce=WELD_FORCE, physicsClientId=client)
-        arm.command_fingers(list(arm.finger_angles()))
-
-    def _let_go(self, opening: float) -> None:
-        if self._constraint is not None:
-            pybullet.removeConstraint(self._constraint, physicsClientId=self.world.client)
-            self._constraint = None
-        self.arm.command_fingers([opening] * 3)
-        self._wait(0.35)
-
     def _go_home(self) -> None:
         """Back to the waiting pose, by a planned motion; straight up and over where none is found."""
         start = self.arm.configuration()
         home = unwind(FOLDED, start)
         path = self.search.scene.plan(start, home)
-        self._follow(np.stack((start, home)) if path is None else path)
-        self._wait(SETTLE_SECONDS)
+        self.driver.follow(np.stack((start, home)) if path is None else path)
+        self.driver.wait(SETTLE_SECONDS)

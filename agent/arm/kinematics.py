@@ -29,9 +29,7 @@ FINGER_EFFORT = 2.0  # Nm
 FINGER_SPEED = 1.0  # rad/s
 # Upper arm leaning back, forearm folded down behind it: the table stays in the camera's view.
 FOLDED = np.array([1.571, 3.93, 0.0, 5.04, 3.142, 5.06, 1.571])
-FINGER_OPEN, FINGER_CLOSED = 0.2, 1.3  # rad
-POSITION_TOLERANCE = 0.002  # m
-ANGLE_TOLERANCE = math.radians(1.0)
+FINGER_OPEN = 0.2  # rad
 
 
 @cache
@@ -134,7 +132,9 @@ def inverse_kinematics(
     return q, solved
 
 
-def solve(target: np.ndarray, rng: np.random.Generator, near: np.ndarray = FOLDED, restarts: int = 24) -> np.ndarray | None:
+def solve(
+    target: np.ndarray, rng: np.random.Generator, near: np.ndarray = FOLDED, restarts: int = 24
+) -> np.ndarray | None:
     """One configuration (7,) for world_from_ee `target`, the nearest found to `near`; `None` if out of reach."""
     seeds = random_configurations(rng, restarts)
     seeds[0] = near

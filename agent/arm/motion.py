@@ -6,6 +6,7 @@ convex hull per perceived object; it never sees a true model. Times in seconds, 
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -50,7 +51,7 @@ def solid_hull(points: np.ndarray, support: float = 0.0) -> np.ndarray:
         vertices = cloud[ConvexHull(cloud).vertices]
     except QhullError:  # too few or flat points: their bounding box, at least 4 mm thick
         low, high = cloud.min(axis=0) - 0.002, cloud.max(axis=0) + 0.002
-        vertices = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+        vertices = np.array(list(itertools.product(*zip(low, high))))
     if len(vertices) > 60:
         # Extreme points in 60 directions: a hull as good for planning, and much faster to check.
         golden = np.arange(60) + 0.5
@@ -70,7 +71,6 @@ class PlanningScene:
         self.arm = JacoArm(self.client)
         self._obstacles: dict[object, int] = {}
         self._held: int | None = None
-        self._ee_from_held = np.eye(4)
         floor = pybullet.createCollisionShape(
             pybullet.GEOM_BOX, halfExtents=[1.5, 1.5, 0.05], physicsClientId=self.client
         )

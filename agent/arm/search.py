@@ -12,12 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from shapely import MultiPoint
-from shapely.affinity import translate
 
 from agent.arm.grasps import Grasp, grasps_of, is_round
 from agent.arm.kinematics import FOLDED, JOINTS, inverse_kinematics, random_configurations, unwind
 from agent.arm.motion import PlanningScene, interpolate, seen_from, solid_hull, straight_line
+from agent.arm.order import asides, bottom_at, precedence
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 
 RELEASE_HEIGHT = 0.03  # m above the goal, the contract's
@@ -28,8 +27,6 @@ UP = np.array([0.0, 0.0, 1.0])
 RESTARTS = 4
 PAIRS_TRIED = 24
 SPINS = 8  # turns about the upright axis that are tried at the goal of a round object
-ASIDE_CLEARANCE = 0.03  # m around an object that is moved out of the way: room for the fingers
-GOAL_CLEARANCE = 0.005  # m between a goal's footprint and what still stands there
 
 
 @dataclass(frozen=True)
@@ -66,42 +63,6 @@ def raised(pose: np.ndarray, height: float) -> np.ndarray:
     moved = pose.copy()
     moved[2, 3] += height
     return moved
-
-
-def bottom_at(motion: np.ndarray, cloud: np.ndarray, bottom: float) -> float:
-    """z of an object's bottom after `motion` (4, 4), when it is `bottom` under the cloud (P, 3) now."""
-    return float(transform_points(motion, np.array([*cloud[:, :2].mean(axis=0), bottom]))[2])
-
-
-def precedence(
-    clouds: Sequence[np.ndarray], motions: Sequence[np.ndarray], bottoms: Sequence[float]
-) -> tuple[list[set[int]], list[int | None]]:
-    """Which objects must be placed before each, and which one each will stand on.
-
-    Object j comes before i when i will stand on j, or when j still stands where i will go.
-
-    Args:
-        clouds: (P, 3) per object, now. motions: goal_from_now (4, 4) per object. bottoms: z per object, now.
-    """
-    count = len(clouds)
-    now = [MultiPoint(cloud[:, :2]).convex_hull for cloud in clouds]
-    goal_clouds = [transform_points(motion, cloud) for motion, cloud in zip(motions, clouds)]
-    goals = [MultiPoint(cloud[:, :2]).convex_hull for cloud in goal_clouds]
-    goal_bottoms = [bottom_at(*each) for each in zip(motions, clouds, bottoms)]
-    before: list[set[int]] = [set() for _ in range(count)]
-    stands_on: list[int | None] = [None] * count
-    for i in range(count):
-        for j in range(count):
-            if i == j:
-                continue
-            if goal_bottoms[i] > goal_bottoms[j] + 0.003 and goals[i].intersection(goals[j]).area > 1e-4:
-                before[i].add(j)
-                held_by = stands_on[i]
-                if held_by is None or goal_bottoms[j] > goal_bottoms[held_by]:
-                    stands_on[i] = j
-            elif goals[i].distance(now[j]) < GOAL_CLEARANCE and goal_bottoms[i] < np.percentile(clouds[j][:, 2], 98):
-                before[i].add(j)
-    return before, stands_on
 
 
 def _alike(a: Grasp, b: Grasp) -> bool:
@@ -142,7 +103,7 @@ class Search:
         motions = list(goal_from_initial)  # goal_from_now, of the objects that still wait
         plans: list[ObjectPlan] = []
         done: set[int] = set()
-        asides = 0
+        moved_aside = 0
         while len(done) < count:
             before, _ = precedence(current, motions, bottoms)
             lowest = [bottom_at(motions[i], current[i], bottoms[i]) for i in range(count)]
@@ -151,10 +112,10 @@ class Search:
             waiting = sorted(set(range(count)) - done, key=lambda i: (round(lowest[i], 2), -far[i]))
             steps = [(i, motions[i], False) for i in waiting if before[i] <= done]
             if not steps:
-                if asides == count:
+                if moved_aside == count:
                     return [], waiting[0], "the objects block each other's goals in a ring"
-                steps = self._asides(waiting, before, done, current, distractors, motions)
-                asides += 1
+                steps = asides(waiting, before, done, current, distractors, motions, self.rng)
+                moved_aside += 1
             reason = "its goal is blocked, and there is no free place to move what blocks it"
             for i, motion, aside in steps:
                 if time.monotonic() > deadline:
@@ -174,31 +135,6 @@ class Search:
             else:
                 return [], (steps[0][0] if steps else waiting[0]), reason
         return plans, None, ""
-
-    def _asides(
-        self,
-        waiting: Sequence[int],
-        before: Sequence[set[int]],
-        done: set[int],
-        clouds: Sequence[np.ndarray],
-        distractors: Sequence[np.ndarray],
-        motions: Sequence[np.ndarray],
-    ) -> list[tuple[int, np.ndarray, bool]]:
-        """Steps that would each move one blocking object to a free place on the table, nearest places first."""
-        taken = [MultiPoint(cloud[:, :2]).convex_hull for cloud in (*clouds, *distractors)]
-        goals = [MultiPoint(transform_points(motions[i], clouds[i])[:, :2]).convex_hull for i in waiting]
-        blockers = sorted(before[waiting[0]] - done, key=lambda j: taken[j].area)
-        steps = []
-        for j in blockers:
-            center = clouds[j][:, :2].mean(axis=0)
-            places = np.stack((self.rng.uniform(0.26, 0.62, 80), self.rng.uniform(-0.36, 0.36, 80)), axis=1)
-            for x, y in places[np.argsort(np.linalg.norm(places - center, axis=1))] - center:
-                moved = translate(taken[j], x, y)
-                others = [shape for k, shape in enumerate(taken) if k != j] + goals
-                if all(moved.distance(other) > ASIDE_CLEARANCE for other in others):
-                    steps.append((j, pose_from_xyz_yaw(x, y, 0.0, 0.0), True))
-                    break
-        return steps
 
     def object(
         self,
@@ -263,7 +199,8 @@ class Search:
         ]
         rows = []
         for g in range(len(grasps)):
-            good = [r for r in range(g * RESTARTS, (g + 1) * RESTARTS) if solved[r] and not self._hits(q[r], grasps[g])]
+            rows_of_grasp = range(g * RESTARTS, (g + 1) * RESTARTS)
+            good = [r for r in rows_of_grasp if solved[r] and not self._hits(q[r], grasps[g])]
             good.sort(key=lambda r: np.abs(q[r] - FOLDED).max())
             rows += [(g, r, m) for r in good[:2] for m in range(spins)]
         if not rows:
@@ -344,8 +281,8 @@ class Search:
             scene.set_obstacle(index, hull)
         return (
             ObjectPlan(
-                index, grasp, reach, back[::-1], lift, transfer, above[::-1], retreat, interpolate(fold, 1.0), goal_motion,
-                spun=False,
+                index, grasp, reach, back[::-1], lift, transfer, above[::-1], retreat, interpolate(fold, 1.0),
+                goal_motion, spun=False,
             ),
             "",
         )

@@ -82,20 +82,22 @@ def draw_meant_scene(
     categories = sorted({nouns[index] for index in meant})
     of_these = sum(noun in categories for noun in nouns)
     everything = len(meant) == len(library)
+    # Fewer than there are of these nouns: the instruction gives numbers, or speaks of single things.
+    counted = len(meant) < of_these
     for _ in range(_DRAWS):
         drawn = draw_scene(
             library,
             spec,
             rng,
             categories=() if everything else categories,
-            # Fewer than there are of these nouns: the instruction gives numbers, or speaks of single things.
-            count=len(meant) if len(meant) < of_these and len(meant) <= MOST_OBJECTS else None,
+            count=len(meant) if counted and len(meant) <= MOST_OBJECTS else None,
             # Where no noun says what is meant, all that stands on the table is.
             distractors=0 if everything else None,
         )
         try:
             chosen = select([model.category for model in drawn.models])
-        except SelectionError:  # one of the things that the instruction names was not drawn
+        except SelectionError:  # something that the instruction names, or enough of it, was not drawn
+            counted = True
             continue
         if set(chosen) == set(range(drawn.count)):
             return drawn

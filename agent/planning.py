@@ -1,0 +1,41 @@
+"""Planners by the names that people give them, and which of their proposals are worth building."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from agent.errors import NoValidGoal, UsageError
+from structdiffusion.observation import Arrangement
+from structdiffusion.sampling import PLANNERS, Planner, load_planner
+
+# An arrangement that its own scores give less than this is not worth a try.
+LEAST_SCORE = 0.01
+
+
+def checked_planner(name: str, weights: Path | None) -> Planner:
+    """The planner of a name, with the checkpoints in a folder, or those shipped where it is `None`.
+
+    Raises:
+        UsageError: for an unknown name.
+        CheckpointError: for a checkpoint that is missing or does not fit.
+    """
+    if name not in PLANNERS:
+        raise UsageError(f"--model cannot be {name!r}; legal values: {', '.join(PLANNERS)}")
+    return load_planner(name, weights)
+
+
+def worthwhile(arrangements: Sequence[Arrangement]) -> list[Arrangement]:
+    """Those, best first, whose total score is at least `LEAST_SCORE`.
+
+    Raises:
+        NoValidGoal: when there is none.
+    """
+    good = [arrangement for arrangement in arrangements if arrangement.scores["total"] >= LEAST_SCORE]
+    if not good:
+        best = max((arrangement.scores["total"] for arrangement in arrangements), default=0.0)
+        raise NoValidGoal(
+            f"none of {len(arrangements)} imagined arrangements is valid: the best scores {best:.2g}, "
+            f"and {LEAST_SCORE} is the least worth trying"
+        )
+    return good
