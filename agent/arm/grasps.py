@@ -132,9 +132,8 @@ def _fitted(
             pose = hand_pose(position, yaw, tilt)
             levels = _in_hand(points, pose)
             above_palm = levels[np.abs(levels[:, 0]) < 0.045, 2]
-            if len(above_palm):
-                position -= approach * max(0.0, PALM_LEVEL + PALM_CLEARANCE - np.percentile(above_palm, 1))
-                pose = hand_pose(position, yaw, tilt)
+            if len(above_palm) and np.percentile(above_palm, 1) < PALM_LEVEL + PALM_CLEARANCE:
+                break
             inside = _in_hand(near, pose)
             passing, there = _widths(inside, clearance)
             opening, closing = opening_for(passing), contact_angle(there)

@@ -1,0 +1,113 @@
+"""The arm's motions in physics: following paths, closing and opening the hand, holding by a weld."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pybullet
+
+from agent.arm.hand import ANGLES
+from agent.arm.kinematics import CONTINUOUS, FINGER_SPEED, JacoArm
+from agent.arm.motion import trajectory
+from structdiffusion.tabletop import TIME_STEP, TabletopWorld
+
+WELD_FORCE = 200.0  # N, as strong as a rigid attachment needs to be
+SQUEEZE = 0.15  # rad beyond contact that the finger motors aim for in a grasp held by friction
+
+
+class ArmDriver:
+    """Moves the arm in the world's physics, step by step.
+
+    Args:
+        world: the true objects.
+        arm: the arm, in `world.client`.
+        weld: whether a grasp is held by a fixed constraint, or by the fingers' friction alone.
+        on_step: called after every physics step, or `None`.
+    """
+
+    def __init__(
+        self, world: TabletopWorld, arm: JacoArm, weld: bool, on_step: Callable[[], None] | None = None
+    ) -> None:
+        self.world, self.arm, self.welds, self.on_step = world, arm, weld, on_step
+        self._constraint: int | None = None
+
+    def let_sleep(self, allowed: bool) -> None:
+        """Whether the engine may skip objects that lie still; a touch wakes them. It saves most of the time."""
+        state = pybullet.ACTIVATION_STATE_ENABLE_SLEEPING if allowed else pybullet.ACTIVATION_STATE_DISABLE_SLEEPING
+        for body in self.world.bodies:
+            pybullet.changeDynamics(body, -1, activationState=state, physicsClientId=self.world.client)
+            if not allowed:
+                self._wake(body)
+
+    def _wake(self, body: int) -> None:
+        pybullet.changeDynamics(
+            body, -1, activationState=pybullet.ACTIVATION_STATE_WAKE_UP, physicsClientId=self.world.client
+        )
+
+    def step(self) -> None:
+        """One step of physics."""
+        self.world.step(TIME_STEP)
+        if self.on_step is not None:
+            self.on_step()
+
+    def wait(self, seconds: float) -> None:
+        """Lets physics run while the arm holds still."""
+        for _ in range(round(seconds / TIME_STEP)):
+            self.step()
+
+    def follow(self, path: np.ndarray, speed: float = 0.9) -> None:
+        """Drives the joints along a path (T, 7), from wherever its continuous joints have wound to."""
+        now = self.arm.configuration()
+        turns = 2 * np.pi * np.round((now - path[0]) / (2 * np.pi))
+        path = path + np.where(CONTINUOUS, turns, 0.0)
+        for q in trajectory(np.concatenate((now[None], path)), TIME_STEP, speed):
+            self.arm.command(q)
+            self.step()
+        self.wait(0.08)
+
+    def close(self, body: int) -> set[int]:
+        """Closes each finger until it touches `body`; which fingers touch."""
+        arm = self.arm
+        targets = arm.finger_angles()
+        touched: set[int] = set()
+        step = FINGER_SPEED * TIME_STEP
+        while True:
+            free = [k for k in range(3) if k not in touched and targets[k] < ANGLES[-1]]
+            if not free or (0 in touched and len(touched) >= 2):
+                break
+            for k in free:
+                targets[k] += step
+            arm.command_fingers(list(targets))
+            self.step()
+            for k in arm.touching(body) - touched:
+                touched.add(k)
+                targets[k] = arm.finger_angles()[k]
+        if not self.welds:
+            arm.command_fingers([float(angle) + SQUEEZE for angle in targets])
+            self.wait(0.3)
+            return arm.touching(body)
+        return touched
+
+    def weld(self, body: int) -> None:
+        """Joins `body` to the hand as it lies in it now."""
+        arm, client = self.arm, self.world.client
+        self._wake(body)
+        position, quaternion = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
+        state = pybullet.getLinkState(arm.body, arm.hand, physicsClientId=client)
+        inverse = pybullet.invertTransform(state[0], state[1])
+        in_hand = pybullet.multiplyTransforms(*inverse, position, quaternion)
+        self._constraint = pybullet.createConstraint(
+            arm.body, arm.hand, body, -1, pybullet.JOINT_FIXED, [0, 0, 0], in_hand[0], [0, 0, 0], in_hand[1],
+            physicsClientId=client,
+        )
+        pybullet.changeConstraint(self._constraint, maxForce=WELD_FORCE, physicsClientId=client)
+        arm.command_fingers(list(arm.finger_angles()))
+
+    def let_go(self, opening: float) -> None:
+        """Ends the weld, if there is one, and opens the fingers to the angle `opening`."""
+        if self._constraint is not None:
+            pybullet.removeConstraint(self._constraint, physicsClientId=self.world.client)
+            self._constraint = None
+        self.arm.command_fingers([opening] * 3)
+        self.wait(0.35)

@@ -1,0 +1,85 @@
+"""In which order objects can be placed, and where to put one that stands in another's way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from shapely import MultiPoint
+from shapely.affinity import translate
+
+from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
+
+ASIDE_CLEARANCE = 0.03  # m around an object that is moved out of the way: room for the fingers
+GOAL_CLEARANCE = 0.005  # m between a goal's footprint and what still stands there
+
+
+def bottom_at(motion: np.ndarray, cloud: np.ndarray, bottom: float) -> float:
+    """z of an object's bottom after `motion` (4, 4), when it is `bottom` under the cloud (P, 3) now."""
+    return float(transform_points(motion, np.array([*cloud[:, :2].mean(axis=0), bottom]))[2])
+
+
+def precedence(
+    clouds: Sequence[np.ndarray], motions: Sequence[np.ndarray], bottoms: Sequence[float]
+) -> tuple[list[set[int]], list[int | None]]:
+    """Which objects must be placed before each, and which one each will stand on.
+
+    Object j comes before i when i will stand on j, or when j still stands where i will go.
+
+    Args:
+        clouds: (P, 3) per object, now. motions: goal_from_now (4, 4) per object. bottoms: z per object, now.
+    """
+    count = len(clouds)
+    now = [MultiPoint(cloud[:, :2]).convex_hull for cloud in clouds]
+    goal_clouds = [transform_points(motion, cloud) for motion, cloud in zip(motions, clouds)]
+    goals = [MultiPoint(cloud[:, :2]).convex_hull for cloud in goal_clouds]
+    goal_bottoms = [bottom_at(*each) for each in zip(motions, clouds, bottoms)]
+    before: list[set[int]] = [set() for _ in range(count)]
+    stands_on: list[int | None] = [None] * count
+    for i in range(count):
+        for j in range(count):
+            if i == j:
+                continue
+            if goal_bottoms[i] > goal_bottoms[j] + 0.003 and goals[i].intersection(goals[j]).area > 1e-4:
+                before[i].add(j)
+                held_by = stands_on[i]
+                if held_by is None or goal_bottoms[j] > goal_bottoms[held_by]:
+                    stands_on[i] = j
+            elif goals[i].distance(now[j]) < GOAL_CLEARANCE and goal_bottoms[i] < np.percentile(clouds[j][:, 2], 98):
+                before[i].add(j)
+    return before, stands_on
+
+
+def asides(
+    waiting: Sequence[int],
+    before: Sequence[set[int]],
+    done: set[int],
+    clouds: Sequence[np.ndarray],
+    distractors: Sequence[np.ndarray],
+    motions: Sequence[np.ndarray],
+    rng: np.random.Generator,
+) -> list[tuple[int, np.ndarray, bool]]:
+    """Steps that would each move one blocking object to a free place on the table.
+
+    Args:
+        waiting: the objects that still have to be placed; the first is the one to make room for.
+        before: what must be placed before each. done: the placed ones.
+        clouds, distractors: (P, 3) each, now. motions: goal_from_now (4, 4) of every object.
+
+    Returns:
+        (object, goal_from_now (4, 4), True) per blocking object, to the nearest free place found.
+    """
+    taken = [MultiPoint(cloud[:, :2]).convex_hull for cloud in (*clouds, *distractors)]
+    goals = [MultiPoint(transform_points(motions[i], clouds[i])[:, :2]).convex_hull for i in waiting]
+    blockers = sorted(before[waiting[0]] - done, key=lambda j: taken[j].area)
+    steps = []
+    for j in blockers:
+        center = clouds[j][:, :2].mean(axis=0)
+        places = np.stack((rng.uniform(0.26, 0.62, 80), rng.uniform(-0.36, 0.36, 80)), axis=1)
+        for x, y in places[np.argsort(np.linalg.norm(places - center, axis=1))] - center:
+            moved = translate(taken[j], x, y)
+            others = [shape for k, shape in enumerate(taken) if k != j] + goals
+            if all(moved.distance(other) > ASIDE_CLEARANCE for other in others):
+                steps.append((j, pose_from_xyz_yaw(x, y, 0.0, 0.0), True))
+                break
+    return steps
