@@ -228,3 +228,14 @@ def test_interruption(monkeypatch, capsys):
     monkeypatch.setattr("agent.pipeline.run_instruction", interrupted)
     assert command_line(["run", CIRCLE]) == 130
     assert capsys.readouterr().err == "structagent: interrupted\n"
+
+
+@pytest.mark.parametrize("kind", ["diffusion", "structure", "collision"])
+def test_training_without_scenes(fails, tmp_path, kind):
+    sentence = fails(6, "train", kind, "--data", str(tmp_path / "none"), "--out", str(tmp_path / "run"))
+    assert "library.npz" in sentence and "structagent generate" in sentence
+
+
+def test_training_on_an_unknown_device(fails, tmp_path):
+    sentence = fails(2, "train", "collision", "--data", str(tmp_path), "--out", str(tmp_path / "run"), "--device", "tpu")
+    assert "'tpu'" in sentence and "auto, cpu, cuda" in sentence
