@@ -53,12 +53,14 @@ Y_PHRASES = {
 # One phrase for both positions: {x} and {y} are the vocabulary's own words.
 CORNER_PHRASES = ("in the {y} {x} of the table", "at the {y} {x}", "on the {y} {x} part of the table")
 ROTATION_PHRASES = {
-    rotation: (f"facing {rotation}", f"turned to the {rotation}", f"pointing {rotation}", f"that faces {rotation}")
+    rotation: (f"facing {rotation}", f"turned to the {rotation}", f"pointing {rotation}",
+               f"that faces {rotation}")
     for rotation in LEGAL_VALUES["rotation"]
 }
 # A noun with its article needs "that faces"; an action ("stack the objects") cannot have it.
 ACTION_ROTATION_PHRASES = {
-    rotation: (f"facing {rotation}", f"so that it faces {rotation}", f"turned to the {rotation}", f"facing {rotation}")
+    rotation: (f"facing {rotation}", f"so that it faces {rotation}", f"turned to the {rotation}",
+               f"facing {rotation}")
     for rotation in LEGAL_VALUES["rotation"]
 }
 SIZE_ADVERBS = {

