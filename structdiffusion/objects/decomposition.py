@@ -14,6 +14,7 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
+import trimesh
 import vhacdx
 from scipy.spatial import ConvexHull, QhullError
 
@@ -23,7 +24,7 @@ MAX_PART_VERTICES = 32
 MAX_SINGLE_VERTICES = 64
 # Nineteen twentieths of the surface of a thing taken as convex lie this close to its hull, metres.
 _CONVEX_WITHIN = 0.004
-RESOLUTION = 400_000
+RESOLUTION = 80_000
 # Part of every cache key: raise it when the same mesh should give other parts.
 _VERSION = 1
 # A part thinner than this in volume (m3) is dust of the voxel grid.
@@ -89,6 +90,16 @@ def signed_distance(points: np.ndarray, parts: tuple[np.ndarray, ...]) -> np.nda
     return nearest
 
 
+def refine(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same surface with edges of at most a 25th of its length.
+
+    V-HACD pulls its voxels toward nearby vertices: on large triangles it goes astray by centimetres.
+    """
+    longest = float(np.ptp(vertices, axis=0).max()) / 25
+    refined = trimesh.remesh.subdivide_to_size(np.array(vertices), np.array(faces, dtype=np.int64), longest)
+    return np.asarray(refined[0]), np.asarray(refined[1])
+
+
 def _single_part(vertices: np.ndarray, faces: np.ndarray, max_parts: int) -> np.ndarray | None:
     """The convex hull (V, 3) of a surface that is as good as convex, such as a can's; `None` for others."""
     hull = ConvexHull(vertices)
@@ -103,9 +114,10 @@ def _single_part(vertices: np.ndarray, faces: np.ndarray, max_parts: int) -> np.
 def _decompose(
     vertices: np.ndarray, faces: np.ndarray, max_parts: int, resolution: int
 ) -> tuple[np.ndarray, ...]:
+    vertices, faces = refine(vertices, faces)
     raw = vhacdx.compute_vhacd(
         vertices,
-        faces,
+        faces.astype(np.uint32),
         maxConvexHulls=max_parts,
         resolution=resolution,
         minimumVolumePercentErrorAllowed=0.5,
@@ -125,14 +137,13 @@ def _decompose(
 
 
 def few_vertices(vertices: np.ndarray, most: int = MAX_PART_VERTICES) -> np.ndarray:
-    """At most `most` of a convex body's vertices (V, 3): greedily, the one farthest outside the hull so far."""
+    """At most `most` of a convex body's vertices (V, 3): greedily, the farthest outside the hull so far."""
     if len(vertices) <= most:
         return vertices
-    chosen = sorted({int(i) for axis in range(3) for i in (vertices[:, axis].argmin(), vertices[:, axis].argmax())})
     # Extremes along the axes keep bottom, top and width exact; diagonals make sure of a volume.
-    for direction in np.array([[1, 1, 1], [1, -1, 1], [-1, 1, 1], [-1, -1, 1]], dtype=float):
-        along = vertices @ direction
-        chosen = sorted({*chosen, int(along.argmin()), int(along.argmax())})
+    diagonals = [[1, 1, 1], [1, -1, 1], [-1, 1, 1], [-1, -1, 1]]
+    along = vertices @ np.array([*np.eye(3), *diagonals]).T
+    chosen = sorted({*along.argmin(axis=0).tolist(), *along.argmax(axis=0).tolist()})
     while len(chosen) < most:
         planes = ConvexHull(vertices[chosen]).equations
         outside = (vertices @ planes[:, :3].T + planes[:, 3]).max(axis=1)

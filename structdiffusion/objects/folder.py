@@ -17,19 +17,21 @@ SMALLEST, LARGEST = 0.005, 0.5
 # Kilograms per cubic metre of hull: most household things are hollow or light.
 _DENSITY = 400.0
 _FRICTION = 0.5
-# What a file name may say, and the noun it stands for. Longer names first where one ends another.
+# The nouns that a file name may say.
 NOUNS = (
-    "fork", "knife", "spatula", "spoon", "plate", "saucer", "bowl", "mug", "cup", "glass", "saucepan", "skillet",
-    "pan", "pot", "pitcher", "jug", "teapot", "kettle", "bottle", "jar", "can", "box", "block", "brick", "cube",
-    "book", "ball", "apple", "banana", "lemon", "orange", "peach", "pear", "plum", "strawberry", "sponge", "hammer",
-    "wrench", "screwdriver", "scissors", "clamp", "marker", "pen", "pencil", "brush", "candle", "vase", "basket",
-    "tray", "lid", "drill", "padlock", "car", "airplane", "toy",
+    "fork", "knife", "spatula", "spoon", "plate", "saucer", "bowl", "mug", "cup", "glass", "saucepan",
+    "skillet", "pan", "pot", "pitcher", "jug", "teapot", "kettle", "bottle", "jar", "can", "box", "block",
+    "brick", "cube", "book", "ball", "apple", "banana", "lemon", "orange", "peach", "pear", "plum",
+    "strawberry", "sponge", "hammer", "wrench", "screwdriver", "scissors", "clamp", "marker", "pen",
+    "pencil", "brush", "candle", "vase", "basket", "tray", "lid", "drill", "padlock", "car", "airplane", "toy",
 )  # fmt: skip
-_PLURALS = {"knives": "knife", "glasses": "glass", "boxes": "box", "brushes": "brush", "strawberries": "strawberry"}
+_PLURALS = {
+    "knives": "knife", "glasses": "glass", "boxes": "box", "brushes": "brush", "strawberries": "strawberry",
+}  # fmt: skip
 
 
 def category_of(stem: str) -> str:
-    """The noun in a file's name: "red_mug_2" gives "mug", "SoupCan" gives "can"; otherwise the words themselves.
+    """The noun in a file's name: "red_mug_2" gives "mug", "SoupCan" gives "can"; otherwise its words.
 
     The last known noun counts, as in "sugar box"; without one, the name without its numbers.
     """
@@ -59,7 +61,8 @@ def folder_objects(folder: Path, *, alternatives: tuple[str, ...] = ()) -> list[
         raise ObjectError(f"no folder of meshes at {str(folder)!r}: give a folder that exists{others}")
     files = sorted(path for path in folder.iterdir() if path.suffix.lower() in FORMATS and path.is_file())
     if not files:
-        raise ObjectError(f"the folder {str(folder)!r} holds no mesh: it needs files ending in {', '.join(FORMATS)}")
+        wanted = ", ".join(FORMATS)
+        raise ObjectError(f"the folder {str(folder)!r} holds no mesh: it needs files ending in {wanted}")
     taken: set[str] = set()
     models = []
     for path in files:
@@ -91,8 +94,14 @@ def _object(path: Path, name: str) -> ObjectModel:
             color=(0.25 + hue[0] / 425, 0.25 + hue[1] / 425, 0.25 + hue[2] / 425),
         )
     except (ValueError, RuntimeError, ArithmeticError) as error:  # Qhull's errors are RuntimeErrors
-        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-        raise ObjectError(f"the mesh {str(path)!r} cannot be used: it does not enclose a volume ({reason})") from error
+        message = f"the mesh {str(path)!r} cannot be used: it does not enclose a volume ({_reason(error)})"
+        raise ObjectError(message) from error
+
+
+def _reason(error: Exception) -> str:
+    """The first line of an error's message, or its name where it says nothing."""
+    lines = str(error).strip().splitlines()
+    return lines[0] if lines else type(error).__name__
 
 
 def _read(path: Path) -> trimesh.Trimesh:
@@ -100,8 +109,7 @@ def _read(path: Path) -> trimesh.Trimesh:
     try:
         mesh = trimesh.load(path, force="mesh", process=False)
     except Exception as error:
-        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-        raise ObjectError(f"the mesh {str(path)!r} cannot be read: {reason}") from error
+        raise ObjectError(f"the mesh {str(path)!r} cannot be read: {_reason(error)}") from error
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
         raise ObjectError(f"the mesh {str(path)!r} cannot be used: it has no faces")
     if not np.isfinite(mesh.vertices).all():

