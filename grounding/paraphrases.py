@@ -57,7 +57,7 @@ def paraphrase(rng: np.random.Generator, held_out: bool = False) -> LabelledText
     labels = draw_labels(rng)
     if not any(labels.values()):
         return LabelledText(_dirty(pick(phrases.IDLE).format(o=_objects(pick, rng)), rng), labels)
-    if rng.random() < 0.08:
+    if rng.random() < 0.04:
         return LabelledText(_dirty(_telegram(labels, pick, rng), rng), labels)
     where, turn = _where(labels, pick, rng), _turn(labels, pick, rng)
     core = _core(labels, pick, rng, bool(where or turn))
