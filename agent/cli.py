@@ -7,17 +7,16 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from datetime import datetime
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, TextIO
+from typing import Annotated
 
 import typer
 
 from agent import __version__
 from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, USAGE, UsageError, exit_code_of, one_sentence
+from agent.streams import import_pybullet_silently, results_stream
 
 # Typer carries its own copy of click in some versions and uses the installed one in others; its public
 # BadParameter is a usage error in both, and that is the general click error.
@@ -81,27 +80,6 @@ def _common(
     """Options before the verb."""
 
 
-@contextmanager
-def results_stream() -> Iterator[TextIO]:
-    """Standard output for results alone: what libraries print there from C goes to standard error meanwhile."""
-    sys.stdout.flush()
-    try:
-        descriptor = sys.stdout.fileno()
-    except (OSError, ValueError, AttributeError):  # not a file: somebody captures the output in this process
-        yield sys.stdout
-        return
-    kept = os.dup(descriptor)
-    os.dup2(2, descriptor)
-    try:
-        with os.fdopen(kept, "w", encoding="utf-8", closefd=False) as results:
-            results.isatty = lambda: os.isatty(kept)  # type: ignore[method-assign]
-            yield results
-    finally:
-        sys.stdout.flush()
-        os.dup2(kept, descriptor)
-        os.close(kept)
-
-
 @app.command()
 def run(
     text: Annotated[str, typer.Argument(help="The instruction.", show_default=False)],
@@ -122,6 +100,7 @@ def run(
 
     Example: structagent run "put the cups in a small circle on the left" --seed 3 --out out/cups
     """
+    import_pybullet_silently()
     from rich.console import Console
 
     from agent.events import Failed
@@ -193,6 +172,7 @@ def generate(
 
     Example: structagent generate --out data/train --scenes 20000 --workers 8
     """
+    import_pybullet_silently()
     from agent.training import generate_scenes
 
     generate_scenes(out, scenes, pairs, objects, seed, workers)
@@ -246,6 +226,7 @@ def evaluate_success(
 
     Example: structagent evaluate success --objects ycb --model diffusion --model geometric --scenes 50
     """
+    import_pybullet_silently()
     import json
 
     from agent.evaluating import measure_success, tell_success, write_report
