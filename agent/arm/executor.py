@@ -31,6 +31,7 @@ from structdiffusion.tabletop import TabletopWorld
 
 HOLDS = ("weld", "friction")
 PICK_ATTEMPTS = 3
+REPLANNING_SECONDS = 15.0  # for one object, when the world is not as planned
 STALE = 0.003  # m that an object may have moved before the plan around it is made anew
 SETTLE_SECONDS = 0.6
 CARTESIAN_SPEED = 0.5  # of the joints' limits, near objects
@@ -199,7 +200,7 @@ class _Builder:
             self.distractors,
             bottoms,
             goal_from_now,
-            deadline=time.monotonic() + 6.0,
+            deadline=time.monotonic() + REPLANNING_SECONDS,
             start=unwind(start, FOLDED),
             avoid=failed,
         )

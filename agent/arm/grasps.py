@@ -21,6 +21,7 @@ PALM_CLEARANCE = 0.006  # m
 FLAT_SIDE_CLEARANCE = 0.005  # m, the same for flat things, so that the fingers need not sweep the table
 FLOOR_CLEARANCE = 0.0005  # m between the lowest finger and what the object stands on
 LATERAL = 0.032  # m: half the width of the hand's fingers side by side
+WIDEST = 0.165  # m between the fingers
 FLAT = 0.03  # m: lower than this is flat
 NARROW = 0.022  # m: what is shorter than this along the fingers' row would slip between fingers 2 and 3,
 PINCH = 0.015  # m: so it is taken between the thumb and finger 2, this far beside the hand's middle
@@ -137,7 +138,7 @@ def _fitted(
             inside = _in_hand(near, pose)
             passing, there = _widths(inside, clearance)
             opening, closing = opening_for(passing), contact_angle(there)
-            if opening is None or closing is None or closing < opening:
+            if opening is None or closing is None or closing < opening or there.max() > WIDEST:
                 break
             lower = farthest - reach(opening, closing)
             if contact[2] - support >= FLAT or lower < 5e-4:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from agent.arm.kinematics import joint_origins
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
@@ -17,6 +18,7 @@ from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 PALM_LEVEL = -0.049  # m, the palm's surface
 ANGLES = np.arange(0.0, 1.501, 0.05)  # rad, finger joint
 LEVELS = np.arange(PALM_LEVEL, 0.0451, 0.003)
+ONTO = 0.03  # m: more overlap than one step of closing makes
 # The boxes of the URDF: (centre x, centre y, size x, size y, size z) in the link frame.
 _PROXIMAL = (0.021, -0.002, 0.046, 0.014, 0.017)
 _DISTAL = (0.014, 0.0, 0.028, 0.010, 0.016)
@@ -84,7 +86,13 @@ def opening_for(widths: np.ndarray) -> float | None:
 def contact_angle(widths: np.ndarray) -> float | None:
     """The finger angle at which closing fingers first meet an object that is `widths` (L,) wide; `None` if never.
 
-    Zero width means nothing at that level.
+    Zero width means nothing at that level. Fingers that would come down onto the object, because
+    they reach its level only when they are already nearer together than it is wide, never meet it.
     """
-    meets = ((gaps() <= widths) & (widths > 0.0)).any(axis=1)
-    return float(ANGLES[np.flatnonzero(meets)[0]]) if meets.any() else None
+    meets = np.flatnonzero(((gaps() <= widths) & (widths > 0.0)).any(axis=1))
+    if not len(meets):
+        return None
+    around = maximum_filter1d(widths, 7)  # within 1 cm: few points may have been seen at one level
+    if np.where(widths > 0.0, around - gaps()[meets[0]], -np.inf).max() > ONTO:
+        return None
+    return float(ANGLES[meets[0]])

@@ -31,6 +31,7 @@ from structdiffusion.geometry import quaternion_from_matrix, transform_points
 CLEARANCE = 0.004  # m kept between the arm and everything else
 CHECK_STEP = 0.04  # rad between the states of a motion that are checked
 CARTESIAN_STEP = 0.01  # m between the states of a straight line
+SIMPLIFYING_CHECKS = 6_000  # collision checks spent on making a found path shorter
 HELD_OVERLAP = 0.008  # m that the hull of a held object may overlap others: hulls are rough and fill hollows
 
 ompl_util.noOutputHandler()
@@ -160,10 +161,12 @@ class PlanningScene:
         """Whether any state of the path (T, 7), interpolated to `CHECK_STEP`, collides."""
         return any(self.collides(q, clearance) for q in interpolate(path, CHECK_STEP))
 
-    def plan(self, start: np.ndarray, goal: np.ndarray, seconds: float = 1.0) -> np.ndarray | None:
-        """A collision-free path (T, 7) by RRT-Connect, shortened; `None` where none was found in time.
+    def plan(self, start: np.ndarray, goal: np.ndarray, checks: int = 20_000) -> np.ndarray | None:
+        """A collision-free path (T, 7) by RRT-Connect, shortened; `None` where none was found.
 
         The straight line in joint space is tried first: it often is free, and it is the shortest.
+        The search ends after `checks` collision checks (about a second for 20,000), and not by the
+        clock, so that a busy machine finds what an idle one finds.
         """
         # A looser clearance lets the arm leave a start where it is close to what it has just released.
         if self.collides(start, 0.0) or self.collides(goal, 0.0):
@@ -181,8 +184,11 @@ class PlanningScene:
         space.setBounds(bounds)
         setup = geometric.SimpleSetup(space)
         near_ends = (start, goal)
+        spent = 0
 
         def valid(state: base.State) -> bool:
+            nonlocal spent
+            spent += 1
             q = np.array([state[k] for k in range(JOINTS)])
             at_end = min(np.abs(q - end).max() for end in near_ends) < 0.05
             return not self.collides(q, 0.0 if at_end else CLEARANCE)
@@ -200,10 +206,11 @@ class PlanningScene:
                 state[k] = float(q[k])
             states.append(state)
         setup.setStartAndGoalStates(*states)
-        setup.solve(seconds)
+        setup.solve(base.PlannerTerminationCondition(lambda: spent > checks))
         if not setup.haveExactSolutionPath():
             return None
-        setup.simplifySolution(0.3)
+        spent = 0
+        setup.simplifySolution(base.PlannerTerminationCondition(lambda: spent > SIMPLIFYING_CHECKS))
         found = setup.getSolutionPath().getStates()
         return np.array([[state[k] for k in range(JOINTS)] for state in found])
 

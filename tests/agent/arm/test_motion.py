@@ -31,7 +31,7 @@ def test_a_path_around_a_wall_is_free_when_checked_again(planning):
     goal = solve(hand_pose(np.array([0.45, 0.25, 0.12]), 0.0), rng, near=start)
     planning.set_obstacle("wall", box((0.45, 0.0, 0.0), (0.5, 0.04, 0.3)))
     assert planning.path_collides(np.stack((start, goal)))
-    path = planning.plan(start, goal, seconds=8.0)
+    path = planning.plan(start, goal, checks=150_000)
     assert path is not None
     assert path[0] == pytest.approx(start) and path[-1] == pytest.approx(goal)
     assert not any(planning.collides(q, 0.0) for q in interpolate(path, 0.02))
