@@ -109,6 +109,7 @@ def train(
     model.train()
     started = last_saved = time.monotonic()
     sums: dict[str, float] = {}
+    rows = 0  # steps since the last row of the log
     while step < options.steps:
         rate = learning_rate(step, options)
         for group in optimizer.param_groups:
@@ -125,11 +126,11 @@ def train(
                 average[name].lerp_(tensor, 1 - keep) if tensor.is_floating_point() else average[name].copy_(tensor)
         for name, value in losses.items():
             sums[name] = sums.get(name, 0.0) + float(value.detach())
+        rows += 1
         now = time.monotonic()
         if step % options.log_every == 0 or step == options.steps:
-            rows = (step - 1) % options.log_every + 1
             means = {name: value / rows for name, value in sums.items()}
-            sums = {}
+            sums, rows = {}, 0
             progress = Progress(step, options.steps, spent + now - started, rate, means)
             if not all(math.isfinite(value) for value in means.values()):
                 raise FloatingPointError(f"the loss is {means} at step {step}; lower the learning rate")

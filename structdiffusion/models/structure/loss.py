@@ -71,7 +71,7 @@ def other_words(words: Tensor, generator: torch.Generator) -> Tensor:
 
 
 def structure_loss(
-    model: StructureDiscriminator, data: DemonstrationBatches, generator: torch.Generator, scenes: int = 48
+    model: StructureDiscriminator, data: DemonstrationBatches, generator: torch.Generator, scenes: int = 32
 ) -> dict[str, Tensor]:
     """Binary cross-entropy over demonstrations, perturbed ones, and ones with a wrong word."""
     batch = data.draw(scenes, generator, sentences=0.0)

@@ -31,7 +31,7 @@ class StructureConfig:
 
     width: int = 64
     layers: int = 3
-    points: int = 336
+    points: int = 192
     max_objects: int = 12
     nouns: int = 7
 
