@@ -44,9 +44,9 @@ def _figure(png: bytes, caption: str) -> str:
     return f'<figure><img alt="{text}" src="data:image/png;base64,{source}"><figcaption>{text}</figcaption></figure>'
 
 
-def _album(figures: Sequence[str | None]) -> str:
+def _album(figures: Sequence[str | None], kind: str = "pictures") -> str:
     there = [figure for figure in figures if figure]
-    return f'<div class="pictures">{"".join(there)}</div>' if there else ""
+    return f'<div class="{kind}">{"".join(there)}</div>' if there else ""
 
 
 def _section(title: str, content: str, seconds: float | None = None) -> str:
@@ -150,7 +150,7 @@ def _arm(report: Mapping[str, Any], album: Mapping[str, str]) -> str:
     names = [seen["name"] for seen in report["scene"]["objects"]]
     lines = "".join(f"<li>{escape(arm_sentence(told, names))}</li>" for told in report["arm"])
     figures = [figure for name, figure in album.items() if name.startswith("placement-")]
-    content = f'<ol class="story">{lines}</ol>' + _album(figures)
+    content = f'<ol class="story">{lines}</ol>' + _album(figures, "pictures small")
     return _section("Building it", content, report["seconds"].get("build"))
 
 

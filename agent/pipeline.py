@@ -189,15 +189,15 @@ class _Run:
                 yield _chosen(rank + 1, arrangements[rank], scene)
             yield event
             if isinstance(event, PlaceFailed):
-                trouble = f"the {event.name} could not be placed: {event.reason}"
+                trouble = f"{event.name} could not be placed: {event.reason}"
             if isinstance(event, Picked):
                 yield events.Pictured(
-                    f"placement-{placed + 1}-picked", f"the {event.name} in the hand", table.picture("opposite")
+                    f"placement-{placed + 1}-picked", f"{event.name} in the hand", table.picture("opposite")
                 )
             if isinstance(event, Placed) and not event.aside:
                 placed += 1
                 yield events.Pictured(
-                    f"placement-{placed}-after", f"after placement {placed}: the {event.name}", table.picture()
+                    f"placement-{placed}-after", f"after placement {placed}: {event.name}", table.picture()
                 )
         self._enter("check")
         if placed < table.count:

@@ -41,30 +41,30 @@ def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:
     match told["kind"]:
         case "planned":
             order = ", then ".join(
-                f"the {names[index]} ({grasp})"
+                f"{names[index]} ({grasp})"
                 for index, grasp in zip(told["order"], told["grasps"], strict=True)
             )
             return f"planned candidate {told['arrangement'] + 1} in {duration(told['seconds'])}: {order}"
         case "plan_failed":
-            about = f" for the {told['name']}" if told["object"] is not None else ""
+            about = f" for {told['name']}" if told["object"] is not None else ""
             return f"no plan for candidate {told['arrangement'] + 1}{about}: {told['reason']}"
         case "picked":
             again = f", attempt {told['attempt']}" if told["attempt"] > 1 else ""
             slip = f"{number(100 * told['slip_m'])} cm, {number(math.degrees(told['slip_rad']), 0)} deg"
             return (
-                f"picked the {told['name']} (grasp: {told['grasp']}{again}): {told['fingers']} fingers touch it, "
+                f"picked {told['name']} (grasp: {told['grasp']}{again}): {told['fingers']} fingers touch it, "
                 f"it moved by {slip} while they closed"
             )
         case "pick_failed":
-            return f"could not pick the {told['name']} (grasp: {told['grasp']}, attempt {told['attempt']}): {told['reason']}"
+            return f"could not pick {told['name']} (grasp: {told['grasp']}, attempt {told['attempt']}): {told['reason']}"
         case "placed" if told["aside"]:
-            return f"moved the {told['name']} out of the way, {duration(told['seconds'])}"
+            return f"moved {told['name']} out of the way, {duration(told['seconds'])}"
         case "placed":
             return (
-                f"placed the {told['name']}: {number(100 * told['position_error_m'])} cm and "
+                f"placed {told['name']}: {number(100 * told['position_error_m'])} cm and "
                 f"{number(math.degrees(told['angle_error_rad']))} deg from its goal, {duration(told['seconds'])}"
             )
         case "place_failed":
-            return f"could not place the {told['name']}: {told['reason']}"
+            return f"could not place {told['name']}: {told['reason']}"
         case kind:
             return kind.replace("_", " ")

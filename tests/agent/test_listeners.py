@@ -97,8 +97,8 @@ def test_terminal_tells_plain_text_where_there_is_no_terminal(told):
         "rotation    left open",
         "4 objects, 3 take part",
         "12 candidates by the model “diffusion”",
-        "planned candidate 1 in 3.0 s: the cup 1 (side), then the cup 2 (side)",
-        "placed the cup 1: 0.6 cm and 1.1 deg from its goal, 4.0 s",
+        "planned candidate 1 in 3.0 s: cup 1 (side), then cup 2 (side)",
+        "placed cup 1: 0.6 cm and 1.1 deg from its goal, 4.0 s",
         "failed  largest gap over the mean",
         "The whole run took 14.0 s",
     ):
