@@ -116,7 +116,7 @@ class EmbeddingParser:
                 that cannot be built.
         """
         if not text.strip():
-            raise ParseError("the instruction is empty; say what to build, as in 'a small circle on the left'")
+            raise ParseError("the instruction is empty; say what to build, as 'a small circle on the left'")
         states = self.encoder.token_states([text], self._layer)
         if states.truncated[0]:
             raise ParseError(

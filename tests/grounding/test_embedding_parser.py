@@ -81,7 +81,7 @@ def test_an_empty_instruction(parser, text):
 
 @pytest.mark.parametrize("text", ["hello", "pick up the mug", "what a lovely day", "?!", "☕☕", "12345"])
 def test_nothing_understood(parser, text):
-    with pytest.raises(ParseError, match=r"not understood: .*say a shape \(circle, line, tower, table setting\)"):
+    with pytest.raises(ParseError, match=r"not understood: .*say a shape \(circle, line, tower, table "):
         parser.parse(text)
 
 
@@ -150,7 +150,8 @@ def test_training_learns_and_calibration_lowers_the_loss(encoder):
 
 
 def test_padding_changes_nothing(encoder):
-    texts = [LabelledText(text, dict.fromkeys(SLOTS)) for text in ("a line", "a very long line of cups on the left")]
+    pair = ("a line", "a very long line of cups on the left")
+    texts = [LabelledText(text, dict.fromkeys(SLOTS)) for text in pair]
     reader = SlotReader().eval()
     together = read(reader, encode(encoder, texts))
     alone = read(reader, encode(encoder, texts[:1]))
@@ -178,7 +179,7 @@ def test_weights_that_do_not_fit_are_told(copy, encoder):
     with pytest.raises(ParserWeightsError, match=r"do not fit: .*size mismatch"):
         EmbeddingParser.from_pretrained(copy, encoder)
     (copy / "config.json").write_text(json.dumps(config | {"encoder_sha256": "0" * 64}))
-    with pytest.raises(ParserWeightsError, match=r"was trained on the encoder 000000000000\.\.\., not on 53aa51172d14"):
+    with pytest.raises(ParserWeightsError, match=r"was trained on the encoder 0{12}\.\.\., not on 53aa51172d14"):
         EmbeddingParser.from_pretrained(copy, encoder)
     (copy / "model.safetensors").unlink()
     with pytest.raises(ParserWeightsError, match="model.safetensors is missing"):
