@@ -23,6 +23,7 @@ _LEVEL = 0.008  # m: points this close below the top count as the top, about fou
 _STACKABLE_SHARE = 0.45  # of the outline's area that a top has to span to carry something
 # The share of the points that may lie outside the outline on each side: depth noise at the rims.
 _TRIM = 0.01
+_INNER = 0.5  # of the outline's smallest radius: where a vessel is lower than its rim
 _ON_TABLE = 0.008  # m: what is lifted less stands on the table
 # Outlines that overlap less, metres, are neighbours that touch, not one above the other.
 OVERLAP = 0.005
@@ -39,6 +40,7 @@ class ObjectEstimate:
         height: of its level top.
         front_yaw: heading of its front, were it cutlery.
         stackable: whether its top is level and broad enough to carry something.
+        hollow: whether the camera sees into it: a bowl, cup, pan or plate, into which something may sink.
     """
 
     name: str
@@ -48,6 +50,7 @@ class ObjectEstimate:
     height: float
     front_yaw: float
     stackable: bool
+    hollow: bool
 
     def layout_item(self) -> LayoutItem:
         """The planner's view of it. A bottom cannot be seen, and is taken to be level."""
@@ -71,8 +74,18 @@ def estimate(cloud: ObjectCloud) -> ObjectEstimate:
     except (QhullError, ValueError):
         share = 0.0
     mean = cloud.points.mean(axis=0).astype(np.float64)
+    middle = footprint_centroid(outline)
+    inner = np.linalg.norm(cloud.points[:, :2] - middle, axis=1) < _INNER * np.linalg.norm(outline - middle, axis=1).min()
+    hollow = inner.sum() >= 5 and height - float(np.median(z[inner])) > _LEVEL
     return ObjectEstimate(
-        cloud.name, cloud.category, mean, outline, height, _front_yaw(cloud.points), bool(share > _STACKABLE_SHARE)
+        cloud.name,
+        cloud.category,
+        mean,
+        outline,
+        height,
+        _front_yaw(cloud.points),
+        bool(share > _STACKABLE_SHARE),
+        bool(hollow),
     )
 
 

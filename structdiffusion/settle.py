@@ -16,8 +16,10 @@ from structdiffusion.footprints import overlap_depth
 from structdiffusion.geometry import pose_from_xyz_yaw
 
 _ON_TABLE = 0.018  # m: an object whose sampled lift is less stands on the table
-_SINKS = 0.02  # m: a sampled lift this far below a flat top means that it goes inside, as a bowl in a bowl
-_ABOVE = 0.002  # m: released a little high does no harm, a little low is an intersection
+_SINKS = 0.02  # m: a sampled lift this far below a hollow top means that it goes inside, as a bowl in a bowl
+# m: released a little high does no harm, a little low is an intersection. How deep something sinks is known to a
+# centimetre only; from 3 + 1 cm it still falls at less than the 1 m/s that would count as abnormal.
+_ABOVE, _ABOVE_SUNK = 0.002, 0.01
 
 
 def settle(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray:
@@ -41,8 +43,10 @@ def settle(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray
         if lifts[i] > _ON_TABLE:
             below = [j for j, other in outlines.items() if overlap_depth(outline, other) > OVERLAP]
             if below:
-                top = max(settled[j, 2, 3] + objects[j].height for j in below)
-                upright[2, 3] = (lifts[i] if top - lifts[i] > _SINKS else top) + _ABOVE
+                carrier = max(below, key=lambda j: settled[j, 2, 3] + objects[j].height)
+                top = settled[carrier, 2, 3] + objects[carrier].height
+                sinks = objects[carrier].hollow and top - lifts[i] > _SINKS
+                upright[2, 3] = lifts[i] + _ABOVE_SUNK if sinks else top + _ABOVE
         settled[i] = upright
         outlines[int(i)] = outline
     return settled
