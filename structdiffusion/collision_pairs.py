@@ -62,7 +62,7 @@ def _group_pairs(models: Sequence[ObjectModel], count: int, seed: int, group: in
             world.set_pose(b, pose_from_xyz_yaw(*pose_b))
             objects.append((ids[a], ids[b]))
             poses.append((pose_a, pose_b))
-            distances.append(world.clearances(a, _REACH).get(int(b), _REACH))
+            distances.append(world.clearances(a, _REACH, among=[b]).get(int(b), _REACH))
             world.set_pose(a, parked[a])
             world.set_pose(b, parked[b])
     return {

@@ -52,6 +52,7 @@ def separation_along(a: np.ndarray, b: np.ndarray, direction: np.ndarray, cleara
     Both outlines (K, 2) are about their own origins. For convex outlines that contain their origins
     the gap grows with the distance, so bisection finds it.
     """
+    clearance = max(clearance, 1e-6)  # overlapping outlines are 0 apart, which is not clear
     first, second = shapely.Polygon(a), shapely.Polygon(b)
     low, high = 0.0, float(np.linalg.norm(a, axis=1).max() + np.linalg.norm(b, axis=1).max()) + clearance
     for _ in range(14):  # to 1e-4 of the span

@@ -189,15 +189,15 @@ class TabletopWorld:
                 return (k + 1) * TIME_STEP
         return seconds
 
-    def clearances(self, index: int, reach: float = 0.01) -> dict[int, float]:
+    def clearances(self, index: int, reach: float = 0.01, among: Sequence[int] | None = None) -> dict[int, float]:
         """Signed distance, metres, from an object to each thing within `reach`; negative is penetration.
 
-        Keys are the indices of the others, and `TABLE`. Measured between convex parts as they are,
+        Keys are the indices of the others, and `TABLE`; `among` keeps to some of them. Measured between convex parts as they are,
         without the engine's margin.
         """
         found: dict[int, float] = {}
         for other, body in [(TABLE, self.table_body), *enumerate(self.bodies)]:
-            if other == index:
+            if other == index or (among is not None and other not in among):
                 continue
             closest = pybullet.getClosestPoints(self.bodies[index], body, reach, **self._here)
             if closest:
