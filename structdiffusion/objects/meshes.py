@@ -10,10 +10,11 @@ import trimesh
 from scipy.spatial import ConvexHull
 
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
+from structdiffusion.nouns import CUTLERY
 from structdiffusion.objects.decomposition import MAX_PARTS, RESOLUTION, convex_parts, few_vertices
 from structdiffusion.objects.hollow import HOLLOW, hollow_parts
-from structdiffusion.nouns import CUTLERY
 from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel, footprint_centroid
+from structdiffusion.rigid_body import mass_properties
 
 VISUAL_FACES = 2000
 # The front of these is opposite their handle.
@@ -24,7 +25,7 @@ LONG = (
     "marker", "pen", "pencil", "brush", "banana", "pear", "car", "airplane",
 )  # fmt: skip
 # A scan or model that rests up to this far off level is set level.
-_LEVEL_WITHIN = math.radians(12.0)
+_LEVEL_WITHIN = math.radians(20.0)
 
 
 def clean(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
@@ -58,14 +59,14 @@ def _solid(mesh: trimesh.Trimesh) -> manifold3d.Manifold:
     )
 
 
-def level(mesh: trimesh.Trimesh) -> np.ndarray:
-    """The smallest rotation (4, 4) that sets the mesh on the face of its hull onto which it settles.
+def level(parts: tuple[np.ndarray, ...]) -> np.ndarray:
+    """The smallest rotation (4, 4) that sets convex parts on the face of their hull onto which they settle.
 
-    It rolls from face to face as long as its centre of mass sinks; the identity if that leads more
-    than 12 degrees away, for then something other than unevenness makes it fall.
+    They roll from face to face as long as the centre of mass sinks; the identity if that leads more
+    than 20 degrees away, for then something other than unevenness makes it fall.
     """
-    hull = ConvexHull(mesh.vertices)
-    center = mesh.center_mass if mesh.is_watertight else mesh.convex_hull.center_mass
+    hull = ConvexHull(np.concatenate(parts))
+    center = mass_properties(parts, 1.0).object_from_inertial[:3, 3]
     normals, heights = hull.equations[:, :3], -(hull.equations[:, :3] @ center + hull.equations[:, 3])
     down, face = np.array([0.0, 0.0, -1.0]), -1
     while True:
@@ -189,7 +190,7 @@ def object_from_mesh(
     else:
         parts = hollow_parts(mesh) if category in HOLLOW else ()
         parts = parts or convex_parts(mesh.vertices, mesh.faces, max_parts=max_parts, resolution=resolution)
-    upright = level(mesh)
+    upright = level(parts)
     dense, _ = sample_surface(mesh, 20_000, seed=0)
     yaw = front_yaw(transform_points(upright, dense), category) + turn
     upright = pose_from_xyz_yaw(0.0, 0.0, 0.0, -yaw) @ upright

