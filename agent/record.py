@@ -101,6 +101,7 @@ class RunRecord:
         """Writes `report.json`, the pictures and `report.html` into `folder`; the path of the page."""
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            _remove_pictures_of_earlier_run(folder)
             for name, content in self.pictures.items():
                 (folder / f"{name}.png").write_bytes(content)
             (folder / "report.json").write_text(self.json() + "\n", encoding="utf-8")
@@ -125,3 +126,14 @@ class RunRecord:
 
 def _without_kind(told: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in told.items() if key != "kind"}
+
+
+def _remove_pictures_of_earlier_run(folder: Path) -> None:
+    """Removes what an earlier report in this folder lists, so that no picture of it is taken for one of this run."""
+    try:
+        listed = json.loads((folder / "report.json").read_text(encoding="utf-8"))["pictures"]
+        names = [Path(entry["file"]).name for entry in listed]
+    except (FileNotFoundError, ValueError, KeyError, TypeError):
+        return  # no report of ours
+    for name in names:
+        (folder / name).unlink(missing_ok=True)

@@ -211,6 +211,22 @@ def test_run_without_the_arm_reports_json_alone_on_standard_output(tmp_path):
     assert (tmp_path / "report" / "report.html").is_file()
 
 
+def test_run_with_the_arm_builds_and_reports(tmp_path, capsys):
+    arguments = ["run", "stack the cans on the right", *EXACT, "--seed", "1", "--out", str(tmp_path / "report")]
+    assert command_line(arguments) == 0
+    story = capsys.readouterr().out
+    assert "planned candidate" in story and "It stands as it was asked for" in story
+    assert story.endswith(f"report: {tmp_path / 'report' / 'report.html'}\n")
+    report = json.loads((tmp_path / "report" / "report.json").read_text())
+    taking_part = [seen["name"] for seen in report["scene"]["objects"] if seen["takes_part"]]
+    placed = [event for event in report["arm"] if event["kind"] == "placed" and not event["aside"]]
+    assert sorted(event["name"] for event in placed) == sorted(taking_part)
+    assert all(event["position_error_m"] < 0.04 for event in placed)
+    assert report["verdict"]["how"] == "arm" and all(check["passed"] for check in report["verdict"]["checks"])
+    pictures = {entry["name"] for entry in report["pictures"]}
+    assert {"placement-1-picked", "placement-1-after", "camera-after", "imagined-goal"} <= pictures
+
+
 def test_same_seed_same_report(tmp_path):
     reports, folder = [], mesh_folder(tmp_path / "boxes", 4)
     for attempt in ("first", "second"):

@@ -61,6 +61,13 @@ def test_folder_has_report_page_and_pictures(told, tmp_path):
         assert Image.open(path).size[0] >= 64
 
 
+def test_pictures_of_an_earlier_run_are_removed_and_nothing_else(told, tmp_path):
+    record_of(told).write(tmp_path)
+    (tmp_path / "mine.png").write_bytes(b"")
+    record_of([*told[:3], told[-2], told[-1]]).write(tmp_path)
+    assert {path.name for path in tmp_path.glob("*.png")} == {"camera-before.png", "scene-before.png", "mine.png"}
+
+
 def test_page_is_one_self_contained_file(told, tmp_path):
     text = record_of(told).write(tmp_path).read_text(encoding="utf-8")
     sources = re.findall(r'(?:src|href)="([^"]*)"', text)
