@@ -31,6 +31,7 @@ from structdiffusion.geometry import quaternion_from_matrix, transform_points
 CLEARANCE = 0.004  # m kept between the arm and everything else
 CHECK_STEP = 0.04  # rad between the states of a motion that are checked
 CARTESIAN_STEP = 0.01  # m between the states of a straight line
+EDGE_LOSS = 0.002  # m that the camera loses all around an object, at its depth edges
 SIMPLIFYING_CHECKS = 6_000  # collision checks spent on making a found path shorter
 HELD_OVERLAP = 0.008  # m that the hull of a held object may overlap others: hulls are rough and fill hollows
 
@@ -43,7 +44,9 @@ def solid_hull(points: np.ndarray, support: float = 0.0) -> np.ndarray:
     The camera sees tops and front sides; what hides below is assumed to stand on z = `support`.
     """
     low, high = np.percentile(points, [0.5, 99.5], axis=0)
-    kept = points[((points >= low - 1e-3) & (points <= high + 1e-3)).all(axis=1)]
+    kept = points[((points >= low - 1e-3) & (points <= high + 1e-3)).all(axis=1)].astype(np.float64)
+    outward = kept[:, :2] - 0.5 * (low + high)[:2]
+    kept[:, :2] += EDGE_LOSS * outward / np.maximum(np.linalg.norm(outward, axis=1), 1e-6)[:, None]
     below = kept.copy()
     below[:, 2] = support
     cloud = np.concatenate((kept, below)).astype(np.float64)
@@ -128,11 +131,16 @@ class PlanningScene:
             pybullet.removeBody(self._held, physicsClientId=self.client)
             self._held = None
 
-    def collides(self, q: np.ndarray, clearance: float = CLEARANCE, only_floor: bool = False) -> bool:
+    def collides(
+        self, q: np.ndarray, clearance: float = CLEARANCE, floor: float | None = None, only_floor: bool = False
+    ) -> bool:
         """Whether the arm at q (7,) comes nearer than `clearance` to anything, or what it holds hits something.
 
-        With `only_floor`, objects in the way do not count.
+        Args:
+            floor: the clearance to the floor, where it is another; fingers nearly touch it in a grasp.
+            only_floor: objects in the way do not count.
         """
+        floor = clearance if floor is None else floor
         arm = self.arm
         pybullet.resetJointStatesMultiDof(
             arm.body, arm.joints, [[v] for v in q], [[0.0]] * JOINTS, physicsClientId=self.client
@@ -145,9 +153,14 @@ class PlanningScene:
         pybullet.performCollisionDetection(physicsClientId=self.client)
         for contact in pybullet.getContactPoints(arm.body, physicsClientId=self.client):
             # Neighbouring shapes of the arm touch by design; only overlap of its own links counts.
-            limit = 0.0 if contact[1] == contact[2] else clearance
-            if only_floor and self.floor not in (contact[1], contact[2]) and contact[1] != contact[2]:
+            if contact[1] == contact[2]:
+                limit = 0.0
+            elif self.floor in (contact[1], contact[2]):
+                limit = floor
+            elif only_floor:
                 continue
+            else:
+                limit = clearance
             if contact[8] < limit and self._held not in (contact[1], contact[2]):
                 return True
         if self._held is None:
@@ -157,9 +170,9 @@ class PlanningScene:
             for contact in pybullet.getContactPoints(self._held, physicsClientId=self.client)
         )
 
-    def path_collides(self, path: np.ndarray, clearance: float = CLEARANCE) -> bool:
+    def path_collides(self, path: np.ndarray, clearance: float = CLEARANCE, floor: float | None = None) -> bool:
         """Whether any state of the path (T, 7), interpolated to `CHECK_STEP`, collides."""
-        return any(self.collides(q, clearance) for q in interpolate(path, CHECK_STEP))
+        return any(self.collides(q, clearance, floor) for q in interpolate(path, CHECK_STEP))
 
     def plan(self, start: np.ndarray, goal: np.ndarray, checks: int = 20_000) -> np.ndarray | None:
         """A collision-free path (T, 7) by RRT-Connect, shortened; `None` where none was found.

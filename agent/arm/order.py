@@ -10,7 +10,8 @@ from shapely.affinity import translate
 
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 
-ASIDE_CLEARANCE = 0.03  # m around an object that is moved out of the way: room for the fingers
+# m around an object that is moved out of the way, for the fingers: comfortable, and just enough.
+ASIDE_CLEARANCES = (0.07, 0.03, 0.012)
 GOAL_CLEARANCE = 0.005  # m between a goal's footprint and what still stands there
 
 
@@ -71,15 +72,17 @@ def asides(
     """
     taken = [MultiPoint(cloud[:, :2]).convex_hull for cloud in (*clouds, *distractors)]
     goals = [MultiPoint(transform_points(motions[i], clouds[i])[:, :2]).convex_hull for i in waiting]
-    blockers = sorted(before[waiting[0]] - done, key=lambda j: taken[j].area)
+    blockers = {j for i in waiting for j in before[i]} - done
     steps = []
-    for j in blockers:
+    for j in sorted(blockers, key=lambda j: taken[j].area):
         center = clouds[j][:, :2].mean(axis=0)
-        places = np.stack((rng.uniform(0.26, 0.62, 80), rng.uniform(-0.36, 0.36, 80)), axis=1)
-        for x, y in places[np.argsort(np.linalg.norm(places - center, axis=1))] - center:
-            moved = translate(taken[j], x, y)
-            others = [shape for k, shape in enumerate(taken) if k != j] + goals
-            if all(moved.distance(other) > ASIDE_CLEARANCE for other in others):
+        places = np.stack((rng.uniform(0.26, 0.64, 300), rng.uniform(-0.40, 0.40, 300)), axis=1)
+        moves = places[np.argsort(np.linalg.norm(places - center, axis=1))] - center
+        others = [shape for k, shape in enumerate(taken) if k != j] + goals
+        room = np.array([min(translate(taken[j], x, y).distance(other) for other in others) for x, y in moves])
+        for clearance in ASIDE_CLEARANCES:
+            if (room > clearance).any():
+                x, y = moves[int((room > clearance).argmax())]
                 steps.append((j, pose_from_xyz_yaw(x, y, 0.0, 0.0), True))
                 break
     return steps

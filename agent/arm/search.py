@@ -22,7 +22,7 @@ from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 RELEASE_HEIGHT = 0.03  # m above the goal, the contract's
 APPROACH = 0.10  # m of straight line before a grasp, after it, and before and after a release
 SHORT_APPROACH = 0.05  # m, where the longer line is blocked or out of reach, as on top of a high tower
-TOUCHING = -0.001  # m of overlap allowed near what is grasped or stood on
+TOUCHING = -0.001  # m of overlap with the floor that is allowed: in a grasp the fingers nearly touch it
 UP = np.array([0.0, 0.0, 1.0])
 RESTARTS = 4
 PAIRS_TRIED = 24
@@ -221,7 +221,7 @@ class Search:
     def _hits(self, q: np.ndarray, grasp: Grasp) -> bool:
         """Whether the open hand at the grasp hits the floor; cheap, before anything is planned."""
         self.scene.set_fingers(grasp.opening)
-        return self.scene.collides(q, 0.0, only_floor=True)
+        return self.scene.collides(q, floor=TOUCHING, only_floor=True)
 
     def _line(self, q: np.ndarray, pose: np.ndarray, direction: np.ndarray) -> np.ndarray | None:
         """A free straight line (T, 7) of the hand from `pose` along `direction` (3,), shorter where it must be."""
@@ -229,7 +229,7 @@ class Search:
             moved = pose.copy()
             moved[:3, 3] += length * direction
             line = straight_line(q, (pose, moved))
-            if line is not None and not self.scene.path_collides(line, TOUCHING):
+            if line is not None and not self.scene.path_collides(line, floor=TOUCHING):
                 return line
         return None
 
