@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 SURFACE_POINTS = 1024
 
@@ -77,20 +77,27 @@ class ObjectModel:
             return False
         try:
             area = ConvexHull(top).volume  # in 2-d, volume is the area
-        except Exception:  # all points on one line: an edge, not a top
+        except QhullError:  # all points on one line: an edge, not a top
             return False
         return area > 0.55 * ConvexHull(self.footprint).volume
 
     @cached_property
     def flat_bottom(self) -> bool:
-        """Whether its lowest 4 mm spans enough of the footprint to stand by itself on a level top."""
-        bottom = self.surface_points[self.surface_points[:, 2] < 0.004][:, :2]
-        if len(bottom) < 8:
-            return False
+        """Whether it stands by itself on a level top: its lowest 1.5 mm span a good part of the footprint.
+
+        A ball's contact spreads with height (the lowest 1.5 mm span 0.3 of what the lowest 5 mm do), a flat
+        bottom's does not.
+        """
+        low, near = self._bottom_area(0.0015), self._bottom_area(0.005)
+        return low > 0.5 * near and low > 0.15 * ConvexHull(self.footprint).volume
+
+    def _bottom_area(self, height: float) -> float:
+        """The area, m^2, of the convex outline of the surface below `height` metres."""
+        points = self.surface_points[self.surface_points[:, 2] < height][:, :2]
         try:
-            return ConvexHull(bottom).volume > 0.25 * ConvexHull(self.footprint).volume
-        except Exception:
-            return False
+            return float(ConvexHull(points).volume)  # in 2-d, volume is the area
+        except (QhullError, ValueError):  # a point or an edge
+            return 0.0
 
 
 def footprint_centroid(points_xy: np.ndarray) -> np.ndarray:

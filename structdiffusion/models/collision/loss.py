@@ -82,7 +82,7 @@ class PairBatches:
 
 
 def collision_loss(
-    model: CollisionDiscriminator, pairs: PairBatches, generator: torch.Generator, size: int = 128
+    model: CollisionDiscriminator, pairs: PairBatches, generator: torch.Generator, size: int = 64
 ) -> dict[str, Tensor]:
     """Binary cross-entropy of "penetrates by more than 2 mm"."""
     first, second, distance = pairs.draw(size, generator)

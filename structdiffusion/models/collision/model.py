@@ -21,9 +21,9 @@ class CollisionConfig:
         points: of each of the two clouds.
     """
 
-    width: int = 64
+    width: int = 48
     layers: int = 2
-    points: int = 96
+    points: int = 64
 
 
 class CollisionDiscriminator(Checkpointed):
