@@ -26,7 +26,7 @@ MAX_SINGLE_VERTICES = 64
 _CONVEX_WITHIN = 0.004
 RESOLUTION = 80_000
 # Part of every cache key: raise it when the same mesh should give other parts.
-_VERSION = 1
+_VERSION = 2
 # A part thinner than this in volume (m3) is dust of the voxel grid.
 _SMALLEST_PART = 1e-9
 
@@ -90,12 +90,9 @@ def signed_distance(points: np.ndarray, parts: tuple[np.ndarray, ...]) -> np.nda
     return nearest
 
 
-def refine(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same surface with edges of at most a 25th of its length.
-
-    V-HACD pulls its voxels toward nearby vertices: on large triangles it goes astray by centimetres.
-    """
-    longest = float(np.ptp(vertices, axis=0).max()) / 25
+def refine(vertices: np.ndarray, faces: np.ndarray, share: float) -> tuple[np.ndarray, np.ndarray]:
+    """The same surface with edges of at most this share of its length."""
+    longest = share * float(np.ptp(vertices, axis=0).max())
     refined = trimesh.remesh.subdivide_to_size(np.array(vertices), np.array(faces, dtype=np.int64), longest)
     return np.asarray(refined[0]), np.asarray(refined[1])
 
@@ -114,7 +111,8 @@ def _single_part(vertices: np.ndarray, faces: np.ndarray, max_parts: int) -> np.
 def _decompose(
     vertices: np.ndarray, faces: np.ndarray, max_parts: int, resolution: int
 ) -> tuple[np.ndarray, ...]:
-    vertices, faces = refine(vertices, faces)
+    # V-HACD pulls its voxels toward nearby vertices: on large triangles it goes astray by centimetres.
+    vertices, faces = refine(vertices, faces, 1 / 60)
     raw = vhacdx.compute_vhacd(
         vertices,
         faces.astype(np.uint32),

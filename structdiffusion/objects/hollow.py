@@ -36,7 +36,7 @@ def hollow_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:
     center, radius, deviation = _fit_circle(rim)
     if deviation > 0.05 * radius:
         return ()
-    mesh = trimesh.Trimesh(*refine(mesh.vertices, mesh.faces), process=True)
+    mesh = trimesh.Trimesh(*refine(mesh.vertices, mesh.faces, 1 / 25), process=True)
     mesh.apply_translation([-center[0], -center[1], 0.0])
     parts: list[np.ndarray] = []
     away = mesh.vertices[np.linalg.norm(mesh.vertices[:, :2], axis=1) > radius + _HANDLE_FROM][:, :2]

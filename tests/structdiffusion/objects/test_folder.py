@@ -1,0 +1,101 @@
+"""A user's own meshes: what loads, under which noun, and one clear sentence for what does not."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from structdiffusion.objects import decomposition
+from structdiffusion.objects.folder import category_of, folder_objects
+from structdiffusion.objects.library import load_objects
+from structdiffusion.objects.model import ObjectError
+
+
+def cup() -> trimesh.Trimesh:
+    """A cup of 4 mm wall, 8 cm wide and 9 cm high, somewhere in space."""
+    profile = [(0, 0), (0.04, 0), (0.04, 0.09), (0.036, 0.09), (0.036, 0.005), (0, 0.005)]
+    mesh = trimesh.creation.revolve(profile, sections=48)
+    mesh.apply_translation([0.3, -0.2, 0.7])
+    return mesh
+
+
+@pytest.mark.parametrize(
+    ("stem", "noun"),
+    [
+        ("red_mug_2", "mug"),
+        ("SoupCan", "can"),
+        ("sugar box", "box"),
+        ("knives-3", "knife"),
+        ("002_glasses", "glass"),
+        ("mug box", "box"),
+        ("gizmo_7", "gizmo"),
+        ("42", "42"),
+    ],
+)
+def test_category_from_the_file_name(stem, noun):
+    assert category_of(stem) == noun
+
+
+def test_every_format_loads_in_the_object_frame(tmp_path):
+    for suffix in (".obj", ".stl", ".ply", ".glb"):
+        trimesh.creation.box([0.04, 0.10, 0.06]).export(tmp_path / f"box_{suffix[1:]}{suffix}")
+    (tmp_path / "notes.txt").write_text("not a mesh")
+    models = load_objects(tmp_path)
+    assert [model.name for model in models] == ["box_glb", "box_obj", "box_ply", "box_stl"]
+    for model in models:
+        assert (model.category, model.source, len(model.hulls)) == ("box", "folder", 1)
+        np.testing.assert_allclose(np.ptp(model.footprint, axis=0), [0.04, 0.10], atol=1e-6)
+        assert model.height == pytest.approx(0.06)
+        assert model.stackable and model.flat_bottom
+        assert (np.abs(np.linalg.norm(model.surface_normals, axis=1) - 1) < 1e-5).all()
+
+
+def test_a_cup_stays_hollow_and_stands(tmp_path, drop):
+    cup().export(tmp_path / "tall_cup.stl")
+    (model,) = load_objects(str(tmp_path))
+    assert model.category == "cup"
+    assert np.abs(model.footprint.mean(axis=0)).max() < 0.001
+    inside = np.array([[0.0, 0.0, 0.02], [0.03, 0.0, 0.06]])
+    assert (decomposition.signed_distance(inside, model.hulls) > 0.001).all()
+    deviation = np.abs(decomposition.signed_distance(model.surface_points.astype(float), model.hulls))
+    assert np.percentile(deviation, 99) < 0.002
+    assert drop(model, 0.01, 0.5) < 1.0
+
+
+def test_same_stem_twice_gives_two_names(tmp_path):
+    for suffix in (".stl", ".ply"):
+        trimesh.creation.box([0.05] * 3).export(tmp_path / f"block{suffix}")
+    assert [model.name for model in folder_objects(tmp_path)] == ["block", "block.stl"]
+
+
+def test_unknown_folder(tmp_path):
+    with pytest.raises(ObjectError, match=r"no folder of meshes at .*nowhere.*procedural, random_urdfs, ycb"):
+        load_objects(str(tmp_path / "nowhere"))
+
+
+def test_folder_without_meshes(tmp_path):
+    (tmp_path / "readme.txt").write_text("none")
+    with pytest.raises(ObjectError, match=r"holds no mesh: .* ending in \.obj, \.stl, \.ply, \.glb"):
+        load_objects(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["broken.obj", "broken.stl", "broken.ply", "broken.glb"])
+def test_broken_mesh_is_named(tmp_path, name):
+    (tmp_path / name).write_bytes(b"this is \x00\xff no mesh")
+    with pytest.raises(ObjectError, match=rf"{name}' can"):
+        load_objects(tmp_path)
+
+
+def test_flat_sheet_and_missing_numbers(tmp_path):
+    (tmp_path / "sheet.obj").write_text("v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nf 1 2 3\n")
+    with pytest.raises(ObjectError, match=r"sheet.obj' cannot be used: it does not enclose a volume"):
+        load_objects(tmp_path)
+    (tmp_path / "sheet.obj").write_text("v nan 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 2 3\nf 1 2 4\n")
+    with pytest.raises(ObjectError, match=r"sheet.obj' cannot be used: some of its coordinates are"):
+        load_objects(tmp_path)
+
+
+@pytest.mark.parametrize("side", [60.0, 0.001])
+def test_absurd_size_speaks_of_units(tmp_path, side):
+    trimesh.creation.box([side] * 3).export(tmp_path / "block.stl")
+    with pytest.raises(ObjectError, match=r"block.stl' is .* m long: .* metres.*0\.005 and 0\.5 m"):
+        load_objects(tmp_path)
