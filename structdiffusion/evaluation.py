@@ -56,6 +56,8 @@ class EvaluationScene:
         draw: how many draws before this one had no valid arrangement or an object out of sight.
         words: the instruction, or `None`.
         embedding: (384,) of the words, or `None`.
+        heard: what a parser made of the words, which is all that a planner told in words may know; `None` tells
+            it the true spec.
     """
 
     drawn: DrawnScene
@@ -65,6 +67,7 @@ class EvaluationScene:
     draw: int
     words: str | None = None
     embedding: np.ndarray | None = None
+    heard: StructureSpec | None = None
 
     @property
     def spec(self) -> StructureSpec:
@@ -241,7 +244,7 @@ def _drawn(seed: int, models: Sequence[ObjectModel], job: tuple[str, int]) -> Ev
 def _solved(candidates: int, top_k: int, planner: ScenePlanner, scene: EvaluationScene) -> SceneResult:
     noise = int(_generator(scene.seed, scene.structure, scene.number, scene.draw, 2).integers(2**62))
     generator = torch.Generator().manual_seed(noise)
-    goal = Goal(scene.spec, scene.words, scene.embedding)
+    goal = Goal(scene.heard or scene.spec, scene.words, scene.embedding)
     observed, problem = scene.observed(), None
     started = time.perf_counter()
     try:
