@@ -41,7 +41,8 @@ def overlap_depth(a: np.ndarray, b: np.ndarray) -> float:
         normals = np.column_stack((edges[:, 1], -edges[:, 0]))
         normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-12
         shadow_a, shadow_b = a @ normals.T, b @ normals.T  # (K, E)
-        shared = np.minimum(shadow_a.max(0), shadow_b.max(0)) - np.maximum(shadow_a.min(0), shadow_b.min(0))
+        # To either side: where one shadow lies inside the other, parting them takes more than its width.
+        shared = np.minimum(shadow_a.max(0) - shadow_b.min(0), shadow_b.max(0) - shadow_a.min(0))
         depth = min(depth, float(shared.min()))
     return max(depth, 0.0)
 

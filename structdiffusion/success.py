@@ -104,13 +104,14 @@ def _check_circle(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Tabl
         ratio = float(gaps[largest] / gaps.mean())
         checks.append(Check("largest gap / mean gap", ratio <= 1.6, ratio, "<= 1.6"))
     else:
-        ratio = float(gaps[largest] / np.delete(gaps, largest).mean())
+        ratio = float(gaps[largest] / max(np.delete(gaps, largest).mean(), 1e-9))
         checks.append(Check("opening / mean of the other gaps", 1.5 <= ratio <= 3.0, ratio, "1.5 to 3"))
         middle = angles[largest] + gaps[largest] / 2
         checks.append(_heading_check("opening's heading (deg off)", middle, spec.rotation, 45.0))
     directions = offsets / np.linalg.norm(offsets, axis=1, keepdims=True)
     tightest = tightest_ring_radius([body.local_footprint for body in bodies], directions)
-    checks += _size_check(radius / tightest, spec)
+    # Objects in a straight line lie on a circle of any size, all in one direction from its centre.
+    checks += _size_check(radius / max(tightest, 1e-9), spec)
     checks.append(_on_table_only(bodies))
     return checks + _position_checks(bodies, centre, spec, table)
 

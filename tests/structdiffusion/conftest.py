@@ -1,0 +1,54 @@
+"""What several tests of the core need: a small library of training objects, and demonstrations of them."""
+
+import numpy as np
+import pytest
+import torch
+
+from grounding.corpus import legal_specs
+from structdiffusion import demonstrations
+from structdiffusion.footprints import turned
+from structdiffusion.models.encoders import SENTENCE_WIDTH, word_ids
+from structdiffusion.objects.procedural import procedural_objects
+from structdiffusion.success import PlacedBody
+
+torch.set_num_threads(1)
+
+
+@pytest.fixture(scope="session")
+def library():
+    """Three objects of each procedural kind."""
+    return procedural_objects(51, seed=7)
+
+
+@pytest.fixture
+def built():
+    """A function that makes the finished structure of a layout: what would stand there if all went to plan."""
+
+    def bodies(items, layout):
+        placed = []
+        for i, (item, turn, at) in enumerate(zip(items, layout.turns, layout.positions)):
+            place = layout.order.index(i)
+            carrier = (layout.order[place - 1],) if layout.spec.shape == "tower" and place else ()
+            outline = turned(item.footprint, turn) + at[:2]
+            name = f"{item.category} {i + 1}"
+            top = at[2] + item.height
+            placed.append(PlacedBody(name, item.category, outline, at[:2], at[2], top, item.front_yaw + turn, carrier))
+        return placed
+
+    return bodies
+
+
+@pytest.fixture(scope="session")
+def data_folder(library, tmp_path_factory):
+    """A folder of 24 demonstrations in two shards, with a language whose "embeddings" are the word ids themselves."""
+    folder = tmp_path_factory.mktemp("demonstrations")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        patch.setattr(demonstrations, "SHARD_SCENES", 12)
+        list(demonstrations.generate(library, folder, 24, seed=3))
+    words = np.array([word_ids(spec) for spec in legal_specs() for _ in range(2)], dtype=np.int8)
+    embeddings = np.zeros((len(words), SENTENCE_WIDTH), dtype=np.float16)
+    embeddings[:, : words.shape[1]] = words
+    embeddings[:, -1] = 1.0  # never all zeros, which would mean "no sentence"
+    np.savez(folder / "language.npz", embeddings=embeddings, words=words)
+    return folder
