@@ -188,15 +188,20 @@ def train(
     ] = None,
     device: Annotated[str, typer.Option(metavar="auto|cpu|cuda", help="Where to train.")] = "auto",
     seed: SeedOption = 0,
-    learning_rate: Annotated[float, typer.Option(min=0.0, help="The peak learning rate.")] = 6e-4,
+    learning_rate: Annotated[float | None, typer.Option(min=0.0, help="Its peak; by default what suits.")] = None,
+    batch: Annotated[int | None, typer.Option(min=3, help="Scenes, or pairs, per step; likewise.")] = None,
 ) -> None:
     """Train the denoiser or one of the discriminators; a run that was stopped goes on where it stopped.
 
-    Example: structagent train diffusion --data data/train --out runs/diffusion --steps 60000
+    Example: structagent train diffusion --data data/train --out runs/diffusion --steps 12000
     """
-    from agent.training import train_model
+    from dataclasses import replace
 
-    train_model(kind.value, data, out, steps, device, seed, learning_rate)
+    from agent.training import RECIPES, train_model
+
+    given = {"steps": steps, "learning_rate": learning_rate, "batch": batch}
+    recipe = replace(RECIPES[kind.value], **{name: value for name, value in given.items() if value is not None})
+    train_model(kind.value, data, out, recipe, device, seed)
 
 
 @evaluate_app.callback()

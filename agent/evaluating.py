@@ -9,11 +9,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
 
-from rich.console import Console
-from rich.table import Table as Grid
-
 from agent import __version__
+from agent.events import json_value
 from agent.planning import checked_planner
+from agent.telling import aligned
 from agent.training import progress_bar
 from grounding.corpus import sentences
 from grounding.encoder import SentenceEncoder
@@ -65,7 +64,7 @@ def measure_success(
                 results.append(result)
                 progress.update(task, completed=len(results))
             about = {"model": name, "objects": objects, "seed": seed, "candidates": candidates}
-            evaluations.append(Evaluation(tuple(results), top_k, about).to_dict())
+            evaluations.append(json_value(Evaluation(tuple(results), top_k, about).to_dict()))
     command = f"structagent evaluate success --objects {objects} --scenes {count} --seed {seed}"
     command += "".join(f" --model {name}" for name in names)
     command += f" --weights {weights}" if weights else ""
@@ -89,28 +88,26 @@ def _spoken(scenes: Sequence[EvaluationScene]) -> list[EvaluationScene]:
 
 
 def tell_success(report: dict[str, Any], results: TextIO) -> None:
-    """The table for people: a row per model and structure."""
+    """The table for people: a row per model and structure; all but n in percent."""
     top_k = report["evaluations"][0]["top_k"]
-    grid = Grid(box=None, pad_edge=False, title_justify="left")
     failures = list(report["evaluations"][0]["aggregate"]["all"]["failures"])
-    heads = ("model", "structure", "n", "success %", "95 %", f"success@{top_k} %", *(f"{name} %" for name in failures))
-    for index, head in enumerate(heads):
-        grid.add_column(head, justify="left" if index < 2 else "right", no_wrap=True)
+    rows = [["model", "structure", "n", "success", "95 %", f"success@{top_k}", *failures]]
     for evaluation in report["evaluations"]:
         for structure, rates in evaluation["aggregate"].items():
             success = rates["success"]
-            grid.add_row(
-                evaluation["about"]["model"],
-                structure,
-                str(rates["n"]),
-                _percent(success["rate"]),
-                f"{_percent(success['low'])} to {_percent(success['high'])}",
-                _percent(rates["success_at"][str(top_k)]["rate"]),
-                *(_percent(rates["failures"][name]["rate"]) for name in failures),
+            rows.append(
+                [
+                    evaluation["about"]["model"],
+                    structure,
+                    str(rates["n"]),
+                    _percent(success["rate"]),
+                    f"{_percent(success['low'])} to {_percent(success['high'])}",
+                    _percent(rates["success_at"][str(top_k)]["rate"]),
+                    *(_percent(rates["failures"][name]["rate"]) for name in failures),
+                ]
             )
-    console = Console(file=results, highlight=False)
-    console.print(grid, width=None if console.is_terminal else 160)
-    console.print(f"\n{report['command']}", soft_wrap=True)
+    print(aligned(rows, left=2), file=results)
+    print(f"\nrates in percent, with 95 % Wilson intervals\n{report['command']}", file=results)
 
 
 def write_report(report: dict[str, Any], path: Path) -> None:

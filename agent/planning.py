@@ -10,7 +10,7 @@ from structdiffusion.observation import Arrangement
 from structdiffusion.sampling import PLANNERS, Planner, load_planner
 
 # An arrangement that its own scores give less than this is not worth a try.
-LEAST_SCORE = 0.01
+LEAST_SCORE = 0.05
 
 
 def checked_planner(name: str, weights: Path | None) -> Planner:

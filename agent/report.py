@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from agent import events
-from agent.telling import arm_sentence, duration, number, place, slot_label
+from agent.telling import aligned, arm_sentence, duration, number, place, slot_label
 
 _CANDIDATES_SHOWN = 5
 
@@ -57,9 +57,8 @@ class TerminalReport:
         self._say(f"  {escape(text)}")
 
     def _columns(self, rows: Sequence[Sequence[str]]) -> None:
-        widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-        for row in rows:
-            self._line("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+        for line in aligned(rows).splitlines():
+            self._line(line)
 
     def _parsed(self, event: events.Parsed) -> None:
         self._step("Understood", event.seconds)

@@ -24,6 +24,19 @@ def slot_label(slot: str) -> str:
     return slot.replace("_", " ")
 
 
+def aligned(rows: Sequence[Sequence[str]], left: int | None = None) -> str:
+    """A table as lines of text: the first `left` columns (all, if `None`) flush left, the others flush right."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    flush_left = len(widths) if left is None else left
+    return "\n".join(
+        "  ".join(
+            cell.ljust(width) if column < flush_left else cell.rjust(width)
+            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    )
+
+
 def place(position: Any) -> str:
     """A position in the world frame (metres) in words: "52 cm ahead, 10 cm to the left"."""
     x, y = round(100 * position[0]), round(100 * position[1])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,7 +20,21 @@ if TYPE_CHECKING:
     from structdiffusion.models.checkpoint import Checkpointed
     from structdiffusion.training import Loss
 
-DEFAULT_STEPS = {"diffusion": 60_000, "structure": 10_000, "collision": 10_000}
+
+@dataclass(frozen=True)
+class Recipe:
+    """What suits a model: optimiser steps, peak learning rate, and scenes (or pairs) per step."""
+
+    steps: int
+    learning_rate: float
+    batch: int
+
+
+RECIPES = {
+    "diffusion": Recipe(12_000, 8e-4, 32),
+    "structure": Recipe(5_000, 1e-3, 48),
+    "collision": Recipe(3_000, 1e-3, 128),
+}
 DEVICES = ("auto", "cpu", "cuda")
 
 
@@ -56,17 +71,16 @@ def generate_scenes(out: Path, scenes: int, pairs: int, objects: str, seed: int,
     print(f"{done * SHARD_SCENES} scenes, {pairs} pairs and {sentences} sentences in {out}")
 
 
-def train_model(kind: str, data: Path, out: Path, steps: int | None, device_name: str, seed: int, rate: float) -> None:
+def train_model(kind: str, data: Path, out: Path, recipe: Recipe, device_name: str, seed: int) -> None:
     """Trains a model, or goes on where `out` stopped; tells every row of the log.
 
     Args:
         kind: "diffusion", "structure" or "collision".
         data: a folder that `generate_scenes` made.
         out: receives the checkpoint, the training state and `log.csv`.
-        steps: optimiser steps in all, those of earlier runs included; `None` for what suits the model.
+        recipe: how long, how fast, and on how much at once; steps of earlier runs are included.
         device_name: one of `DEVICES`.
         seed: of initial weights, batches and noise.
-        rate: the peak learning rate.
     """
     import torch
 
@@ -80,20 +94,19 @@ def train_model(kind: str, data: Path, out: Path, steps: int | None, device_name
     device = default_device() if device_name == "auto" else torch.device(device_name)
     with torch.random.fork_rng():  # torch draws initial weights from its global generator alone
         torch.manual_seed(seed)
-        model, loss = _TASKS[kind](data, device)
-    steps = steps or DEFAULT_STEPS[kind]
-    options = TrainingOptions(steps=steps, learning_rate=rate, seed=seed)
+        model, loss = _TASKS[kind](data, device, recipe.batch)
+    options = TrainingOptions(steps=recipe.steps, learning_rate=recipe.learning_rate, seed=seed)
     console = Console(soft_wrap=True, highlight=False)
     with progress_bar() as progress:
-        task = progress.add_task(kind, total=steps)
+        task = progress.add_task(kind, total=recipe.steps)
         for row in train(model, loss, out, options, device):
             progress.update(task, completed=row.step)
             losses = "  ".join(f"{name} {value:.4f}" for name, value in row.losses.items())
             console.print(f"step {row.step}/{row.steps}  {row.seconds:.0f} s  {losses}")
-    console.print(f"trained for {steps} steps on {device}: {out}")
+    console.print(f"trained for {recipe.steps} steps on {device}: {out}")
 
 
-def _diffusion(data: Path, device: torch.device) -> tuple[Checkpointed, Loss]:
+def _diffusion(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
     from structdiffusion.batches import DemonstrationBatches
     from structdiffusion.models.diffusion.loss import diffusion_loss
     from structdiffusion.models.diffusion.model import PoseDiffusion
@@ -101,27 +114,27 @@ def _diffusion(data: Path, device: torch.device) -> tuple[Checkpointed, Loss]:
 
     batches, model = DemonstrationBatches(data, device), PoseDiffusion().to(device)
     scheduler = NoiseScheduler(model.config.steps, model.config.prediction_type)
-    return model, partial(diffusion_loss, model, scheduler, batches)
+    return model, partial(diffusion_loss, model, scheduler, batches, scenes=batch)
 
 
-def _structure(data: Path, device: torch.device) -> tuple[Checkpointed, Loss]:
+def _structure(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
     from structdiffusion.batches import DemonstrationBatches
     from structdiffusion.models.structure.loss import structure_loss
     from structdiffusion.models.structure.model import StructureDiscriminator
 
     batches, model = DemonstrationBatches(data, device), StructureDiscriminator().to(device)
-    return model, partial(structure_loss, model, batches)
+    return model, partial(structure_loss, model, batches, scenes=batch)
 
 
-def _collision(data: Path, device: torch.device) -> tuple[Checkpointed, Loss]:
+def _collision(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
     from structdiffusion.models.collision.loss import PairBatches, collision_loss
     from structdiffusion.models.collision.model import CollisionDiscriminator
 
     pairs, model = PairBatches.load(data, device), CollisionDiscriminator().to(device)
-    return model, partial(collision_loss, model, pairs)
+    return model, partial(collision_loss, model, pairs, size=batch)
 
 
-_TASKS: dict[str, Callable[[Path, torch.device], tuple[Checkpointed, Loss]]] = {
+_TASKS: dict[str, Callable[[Path, torch.device, int], tuple[Checkpointed, Loss]]] = {
     "diffusion": _diffusion,
     "structure": _structure,
     "collision": _collision,

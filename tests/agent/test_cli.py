@@ -161,6 +161,25 @@ def test_checkpoint_with_a_wrong_shape(fails, checkpoints, tmp_path):
     assert "shape" in fails(6, "run", CIRCLE, "--weights", str(tmp_path / "weights"))
 
 
+def test_models_that_know_nothing_have_no_valid_goal(checkpoints, tmp_path, capsys):
+    arguments = ["run", CIRCLE, "--weights", str(checkpoints), "--no-execute", "--out", "report"]
+    assert command_line(arguments) == 4
+    outcome = json.loads((tmp_path / "report" / "report.json").read_text())["outcome"]
+    assert outcome["exit_code"] == 4 and not outcome["success"]
+    assert outcome["message"] in capsys.readouterr().err
+
+
+def test_candidates_that_score_next_to_nothing_are_no_goal():
+    from agent.errors import NoValidGoal
+    from agent.planning import LEAST_SCORE, worthwhile
+    from structdiffusion.observation import Arrangement
+
+    good, bad = (Arrangement(np.eye(4)[None], {"total": score}) for score in (LEAST_SCORE, LEAST_SCORE / 2))
+    assert worthwhile([good, bad]) == [good]
+    with pytest.raises(NoValidGoal, match="none of 2 imagined arrangements is valid"):
+        worthwhile([bad, bad])
+
+
 def test_checkpoint_of_another_model(fails, checkpoints, tmp_path):
     shutil.copytree(checkpoints, tmp_path / "weights")
     shutil.rmtree(tmp_path / "weights" / "collision")
@@ -255,3 +274,16 @@ def test_training_without_scenes(fails, tmp_path, kind):
 def test_training_on_an_unknown_device(fails, tmp_path):
     sentence = fails(2, "train", "collision", "--data", str(tmp_path), "--out", str(tmp_path / "run"), "--device", "tpu")
     assert "'tpu'" in sentence and "auto, cpu, cuda" in sentence
+
+
+def test_evaluation_measures_every_model_on_the_same_scenes(tmp_path, capsys):
+    arguments = ["evaluate", "success", "--scenes", "1", "--workers", "1", "--candidates", "4", "--top-k", "2"]
+    arguments += [*EXACT, "--out", str(tmp_path / "reports" / "success.json")]
+    assert command_line(arguments) == 0
+    table = capsys.readouterr().out
+    report = json.loads((tmp_path / "reports" / "success.json").read_text())
+    rates = report["evaluations"][0]["aggregate"]
+    assert [rates[shape]["n"] for shape in ("circle", "line", "tower", "table setting", "all")] == [1, 1, 1, 1, 4]
+    assert 0 <= rates["all"]["success"]["low"] <= rates["all"]["success"]["rate"] <= rates["all"]["success"]["high"] <= 1
+    assert all(row["words"] for row in report["evaluations"][0]["scenes"])
+    assert "table setting" in table and "intersection" in table and report["command"] in table
