@@ -29,9 +29,9 @@ class StructureConfig:
         nouns: how many noun ids there are beside "unknown" (see `PoseDiffusion.noun_ids`).
     """
 
-    width: int = 64
-    layers: int = 3
-    points: int = 192
+    width: int = 48
+    layers: int = 2
+    points: int = 168
     max_objects: int = 12
     nouns: int = 7
 
