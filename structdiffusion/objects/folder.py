@@ -23,7 +23,8 @@ NOUNS = (
     "skillet", "pan", "pot", "pitcher", "jug", "teapot", "kettle", "bottle", "jar", "can", "box", "block",
     "brick", "cube", "book", "ball", "apple", "banana", "lemon", "orange", "peach", "pear", "plum",
     "strawberry", "sponge", "hammer", "wrench", "screwdriver", "scissors", "clamp", "marker", "pen",
-    "pencil", "brush", "candle", "vase", "basket", "tray", "lid", "drill", "padlock", "car", "airplane", "toy",
+    "pencil", "brush", "candle", "vase", "basket", "tray", "lid", "drill", "padlock", "car",
+    "airplane", "toy",
 )  # fmt: skip
 _PLURALS = {
     "knives": "knife", "glasses": "glass", "boxes": "box", "brushes": "brush", "strawberries": "strawberry",
