@@ -50,14 +50,17 @@ class Checkpointed(nn.Module):
             values = json.loads((folder / CONFIG_NAME).read_text())
             kind = values.pop("kind", None)
             known = {field.name for field in fields(cls.Config)}
-        except (json.JSONDecodeError, AttributeError) as error:
+        except (ValueError, AttributeError, TypeError) as error:
             raise CheckpointError(f"{folder / CONFIG_NAME} is not a JSON object: {error}") from error
         if kind != cls.kind:
             raise CheckpointError(f"{folder / CONFIG_NAME} is of kind {kind!r}; expected {cls.kind!r}")
         unknown = sorted(set(values) - known)
         if unknown:
             raise CheckpointError(f"{folder / CONFIG_NAME} has the unknown key {unknown[0]!r}; legal: {', '.join(known)}")
-        model = cls(cls.Config(**values))
+        try:  # JSON has no tuples
+            model = cls(cls.Config(**{name: tuple(v) if isinstance(v, list) else v for name, v in values.items()}))
+        except (TypeError, ValueError, RuntimeError, AssertionError) as error:
+            raise CheckpointError(f"{folder / CONFIG_NAME} describes no network: {error}") from error
         try:
             weights = load_file(folder / WEIGHTS_NAME)
         except (SafetensorError, OSError) as error:

@@ -1,0 +1,103 @@
+import json
+
+import pytest
+import torch
+from safetensors.torch import load_file, save_file
+
+from structdiffusion.models.checkpoint import CheckpointError, parameter_count
+from structdiffusion.models.collision import CollisionDiscriminator
+from structdiffusion.models.collision.model import CollisionConfig
+from structdiffusion.models.diffusion import PoseDiffusion
+from structdiffusion.models.diffusion.model import DiffusionConfig
+from structdiffusion.models.structure import StructureDiscriminator
+
+SMALL = CollisionConfig(width=16, layers=1, points=32)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    torch.manual_seed(0)
+    CollisionDiscriminator(SMALL).save_pretrained(tmp_path)
+    return tmp_path
+
+
+def edit(folder, **values):
+    path = folder / "config.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), **values}))
+
+
+def test_a_checkpoint_comes_back_in_half_precision(tmp_path):
+    model = CollisionDiscriminator(SMALL)
+    model.save_pretrained(tmp_path / "deep" / "folder")
+    loaded = CollisionDiscriminator.from_pretrained(tmp_path / "deep" / "folder")
+    assert loaded.config == SMALL and not loaded.training
+    assert set(load_file(tmp_path / "deep" / "folder" / "model.safetensors")) == set(model.state_dict())
+    for name, tensor in model.state_dict().items():
+        found = loaded.state_dict()[name]
+        assert found.dtype == tensor.dtype
+        torch.testing.assert_close(found, tensor.half().to(tensor.dtype), atol=0, rtol=0)
+    size = (tmp_path / "deep" / "folder" / "model.safetensors").stat().st_size
+    assert size < 2.2 * parameter_count(model) + 5000
+    clouds = torch.randn(2, 4, 40, 3, generator=torch.Generator().manual_seed(1)) * 0.05
+    with torch.no_grad():
+        torch.testing.assert_close(loaded(*clouds), model(*clouds), atol=5e-3, rtol=0)
+
+
+def test_configs_come_back_equal_tuples_included(tmp_path):
+    config = DiffusionConfig(width=32, layers=1, heads=2, feed_forward=32, nouns=("plate", "fork"), prediction_type="epsilon")
+    PoseDiffusion(config).save_pretrained(tmp_path)
+    assert PoseDiffusion.from_pretrained(tmp_path).config == config
+
+
+@pytest.mark.parametrize("name", ["config.json", "model.safetensors"])
+def test_a_missing_file_is_named(folder, name):
+    (folder / name).unlink()
+    with pytest.raises(CheckpointError, match=f"{folder} has no {name}"):
+        CollisionDiscriminator.from_pretrained(folder)
+
+
+def test_another_models_checkpoint_is_refused(folder):
+    with pytest.raises(CheckpointError, match="config.json is of kind 'collision'; expected 'structure'"):
+        StructureDiscriminator.from_pretrained(folder)
+
+
+def test_an_unknown_key_is_named_with_the_legal_ones(folder):
+    edit(folder, depth=3)
+    with pytest.raises(CheckpointError, match="unknown key 'depth'; legal: .*width"):
+        CollisionDiscriminator.from_pretrained(folder)
+
+
+def test_weights_of_a_wrong_shape_are_named_with_both_shapes(folder):
+    edit(folder, width=32)
+    with pytest.raises(CheckpointError, match=r"model.safetensors: 'encoder.* has shape \(16.*asks for \(32"):
+        CollisionDiscriminator.from_pretrained(folder)
+
+
+def test_missing_weights_are_named(folder):
+    weights = load_file(folder / "model.safetensors")
+    del weights["head.0.bias"]
+    save_file(weights, folder / "model.safetensors")
+    with pytest.raises(CheckpointError, match="lacks 'head.0.bias'"):
+        CollisionDiscriminator.from_pretrained(folder)
+
+
+@pytest.mark.parametrize("keep", [0, 6, 100, -50])
+def test_truncated_weights_name_the_file(folder, keep):
+    path = folder / "model.safetensors"
+    path.write_bytes(path.read_bytes()[:keep])
+    with pytest.raises(CheckpointError, match="model.safetensors cannot be read"):
+        CollisionDiscriminator.from_pretrained(folder)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[1, 2]", "[]", '"text"', "null"])
+def test_a_config_that_is_no_json_object_names_the_file(folder, text):
+    (folder / "config.json").write_text(text)
+    with pytest.raises(CheckpointError, match="config.json is not a JSON object"):
+        CollisionDiscriminator.from_pretrained(folder)
+
+
+@pytest.mark.parametrize("value", ["wide", -4, None, 1.5])
+def test_a_value_that_builds_no_network_names_the_file(folder, value):
+    edit(folder, width=value)
+    with pytest.raises(CheckpointError, match="config.json"):
+        CollisionDiscriminator.from_pretrained(folder)
