@@ -130,6 +130,7 @@ class DiffusionPlanner:
         ranked = [replace(arrangement, scores=row) for arrangement, row in zip(arrangements, scores)]
         return sorted(ranked, key=lambda arrangement: -arrangement.scores["total"])
 
+    @torch.no_grad()
     def sample(
         self,
         clouds: Tensor,

@@ -1,0 +1,95 @@
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from structdiffusion.estimate import estimate, imagined_bodies
+from structdiffusion.footprints import turned
+from structdiffusion.geometry import pose_from_xyz_yaw, transform_points, wrap_angle
+from structdiffusion.objects.model import footprint_centroid
+from structdiffusion.observation import ObjectCloud
+from structdiffusion.views import partial_views
+
+
+def seen(model, x=0.45, y=0.1, yaw=0.0, points=512, seed=0) -> ObjectCloud:
+    """What the camera sees of a model that stands alone."""
+    pose = pose_from_xyz_yaw(x, y, 0.0, yaw)
+    surface = torch.from_numpy(transform_points(pose, model.surface_points)).float()[None, None]
+    normals = torch.from_numpy(model.surface_normals @ pose[:3, :3].T).float()[None, None]
+    there = torch.ones(1, 1, dtype=torch.bool)
+    cloud, _ = partial_views(surface, normals, there, points, torch.Generator().manual_seed(seed))
+    return ObjectCloud(model.name, model.category, cloud[0, 0].numpy())
+
+
+def test_outline_and_height_are_those_of_the_model_to_a_centimetre(library):
+    for number, model in enumerate(library):
+        if model.category in ("bottle", "pitcher", "candle"):  # narrow tops; what the handle hides
+            continue
+        yaw = 0.7 * number
+        found = estimate(seen(model, yaw=yaw, seed=number))
+        assert found.height == pytest.approx(model.height, abs=0.012), model.name
+        true = turned(model.footprint, yaw) + (0.45, 0.1)
+        for corner in np.linspace(0, 2 * math.pi, 8, endpoint=False):
+            direction = np.array([math.cos(corner), math.sin(corner)])
+            reach = (found.outline @ direction).max() - (true @ direction).max()
+            # Toward the camera everything is seen; the far side of tall things is not.
+            assert -0.03 < reach < 0.012, model.name
+
+
+def test_what_can_carry_and_what_is_hollow(library):
+    hollow = {"bowl": 0, "cup": 0}
+    for number, model in enumerate(library):
+        found = estimate(seen(model, seed=number))
+        if model.category in ("box", "block", "book", "can"):
+            assert found.stackable and not found.hollow, model.name
+        if model.category == "bottle":
+            assert not found.stackable, model.name
+        if model.category in hollow:
+            hollow[model.category] += found.hollow
+    assert all(count >= 2 for count in hollow.values()), hollow
+
+
+def test_cutlery_fronts_are_found_by_their_broad_end(library):
+    errors = []
+    for number, model in enumerate(library):
+        if model.category in ("fork", "spoon"):
+            for yaw in (-2.5, 0.3, 1.9):
+                errors.append(abs(wrap_angle(estimate(seen(model, yaw=yaw, seed=number)).front_yaw - yaw)))
+    assert np.mean(np.array(errors) < math.radians(10)) >= 0.8, np.degrees(errors)
+
+
+def test_the_planner_sees_the_outline_about_its_centroid(library):
+    found = estimate(seen(library[0], 0.4, -0.2))
+    item = found.layout_item()
+    np.testing.assert_allclose(footprint_centroid(item.footprint), 0.0, atol=1e-12)
+    np.testing.assert_allclose(item.footprint + footprint_centroid(found.outline), found.outline)
+    motion = pose_from_xyz_yaw(0.3, 0.1, 0.0, 1.2)
+    np.testing.assert_allclose(
+        found.outline_after(motion),
+        transform_points(motion, np.column_stack((found.outline, np.zeros(len(found.outline)))))[:, :2],
+    )
+
+
+@pytest.mark.parametrize("points", [2, 3, 50])
+def test_poor_clouds_still_have_an_outline(points):
+    line = np.column_stack((np.linspace(0.4, 0.5, points), np.zeros(points), np.full(points, 0.02))).astype(np.float32)
+    found = estimate(ObjectCloud("speck", "object", line))
+    assert found.outline.shape[0] >= 3 and np.isfinite(found.outline).all()
+    assert not found.stackable and np.isfinite(found.front_yaw)
+
+
+def test_imagined_bodies_rest_on_the_highest_thing_below(library):
+    blocks = [estimate(seen(model, y=y)) for model, y in zip((m for m in library if m.category == "book"), (-0.3, 0.0, 0.3))]
+    motions = np.array([np.eye(4)] * 3)
+    flat = imagined_bodies(blocks, motions)
+    assert [body.rests_on for body in flat] == [(), (), ()]
+    for i, thing in enumerate(blocks):  # all in one place, one above the other
+        motions[i, :2, 3] = -thing.mean[:2] + (0.45, 0.0)
+        motions[i, 2, 3] = sum(below.height for below in blocks[:i]) + 0.002 * i
+    stacked = imagined_bodies(blocks, motions)
+    assert [body.rests_on for body in stacked] == [(), (0,), (1,)]
+    assert stacked[2].z_bottom == pytest.approx(motions[2, 2, 3])
+    assert stacked[2].z_top == pytest.approx(motions[2, 2, 3] + blocks[2].height)
+    motions[2, 1, 3] += 0.4  # in the air, above nothing
+    assert imagined_bodies(blocks, motions)[2].rests_on == ()

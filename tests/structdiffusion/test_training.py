@@ -1,0 +1,125 @@
+import csv
+import math
+from dataclasses import replace
+from functools import partial
+
+import pytest
+import torch
+
+from structdiffusion.batches import DemonstrationBatches
+from structdiffusion.models.collision import CollisionDiscriminator
+from structdiffusion.models.collision.model import CollisionConfig
+from structdiffusion.models.diffusion import PoseDiffusion
+from structdiffusion.models.diffusion.loss import diffusion_loss
+from structdiffusion.models.diffusion.model import DiffusionConfig
+from structdiffusion.scheduler import NoiseScheduler
+from structdiffusion.training import TrainingOptions, learning_rate, train
+
+CPU = torch.device("cpu")
+OPTIONS = TrainingOptions(steps=20, learning_rate=2e-3, warmup=2, log_every=5)
+
+
+def toy():
+    """A small network and a task with an exact answer: does the first cloud lie left of the second?"""
+    torch.manual_seed(0)
+    model = CollisionDiscriminator(CollisionConfig(width=8, layers=1, points=8))
+
+    def loss(generator):
+        clouds = torch.randn(2, 16, 8, 3, generator=generator) * 0.03
+        near = torch.rand(16, generator=generator) < 0.5
+        clouds[1] += torch.where(near, 0.0, 0.15)[:, None, None]
+        logits = model(clouds[0], clouds[1])
+        return {"loss": torch.nn.functional.binary_cross_entropy_with_logits(logits, near.float())}
+
+    return model, loss
+
+
+def rows(folder):
+    with (folder / "log.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_the_denoiser_overfits_a_few_scenes(data_folder, tmp_path):
+    data = DemonstrationBatches(data_folder)
+    batch = data.draw(8, torch.Generator().manual_seed(0))
+    data.draw = lambda *_, **__: batch  # always the same scenes
+    torch.manual_seed(0)
+    model = PoseDiffusion(DiffusionConfig(width=48, layers=2, heads=2, feed_forward=64, points=24, point_width=16))
+    loss = partial(diffusion_loss, model, NoiseScheduler(200), data, scenes=8, noises=4)
+    options = TrainingOptions(steps=120, learning_rate=3e-3, warmup=10, log_every=20)
+    progress = list(train(model, loss, tmp_path, options, CPU))
+    assert [row.step for row in progress] == [20, 40, 60, 80, 100, 120]
+    assert progress[-1].losses["loss"] < 0.5 * progress[0].losses["loss"]
+    assert progress[-1].losses["position"] < 0.6 * progress[0].losses["position"]
+    assert not model.training
+
+
+def test_a_stopped_run_goes_on_where_it_stopped(tmp_path):
+    model, loss = toy()
+    list(train(model, loss, tmp_path, OPTIONS, CPU))
+    assert [int(row["step"]) for row in rows(tmp_path)] == [5, 10, 15, 20]
+    model, loss = toy()
+    resumed = list(train(model, loss, tmp_path, replace(OPTIONS, steps=33), CPU))
+    assert [row.step for row in resumed] == [25, 30, 33]
+    logged = rows(tmp_path)
+    assert [int(row["step"]) for row in logged] == [5, 10, 15, 20, 25, 30, 33]
+    assert list(logged[0]) == ["step", "seconds", "learning_rate", "loss"]
+    seconds = [float(row["seconds"]) for row in logged]
+    assert seconds == sorted(seconds)
+    # It begins with the trained weights, not with new ones.
+    assert float(logged[4]["loss"]) < float(logged[0]["loss"])
+
+
+def test_a_finished_run_has_nothing_to_do_and_gives_its_weights(tmp_path):
+    model, loss = toy()
+    list(train(model, loss, tmp_path, OPTIONS, CPU))
+    other, loss = toy()
+    assert list(train(other, loss, tmp_path, OPTIONS, CPU)) == []
+    for name, tensor in model.state_dict().items():
+        torch.testing.assert_close(other.state_dict()[name], tensor, atol=0, rtol=0)
+
+
+def test_the_checkpoint_holds_the_averaged_weights(tmp_path):
+    model, loss = toy()
+    start = {name: tensor.clone() for name, tensor in model.state_dict().items()}
+    list(train(model, loss, tmp_path, replace(OPTIONS, average=0.9), CPU))
+    saved = CollisionDiscriminator.from_pretrained(tmp_path).state_dict()
+    state = torch.load(tmp_path / "training_state.pt", weights_only=True)
+    assert state["step"] == 20
+    for name, tensor in model.state_dict().items():  # train() leaves the average in the model
+        torch.testing.assert_close(saved[name], tensor.half().float(), atol=0, rtol=0)
+        torch.testing.assert_close(state["average"][name], tensor, atol=0, rtol=0)
+    last, average = (torch.cat([part[name].flatten() for name in start]) for part in (state["model"], state["average"]))
+    first = torch.cat([tensor.flatten() for tensor in start.values()])
+    assert 0 < (last - average).norm() < (last - first).norm()
+
+
+def test_same_seed_same_weights(tmp_path):
+    weights = []
+    for folder, seed in (("a", 1), ("b", 1), ("c", 2)):
+        model, loss = toy()
+        list(train(model, loss, tmp_path / folder, replace(OPTIONS, seed=seed), CPU))
+        weights.append(torch.cat([tensor.flatten() for tensor in model.state_dict().values()]))
+    assert torch.equal(weights[0], weights[1]) and not torch.equal(weights[0], weights[2])
+
+
+def test_the_rate_warms_up_holds_and_falls():
+    options = TrainingOptions(steps=1000, learning_rate=1e-3, warmup=100, decay=0.4)
+    assert learning_rate(0, options) == pytest.approx(1e-5)
+    assert learning_rate(49, options) == pytest.approx(5e-4)
+    assert {learning_rate(step, options) for step in (100, 300, 600)} == {1e-3}
+    assert learning_rate(800, options) == pytest.approx(5e-4)
+    assert 0 < learning_rate(999, options) < 1e-5
+    constant = replace(options, decay=0.0)
+    assert learning_rate(999, constant) == 1e-3
+
+
+def test_a_loss_that_is_no_number_stops_the_run_and_says_when(tmp_path):
+    model, loss = toy()
+
+    def broken(generator):
+        return {"loss": loss(generator)["loss"] * math.nan}
+
+    with pytest.raises(FloatingPointError, match="at step 5; lower the learning rate"):
+        list(train(model, broken, tmp_path, OPTIONS, CPU))
+    assert not (tmp_path / "model.safetensors").exists()
