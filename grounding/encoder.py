@@ -1,8 +1,7 @@
 """Sentences to vectors: the all-MiniLM-L6-v2 sentence encoder of paper appendix A.1.
 
-The network (BERT with six layers, width 384, mean pooling, unit norm) is run from its published
-weights by the few lines of torch below, because importing a whole model library costs several
-seconds for every command. A test holds it to the sentence-transformers library within 1e-4.
+The network is BERT with six layers of width 384, run by the transformers library; sentences are the
+mean over their word pieces, at unit norm. A test holds it to sentence-transformers within 1e-4.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ import numpy as np
 if TYPE_CHECKING:
     import torch
     from tokenizers import Tokenizer
+    from transformers import BertModel
 
 EMBEDDING_WIDTH = 384
 MAX_TOKENS = 256
@@ -90,14 +90,14 @@ class SentenceEncoder:
     @cached_property
     def checksum(self) -> str:
         """The SHA-256 checksum of the weights, in hexadecimal."""
-        return self._blob_and_checksum[1]
+        return hashlib.sha256((self.folder / "model.safetensors").read_bytes()).hexdigest()
 
     def token_states(self, texts: list[str], layer: int | None = None) -> TokenStates:
         """The hidden states of one batch of texts, for readers that look at single words.
 
         Args:
             texts: B texts.
-            layer: after how many of the network's layers to stop; `None` runs them all.
+            layer: the states after this many of the network's layers; `None` for the last.
         """
         import torch
 
@@ -105,9 +105,9 @@ class SentenceEncoder:
         ids = torch.tensor([encoding.ids for encoding in encodings])
         mask = torch.tensor([encoding.attention_mask for encoding in encodings], dtype=torch.bool)
         with torch.inference_mode():
-            hidden = self._forward(ids, mask, self._config["num_hidden_layers"] if layer is None else layer)
+            output = self._network(input_ids=ids, attention_mask=mask.long(), output_hidden_states=True)
         return TokenStates(
-            hidden,
+            output.hidden_states[-1 if layer is None else layer],
             mask,
             [encoding.offsets for encoding in encodings],
             np.array([bool(encoding.overflowing) for encoding in encodings]),
@@ -123,63 +123,31 @@ class SentenceEncoder:
         return tokenizer
 
     @cached_property
-    def _blob_and_checksum(self) -> tuple[bytes, str]:
-        blob = (self.folder / "model.safetensors").read_bytes()
-        return blob, hashlib.sha256(blob).hexdigest()
-
-    @cached_property
-    def _weights(self) -> dict[str, torch.Tensor]:
+    def _network(self) -> BertModel:
+        import torch
         from safetensors import SafetensorError
-        from safetensors.torch import load
+        from transformers import BertModel
+        from transformers.utils import logging
 
         path = self.folder / "model.safetensors"
-        blob, checksum = self._blob_and_checksum
-        if self.source is None and checksum != DEFAULT_SHA256:
-            raise EncoderError(f"{path} has the SHA-256 checksum {checksum}, expected {DEFAULT_SHA256}")
+        if self.source is None and self.checksum != DEFAULT_SHA256:
+            raise EncoderError(f"{path} has the SHA-256 checksum {self.checksum}, expected {DEFAULT_SHA256}")
+        logging.set_verbosity_error()  # a report of unused pooling weights is no news
+        logging.disable_progress_bar()
         try:
-            tensors = load(blob)
-        except SafetensorError as error:
-            raise EncoderError(f"{path} is not a readable safetensors file: {error}") from error
-        weights = {name.removeprefix("bert."): tensor.float() for name, tensor in tensors.items()}
-        if "embeddings.word_embeddings.weight" not in weights:
-            raise EncoderError(f"{path} has no embeddings.word_embeddings.weight; it must hold a bert")
-        return weights
-
-    def _forward(self, ids: torch.Tensor, mask: torch.Tensor, layers: int) -> torch.Tensor:
-        """BERT (Devlin et al. 2019) without dropout: word-piece ids (B, T) to hidden states (B, T, 384)."""
-        from torch.nn import functional
-
-        weights, config = self._weights, self._config
-        heads, epsilon = config["num_attention_heads"], config["layer_norm_eps"]
-
-        def linear(x: torch.Tensor, name: str) -> torch.Tensor:
-            return functional.linear(x, weights[name + ".weight"], weights[name + ".bias"])
-
-        def normalise(x: torch.Tensor, name: str) -> torch.Tensor:
-            return functional.layer_norm(
-                x, x.shape[-1:], weights[name + ".weight"], weights[name + ".bias"], epsilon
+            network, found = BertModel.from_pretrained(
+                self.folder,
+                add_pooling_layer=False,
+                dtype=torch.float32,
+                local_files_only=True,
+                use_safetensors=True,
+                output_loading_info=True,
             )
-
-        embedded = (
-            weights["embeddings.word_embeddings.weight"][ids]
-            + weights["embeddings.position_embeddings.weight"][: ids.shape[1]]
-            + weights["embeddings.token_type_embeddings.weight"][0]
-        )
-        x = normalise(embedded, "embeddings.LayerNorm")
-        for layer in range(layers):
-            name = f"encoder.layer.{layer}."
-            query, key, value = (
-                linear(x, f"{name}attention.self.{part}").unflatten(-1, (heads, -1)).transpose(1, 2)
-                for part in ("query", "key", "value")
-            )
-            attended = functional.scaled_dot_product_attention(
-                query, key, value, attn_mask=mask[:, None, None, :]
-            )
-            attended = linear(attended.transpose(1, 2).flatten(2), f"{name}attention.output.dense")
-            x = normalise(x + attended, f"{name}attention.output.LayerNorm")
-            widened = functional.gelu(linear(x, f"{name}intermediate.dense"))
-            x = normalise(x + linear(widened, f"{name}output.dense"), f"{name}output.LayerNorm")
-        return x
+        except (SafetensorError, OSError, ValueError, RuntimeError) as error:
+            raise EncoderError(f"{path} cannot be loaded: {str(error).splitlines()[0]}") from error
+        if found["missing_keys"]:
+            raise EncoderError(f"{path} has no {sorted(found['missing_keys'])[0]}; it must hold a bert")
+        return network.eval()
 
 
 def _find_folder(source: str | None) -> Path:

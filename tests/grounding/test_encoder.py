@@ -83,7 +83,7 @@ def test_broken_weights_are_told(copy, monkeypatch):
     with pytest.raises(EncoderError, match="has the SHA-256 checksum .* expected 53aa5117"):
         SentenceEncoder().encode(["a line"])
     weights.write_bytes(b"not a network")
-    with pytest.raises(EncoderError, match="not a readable safetensors file"):
+    with pytest.raises(EncoderError, match="model.safetensors cannot be loaded"):
         SentenceEncoder(str(copy)).encode(["a line"])
     weights.unlink()
     monkeypatch.undo()
