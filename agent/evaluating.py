@@ -15,12 +15,16 @@ from agent.planning import checked_planner
 from agent.telling import aligned
 from agent.training import progress_bar
 from grounding.corpus import sentences
+from grounding.embedding_parser import EmbeddingParser, ParseError
 from grounding.encoder import SentenceEncoder
+from grounding.spec import StructureSpec
 from structdiffusion.evaluation import Evaluation, EvaluationScene, draw_evaluation_scenes, evaluate_success
 from structdiffusion.objects.library import load_objects
 from structdiffusion.sampling import load_planner
 
 SCHEMA_VERSION = 1
+# Planners that get the sentence. They are ranked by what the parser heard in it, not by the true slots.
+SPOKEN_TO = ("diffusion",)
 
 
 def measure_success(
@@ -55,11 +59,13 @@ def measure_success(
             scenes.append(scene)
             progress.update(drawing, completed=len(scenes))
         scenes = _spoken(scenes)
+        heard = _heard(scenes)
         for name in names:
             task = progress.add_task(name, total=len(scenes))
             results = []
+            told = heard if name in SPOKEN_TO else scenes
             for result in evaluate_success(
-                partial(load_planner, name, weights), scenes, candidates=candidates, top_k=top_k, workers=workers
+                partial(load_planner, name, weights), told, candidates=candidates, top_k=top_k, workers=workers
             ):
                 results.append(result)
                 progress.update(task, completed=len(results))
@@ -85,6 +91,19 @@ def _spoken(scenes: Sequence[EvaluationScene]) -> list[EvaluationScene]:
         words.append(templates[scene.number % len(templates)])
     embeddings = SentenceEncoder().encode(words)
     return [replace(scene, words=text, embedding=row) for scene, text, row in zip(scenes, words, embeddings, strict=True)]
+
+
+def _heard(scenes: Sequence[EvaluationScene]) -> list[EvaluationScene]:
+    """The scenes with what the parser makes of their sentences: all that a planner told in words may know."""
+    parser = EmbeddingParser.from_pretrained()
+
+    def parsed(text: str) -> StructureSpec:
+        try:
+            return parser.parse(text).spec
+        except ParseError:  # nothing was heard: the planner goes by the embedding alone
+            return StructureSpec()
+
+    return [replace(scene, heard=parsed(scene.words)) for scene in scenes]
 
 
 def tell_success(report: dict[str, Any], results: TextIO) -> None:

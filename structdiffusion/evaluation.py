@@ -116,6 +116,7 @@ class SceneResult:
             "draw": scene.draw,
             "spec": drawn.spec.to_dict(),
             "words": scene.words,
+            "heard": scene.heard.to_dict() if scene.heard else None,
             "objects": [model.name for model in drawn.models[: drawn.count]],
             "distractors": [model.name for model in drawn.models[drawn.count :]],
             "success": self.success_at(1),
