@@ -248,6 +248,38 @@ def evaluate_success(
             tell_success(report, results)
 
 
+@evaluate_app.command("arm")
+def evaluate_arm(
+    objects: ObjectsOption = "ycb",
+    model: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "diffusion",
+    weights: WeightsOption = None,
+    scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 5,
+    seed: SeedOption = 0,
+    candidates: Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")] = 64,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    json_output: JsonOption = False,
+) -> None:
+    """How often the arm finds a plan, and how often what it builds stands as asked.
+
+    Example: structagent evaluate arm --objects ycb --scenes 5
+    """
+    import_pybullet_silently()
+    import json
+
+    from agent.evaluating import write_report
+    from agent.evaluating_arm import measure_arm, tell_arm
+
+    with results_stream() as results:
+        report = measure_arm(objects, model, weights, scenes, seed, candidates, workers)
+        if out is not None:
+            write_report(report, out)
+        if json_output:
+            print(json.dumps(report, indent=1), file=results)
+        else:
+            tell_arm(report, results)
+
+
 def _complain(message: str) -> None:
     print(f"structagent: {message}", file=sys.stderr)
 

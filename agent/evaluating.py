@@ -16,7 +16,6 @@ from agent.telling import aligned
 from agent.training import progress_bar
 from grounding.corpus import sentences
 from grounding.embedding_parser import EmbeddingParser, ParseError
-from grounding.encoder import SentenceEncoder
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation import Evaluation, EvaluationScene, draw_evaluation_scenes, evaluate_success
 from structdiffusion.objects.library import load_objects
@@ -58,8 +57,7 @@ def measure_success(
         for scene in draw_evaluation_scenes(load_objects(objects), count, seed=seed, workers=workers):
             scenes.append(scene)
             progress.update(drawing, completed=len(scenes))
-        scenes = _spoken(scenes)
-        heard = _heard(scenes)
+        heard, scenes = spoken_scenes(scenes, heard=True), spoken_scenes(scenes, heard=False)
         for name in names:
             task = progress.add_task(name, total=len(scenes))
             results = []
@@ -83,27 +81,29 @@ def measure_success(
     }
 
 
-def _spoken(scenes: Sequence[EvaluationScene]) -> list[EvaluationScene]:
-    """The scenes with one of the corpus's sentences each, in turn, and its embedding."""
+def spoken_scenes(scenes: Sequence[EvaluationScene], *, heard: bool) -> list[EvaluationScene]:
+    """The scenes with one of the corpus's sentences each, in turn, and its embedding.
+
+    Args:
+        heard: put what the parser makes of each sentence along: all that a planner told in words may know.
+    """
     words = []
     for scene in scenes:
         templates = sentences(scene.spec)
         words.append(templates[scene.number % len(templates)])
-    embeddings = SentenceEncoder().encode(words)
-    return [replace(scene, words=text, embedding=row) for scene, text, row in zip(scenes, words, embeddings, strict=True)]
-
-
-def _heard(scenes: Sequence[EvaluationScene]) -> list[EvaluationScene]:
-    """The scenes with what the parser makes of their sentences: all that a planner told in words may know."""
     parser = EmbeddingParser.from_pretrained()
+    rows = zip(scenes, words, parser.encoder.encode(words), strict=True)
+    return [
+        replace(scene, words=text, embedding=row, heard=_parsed(parser, text) if heard else None)
+        for scene, text, row in rows
+    ]
 
-    def parsed(text: str) -> StructureSpec:
-        try:
-            return parser.parse(text).spec
-        except ParseError:  # nothing was heard: the planner goes by the embedding alone
-            return StructureSpec()
 
-    return [replace(scene, heard=parsed(scene.words)) for scene in scenes]
+def _parsed(parser: EmbeddingParser, text: str) -> StructureSpec:
+    try:
+        return parser.parse(text).spec
+    except ParseError:  # nothing was heard: the planner goes by the embedding alone
+        return StructureSpec()
 
 
 def tell_success(report: dict[str, Any], results: TextIO) -> None:
