@@ -13,6 +13,7 @@ from agent.arm.motion import trajectory
 from structdiffusion.tabletop import TIME_STEP, TabletopWorld
 
 WELD_FORCE = 200.0  # N, as strong as a rigid attachment needs to be
+LETTING_GO_SECONDS = 0.5  # within which the fingers must be clear of the object
 SQUEEZE = 0.15  # rad beyond contact that the finger motors aim for in a grasp held by friction
 
 
@@ -30,7 +31,7 @@ class ArmDriver:
         self, world: TabletopWorld, arm: JacoArm, weld: bool, on_step: Callable[[], None] | None = None
     ) -> None:
         self.world, self.arm, self.welds, self.on_step = world, arm, weld, on_step
-        self._constraint: int | None = None
+        self._weld: tuple[int, int] | None = None  # the constraint, and the body that it holds
 
     def let_sleep(self, allowed: bool) -> None:
         """Whether the engine may skip objects that lie still; a touch wakes them. It saves most of the time."""
@@ -97,17 +98,23 @@ class ArmDriver:
         state = pybullet.getLinkState(arm.body, arm.hand, physicsClientId=client)
         inverse = pybullet.invertTransform(state[0], state[1])
         in_hand = pybullet.multiplyTransforms(*inverse, position, quaternion)
-        self._constraint = pybullet.createConstraint(
+        constraint = pybullet.createConstraint(
             arm.body, arm.hand, body, -1, pybullet.JOINT_FIXED, [0, 0, 0], in_hand[0], [0, 0, 0], in_hand[1],
             physicsClientId=client,
         )
-        pybullet.changeConstraint(self._constraint, maxForce=WELD_FORCE, physicsClientId=client)
+        pybullet.changeConstraint(constraint, maxForce=WELD_FORCE, physicsClientId=client)
+        self._weld = (constraint, body)
         arm.command_fingers(list(arm.finger_angles()))
 
     def let_go(self, opening: float) -> None:
-        """Ends the weld, if there is one, and opens the fingers to the angle `opening`."""
-        if self._constraint is not None:
-            pybullet.removeConstraint(self._constraint, physicsClientId=self.world.client)
-            self._constraint = None
+        """Opens the fingers to the angle `opening`; a weld ends when none of them touches the object any more."""
         self.arm.command_fingers([opening] * 3)
+        if self._weld is not None:
+            constraint, body = self._weld
+            for _ in range(round(LETTING_GO_SECONDS / TIME_STEP)):
+                self.step()
+                if not self.arm.touching(body):
+                    break
+            pybullet.removeConstraint(constraint, physicsClientId=self.world.client)
+            self._weld = None
         self.wait(0.35)

@@ -2,12 +2,12 @@
 
 What is real here and what is not. The arm moves by position motors within the maker's joint speeds;
 the fingers close with the real finger effort and each stops where it touches; friction is that of
-the physics engine. Rigid finger boxes hold badly against the curved and light scans, so a grasp is
-held by a weld after contact on both sides: once the thumb and at least one opposite finger touch
-the object, a fixed constraint joins it to the hand until release (the paper's own planning assumes
-that a grasped object is attached rigidly). A grasp without such contact has failed, and the next is
-tried. Each placement, each slip while the fingers close, and each object that was pushed is
-measured on the simulation's poses: this stands in for tracking by the camera.
+the physics engine. Rigid finger boxes hold badly against curved and light things, so a grasp is held
+by a weld after contact on both sides: once the thumb and at least one opposite finger touch the
+object, a fixed constraint joins it to the hand until the fingers have opened clear of it (the paper's
+own planning assumes that a grasped object is attached rigidly). A grasp without such contact has
+failed, and the next is tried. Each placement, each slip while the fingers close, and each object that
+was pushed is measured on the simulation's poses: this stands in for tracking by the camera.
 """
 
 from __future__ import annotations
