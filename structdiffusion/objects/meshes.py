@@ -24,8 +24,8 @@ LONG = (
     *CUTLERY, "spatula", "ladle", "screwdriver", "hammer", "wrench", "scissors", "clamp", "drill",
     "marker", "pen", "pencil", "brush", "banana", "pear", "car", "airplane",
 )  # fmt: skip
-# A scan or model that rests up to this far off level is set level.
-_LEVEL_WITHIN = math.radians(20.0)
+# A scan or model that is about upright rests within this angle of it, radians.
+UPRIGHT_WITHIN = math.radians(20.0)
 
 
 def clean(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
@@ -59,11 +59,11 @@ def _solid(mesh: trimesh.Trimesh) -> manifold3d.Manifold:
     )
 
 
-def level(parts: tuple[np.ndarray, ...]) -> np.ndarray:
+def level(parts: tuple[np.ndarray, ...], within: float = UPRIGHT_WITHIN) -> np.ndarray:
     """The smallest rotation (4, 4) that sets convex parts on the face of their hull onto which they settle.
 
     They roll from face to face as long as the centre of mass sinks; the identity if that leads more
-    than 20 degrees away, for then something other than unevenness makes it fall.
+    than `within` radians away, for then something other than unevenness makes it fall.
     """
     hull = ConvexHull(np.concatenate(parts))
     center = mass_properties(parts, 1.0).object_from_inertial[:3, 3]
@@ -78,7 +78,7 @@ def level(parts: tuple[np.ndarray, ...]) -> np.ndarray:
             break
         down, face = normals[below], below
     tilt = math.acos(np.clip(-down[2], -1.0, 1.0))
-    if not 1e-6 < tilt < _LEVEL_WITHIN:
+    if not 1e-6 < tilt < within:
         return np.eye(4)
     return trimesh.transformations.rotation_matrix(tilt, np.cross(down, [0.0, 0.0, -1.0]))
 
@@ -169,6 +169,7 @@ def object_from_mesh(
     friction: float,
     color: tuple[float, float, float],
     turn: float = 0.0,
+    settle_within: float = UPRIGHT_WITHIN,
     max_parts: int = MAX_PARTS,
     resolution: int = RESOLUTION,
 ) -> ObjectModel:
@@ -177,6 +178,7 @@ def object_from_mesh(
     Args:
         mesh: the surface; cleaned here.
         turn: radians added to the front that `front_yaw` finds, for things that look alike from both ends.
+        settle_within: how far, in radians, it may roll over to rest.
 
     Raises:
         ValueError: when the mesh encloses nothing.
@@ -190,7 +192,7 @@ def object_from_mesh(
     else:
         parts = hollow_parts(mesh) if category in HOLLOW else ()
         parts = parts or convex_parts(mesh.vertices, mesh.faces, max_parts=max_parts, resolution=resolution)
-    upright = level(parts)
+    upright = level(parts, settle_within)
     dense, _ = sample_surface(mesh, 20_000, seed=0)
     yaw = front_yaw(transform_points(upright, dense), category) + turn
     upright = pose_from_xyz_yaw(0.0, 0.0, 0.0, -yaw) @ upright
@@ -199,7 +201,8 @@ def object_from_mesh(
     # Voxels leave bottoms uneven by a fraction of a millimetre, on which things would rock.
     floor = min(part[:, 2].min() for part in parts)
     for part in parts:
-        part[part[:, 2] < floor + 0.001, 2] = floor
+        if part[:, 2].max() > floor + 0.0015:  # a thinner part would become a sheet
+            part[part[:, 2] < floor + 0.001, 2] = floor
     origin = np.array([*footprint_centroid(np.concatenate(parts)[:, :2]), floor])
     mesh.apply_translation(-origin)
     points, normals = sample_surface(mesh, SURFACE_POINTS, seed=0)

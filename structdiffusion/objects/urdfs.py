@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -21,7 +22,8 @@ _FRICTION = 0.5
 def random_urdfs_objects(count: int = 200) -> list[ObjectModel]:
     """The first `count` usable bodies, scaled as their URDF says; their category is "object".
 
-    Each is a union of a few convex pieces, which are its parts. A body longer than 16 cm is left out.
+    Each is a union of a few convex pieces, which are its parts, and lies as it comes to rest. A body
+    longer than 16 cm, or with coordinates that are not numbers (168), is left out.
 
     Raises:
         ObjectError: when `count` is not between 1 and 1000, or so many usable bodies do not exist.
@@ -45,7 +47,7 @@ def _object(urdf: Path) -> ObjectModel | None:
     shape = link.find("collision/geometry/mesh")
     mesh = trimesh.load(urdf.parent / shape.get("filename"), force="mesh", process=False)
     mesh.apply_scale(np.array(shape.get("scale").split(), dtype=float))
-    if mesh.extents.max() > _LARGEST:
+    if not np.isfinite(mesh.vertices).all() or mesh.extents.max() > _LARGEST:
         return None
     color = tuple(float(value) for value in link.find("visual/material/color").get("rgba").split()[:3])
     return object_from_mesh(
@@ -56,4 +58,5 @@ def _object(urdf: Path) -> ObjectModel | None:
         mass=float(link.find("inertial/mass").get("value")),
         friction=_FRICTION,
         color=color,
+        settle_within=math.pi,  # they have no upright pose of their own
     )
