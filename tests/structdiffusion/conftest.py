@@ -30,9 +30,8 @@ def built():
             place = layout.order.index(i)
             carrier = (layout.order[place - 1],) if layout.spec.shape == "tower" and place else ()
             outline = turned(item.footprint, turn) + at[:2]
-            name = f"{item.category} {i + 1}"
-            top = at[2] + item.height
-            placed.append(PlacedBody(name, item.category, outline, at[:2], at[2], top, item.front_yaw + turn, carrier))
+            named, top, yaw = (f"{item.category} {i + 1}", item.category), at[2] + item.height, item.front_yaw + turn
+            placed.append(PlacedBody(*named, outline, at[:2], at[2], top, yaw, carrier))
         return placed
 
     return bodies
@@ -40,7 +39,7 @@ def built():
 
 @pytest.fixture(scope="session")
 def data_folder(library, tmp_path_factory):
-    """A folder of 24 demonstrations in two shards, with a language whose "embeddings" are the word ids themselves."""
+    """A folder of 24 demonstrations in two shards; the "embeddings" of its language are the word ids."""
     folder = tmp_path_factory.mktemp("demonstrations")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))

@@ -78,13 +78,9 @@ def test_stored_towers_stand(data_folder, library):
     for row in np.flatnonzero(data.words[:, 0] == TOWER)[:3]:
         count = int((data.objects[row, :7] >= 0).sum())
         models = [library[i] for i in data.objects[row, :count]]
-        initial = np.array([pose_from_xyz_yaw(x, y, 0.0, yaw) for x, y, yaw in data.initial[row, :count].astype(float)])
-        goal = np.array(
-            [
-                pose_from_xyz_yaw(x, y, z, start[2] + turn)
-                for (x, y, z, turn), start in zip(data.goal[row, :count].astype(float), data.initial[row].astype(float))
-            ]
-        )
+        starts, goals = data.initial[row, :count].astype(float), data.goal[row, :count].astype(float)
+        initial = np.array([pose_from_xyz_yaw(x, y, 0.0, yaw) for x, y, yaw in starts])
+        goal = np.array([pose_from_xyz_yaw(*at[:3], start[2] + at[3]) for at, start in zip(goals, starts)])
         verdict = place_and_check(models, initial, goal @ np.linalg.inv(initial), StructureSpec("tower"))
         assert verdict.success, (row, verdict)
         built += 1

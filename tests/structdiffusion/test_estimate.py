@@ -80,7 +80,8 @@ def test_poor_clouds_still_have_an_outline(points):
 
 
 def test_imagined_bodies_rest_on_the_highest_thing_below(library):
-    blocks = [estimate(seen(model, y=y)) for model, y in zip((m for m in library if m.category == "book"), (-0.3, 0.0, 0.3))]
+    books = [model for model in library if model.category == "book"]
+    blocks = [estimate(seen(model, y=y)) for model, y in zip(books, (-0.3, 0.0, 0.3))]
     motions = np.array([np.eye(4)] * 3)
     flat = imagined_bodies(blocks, motions)
     assert [body.rests_on for body in flat] == [(), (), ()]

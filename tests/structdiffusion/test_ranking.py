@@ -113,5 +113,6 @@ def test_one_hit_among_many_pairs_is_not_averaged_away():
 
 def test_the_scenes_table_is_the_bound():
     small = Table(0.40, 0.50, -0.3, 0.3)
-    inside, outside = scores(Ranker(Constant(), NearestPoints()), np.array([STAY, np.tile([0.1, 0, 0], (3, 1))]), table=small)
+    moves = np.array([STAY, np.tile([0.1, 0, 0], (3, 1))])
+    inside, outside = scores(Ranker(Constant(), NearestPoints()), moves, table=small)
     assert inside["bounds"] == 1.0 and outside["bounds"] < 0.01

@@ -64,7 +64,7 @@ def folder(tmp_path_factory):
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_the_geometric_planner_imagines_what_passes_the_checks(library, shape):
-    """From clouds alone: its best proposal passes every check on the estimated outlines, upright, and on the table."""
+    """From clouds alone, its best proposal passes every check on the estimated outlines, upright, on the table."""
     for seed in range(2):
         spec = full_spec(shape, np.random.default_rng(seed))
         scene = observed(library, spec, seed)
@@ -135,7 +135,8 @@ def test_every_object_gets_the_motion_of_its_own_place(circle, folder):
     model = PoseDiffusion.from_pretrained(folder / "diffusion")
     planner = DiffusionPlanner(model, None, sentence=False, steps=5)
     count, things = 8, len(circle.objects)
-    places = torch.stack((torch.linspace(0.3, 0.6, things), torch.linspace(-0.3, 0.3, things), torch.zeros(things)), dim=1)
+    x, y = torch.linspace(0.3, 0.6, things), torch.linspace(-0.3, 0.3, things)
+    places = torch.stack((x, y, torch.zeros(things)), dim=1)
     frame = torch.eye(4)[None]
     clean = model.encode_state(frame, places[None], torch.eye(3).expand(1, things, 3, 3)).expand(count, -1, -1)
 

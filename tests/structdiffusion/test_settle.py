@@ -44,7 +44,8 @@ def test_tilted_goals_become_upright_where_they_were():
     one = thing()
     tilt = math.radians(25)
     motion = pose_from_xyz_yaw(0, 0, 0, 0.5)
-    motion[:3, :3] = motion[:3, :3] @ [[math.cos(tilt), 0, math.sin(tilt)], [0, 1, 0], [-math.sin(tilt), 0, math.cos(tilt)]]
+    c, s = math.cos(tilt), math.sin(tilt)
+    motion[:3, :3] = motion[:3, :3] @ [[c, 0, s], [0, 1, 0], [-s, 0, c]]
     motion[:3, 3] = (0.35, -0.1, one.mean[2]) - motion[:3, :3] @ one.mean
     settled = settle([one], motion[None])[0]
     assert tilt_between(settled, np.eye(4)) == pytest.approx(0.0, abs=1e-7)

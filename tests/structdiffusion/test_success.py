@@ -1,4 +1,4 @@
-"""Each check of the contract holds for a structure made by hand, and fails as soon as its condition is broken."""
+"""Each check of the contract holds for a structure made by hand, and fails once its condition is broken."""
 
 import math
 from dataclasses import replace
@@ -98,7 +98,9 @@ def test_a_ring_is_closed_unless_it_faces_somewhere():
 
 
 @pytest.mark.parametrize(("rotation", "heading"), HEADINGS.items())
-@pytest.mark.parametrize(("off", "right"), [(0, True), (40, True), (-40, True), (50, False), (-50, False), (180, False)])
+@pytest.mark.parametrize(
+    ("off", "right"), [(0, True), (40, True), (-40, True), (50, False), (-50, False), (180, False)]
+)
 def test_the_opening_faces_the_rotation_within_45_degrees(rotation, heading, off, right):
     angles = [heading + off + (k + 1) * 360 / 7 for k in range(6)]
     expected = [] if right else ["opening's heading (deg off)"]
@@ -106,7 +108,8 @@ def test_the_opening_faces_the_rotation_within_45_degrees(rotation, heading, off
 
 
 @pytest.mark.parametrize(
-    ("ratio", "size"), [(1.02, "small"), (1.27, "small"), (1.33, "medium"), (1.77, "medium"), (1.83, "large"), (2.6, "large")]
+    ("ratio", "size"),
+    [(1.02, "small"), (1.27, "small"), (1.33, "medium"), (1.77, "medium"), (1.83, "large"), (2.6, "large")],
 )
 def test_sizes_are_bands_of_the_extent_over_the_tightest(ratio, size):
     tightest = 2 * 0.03 + 0.01  # of a ring of six, whose sides are as long as its radius
@@ -130,14 +133,17 @@ def test_a_line_and_how_it_is_broken():
 
 
 @pytest.mark.parametrize(("rotation", "heading"), HEADINGS.items())
-@pytest.mark.parametrize(("off", "right"), [(0, True), (20, True), (-20, True), (25, False), (90, False), (180, True)])
+@pytest.mark.parametrize(
+    ("off", "right"), [(0, True), (20, True), (-20, True), (25, False), (90, False), (180, True)]
+)
 def test_a_line_runs_across_its_heading(rotation, heading, off, right):
     found = failures(row(degrees=heading + off), StructureSpec("line", rotation=rotation))
     assert found == ([] if right else ["line off perpendicular to its heading (deg)"])
 
 
 def test_a_tower_and_how_it_is_broken():
-    tower = [body(0.45, 0, 0.05), body(0.45, 0.01, 0.04, z=0.05, rests_on=(0,)), body(0.46, 0, z=0.1, rests_on=(1,))]
+    second, third = body(0.45, 0.01, 0.04, z=0.05, rests_on=(0,)), body(0.46, 0, z=0.1, rests_on=(1,))
+    tower = [body(0.45, 0, 0.05), second, third]
     spec = StructureSpec("tower")
     assert failures(tower, spec) == []
     assert failures([tower[2], tower[0], tower[1]], spec) != []  # carriers are indices, which have changed

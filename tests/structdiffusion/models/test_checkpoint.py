@@ -44,7 +44,8 @@ def test_a_checkpoint_comes_back_in_half_precision(tmp_path):
 
 
 def test_configs_come_back_equal_tuples_included(tmp_path):
-    config = DiffusionConfig(width=32, layers=1, heads=2, feed_forward=32, nouns=("plate", "fork"), prediction_type="epsilon")
+    size = {"width": 32, "layers": 1, "heads": 2, "feed_forward": 32}
+    config = DiffusionConfig(**size, nouns=("plate", "fork"), prediction_type="epsilon")
     PoseDiffusion(config).save_pretrained(tmp_path)
     assert PoseDiffusion.from_pretrained(tmp_path).config == config
 
