@@ -164,7 +164,7 @@ def generate(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the scenes go; finished shards there are kept.")],
     scenes: Annotated[int, typer.Option(min=1, help="How many, rounded up to whole shards of 500.")] = 10_000,
     pairs: Annotated[int, typer.Option(min=1, help="Pairs of objects for the collision discriminator.")] = 100_000,
-    objects: ObjectsOption = "procedural",
+    objects: ObjectsOption = "training",
     seed: SeedOption = 0,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
 ) -> None:

@@ -10,10 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import maximum_filter, minimum_filter
 
-# A depth jump between neighbouring pixels, metres, at which a real sensor mixes the two surfaces.
-EDGE_JUMP = 0.02
 DROPPED_PIXELS = 0.01
 
 
@@ -118,15 +115,6 @@ def measured_depth(depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return noisy
 
 
-def at_depth_edge(depth: np.ndarray, jump: float = EDGE_JUMP) -> np.ndarray:
-    """The pixels (H, W) bool whose 3x3 surroundings span more than `jump` metres of depth.
-
-    There a real sensor gives flying pixels between the two surfaces. Nothing (NaN) counts as far.
-    """
-    filled = np.nan_to_num(depth, nan=100.0)
-    return maximum_filter(filled, 3) - minimum_filter(filled, 3) > jump
-
-
 @dataclass(frozen=True)
 class CameraImage:
     """One look.
@@ -136,7 +124,6 @@ class CameraImage:
         depth: (H, W) float64 metres along the camera's z, NaN where not measured.
         segmentation: (H, W) int, the physics engine's body id at each pixel; -1 where nothing is.
         points: (H, W, 3) float64 world points, NaN where not measured.
-        reliable: (H, W) bool: measured, and not at a depth edge.
         world_from_camera: (4, 4).
     """
 
@@ -144,5 +131,4 @@ class CameraImage:
     depth: np.ndarray
     segmentation: np.ndarray
     points: np.ndarray
-    reliable: np.ndarray
     world_from_camera: np.ndarray

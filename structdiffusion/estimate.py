@@ -21,8 +21,7 @@ from structdiffusion.success import PlacedBody
 
 _LEVEL = 0.008  # m: points this close below the top count as the top, about four deviations of the noise
 _STACKABLE_SHARE = 0.45  # of the outline's area that a top has to span to carry something
-# The share of the points that may lie outside the outline on each side: depth noise at the rims.
-_TRIM = 0.01
+_RIM = 0.985  # quantile of a vessel's points that is its rim's height
 _INNER = 0.5  # of the outline's smallest radius: where a vessel is lower than its rim
 _ON_TABLE = 0.008  # m: what is lifted less stands on the table
 # Outlines that overlap less, metres, are neighbours that touch, not one above the other.
@@ -77,6 +76,8 @@ def estimate(cloud: ObjectCloud) -> ObjectEstimate:
     middle = footprint_centroid(outline)
     inner = np.linalg.norm(cloud.points[:, :2] - middle, axis=1) < _INNER * np.linalg.norm(outline - middle, axis=1).min()
     hollow = inner.sum() >= 5 and height - float(np.median(z[inner])) > _LEVEL
+    if hollow:  # the points near the top are mostly on the wall below the rim
+        height = float(np.quantile(z, _RIM))
     return ObjectEstimate(
         cloud.name,
         cloud.category,
@@ -90,10 +91,7 @@ def estimate(cloud: ObjectCloud) -> ObjectEstimate:
 
 
 def _outline(points: np.ndarray) -> np.ndarray:
-    """The convex outline (K, 2) of points (P, 2) without their outermost strays."""
-    if len(points) > 100:
-        low, high = np.quantile(points, _TRIM / 2, axis=0), np.quantile(points, 1 - _TRIM / 2, axis=0)
-        points = points[((points >= low - 0.002) & (points <= high + 0.002)).all(axis=1)]
+    """The convex outline (K, 2) of points (P, 2). Depth noise is along the ray, and mostly up and down."""
     try:
         return points[ConvexHull(points).vertices]
     except (QhullError, ValueError):  # fewer than three points, or all on one line

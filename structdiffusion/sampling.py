@@ -12,7 +12,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from structdiffusion.estimate import ObjectEstimate, estimate, imagined_bodies
+from structdiffusion.estimate import ObjectEstimate, estimate
 from structdiffusion.footprints import CLEARANCE, clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.layouts import LayoutError, lay_out, tower_order
@@ -22,10 +22,9 @@ from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.encoders import word_ids
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene, Table
-from structdiffusion.ranking import Ranker
+from structdiffusion.ranking import Ranker, checks_score
 from structdiffusion.scheduler import NoiseScheduler
 from structdiffusion.settle import settle
-from structdiffusion.success import check_structure
 
 PLANNERS = ("diffusion", "diffusion-tokens", "geometric")
 WEIGHTS = Path(__file__).parent / "weights"
@@ -234,10 +233,9 @@ class GeometricPlanner:
         goal: Goal,
         table: Table,
     ) -> dict[str, float]:
-        held = [check.passed for check in check_structure(imagined_bodies(objects, motions), goal.spec, table)]
         outlines = [thing.outline_after(motion) for thing, motion in zip(objects, motions)]
         hits = sum(clear_gap(outline, other.outline) < CLEARANCE for outline in outlines for other in others)
-        scores = {"checks": sum(held) / len(held), "free of distractors": 1.0 / (1.0 + hits)}
+        scores = {"checks": checks_score(objects, motions, goal.spec, table), "free of distractors": 1.0 / (1.0 + hits)}
         return {**scores, "total": math.prod(scores.values())}
 
 

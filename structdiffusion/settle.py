@@ -19,7 +19,7 @@ _ON_TABLE = 0.018  # m: an object whose sampled lift is less stands on the table
 _SINKS = 0.02  # m: a sampled lift this far below a hollow top means that it goes inside, as a bowl in a bowl
 # m: released a little high does no harm, a little low is an intersection. How deep something sinks is known to a
 # centimetre only; from 3 + 1 cm it still falls at less than the 1 m/s that would count as abnormal.
-_ABOVE, _ABOVE_SUNK = 0.002, 0.01
+_ABOVE, _ABOVE_SUNK = 0.004, 0.01
 
 
 def settle(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray:
@@ -36,6 +36,7 @@ def settle(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray
     lifts = moved[:, 2] - np.array([thing.mean[2] for thing in objects])
     settled = np.array(motions)
     outlines: dict[int, np.ndarray] = {}
+    rests = np.zeros(len(objects))  # z at which each comes to rest; it is released a little higher
     for i in np.argsort(lifts):
         upright = pose_from_xyz_yaw(0.0, 0.0, 0.0, math.atan2(motions[i, 1, 0], motions[i, 0, 0]))
         upright[:2, 3] = moved[i, :2] - upright[:2, :2] @ objects[i].mean[:2]
@@ -43,10 +44,11 @@ def settle(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray
         if lifts[i] > _ON_TABLE:
             below = [j for j, other in outlines.items() if overlap_depth(outline, other) > OVERLAP]
             if below:
-                carrier = max(below, key=lambda j: settled[j, 2, 3] + objects[j].height)
-                top = settled[carrier, 2, 3] + objects[carrier].height
+                carrier = max(below, key=lambda j: rests[j] + objects[j].height)
+                top = rests[carrier] + objects[carrier].height
                 sinks = objects[carrier].hollow and top - lifts[i] > _SINKS
-                upright[2, 3] = lifts[i] + _ABOVE_SUNK if sinks else top + _ABOVE
+                rests[i] = lifts[i] if sinks else top
+                upright[2, 3] = rests[i] + (_ABOVE_SUNK if sinks else _ABOVE)
         settled[i] = upright
         outlines[int(i)] = outline
     return settled

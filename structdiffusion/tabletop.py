@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 import pybullet
 
-from structdiffusion.camera import VIEWS, CameraImage, DepthCamera, at_depth_edge, measured_depth
+from structdiffusion.camera import VIEWS, CameraImage, DepthCamera, measured_depth
 from structdiffusion.geometry import pose_from_position_quaternion, quaternion_from_matrix
 from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel
 from structdiffusion.observation import ObjectCloud, Scene, Table
@@ -242,13 +242,9 @@ class TabletopWorld:
         """One picture by the camera; with `rng` through the sensor's noise, without it exact."""
         color, buffer, segmentation = self._render(self.camera)
         depth = self.camera.depth_from_buffer(buffer)
-        edge = at_depth_edge(depth)
         if rng is not None:
             depth = measured_depth(depth, rng)
-        return CameraImage(
-            color, depth, segmentation, self.camera.points(depth), np.isfinite(depth) & ~edge,
-            self.camera.world_from_camera,
-        )
+        return CameraImage(color, depth, segmentation, self.camera.points(depth), self.camera.world_from_camera)
 
     def observe(
         self,
@@ -272,7 +268,7 @@ class TabletopWorld:
         image, names = self.look(rng), unique_names(self.models)
 
         def cloud(index: int) -> ObjectCloud | None:
-            rows, columns = np.nonzero((image.segmentation == self.bodies[index]) & image.reliable)
+            rows, columns = np.nonzero((image.segmentation == self.bodies[index]) & np.isfinite(image.depth))
             if len(rows) < max(1, min_points):
                 return None
             if len(rows) > SURFACE_POINTS:

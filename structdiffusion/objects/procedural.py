@@ -64,7 +64,7 @@ def _bowl(r: Range) -> Parts:
 
 
 def _plate(r: Range) -> Parts:
-    rim, height, base = r.uniform(0.08, 0.13), r.uniform(0.012, 0.028), r.uniform(0.55, 0.75)
+    rim, height, base = r.uniform(0.08, 0.14), r.uniform(0.012, 0.03), r.uniform(0.5, 0.75)
     thickness = r.uniform(0.004, 0.006)
     return [frustum(base * rim, base * rim, 0, thickness)] + shell([(base * rim, 0.0), (rim, height)], thickness, 20)
 
@@ -108,7 +108,7 @@ def _handle(r: Range, length: float) -> tuple[Parts, float, float]:
 
 
 def _fork(r: Range) -> Parts:
-    parts, width, thick = _handle(r, r.uniform(0.09, 0.13))
+    parts, width, thick = _handle(r, r.uniform(0.09, 0.15))
     head, spread = r.uniform(0.022, 0.03), r.uniform(0.022, 0.028)
     parts.append(box(head, spread, 0, thick * 0.8, x=head / 2 - 0.002))
     tine, count = r.uniform(0.03, 0.045), int(r.choice([3, 4]))
@@ -120,7 +120,7 @@ def _fork(r: Range) -> Parts:
 
 
 def _knife(r: Range) -> Parts:
-    parts, width, thick = _handle(r, r.uniform(0.08, 0.11))
+    parts, width, thick = _handle(r, r.uniform(0.08, 0.12))
     blade, broad = r.uniform(0.09, 0.13), r.uniform(0.014, 0.026)
     outline = np.array([[-0.003, -broad / 2], [0.75 * blade, -broad / 2], [blade, broad * 0.3], [blade * 0.95, broad / 2],
                         [-0.003, broad / 2]])
@@ -128,7 +128,7 @@ def _knife(r: Range) -> Parts:
 
 
 def _spoon(r: Range) -> Parts:
-    parts, width, thick = _handle(r, r.uniform(0.09, 0.14))
+    parts, width, thick = _handle(r, r.uniform(0.09, 0.17))
     length, broad = r.uniform(0.045, 0.065), r.uniform(0.030, 0.042)
     outline = circle_outline(1.0, 14) * (length / 2, broad / 2) + (length / 2 - 0.004, 0)
     return parts + [prism(outline, 0, thick * 0.9 + 0.004)]

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from structdiffusion.camera import DepthCamera, at_depth_edge, measured_depth
+from structdiffusion.camera import DepthCamera, measured_depth
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.objects.procedural import procedural_object
@@ -137,9 +137,6 @@ def test_noise_grows_with_distance_and_drops_pixels():
     assert np.nanstd(near) == pytest.approx(0.0012, rel=0.05)
     assert np.nanstd(far) == pytest.approx(0.0031, rel=0.05)
     assert np.isnan(near).mean() == pytest.approx(0.01, abs=0.003)
-    depth = np.ones((5, 5))
-    depth[:, 3:] = 1.1
-    np.testing.assert_array_equal(at_depth_edge(depth)[0], [False, False, True, True, False])
 
 
 def test_observe_gives_a_named_partial_scene():

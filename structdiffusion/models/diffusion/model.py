@@ -52,7 +52,7 @@ class DiffusionConfig:
     layers: int = 4
     heads: int = 4
     feed_forward: int = 384
-    points: int = 64
+    points: int = 128
     point_width: int = 48
     max_objects: int = 12
     steps: int = 200
