@@ -19,9 +19,10 @@ from structdiffusion.objects.model import footprint_centroid
 from structdiffusion.observation import ObjectCloud
 from structdiffusion.success import PlacedBody
 
-_LEVEL = 0.008  # m: points this close below the top count as the top, about four deviations of the noise
+_LEVEL = 0.008  # m: points this close below the highest count as near the top, about four deviations of the noise
+_TOP = 0.005  # m: points this close below the top belong to it; a ball has few of them
 _STACKABLE_SHARE = 0.45  # of the outline's area that a top has to span to carry something
-_RIM = 0.985  # quantile of a vessel's points that is its rim's height
+_RIM, _RIM_NOISE = 0.985, 0.003  # quantile of the points that is a rim's height; m that noise adds to it
 _INNER = 0.5  # of the outline's smallest radius: where a vessel is lower than its rim
 _ON_TABLE = 0.008  # m: what is lifted less stands on the table
 # Outlines that overlap less, metres, are neighbours that touch, not one above the other.
@@ -64,12 +65,15 @@ class ObjectEstimate:
 def estimate(cloud: ObjectCloud) -> ObjectEstimate:
     """What a partial cloud tells of its object."""
     outline = _outline(cloud.points[:, :2].astype(np.float64))
-    # The highest points alone lie above the top by three deviations of the noise: take the median of those near them.
     z = cloud.points[:, 2]
-    height = float(np.median(z[z > np.quantile(z, 0.97) - _LEVEL]))
+    # The highest points lie above a level top by deviations of the noise: take the median of those near them. But a
+    # can's narrow rim, on which things stand, is higher than its lid.
+    level = float(np.median(z[z > np.quantile(z, 0.97) - _LEVEL]))
+    rim = float(np.quantile(z, _RIM))
+    height = max(level, rim - _RIM_NOISE)
     try:
         # In 2-d, volume is area.
-        share = ConvexHull(cloud.points[z > height - _LEVEL, :2]).volume / ConvexHull(outline).volume
+        share = ConvexHull(cloud.points[z > height - _TOP, :2]).volume / ConvexHull(outline).volume
     except (QhullError, ValueError):
         share = 0.0
     mean = cloud.points.mean(axis=0).astype(np.float64)
@@ -77,7 +81,7 @@ def estimate(cloud: ObjectCloud) -> ObjectEstimate:
     inner = np.linalg.norm(cloud.points[:, :2] - middle, axis=1) < _INNER * np.linalg.norm(outline - middle, axis=1).min()
     hollow = inner.sum() >= 5 and height - float(np.median(z[inner])) > _LEVEL
     if hollow:  # the points near the top are mostly on the wall below the rim
-        height = float(np.quantile(z, _RIM))
+        height = rim
     return ObjectEstimate(
         cloud.name,
         cloud.category,

@@ -199,14 +199,19 @@ def _draft_tower(items: Sequence[LayoutItem], spec: StructureSpec, heading: floa
     return _Draft(order, np.zeros((len(items), 2)), heights, turns, 0.0)
 
 
+def setting_base(items: Sequence[LayoutItem]) -> int:
+    """The item that a table setting is laid around: a plate, else a bowl; with neither, the broadest thing."""
+    bases = [i for noun in BASES for i, item in enumerate(items) if item.category == noun]
+    return bases[0] if bases else max(range(len(items)), key=lambda i: np.ptp(items[i].footprint, axis=0).min())
+
+
 def _draft_table_setting(
     items: Sequence[LayoutItem], spec: StructureSpec, heading: float, rng: np.random.Generator
 ) -> _Draft:
     """In the diner's view: +x of the structure frame is toward the diner, so away is -x and left is -y."""
-    bases = [i for noun in BASES for i, item in enumerate(items) if item.category == noun]
-    if not bases or len(items) < 2:
+    base = setting_base(items)
+    if items[base].category not in BASES or len(items) < 2:
         raise LayoutError("a table setting needs a plate or bowl and at least one thing beside it")
-    base = bases[0]
     away, left = -np.array([math.cos(heading), math.sin(heading)]), np.array([math.sin(heading), -math.cos(heading)])
     turns, offsets = np.zeros(len(items)), np.zeros((len(items), 2))
     placed = [items[base].footprint]

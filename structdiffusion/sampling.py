@@ -15,7 +15,7 @@ from torch import Tensor
 from structdiffusion.estimate import ObjectEstimate, estimate
 from structdiffusion.footprints import CLEARANCE, clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
-from structdiffusion.layouts import LayoutError, lay_out, tower_order
+from structdiffusion.layouts import LayoutError, lay_out, setting_base, tower_order
 from structdiffusion.models.checkpoint import CheckpointError
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.diffusion import PoseDiffusion
@@ -177,16 +177,22 @@ class DiffusionPlanner:
     def _orders(
         self, objects: list[ObjectEstimate], goal: Goal, count: int, generator: torch.Generator
     ) -> Tensor:
-        """Which object takes which place, (count, N): random, but what carries goes below in a tower."""
+        """Which object takes which place, (count, N), as in the demonstrations.
+
+        Random around a ring and along a line; what carries goes below in a tower; the base of a table setting
+        comes first. With an open shape, every third sample has the order of each.
+        """
         random = torch.rand(count, len(objects), generator=generator).argsort(dim=1)
-        if goal.spec.shape not in ("tower", None):
-            return random
         rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
         items = [thing.layout_item() for thing in objects]
         stacked = torch.tensor([tower_order(items, rng) for _ in range(count)])
-        if goal.spec.shape is None:  # any shape: a half of the samples each
-            return torch.where((torch.arange(count) % 2 == 0)[:, None], random, stacked)
-        return stacked
+        base = setting_base(items)
+        first = (random == base).long().argsort(dim=1, descending=True, stable=True)
+        based = random.gather(1, first)
+        if goal.spec.shape is None:
+            third = (torch.arange(count) % 3)[:, None]
+            return torch.where(third == 0, random, torch.where(third == 1, stacked, based))
+        return {"tower": stacked, "table setting": based}.get(goal.spec.shape, random)
 
 
 class GeometricPlanner:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+import shapely
 
 from structdiffusion.estimate import OVERLAP, ObjectEstimate
 from structdiffusion.footprints import overlap_depth
@@ -20,6 +21,7 @@ _SINKS = 0.02  # m: a sampled lift this far below a hollow top means that it goe
 # m: released a little high does no harm, a little low is an intersection. How deep something sinks is known to a
 # centimetre only; from 3 + 1 cm it still falls at less than the 1 m/s that would count as abnormal.
 _ABOVE, _ABOVE_SUNK = 0.004, 0.01
+_OPENING = 0.85  # of a vessel's outline: what has to go inside must be narrower
 
 
 def settle(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray:
@@ -46,9 +48,16 @@ def settle(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray
             if below:
                 carrier = max(below, key=lambda j: rests[j] + objects[j].height)
                 top = rests[carrier] + objects[carrier].height
-                sinks = objects[carrier].hollow and top - lifts[i] > _SINKS
+                fits = _inside(outline, outlines[carrier])
+                sinks = objects[carrier].hollow and fits and top - lifts[i] > _SINKS
                 rests[i] = lifts[i] if sinks else top
                 upright[2, 3] = rests[i] + (_ABOVE_SUNK if sinks else _ABOVE)
         settled[i] = upright
         outlines[int(i)] = outline
     return settled
+
+
+def _inside(inner: np.ndarray, vessel: np.ndarray) -> bool:
+    """Whether an outline (K, 2) fits into a vessel's opening, given the vessel's outline (L, 2)."""
+    middle = vessel.mean(axis=0)
+    return bool(shapely.Polygon(middle + _OPENING * (vessel - middle)).contains(shapely.Polygon(inner)))
