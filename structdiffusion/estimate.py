@@ -35,6 +35,7 @@ class ObjectEstimate:
 
     Attributes:
         name, category: of its cloud.
+        points: (P, 3) what was seen of it.
         mean: (3,) the mean of its points.
         outline: (K, 2) convex outline seen from above.
         height: of its level top.
@@ -45,6 +46,7 @@ class ObjectEstimate:
 
     name: str
     category: str
+    points: np.ndarray
     mean: np.ndarray
     outline: np.ndarray
     height: float
@@ -85,6 +87,7 @@ def estimate(cloud: ObjectCloud) -> ObjectEstimate:
     return ObjectEstimate(
         cloud.name,
         cloud.category,
+        cloud.points.astype(np.float64),
         mean,
         outline,
         height,

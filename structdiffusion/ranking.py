@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 import torch
 from torch import Tensor
 
@@ -28,6 +29,9 @@ _WRONG = 0.5  # factor for an arrangement whose imagined checks do not all hold,
 # How far objects land from where they are put, roughly: m, rad. A goal that only just holds is worth less.
 _SHIFT, _TURN, _TRIALS = 0.004, 0.03, 5
 
+_WEDGED = 0.4  # factor for a thing on a round top, or neither in a vessel nor across it
+_WELL_INSIDE, _RIM_SLACK = 0.75, 0.004  # of a vessel's outline; m that a rim may be wider than what covers it
+
 
 @dataclass(frozen=True)
 class Ranker:
@@ -35,7 +39,7 @@ class Ranker:
 
     Attributes:
         structure, collision: trained discriminators.
-        imagined_checks: whether the contract's checks on estimated outlines count.
+        imagined_checks: whether the contract's checks on estimated outlines, and what carries what, count.
     """
 
     structure: StructureDiscriminator
@@ -81,6 +85,7 @@ class Ranker:
             }
             if self.imagined_checks:
                 row["checks"] = checks_score(objects, motions[k], spec, table)
+                row["support"] = support_score(objects, motions[k])
             row["total"] = math.prod(row.values())
             rows.append(row)
         return rows
@@ -129,6 +134,29 @@ def checks_score(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: S
         landed = motions if trial == 0 else np.array([_landed(m, thing, rng) for m, thing in zip(motions, objects)])
         held = [check.passed for check in check_structure(imagined_bodies(objects, landed), spec, table)]
         score += (1.0 if all(held) else _WRONG * sum(held) / len(held)) / _TRIALS
+    return score
+
+
+def support_score(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> float:
+    """How well whatever is stacked is carried, in [0, 1]; 1 where nothing is.
+
+    On a level top: the share of the outline that is carried, 1 from a half on. On a vessel: 1 when the object
+    either covers the rim or goes well inside; in between it may wedge or tip.
+
+    Args: as `checks_score`.
+    """
+    bodies, score = imagined_bodies(objects, motions), 1.0
+    for body in bodies:
+        upper = shapely.Polygon(body.footprint)
+        for carrier in body.rests_on:
+            lower = shapely.Polygon(bodies[carrier].footprint)
+            if not objects[carrier].stackable:
+                score *= _WEDGED
+            elif objects[carrier].hollow:
+                inside = shapely.affinity.scale(lower, _WELL_INSIDE, _WELL_INSIDE)
+                score *= 1.0 if inside.contains(upper) or upper.buffer(_RIM_SLACK).contains(lower) else _WEDGED
+            else:
+                score *= min(1.0, 2.0 * upper.intersection(lower).area / upper.area)
     return score
 
 

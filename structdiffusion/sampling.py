@@ -22,6 +22,7 @@ from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.encoders import word_ids
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene, Table
+from structdiffusion.placement import shift_into_place
 from structdiffusion.ranking import Ranker, checks_score
 from structdiffusion.scheduler import NoiseScheduler
 from structdiffusion.settle import settle
@@ -121,6 +122,10 @@ class DiffusionPlanner:
         nouns = torch.tensor(self.model.noun_ids([cloud.category for cloud in scene.objects]))
         motions, frames = self.sample(clouds, nouns, objects, goal, count, generator, preview)
         motions = np.array([settle(objects, row) for row in motions])
+        for row, frame in zip(motions, frames):
+            shift = shift_into_place(objects, row, goal.spec, scene.table)
+            row[:, :2, 3] += shift
+            frame[:2, 3] += shift
         arrangements = [Arrangement(row, {}, frame) for row, frame in zip(motions, frames)]
         if self.ranker is None:
             return arrangements

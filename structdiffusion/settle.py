@@ -14,9 +14,10 @@ import shapely
 
 from structdiffusion.estimate import OVERLAP, ObjectEstimate
 from structdiffusion.footprints import overlap_depth
-from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 
-_ON_TABLE = 0.018  # m: an object whose sampled lift is less stands on the table
+_ON_TABLE = 0.018  # m: an object whose sampled lift is less stands on the table,
+_COVERED = 0.025  # m: unless its outline reaches this far over another's, as on a plate's floor
 _SINKS = 0.02  # m: a sampled lift this far below a hollow top means that it goes inside, as a bowl in a bowl
 # m: released a little high does no harm, a little low is an intersection. How deep something sinks is known to a
 # centimetre only; from 3 + 1 cm it still falls at less than the 1 m/s that would count as abnormal.
@@ -43,15 +44,22 @@ def settle(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray
         upright = pose_from_xyz_yaw(0.0, 0.0, 0.0, math.atan2(motions[i, 1, 0], motions[i, 0, 0]))
         upright[:2, 3] = moved[i, :2] - upright[:2, :2] @ objects[i].mean[:2]
         outline = objects[i].outline_after(upright)
-        if lifts[i] > _ON_TABLE:
-            below = [j for j, other in outlines.items() if overlap_depth(outline, other) > OVERLAP]
-            if below:
-                carrier = max(below, key=lambda j: rests[j] + objects[j].height)
-                top = rests[carrier] + objects[carrier].height
-                fits = _inside(outline, outlines[carrier])
-                sinks = objects[carrier].hollow and fits and top - lifts[i] > _SINKS
-                rests[i] = lifts[i] if sinks else top
-                upright[2, 3] = rests[i] + (_ABOVE_SUNK if sinks else _ABOVE)
+        least = OVERLAP if lifts[i] > _ON_TABLE else _COVERED
+        below = [j for j, other in outlines.items() if overlap_depth(outline, other) > least]
+        if below:
+            carrier = max(below, key=lambda j: rests[j] + objects[j].height)
+            top = rests[carrier] + objects[carrier].height
+            fits = _inside(outline, outlines[carrier])
+            sinks = objects[carrier].hollow and fits and top - lifts[i] > _SINKS
+            rests[i] = top
+            if sinks:
+                # A vessel tapers, and goes deeper than its rim would: the sampled lift knows. Anything else rests
+                # on the highest of the carrier's points within its outline.
+                seen = transform_points(settled[carrier], objects[carrier].points) - (0, 0, settled[carrier, 2, 3])
+                under = seen[shapely.contains_xy(shapely.Polygon(outline), seen[:, :2]), 2]
+                floor = rests[carrier] + max(under, default=0.0)
+                rests[i] = lifts[i] if objects[i].hollow else min(max(floor, lifts[i]), top)
+            upright[2, 3] = rests[i] + (_ABOVE_SUNK if sinks else _ABOVE)
         settled[i] = upright
         outlines[int(i)] = outline
     return settled

@@ -86,6 +86,22 @@ def check_structure(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Ta
     return max(options, key=lambda checks: sum(check.passed for check in checks) / len(checks))
 
 
+def structure_centre(bodies: Sequence[PlacedBody], shape: str) -> np.ndarray:
+    """The point (2,) whose place the position slots speak of: of the ring, between the line's ends, under the tower,
+    or of the setting's base."""
+    points = np.array([body.centroid for body in bodies])
+    if shape == "circle" and len(bodies) >= 3:
+        return fit_circle(points)[0]
+    if shape == "line":
+        direction = np.linalg.svd(points - points.mean(axis=0))[2][0]
+        along = points @ direction
+        return 0.5 * (points[along.argmin()] + points[along.argmax()])
+    if shape == "tower":
+        return points[min(range(len(bodies)), key=lambda i: bodies[i].z_bottom)]
+    bases = [i for noun in BASES for i, body in enumerate(bodies) if body.category == noun]
+    return points[bases[0]] if shape == "table setting" and bases else points.mean(axis=0)
+
+
 def _check_circle(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
     checks = [Check("objects in the circle", len(bodies) >= 3, len(bodies), ">= 3")]
     if len(bodies) < 3:
@@ -141,8 +157,7 @@ def _check_line(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table)
         checks.append(Check("line off perpendicular to its heading (deg)", off <= 22.5, off, "<= 22.5"))
     tightest = sum(separation_along(a.local_footprint, b.local_footprint, direction) for a, b in neighbours)
     checks += _size_check(float(along.max() - along.min()) / tightest, spec)
-    ends = 0.5 * (points[order[0]] + points[order[-1]])
-    return checks + _position_checks(bodies, ends, spec, table)
+    return checks + _position_checks(bodies, structure_centre(bodies, "line"), spec, table)
 
 
 def _check_tower(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
@@ -160,7 +175,7 @@ def _check_tower(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table
     checks.append(
         Check("objects whose centroid lies over the one below", centred == len(bodies) - 1, centred, f"{len(bodies) - 1}")
     )
-    return checks + _position_checks(bodies, bodies[order[0]].centroid, spec, table)
+    return checks + _position_checks(bodies, structure_centre(bodies, "tower"), spec, table)
 
 
 def _check_table_setting(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
@@ -192,7 +207,7 @@ def _check_table_setting(bodies: Sequence[PlacedBody], spec: StructureSpec, tabl
     checks.append(Check("clear gap to the nearest neighbour (m)", loneliest <= 0.08, loneliest, "<= 0.080"))
     if spec.rotation is not None:
         checks.append(_heading_check("setting's heading (deg off)", facing, spec.rotation, 22.5))
-    return checks + _position_checks(bodies, bodies[base].centroid, spec, table)
+    return checks + _position_checks(bodies, structure_centre(bodies, "table setting"), spec, table)
 
 
 def _diner_checks(bodies: Sequence[PlacedBody], base: int, facing: float) -> list[Check]:

@@ -75,7 +75,7 @@ def test_scores_lie_in_the_unit_interval_and_the_total_is_their_product():
     rng = np.random.default_rng(0)
     shifts = np.concatenate((rng.normal(0, 0.15, (12, 3, 2)), np.zeros((12, 3, 1))), axis=2)
     for row in scores(ranker, shifts):
-        assert set(row) == {"structure", "collision", "bounds", "checks", "total"}
+        assert set(row) == {"structure", "collision", "bounds", "checks", "support", "total"}
         assert all(0 <= value <= 1 for value in row.values())
         assert row["total"] == pytest.approx(math.prod(value for name, value in row.items() if name != "total"))
 

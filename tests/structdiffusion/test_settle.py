@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ from structdiffusion.settle import settle
 
 def thing(x=0.45, y=0.0, radius=0.05, height=0.08, hollow=False) -> ObjectEstimate:
     mean = np.array([x, y, 0.6 * height])
-    return ObjectEstimate("can", "can", mean, circle_outline(radius) + (x, y), height, 0.0, True, hollow)
+    rim = np.column_stack((circle_outline(radius) + (x, y), np.full(24, height)))
+    return ObjectEstimate("can", "can", rim, mean, circle_outline(radius) + (x, y), height, 0.0, True, hollow)
 
 
 def motion_to(one: ObjectEstimate, x: float, y: float, lift: float, yaw: float = 0.0) -> np.ndarray:
@@ -61,20 +63,21 @@ def test_towers_stand_just_above_the_flat_top_below_whatever_was_sampled(order, 
     settled = settle([things[i] for i in order], np.array([motions[i] for i in order]))
     lifts = dict(zip(order, settled[:, 2, 3]))
     assert lifts[0] == 0.0
-    assert 0.05 < lifts[1] < 0.055
-    assert 0.12 < lifts[2] < 0.13
+    assert lifts[1] == pytest.approx(0.054)  # 4 mm above, and no more for the next
+    assert lifts[2] == pytest.approx(0.124)
 
 
 def test_only_a_hollow_thing_lets_another_sink():
-    small = thing(y=0.2, radius=0.03, height=0.06)
+    """A hollow thing tapers and goes as deep as sampled; it is released a centimetre higher."""
+    small = thing(y=0.2, radius=0.03, height=0.06, hollow=True)
     for hollow in (False, True):
         carrier = thing(radius=0.08, height=0.06, hollow=hollow)
         sunk = np.array([np.eye(4), motion_to(small, 0.45, 0.0, 0.025)])
         lift = settle([carrier, small], sunk)[1, 2, 3]
-        assert lift == pytest.approx(0.035 if hollow else 0.062)
+        assert lift == pytest.approx(0.035 if hollow else 0.064)
         # A lift near the rim means the rim.
         rim = np.array([np.eye(4), motion_to(small, 0.45, 0.0, 0.05)])
-        assert settle([carrier, small], rim)[1, 2, 3] == pytest.approx(0.062)
+        assert settle([carrier, small], rim)[1, 2, 3] == pytest.approx(0.064)
 
 
 def test_neighbours_that_touch_are_not_stacked():
@@ -89,3 +92,19 @@ def test_the_input_stays_as_it_was():
     copy = motions.copy()
     settle([one], motions)
     np.testing.assert_array_equal(motions, copy)
+
+
+def test_what_is_set_inside_stands_on_the_floor_that_the_camera_saw():
+    bowl, block = thing(radius=0.08, height=0.06, hollow=True), thing(y=0.3, radius=0.03, height=0.05)
+    floor = np.array([[0.45 + x, y, 0.01] for x in (-0.02, 0.0, 0.02) for y in (-0.02, 0.0, 0.02)])
+    bowl = replace(bowl, points=np.concatenate((bowl.points, floor)))
+    inside = np.array([np.eye(4), motion_to(block, 0.45, 0.0, 0.003)])
+    assert settle([bowl, block], inside)[1, 2, 3] == pytest.approx(0.02)  # the floor, and 1 cm above it
+    beside = np.array([np.eye(4), motion_to(block, 0.45, 0.1, 0.003)])  # 1 cm over the rim: a neighbour too near
+    assert settle([bowl, block], beside)[1, 2, 3] == 0.0
+
+
+def test_a_thing_wider_than_the_opening_stays_on_the_rim():
+    bowl, lid = thing(radius=0.05, height=0.06, hollow=True), thing(y=0.3, radius=0.06, height=0.02)
+    motions = np.array([np.eye(4), motion_to(lid, 0.45, 0.0, 0.03)])
+    assert settle([bowl, lid], motions)[1, 2, 3] == pytest.approx(0.064)
