@@ -70,13 +70,17 @@ def tightest_ring_radius(outlines: Sequence[np.ndarray], directions: np.ndarray)
         outlines: N outlines (K, 2), already turned as they will stand.
         directions: (N, 2) unit vectors from the ring's centre.
     """
-    radius = 0.0
+    reach = [float(np.linalg.norm(outline, axis=1).max()) for outline in outlines]
+    pairs = []
     for i in range(len(outlines)):
         for j in range(i + 1, len(outlines)):
             chord = directions[j] - directions[i]
-            length = float(np.linalg.norm(chord))
-            if length > 1e-6:
-                radius = max(radius, separation_along(outlines[i], outlines[j], chord / length) / length)
+            pairs.append((float(np.linalg.norm(chord)), i, j, chord))
+    radius = 0.0
+    for length, i, j, chord in sorted(pairs, key=lambda pair: pair[0]):
+        # Neighbours decide; a pair far apart is skipped when even its reaches ask for no more than is given.
+        if length > 1e-6 and (reach[i] + reach[j] + CLEARANCE) / length > radius:
+            radius = max(radius, separation_along(outlines[i], outlines[j], chord / length) / length)
     return radius
 
 
