@@ -30,6 +30,7 @@ from structdiffusion.geometry import quaternion_from_matrix, transform_points
 
 CLEARANCE = 0.004  # m kept between the arm and everything else
 CHECK_STEP = 0.04  # rad between the states of a motion that are checked
+FINE_STEP = 0.015  # rad, the same for a path that is found
 CARTESIAN_STEP = 0.01  # m between the states of a straight line
 EDGE_LOSS = 0.002  # m that the camera loses all around an object, at its depth edges
 SIMPLIFYING_CHECKS = 6_000  # collision checks spent on making a found path shorter
@@ -185,8 +186,20 @@ class PlanningScene:
         if self.collides(start, 0.0) or self.collides(goal, 0.0):
             return None
         straight = np.stack((start, goal))
-        if not self.path_collides(straight):
+        if not self.path_collides(straight) and self._holds_finely(straight):
             return straight
+        # Coarse checks are quick and mostly enough; a path that cuts a corner between them is searched anew.
+        for step in (CHECK_STEP, FINE_STEP):
+            path = self._search(start, goal, step, checks)
+            if path is not None and self._holds_finely(path):
+                return path
+        return None
+
+    def _holds_finely(self, path: np.ndarray) -> bool:
+        return not any(self.collides(q, 0.0) for q in interpolate(path, FINE_STEP))
+
+    def _search(self, start: np.ndarray, goal: np.ndarray, step: float, checks: int) -> np.ndarray | None:
+        """One run of RRT-Connect whose motions are checked every `step` radians; a shortened path or `None`."""
         lower = np.where(CONTINUOUS, np.minimum(start, goal) - math.pi, LOWER)
         upper = np.where(CONTINUOUS, np.maximum(start, goal) + math.pi, UPPER)
         space = base.RealVectorStateSpace(JOINTS)
@@ -208,7 +221,7 @@ class PlanningScene:
 
         setup.setStateValidityChecker(valid)
         information = setup.getSpaceInformation()
-        information.setStateValidityCheckingResolution(CHECK_STEP / space.getMaximumExtent())
+        information.setStateValidityCheckingResolution(step / space.getMaximumExtent())
         planner = geometric.RRTConnect(information)
         planner.setRange(0.8)
         setup.setPlanner(planner)
