@@ -31,9 +31,9 @@ class Recipe:
 
 
 RECIPES = {
-    "diffusion": Recipe(12_000, 8e-4, 32),
-    "structure": Recipe(5_000, 1e-3, 48),
-    "collision": Recipe(3_000, 1e-3, 128),
+    "diffusion": Recipe(16_000, 8e-4, 32),
+    "structure": Recipe(4_000, 1e-3, 32),
+    "collision": Recipe(5_000, 1e-3, 64),
 }
 DEVICES = ("auto", "cpu", "cuda")
 

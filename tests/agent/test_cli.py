@@ -47,7 +47,7 @@ def mesh_folder(folder: Path, count: int, side: float = 0.05) -> str:
 
 @pytest.mark.parametrize(
     "arguments",
-    [[], ["run"], ["parse"], ["generate"], ["train"], ["evaluate"], ["evaluate", "success"]],
+    [[], ["run"], ["parse"], ["generate"], ["train"], ["evaluate"], ["evaluate", "success"], ["evaluate", "arm"]],
 )
 def test_help_has_an_example(arguments, capsys):
     assert command_line([*arguments, "--help"]) == 0
@@ -74,6 +74,7 @@ def test_help_answers_at_once():
         (["run", CIRCLE, "--seed", "many"], ("--seed", "'many'")),
         (["run", CIRCLE, "--seed", "-1"], ("--seed", "-1")),
         (["run", CIRCLE, "--model", "oracle"], ("'oracle'", "diffusion", "geometric")),
+        (["evaluate", "arm", "--model", "oracle"], ("'oracle'", "diffusion", "geometric")),
         (["evaluate", "success", "--scenes", "0"], ("--scenes", "0")),
     ],
 )
