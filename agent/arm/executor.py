@@ -32,7 +32,9 @@ from structdiffusion.tabletop import TabletopWorld
 HOLDS = ("weld", "friction")
 PICK_ATTEMPTS = 3
 REPLANNING_SECONDS = 15.0  # for one object, when the world is not as planned
+REPLANNING_ATTEMPTS = 2
 STALE = 0.003  # m that an object may have moved before the plan around it is made anew
+LARGEST_SLIP, LARGEST_SLIP_ANGLE = 0.03, 0.25  # m, rad while the fingers close: more is no grasp
 SETTLE_SECONDS = 0.6
 CARTESIAN_SPEED = 0.5  # of the joints' limits, near objects
 LARGEST_CORRECTION = 0.02  # m by which an object follows the real place of the one it will stand on
@@ -98,6 +100,11 @@ def build_structure(
                 return
 
 
+def _angle(rotation: np.ndarray) -> float:
+    """How far a rotation matrix (3, 3) turns, radians."""
+    return float(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1, 1)))
+
+
 class _Builder:
     """Executes the plans of one arrangement, and plans anew where the world has changed."""
 
@@ -119,7 +126,7 @@ class _Builder:
         self.count = len(scene.objects)
         self.start_clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
         self.start_poses = world.poses()[: self.count]
-        _, self.stands_on = precedence(self.start_clouds, list(self.goal_from_initial), [0.0] * self.count)
+        *_, self.stands_on = precedence(self.start_clouds, list(self.goal_from_initial), [0.0] * self.count)
         self.expected = [np.eye(4)] * self.count  # now_from_initial as planned so far
         self.driver.let_sleep(True)
         self._pose_before = np.eye(4)  # of the object being moved, when its plan was made
@@ -193,17 +200,15 @@ class _Builder:
         clouds = [transform_points(motion, cloud) for motion, cloud in zip(motions, self.start_clouds)]
         bottoms = [max(0.0, bottom_at(m, c, 0.0)) for m, c in zip(motions, self.start_clouds)]
         goal_from_now = (self._goal(index) if target is None else target) @ np.linalg.inv(motions[index])
-        start = self.arm.configuration()
-        return self.search.object(
-            index,
-            clouds,
-            self.distractors,
-            bottoms,
-            goal_from_now,
-            deadline=time.monotonic() + REPLANNING_SECONDS,
-            start=unwind(start, FOLDED),
-            avoid=failed,
-        )
+        start = unwind(self.arm.configuration(), FOLDED)
+        deadline = time.monotonic() + REPLANNING_SECONDS
+        for _ in range(REPLANNING_ATTEMPTS):  # each draws other restarts
+            plan, reason = self.search.object(
+                index, clouds, self.distractors, bottoms, goal_from_now, deadline, start, failed
+            )
+            if plan is not None:
+                break
+        return plan, reason
 
     def _pick(self, plan: ObjectPlan, name: str, attempt: int) -> tuple[str, Picked | None]:
         arm, body = self.arm, self.world.bodies[plan.object]
@@ -213,26 +218,26 @@ class _Builder:
         self.driver.follow(plan.approach, CARTESIAN_SPEED)
         before = self._pose_before
         touching = self.driver.close(body)
-        held = 0 in touching and len(touching) >= 2
-        if held:
-            after = self.world.pose(plan.object)
-            if self.hold == "weld":
-                self.driver.weld(body)
-            self.driver.follow(plan.lift, CARTESIAN_SPEED)
-            lifted = self.world.pose(plan.object)[2, 3] - after[2, 3]
-            if lifted > 0.5 * SHORT_APPROACH:
-                hold = "weld after contact on both sides" if self.hold == "weld" else "friction"
-                slip = float(np.linalg.norm(after[:3, 3] - before[:3, 3]))
-                turned = before[:3, :3].T @ after[:3, :3]
-                slip_angle = float(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1)))
-                picked = Picked(
-                    plan.object, name, plan.grasp.kind, attempt, len(touching), hold, slip, slip_angle
-                )
-                return "", picked
+        after = self.world.pose(plan.object)
+        slip = float(np.linalg.norm(after[:3, 3] - before[:3, 3]))
+        slip_angle = _angle(before[:3, :3].T @ after[:3, :3])
+        reason = "the fingers met no contact on both sides"
+        if 0 in touching and len(touching) >= 2:
+            reason = "it turned or slid while the fingers closed"
+            if slip < LARGEST_SLIP and slip_angle < LARGEST_SLIP_ANGLE:
+                if self.hold == "weld":
+                    self.driver.weld(body)
+                self.driver.follow(plan.lift, CARTESIAN_SPEED)
+                if self.world.pose(plan.object)[2, 3] - after[2, 3] > 0.5 * SHORT_APPROACH:
+                    hold = "weld after contact on both sides" if self.hold == "weld" else "friction"
+                    return "", Picked(
+                        plan.object, name, plan.grasp.kind, attempt, len(touching), hold, slip, slip_angle
+                    )
+                reason = "it slipped out of the fingers"
         self.driver.let_go(plan.grasp.opening)
-        self.driver.follow(plan.lift if not held else plan.lift[-1:], CARTESIAN_SPEED)
+        self.driver.follow(plan.approach[::-1], CARTESIAN_SPEED)
         self._go_home()
-        return ("it slipped out of the fingers" if held else "the fingers met no contact on both sides"), None
+        return reason, None
 
     def _place(self, plan: ObjectPlan) -> None:
         self.driver.follow(plan.transfer)
@@ -253,7 +258,7 @@ class _Builder:
         release = goal @ np.linalg.inv(hand_from_object)
         planned = raised(plan.goal_from_now @ planned_pick, RELEASE_HEIGHT)
         offset = release @ np.linalg.inv(planned)
-        angle = np.arccos(np.clip((np.trace(offset[:3, :3]) - 1) / 2, -1, 1))
+        angle = _angle(offset[:3, :3])
         if np.linalg.norm(release[:3, 3] - planned[:3, 3]) > 0.03 or angle > 0.25:
             return plan.lower
         above = raised(release, float(forward_kinematics(plan.lower[0])[2, 3] - planned[2, 3]))
@@ -270,8 +275,7 @@ class _Builder:
         if plan.spun:
             angle = tilt_between(pose, goal)
         else:
-            turn = goal[:3, :3].T @ pose[:3, :3]
-            angle = float(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))
+            angle = _angle(goal[:3, :3].T @ pose[:3, :3])
         return Placed(index, name, plan.aside, error, angle, pose, seconds)
 
     def _go_home(self) -> None:

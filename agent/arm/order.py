@@ -11,8 +11,8 @@ from shapely.affinity import translate
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 
 # m around an object that is moved out of the way, for the fingers: comfortable, and just enough.
-ASIDE_CLEARANCES = (0.07, 0.03, 0.012)
-GOAL_CLEARANCE = 0.005  # m between a goal's footprint and what still stands there
+ASIDE_CLEARANCES = (0.07, 0.035, 0.02)
+GOAL_CLEARANCE = 0.015  # m between a goal's footprint and what still stands there
 
 
 def bottom_at(motion: np.ndarray, cloud: np.ndarray, bottom: float) -> float:
@@ -22,38 +22,42 @@ def bottom_at(motion: np.ndarray, cloud: np.ndarray, bottom: float) -> float:
 
 def precedence(
     clouds: Sequence[np.ndarray], motions: Sequence[np.ndarray], bottoms: Sequence[float]
-) -> tuple[list[set[int]], list[int | None]]:
-    """Which objects must be placed before each, and which one each will stand on.
-
-    Object j comes before i when i will stand on j, or when j still stands where i will go.
+) -> tuple[list[set[int]], list[set[int]], list[int | None]]:
+    """Which objects must be placed before each, for two reasons, and which one each will stand on.
 
     Args:
         clouds: (P, 3) per object, now. motions: goal_from_now (4, 4) per object. bottoms: z per object, now.
+
+    Returns:
+        Per object: those that will be under it; those that now stand where it will go; the one that it
+        will stand on, or `None` for the table.
     """
     count = len(clouds)
     now = [MultiPoint(cloud[:, :2]).convex_hull for cloud in clouds]
     goal_clouds = [transform_points(motion, cloud) for motion, cloud in zip(motions, clouds)]
     goals = [MultiPoint(cloud[:, :2]).convex_hull for cloud in goal_clouds]
     goal_bottoms = [bottom_at(*each) for each in zip(motions, clouds, bottoms)]
-    before: list[set[int]] = [set() for _ in range(count)]
+    under: list[set[int]] = [set() for _ in range(count)]
+    in_the_way: list[set[int]] = [set() for _ in range(count)]
     stands_on: list[int | None] = [None] * count
     for i in range(count):
         for j in range(count):
             if i == j:
                 continue
             if goal_bottoms[i] > goal_bottoms[j] + 0.003 and goals[i].intersection(goals[j]).area > 1e-4:
-                before[i].add(j)
+                under[i].add(j)
                 held_by = stands_on[i]
                 if held_by is None or goal_bottoms[j] > goal_bottoms[held_by]:
                     stands_on[i] = j
             elif goals[i].distance(now[j]) < GOAL_CLEARANCE and goal_bottoms[i] < np.percentile(clouds[j][:, 2], 98):
-                before[i].add(j)
-    return before, stands_on
+                in_the_way[i].add(j)
+    return under, in_the_way, stands_on
 
 
 def asides(
     waiting: Sequence[int],
-    before: Sequence[set[int]],
+    under: Sequence[set[int]],
+    in_the_way: Sequence[set[int]],
     done: set[int],
     clouds: Sequence[np.ndarray],
     distractors: Sequence[np.ndarray],
@@ -63,8 +67,8 @@ def asides(
     """Steps that would each move one blocking object to a free place on the table.
 
     Args:
-        waiting: the objects that still have to be placed; the first is the one to make room for.
-        before: what must be placed before each. done: the placed ones.
+        waiting: the objects that still have to be placed.
+        under, in_the_way: of every object, from `precedence`. done: the placed ones.
         clouds, distractors: (P, 3) each, now. motions: goal_from_now (4, 4) of every object.
 
     Returns:
@@ -72,7 +76,8 @@ def asides(
     """
     taken = [MultiPoint(cloud[:, :2]).convex_hull for cloud in (*clouds, *distractors)]
     goals = [MultiPoint(transform_points(motions[i], clouds[i])[:, :2]).convex_hull for i in waiting]
-    blockers = {j for i in waiting for j in before[i]} - done
+    # Only for those whose turn it would be: what they will stand on is there.
+    blockers = {j for i in waiting if under[i] <= done for j in in_the_way[i]} - done
     steps = []
     for j in sorted(blockers, key=lambda j: taken[j].area):
         center = clouds[j][:, :2].mean(axis=0)

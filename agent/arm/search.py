@@ -105,16 +105,16 @@ class Search:
         done: set[int] = set()
         moved_aside = 0
         while len(done) < count:
-            before, _ = precedence(current, motions, bottoms)
+            under, in_the_way, _ = precedence(current, motions, bottoms)
             lowest = [bottom_at(motions[i], current[i], bottoms[i]) for i in range(count)]
             far = [transform_points(motions[i], current[i])[:, 0].mean() for i in range(count)]
             # Low goals first, then far ones, so that the arm need not reach over what it has built.
             waiting = sorted(set(range(count)) - done, key=lambda i: (round(lowest[i], 2), -far[i]))
-            steps = [(i, motions[i], False) for i in waiting if before[i] <= done]
+            steps = [(i, motions[i], False) for i in waiting if under[i] | in_the_way[i] <= done]
             if not steps:
-                if moved_aside == count:
+                if moved_aside == 2 * count:
                     return [], waiting[0], "the objects block each other's goals in a ring"
-                steps = asides(waiting, before, done, current, distractors, motions, self.rng)
+                steps = asides(waiting, under, in_the_way, done, current, distractors, motions, self.rng)
                 moved_aside += 1
             reason = "its goal is blocked, and there is no free place to move what blocks it"
             for i, motion, aside in steps:
