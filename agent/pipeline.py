@@ -84,12 +84,15 @@ class _Run:
         return time.perf_counter() - self._since
 
     def steps(self) -> Iterator[events.Event]:
+        import torch
+
         from agent.planning import checked_planner
         from agent.scenes.simulated import SimulatedScene
         from grounding.embedding_parser import EmbeddingParser
         from grounding.selection import select_objects
         from structdiffusion.objects.library import load_objects
 
+        torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
         self._enter("parse")
         parser = EmbeddingParser.from_pretrained()
         parse = parser.parse(self.text)
