@@ -14,7 +14,6 @@ from structdiffusion.tabletop import TIME_STEP, TabletopWorld
 
 WELD_FORCE = 200.0  # N, as strong as a rigid attachment needs to be
 LETTING_GO_SECONDS = 0.5  # within which the fingers must be clear of the object
-BUMP_FORCE = 10.0  # N on the way to a grasp: more than a brush in passing
 SQUEEZE = 0.15  # rad beyond contact that the finger motors aim for in a grasp held by friction
 
 
@@ -58,27 +57,15 @@ class ArmDriver:
         for _ in range(round(seconds / TIME_STEP)):
             self.step()
 
-    def follow(self, path: np.ndarray, speed: float = 0.9, guard: int | None = None) -> bool:
-        """Drives the joints along a path (T, 7), from wherever its continuous joints have wound to.
-
-        Args:
-            speed: share of the joints' velocity limits.
-            guard: a body at which the arm stops when it runs into it.
-
-        Returns:
-            Whether the end was reached.
-        """
+    def follow(self, path: np.ndarray, speed: float = 0.9) -> None:
+        """Drives the joints along a path (T, 7), from wherever its continuous joints have wound to."""
         now = self.arm.configuration()
         turns = 2 * np.pi * np.round((now - path[0]) / (2 * np.pi))
         path = path + np.where(CONTINUOUS, turns, 0.0)
         for q in trajectory(np.concatenate((now[None], path)), TIME_STEP, speed):
             self.arm.command(q)
             self.step()
-            if guard is not None and self.arm.pressing(guard) > BUMP_FORCE:
-                self.arm.command(self.arm.configuration())
-                return False
         self.wait(0.08)
-        return True
 
     def close(self, body: int) -> set[int]:
         """Closes each finger until it touches `body`; which fingers touch."""

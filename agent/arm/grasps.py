@@ -21,7 +21,6 @@ PALM_CLEARANCE = 0.006  # m
 FLAT_SIDE_CLEARANCE = 0.005  # m, the same for flat things, so that the fingers need not sweep the table
 FLOOR_CLEARANCE = 0.0005  # m between the lowest finger and what the object stands on
 LATERAL = 0.032  # m: half the width of the hand's fingers side by side
-INNER_CLEARANCE = 0.005  # m between the inner fingers and the floor of something hollow
 WIDEST = 0.165  # m between the fingers
 FLAT = 0.03  # m: lower than this is flat
 NARROW = 0.022  # m: what is shorter than this along the fingers' row would slip between fingers 2 and 3,
@@ -213,7 +212,7 @@ def _rim(points: np.ndarray, support: float) -> list[Grasp]:
     if len(inner) < 5:
         return []
     hollow = top - float(np.median(inner[:, 2]))
-    if hollow < INNER_CLEARANCE + 0.004:
+    if hollow < 0.008:
         return []
     found = []
     offsets = rim[:, :2] - middle
@@ -224,18 +223,14 @@ def _rim(points: np.ndarray, support: float) -> list[Grasp]:
             continue
         radius = float(np.median(radii[sector]))
         contact = np.array([*(middle + radius * np.array([math.cos(yaw), math.sin(yaw)])), top])
-        depth = min(0.03, hollow - INNER_CLEARANCE)  # the inner finger must not meet the inner floor
+        depth = min(0.03, hollow + 0.004)
         # Of the wall only what is near the rim counts: the fingers stop where they touch.
         sideways = np.abs((points[:, :2] - contact[:2]) @ np.array([-math.sin(yaw), math.cos(yaw)]))
         outward = (points[:, :2] - contact[:2]) @ np.array([math.cos(yaw), math.sin(yaw)])
         wall = points[(sideways < LATERAL) & (np.abs(outward) < 0.012) & (points[:, 2] > top - depth)]
         if len(wall) < 3:
             continue
-        under = (sideways < LATERAL) & (outward < -0.035) & (outward > -0.065)  # where the inner fingers come down
-        surface = float(np.percentile(points[under, 2], 95)) if under.any() else top - hollow
-        lowest_tip = max(top - depth, surface + INNER_CLEARANCE, support + FLOOR_CLEARANCE)
-        if lowest_tip > top - 0.005:
-            continue
+        lowest_tip = max(top - depth, support + FLOOR_CLEARANCE)
         for turn in (0.0, math.pi):
             pose = hand_pose(contact, yaw + turn)
             pose[2, 3] = lowest_tip + reach(0.5, ANGLES[-1])

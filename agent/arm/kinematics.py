@@ -261,8 +261,3 @@ class JacoArm:
         contacts = pybullet.getContactPoints(self.body, body, physicsClientId=self.client)
         links = {contact[3] for contact in contacts if contact[9] > 0.0}
         return {k for k in range(3) if self.fingers[k] in links or self.tips[k] in links}
-
-    def pressing(self, body: int) -> float:
-        """The force, newtons, with which the arm presses on `body` now, over all contacts."""
-        contacts = pybullet.getContactPoints(self.body, body, physicsClientId=self.client)
-        return sum(contact[9] for contact in contacts)

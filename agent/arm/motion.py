@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pybullet
@@ -26,11 +26,10 @@ from agent.arm.kinematics import (
     JacoArm,
     inverse_kinematics,
 )
-from structdiffusion.geometry import quaternion_from_matrix
+from structdiffusion.geometry import quaternion_from_matrix, transform_points
 
 CLEARANCE = 0.004  # m kept between the arm and everything else
 CHECK_STEP = 0.04  # rad between the states of a motion that are checked
-LONGEST_SEARCH = 10.0  # s
 FINE_STEP = 0.015  # rad, the same for a path that is found
 CARTESIAN_STEP = 0.01  # m between the states of a straight line
 EDGE_LOSS = 0.002  # m that the camera loses all around an object, at its depth edges
@@ -206,8 +205,8 @@ class PlanningScene:
         space = base.RealVectorStateSpace(JOINTS)
         bounds = base.RealVectorBounds(JOINTS)
         for k in range(JOINTS):
-            bounds.setLow(k, float(lower[k]) - 1e-6)
-            bounds.setHigh(k, float(upper[k]) + 1e-6)
+            bounds.setLow(k, float(lower[k]))
+            bounds.setHigh(k, float(upper[k]))
         space.setBounds(bounds)
         setup = geometric.SimpleSetup(space)
         near_ends = (start, goal)
@@ -233,20 +232,13 @@ class PlanningScene:
                 state[k] = float(q[k])
             states.append(state)
         setup.setStartAndGoalStates(*states)
-        setup.solve(_until(lambda: spent > checks))
+        setup.solve(base.PlannerTerminationCondition(lambda: spent > checks))
         if not setup.haveExactSolutionPath():
             return None
         spent = 0
-        setup.simplifySolution(_until(lambda: spent > SIMPLIFYING_CHECKS))
+        setup.simplifySolution(base.PlannerTerminationCondition(lambda: spent > SIMPLIFYING_CHECKS))
         found = setup.getSolutionPath().getStates()
         return np.array([[state[k] for k in range(JOINTS)] for state in found])
-
-
-def _until(enough: Callable[[], bool]) -> base.PlannerTerminationCondition:
-    """Ends a search when `enough` says so, and at the latest after `LONGEST_SEARCH`, should it make no checks at all."""
-    return base.plannerOrTerminationCondition(
-        base.PlannerTerminationCondition(enough), base.timedPlannerTerminationCondition(LONGEST_SEARCH)
-    )
 
 
 def straight_line(start: np.ndarray, poses: Sequence[np.ndarray], step: float = CARTESIAN_STEP) -> np.ndarray | None:
@@ -295,3 +287,8 @@ def trajectory(path: np.ndarray, period: float, speed: float = 1.0, smoothing: f
     padded = np.concatenate((np.repeat(path[:1], width, axis=0), points, np.repeat(path[-1:], width, axis=0)))
     sums = np.cumsum(np.concatenate((np.zeros((1, path.shape[1])), padded)), axis=0)
     return np.concatenate(((sums[width:] - sums[:-width]) / width, path[-1:]))
+
+
+def seen_from(frame_pose: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """World points (P, 3) in the frame whose pose in the world is `frame_pose` (4, 4)."""
+    return transform_points(np.linalg.inv(frame_pose), points)

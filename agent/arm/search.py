@@ -15,7 +15,7 @@ import numpy as np
 
 from agent.arm.grasps import Grasp, grasps_of, is_round
 from agent.arm.kinematics import FOLDED, JOINTS, inverse_kinematics, random_configurations, unwind
-from agent.arm.motion import PlanningScene, interpolate, solid_hull, straight_line
+from agent.arm.motion import PlanningScene, interpolate, seen_from, solid_hull, straight_line
 from agent.arm.order import asides, bottom_at, precedence
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 
@@ -251,7 +251,7 @@ class Search:
         scene.release()
         scene.set_fingers(grasp.opening)
         scene.remove_obstacle(index)
-        held = transform_points(np.linalg.inv(at_pick), hull)
+        held = seen_from(at_pick, hull)
         try:
             back = self._line(q_pick, at_pick, -at_pick[:3, 2])
             if back is None:
