@@ -1,7 +1,7 @@
 """Few-shot prompts as data: the text that a language model is shown, and the examples in it.
 
 After the listing in paper appendix A.1, which maps an instruction to shape, size and location;
-here to all five slots.
+here to all five slots, and to the kind of request that it is.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 import re
 from importlib import resources
 
-# One example: an instruction's line, and the line of its answer.
-_EXAMPLE = re.compile(r"^Instruction: (?P<text>.+)\nOutput: (?P<answer>.+)$", re.MULTILINE)
+# One example: an instruction's line, and the line of its answers, "name answer" for each.
+_EXAMPLE = re.compile(r'^Instruction: "(?P<text>.+)"\nOutput: (?P<answers>.+)$', re.MULTILINE)
 
 
 class PromptError(ValueError):
@@ -34,9 +34,9 @@ def prompt_names() -> list[str]:
     return sorted(name.removesuffix(".txt") for name in entries if name.endswith(".txt"))
 
 
-def prompt_examples(prompt: str) -> list[tuple[str, tuple[str | None, ...]]]:
-    """The (instruction, answers) pairs of a prompt's text, answers in its order of slots, `None` for NONE."""
+def prompt_examples(prompt: str) -> list[tuple[str, dict[str, str]]]:
+    """The (instruction, name -> answer) pairs of a prompt's text, "NONE" as it stands there."""
     return [
-        (match["text"], tuple(None if part == "NONE" else part for part in match["answer"].split(", ")))
+        (match["text"], dict(answer.split(" ", maxsplit=1) for answer in match["answers"].split(", ")))
         for match in _EXAMPLE.finditer(prompt)
     ]

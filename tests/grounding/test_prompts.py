@@ -1,32 +1,41 @@
-"""The few-shot prompt: what it teaches is legal, and teaches every value."""
+"""The few-shot prompt: what it teaches is legal, and teaches every answer."""
 
 import pytest
 
-from grounding.spec import LEGAL_VALUES, SLOTS, StructureSpec
+from grounding.llm_reply import ANSWERS, BUILD, NONE
+from grounding.spec import SLOTS, StructureSpec
 from prompts import PromptError, load_prompt, prompt_examples
 
 PROMPT = load_prompt("parse_structure")
+EXAMPLES = prompt_examples(PROMPT)
 
 
-def test_every_example_is_a_legal_spec():
-    examples = prompt_examples(PROMPT)
-    assert len(examples) == PROMPT.count("Output:") >= 8
-    for text, answers in examples:
-        spec = StructureSpec(**dict(zip(SLOTS, answers, strict=True)))
-        assert spec.tokens(), text
+def test_every_example_answers_every_question_with_a_legal_answer():
+    assert len(EXAMPLES) == PROMPT.count("Output:") >= 8
+    for text, answers in EXAMPLES:
+        assert list(answers) == list(ANSWERS), text
+        for question, answer in answers.items():
+            assert answer in ANSWERS[question], text
 
 
-def test_the_examples_show_every_shape_and_every_slot_left_open():
-    answers = [dict(zip(SLOTS, answer, strict=True)) for _, answer in prompt_examples(PROMPT)]
-    assert {answer["shape"] for answer in answers} == {*LEGAL_VALUES["shape"], None}
-    for slot in SLOTS:
-        assert {answer[slot] for answer in answers} >= {None, LEGAL_VALUES[slot][-1]} or slot == "rotation"
-    assert {answer["rotation"] for answer in answers} >= {None, "south", "east", "west"}
+def test_examples_to_build_are_legal_specs_and_refused_ones_say_nothing():
+    for text, answers in EXAMPLES:
+        spec = StructureSpec(**{slot: None if answers[slot] == NONE else answers[slot] for slot in SLOTS})
+        assert bool(spec.tokens()) == (answers["request"] == BUILD), text
 
 
-@pytest.mark.parametrize("slot", SLOTS)
-def test_the_prompt_lists_exactly_the_vocabulary(slot):
-    assert f"Available {slot}: {', '.join(LEGAL_VALUES[slot])}\n" in PROMPT
+def test_the_examples_show_every_request_and_shape_and_every_slot_left_open():
+    shown = {question: {answers[question] for _, answers in EXAMPLES} for question in ANSWERS}
+    assert shown["request"] == set(ANSWERS["request"])
+    assert shown["shape"] == set(ANSWERS["shape"])
+    for slot in SLOTS[1:]:
+        assert NONE in shown[slot] and len(shown[slot]) >= 3
+
+
+@pytest.mark.parametrize("question", ANSWERS)
+def test_the_prompt_lists_exactly_the_vocabulary(question):
+    legal = ", ".join(answer for answer in ANSWERS[question] if answer != NONE)
+    assert f"Available {question}: {legal}\n" in PROMPT
 
 
 def test_an_unknown_prompt_is_named_with_the_known_ones():
