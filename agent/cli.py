@@ -8,13 +8,29 @@ from __future__ import annotations
 import os
 import sys
 from datetime import datetime
-from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from agent import __version__
+from agent.cli_evaluate import evaluate_app
+from agent.cli_options import (
+    JsonOption,
+    LLMModelOption,
+    LLMUrlOption,
+    ModelKind,
+    ModelOption,
+    ObjectsOption,
+    ParserOption,
+    Parsers,
+    SceneSource,
+    SeedOption,
+    Viewpoint,
+    ViewpointOption,
+    WeightsOption,
+    complain,
+)
 from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, USAGE, UsageError, exit_code_of, one_sentence
 from agent.streams import import_pybullet_silently, results_stream
 
@@ -34,35 +50,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-evaluate_app = typer.Typer(rich_markup_mode=None)
 app.add_typer(evaluate_app, name="evaluate")
-
-
-class SceneSource(str, Enum):
-    """Where the scene comes from."""
-
-    simulated = "simulated"
-
-
-class ModelKind(str, Enum):
-    """Which network is trained."""
-
-    diffusion = "diffusion"
-    structure = "structure"
-    collision = "collision"
-
-
-ObjectsOption = Annotated[
-    str, typer.Option(metavar="ycb|procedural|random_urdfs|DIR", help="The objects: a library, or a folder of meshes.")
-]
-ModelOption = Annotated[str, typer.Option(metavar="NAME", help="diffusion, diffusion-tokens or geometric.")]
-WeightsOption = Annotated[
-    Path | None,
-    typer.Option(metavar="DIR", help="Checkpoints diffusion/, structure/ and collision/; by default those shipped."),
-]
-SeedOption = Annotated[int, typer.Option(min=0, help="Everything drawn at random follows from it.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON to standard output, and nothing else.")]
-
 
 
 def _version(wanted: bool) -> None:
@@ -92,6 +80,10 @@ def run(
         Path | None, typer.Option(metavar="DIR", help="Where the report goes; by default out/TIME-seedS.")
     ] = None,
     json_output: JsonOption = False,
+    parser: ParserOption = Parsers.embedding,
+    viewpoint: ViewpointOption = Viewpoint.robot,
+    llm_model: LLMModelOption = None,
+    llm_url: LLMUrlOption = None,
     execute: Annotated[
         bool, typer.Option("--execute/--no-execute", help="Build it with the arm, or stop at the imagined goal.")
     ] = True,
@@ -105,13 +97,15 @@ def run(
 
     from agent.events import Failed
     from agent.pipeline import RunOptions, run_instruction
+    from agent.reading import ReadingOptions
     from agent.record import RunRecord
     from agent.report import TerminalReport
 
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-seed{seed}"
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
-    options = RunOptions(scene.value, objects, model, weights, seed, execute)
+    reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
+    options = RunOptions(scene.value, objects, model, weights, seed, execute, reading)
     with results_stream() as results:
         record = RunRecord()
         tell = TerminalReport(Console(file=sys.stderr if json_output else results))
@@ -130,7 +124,7 @@ def run(
                 print(f"report: {page}", file=sys.stderr if json_output else results)
     outcome = record.report["outcome"]
     if outcome["exit_code"] != DONE:
-        _complain(outcome["message"])
+        complain(outcome["message"])
         raise typer.Exit(outcome["exit_code"])
 
 
@@ -140,22 +134,35 @@ def parse(
         list[str] | None,
         typer.Argument(metavar="TEXT", help="Instructions; without any, one a line from standard input."),
     ] = None,
+    parser: ParserOption = Parsers.embedding,
+    viewpoint: ViewpointOption = Viewpoint.robot,
+    objects: Annotated[
+        str | None, typer.Option(metavar="NAMES", help='What is on the table, as "mug,bowl,plate,fork".')
+    ] = None,
+    llm_model: LLMModelOption = None,
+    llm_url: LLMUrlOption = None,
     json_output: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
 ) -> None:
-    """Read instructions into the five slots, with a confidence for each.
+    """Read instructions into the five slots, with a confidence for each; or ask, or refuse.
 
-    Example: structagent parse "build a tower on the right" "set the table facing west" --json
+    Example: structagent parse "build a tower on the right" "stack the cans" --objects "can,can,mug" --json
     """
-    from agent.reading import read_instructions
+    from agent.reading import ReadingOptions, read_instructions
 
     if not texts and sys.stdin.isatty():
         raise UsageError("parse needs an instruction, as an argument or on standard input, one a line")
+    if not texts:
+        sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop
     lines = texts if texts else [line.strip() for line in sys.stdin if line.strip()]
     if not lines:
         raise UsageError("parse needs an instruction, and standard input had none")
+    names = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]
+    if names == []:
+        raise UsageError(f'--objects must name objects, as "mug,bowl,plate", and {objects!r} names none')
+    options = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
     with results_stream() as results:
-        not_understood = read_instructions(lines, json_output, results, _complain)
-    if not_understood:
+        refused = read_instructions(lines, options, names, json_output, results, complain)
+    if refused:
         raise typer.Exit(NOT_BUILDABLE)
 
 
@@ -204,86 +211,6 @@ def train(
     train_model(kind.value, data, out, recipe, device, seed)
 
 
-@evaluate_app.callback()
-def _evaluate() -> None:
-    """Measure the models.
-
-    Example: structagent evaluate success --objects ycb --scenes 50
-    """
-
-
-@evaluate_app.command("success")
-def evaluate_success(
-    objects: ObjectsOption = "ycb",
-    model: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="May be given several times.  [default: diffusion]")
-    ] = None,
-    weights: WeightsOption = None,
-    scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 50,
-    seed: SeedOption = 0,
-    candidates: Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")] = 64,
-    top_k: Annotated[int, typer.Option(min=1, help="Measure success@k up to this k.")] = 5,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
-    json_output: JsonOption = False,
-) -> None:
-    """How often the best imagined arrangement stands: released piece by piece in physics, without the arm.
-
-    Example: structagent evaluate success --objects ycb --model diffusion --model geometric --scenes 50
-    """
-    import_pybullet_silently()
-    import json
-
-    from agent.evaluating import measure_success, tell_success, write_report
-
-    with results_stream() as results:
-        report = measure_success(
-            objects, model or ["diffusion"], weights, scenes, seed, candidates, top_k, workers
-        )
-        if out is not None:
-            write_report(report, out)
-        if json_output:
-            print(json.dumps(report, indent=1), file=results)
-        else:
-            tell_success(report, results)
-
-
-@evaluate_app.command("arm")
-def evaluate_arm(
-    objects: ObjectsOption = "ycb",
-    model: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "diffusion",
-    weights: WeightsOption = None,
-    scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 5,
-    seed: SeedOption = 0,
-    candidates: Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")] = 64,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
-    json_output: JsonOption = False,
-) -> None:
-    """How often the arm finds a plan, and how often what it builds stands as asked.
-
-    Example: structagent evaluate arm --objects ycb --scenes 5
-    """
-    import_pybullet_silently()
-    import json
-
-    from agent.evaluating import write_report
-    from agent.evaluating_arm import measure_arm, tell_arm
-
-    with results_stream() as results:
-        report = measure_arm(objects, model, weights, scenes, seed, candidates, workers)
-        if out is not None:
-            write_report(report, out)
-        if json_output:
-            print(json.dumps(report, indent=1), file=results)
-        else:
-            tell_arm(report, results)
-
-
-def _complain(message: str) -> None:
-    print(f"structagent: {message}", file=sys.stderr)
-
-
 def _usage_sentence(error: Exception) -> str:
     """A click error in one sentence, with the legal commands where one was missing or unknown."""
     message = error.format_message().rstrip(".").replace("Value error, ", "")  # type: ignore[attr-defined]
@@ -307,13 +234,13 @@ def command_line(arguments: list[str] | None = None) -> int:
         code = app(args=arguments, prog_name="structagent", standalone_mode=False)
         sys.stdout.flush()
         if code == INTERRUPTED:  # typer swallows the interruption itself
-            _complain("interrupted")
+            complain("interrupted")
         return code if isinstance(code, int) else DONE
     except _ClickError as error:
-        _complain(_usage_sentence(error))
+        complain(_usage_sentence(error))
         return USAGE
     except (KeyboardInterrupt, typer.Abort):
-        _complain("interrupted")
+        complain("interrupted")
         return INTERRUPTED
     except BrokenPipeError:  # whoever read our output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -322,5 +249,5 @@ def command_line(arguments: list[str] | None = None) -> int:
         code = exit_code_of(error)
         if code is None:
             raise
-        _complain(one_sentence(error))
+        complain(one_sentence(error))
         return code

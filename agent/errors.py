@@ -52,7 +52,9 @@ class BadInput(AgentError):
 _EXIT_CODE_OF = {
     ("builtins", "OSError"): BAD_INPUT,
     ("grounding.spec", "SpecError"): NOT_BUILDABLE,
-    ("grounding.embedding_parser", "ParseError"): NOT_BUILDABLE,
+    ("grounding.reading", "ViewpointError"): USAGE,
+    ("grounding.llm_reply", "LLMError"): BAD_INPUT,
+    ("grounding.benchmark", "BenchmarkError"): BAD_INPUT,
     ("grounding.embedding_parser", "ParserWeightsError"): BAD_INPUT,
     ("grounding.selection", "SelectionError"): NOT_BUILDABLE,
     ("grounding.encoder", "EncoderError"): BAD_INPUT,

@@ -15,7 +15,7 @@ from agent.planning import checked_planner
 from agent.telling import aligned
 from agent.training import progress_bar
 from grounding.corpus import sentences
-from grounding.embedding_parser import EmbeddingParser, ParseError
+from grounding.embedding_parser import EmbeddingParser
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation import Evaluation, EvaluationScene, draw_evaluation_scenes, evaluate_success
 from structdiffusion.objects.library import load_objects
@@ -92,18 +92,12 @@ def spoken_scenes(scenes: Sequence[EvaluationScene], *, heard: bool) -> list[Eva
         templates = sentences(scene.spec)
         words.append(templates[scene.number % len(templates)])
     parser = EmbeddingParser.from_pretrained()
-    rows = zip(scenes, words, parser.encoder.encode(words), strict=True)
+    parses = parser.parse_batch(words) if heard else [None] * len(words)
+    rows = zip(scenes, words, parser.encoder.encode(words), parses, strict=True)
     return [
-        replace(scene, words=text, embedding=row, heard=_parsed(parser, text) if heard else None)
-        for scene, text, row in rows
+        replace(scene, words=text, embedding=row, heard=parse.spec if parse else None)
+        for scene, text, row, parse in rows
     ]
-
-
-def _parsed(parser: EmbeddingParser, text: str) -> StructureSpec:
-    try:
-        return parser.parse(text).spec
-    except ParseError:  # nothing was heard: the planner goes by the embedding alone
-        return StructureSpec()
 
 
 def tell_success(report: dict[str, Any], results: TextIO) -> None:

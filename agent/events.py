@@ -85,6 +85,9 @@ class Parsed(_Told):
         parser: which parser read it.
         dropped: slot -> value that was heard but cannot go with the rest, such as a tower's size.
         named: the nouns that say which objects take part; empty when all do.
+        viewpoint: whose left and right was meant, "robot" or "opposite".
+        prompt_sha256: checksum of the LLM's prompt, where it read.
+        fallback: why another parser than the one that was asked for read it, or empty.
     """
 
     spec: StructureSpec
@@ -93,6 +96,9 @@ class Parsed(_Told):
     parser: str
     dropped: Mapping[str, str]
     named: tuple[str, ...]
+    viewpoint: str
+    prompt_sha256: str | None
+    fallback: str
     seconds: float
 
 

@@ -96,6 +96,10 @@ def _parse(report: Mapping[str, Any]) -> str:
         )
     named = ", ".join(parse["named"])
     note = f"<p>Named: {escape(named)}.</p>" if named else "<p>No object is named: all take part.</p>"
+    if parse["viewpoint"] != "robot":
+        note += f"<p>Spoken from the {escape(parse['viewpoint'])} side of the table, turned to the robot's.</p>"
+    if parse["fallback"]:
+        note += f"<p>{escape(parse['fallback'])}</p>"
     for slot, value in parse["dropped"].items():
         note += f"<p>Left out, because it does not go with the rest: {escape(slot_label(slot))} {escape(value)}.</p>"
     return _section("What was understood", note + f'<div class="slots">{"".join(slots)}</div>',

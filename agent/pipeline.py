@@ -15,11 +15,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent import events
-from agent.errors import DONE, ExecutionFailed, NoValidGoal, exit_code_of, one_sentence
+from agent.errors import DONE, ExecutionFailed, NotBuildable, NoValidGoal, exit_code_of, one_sentence
+from agent.reading import ReadingOptions, make_reader
 
 if TYPE_CHECKING:
     from agent.scenes.simulated import SimulatedScene
-    from grounding.embedding_parser import Parse
+    from grounding.encoder import SentenceEncoder
+    from grounding.reading import Reading
+    from grounding.spec import StructureSpec
     from structdiffusion.observation import Arrangement, Scene
     from structdiffusion.sampling import Planner
 
@@ -37,6 +40,7 @@ class RunOptions:
         weights: the folder of its checkpoints, or `None` for those shipped.
         seed: everything drawn at random follows from it.
         execute: build with the arm, or stop at the imagined goal and only try it in physics.
+        reading: how the instruction is read.
     """
 
     scene: str = "simulated"
@@ -45,6 +49,7 @@ class RunOptions:
     weights: Path | None = None
     seed: int = 0
     execute: bool = True
+    reading: ReadingOptions = ReadingOptions()
 
 
 def run_instruction(text: str, options: RunOptions) -> Iterator[events.Event]:
@@ -88,31 +93,43 @@ class _Run:
 
         from agent.planning import checked_planner
         from agent.scenes.simulated import SimulatedScene
-        from grounding.embedding_parser import EmbeddingParser
+        from grounding.encoder import SentenceEncoder
         from grounding.selection import select_objects
         from structdiffusion.objects.library import load_objects
 
         torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
         self._enter("parse")
-        parser = EmbeddingParser.from_pretrained()
-        parse = parser.parse(self.text)
-        reading = self._seconds()
+        encoder = SentenceEncoder()
+        reading = make_reader(self.options.reading, encoder).read(self.text)
+        if reading.status != "ok":
+            raise NotBuildable(reading.message)
+        seconds = self._seconds()
         self._enter("model")  # early, because a wrong name or a broken checkpoint should not cost a minute
         planner = checked_planner(self.options.model, self.options.weights)
         self._enter("scene")
         models = load_objects(self.options.objects)
         selection = select_objects(self.text, [model.category for model in models])
+        parse = reading.parse
         yield events.Parsed(
-            parse.spec, parse.confidence, parse.evidence, parse.parser, parse.dropped, selection.named, reading
+            reading.spec,
+            parse.confidence,
+            parse.evidence,
+            parse.parser,
+            parse.dropped,
+            selection.named,
+            reading.viewpoint,
+            parse.prompt_sha256,
+            reading.fallback,
+            seconds,
         )
 
         def meant(nouns: Sequence[str]) -> Sequence[int]:
             return select_objects(self.text, nouns).indices
 
-        with SimulatedScene(models, parse.spec, meant, self.options.seed) as table:
+        with SimulatedScene(models, reading.spec, meant, self.options.seed) as table:
             scene = table.look()
             yield self._perceived(scene)
-            yield from self._imagine_and_build(planner, table, scene, parse, parser)
+            yield from self._imagine_and_build(planner, table, scene, reading, encoder)
 
     def _perceived(self, scene: Scene) -> events.Perceived:
         seen = [
@@ -126,16 +143,19 @@ class _Run:
         return events.Perceived(tuple(seen), rectangle, self._seconds(), scene=scene)
 
     def _imagine_and_build(
-        self, planner: Planner, table: SimulatedScene, scene: Scene, parse: Parse, parser: EmbeddingParser
+        self, planner: Planner, table: SimulatedScene, scene: Scene, reading: Reading, encoder: SentenceEncoder
     ) -> Iterator[events.Event]:
         import torch
 
         from agent.planning import worthwhile
+        from grounding.corpus import sentences
         from structdiffusion.layouts import LayoutError
         from structdiffusion.observation import Goal
 
         self._enter("imagination")
-        goal = Goal(parse.spec, self.text, parser.encoder.encode([self.text])[0])
+        # The planner hears the world's frame: what was said from across the table is said anew.
+        words = self.text if reading.spec == reading.parse.spec else sentences(reading.spec)[0]
+        goal = Goal(reading.spec, words, encoder.encode([words])[0])
         generator = torch.Generator().manual_seed(self.options.seed)
         try:
             arrangements = planner.propose(scene, goal, count=CANDIDATES, generator=generator)
@@ -151,11 +171,11 @@ class _Run:
         arrangements = worthwhile(arrangements)
         yield _chosen(1, arrangements[0], scene)
         if self.options.execute:
-            yield from self._build(table, scene, parse, arrangements)
+            yield from self._build(table, scene, reading.spec, arrangements)
         else:
-            yield from self._release(table, parse, arrangements[0])
+            yield from self._release(table, reading.spec, arrangements[0])
 
-    def _release(self, table: SimulatedScene, parse: Parse, arrangement: Arrangement) -> Iterator[events.Event]:
+    def _release(self, table: SimulatedScene, spec: StructureSpec, arrangement: Arrangement) -> Iterator[events.Event]:
         """Tries the goal under the contract's physical protocol, without the arm."""
         from structdiffusion.physical import place_and_check
 
@@ -164,7 +184,7 @@ class _Run:
             table.models[: table.count],
             table.world_from_initial[: table.count],
             arrangement.goal_from_initial,
-            parse.spec,
+            spec,
             table.world.table,
             list(zip(table.models, table.world_from_initial, strict=True))[table.count :],
         )
@@ -175,7 +195,7 @@ class _Run:
             raise NoValidGoal(f"the best imagined goal does not hold ({verdict.failure}): {verdict.detail}")
 
     def _build(
-        self, table: SimulatedScene, scene: Scene, parse: Parse, arrangements: list[Arrangement]
+        self, table: SimulatedScene, scene: Scene, spec: StructureSpec, arrangements: list[Arrangement]
     ) -> Iterator[events.Event]:
         """Builds with the arm, looks after every placement, and judges what stands."""
         from agent.arm.events import Picked, Placed, PlaceFailed, Planned
@@ -207,7 +227,7 @@ class _Run:
             yield events.Pictured("camera-after", "the scene in the end, through the camera", table.picture())
             raise ExecutionFailed(f"{placed} of {table.count} objects were placed: {trouble}")
         goals = arrangements[rank].goal_from_initial @ initial
-        failure, checks = judge_built(table.world, range(table.count), goals, parse.spec)
+        failure, checks = judge_built(table.world, range(table.count), goals, spec)
         yield events.Pictured("camera-after", "the scene in the end, through the camera", table.picture())
         failed = next((check for check in checks if not check.passed), None)
         detail = f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}" if failed else "everything stands as asked"

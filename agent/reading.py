@@ -4,60 +4,119 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from typing import TextIO
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
 
-from agent.errors import exit_code_of, one_sentence
-from agent.events import json_value
 from agent.telling import number, slot_label
-from grounding.embedding_parser import EmbeddingParser, Parse
+from grounding.reading import Reader, Reading
+from grounding.spec import SLOTS
+
+if TYPE_CHECKING:
+    from grounding.encoder import SentenceEncoder
+    from grounding.llm_reply import Backend
+    from grounding.parse import Parser
+
+PARSERS = ("embedding", "llm")
+
+
+@dataclass(frozen=True)
+class ReadingOptions:
+    """How instructions are read.
+
+    Attributes:
+        parser: one of `PARSERS`.
+        viewpoint: whose left and right is meant, "robot" or "opposite".
+        llm_model: a folder or a name of the local model, or the endpoint's name for it; `None` for the default.
+        llm_url: an OpenAI-compatible endpoint; `None` for the local model.
+        replies: a file in which the LLM's replies are kept, and found again.
+    """
+
+    parser: str = "embedding"
+    viewpoint: str = "robot"
+    llm_model: str | None = None
+    llm_url: str | None = None
+    replies: Path | None = None
+
+
+def make_reader(options: ReadingOptions, encoder: SentenceEncoder | None = None, strict: bool = False) -> Reader:
+    """The reader that the options ask for; nothing is loaded before it reads.
+
+    Args:
+        options: how to read.
+        encoder: share a loaded one.
+        strict: let the LLM's errors out instead of falling back to the embedding parser.
+    """
+
+    def embedding() -> Parser:
+        from grounding.embedding_parser import EmbeddingParser
+
+        return EmbeddingParser.from_pretrained(encoder=encoder)
+
+    def llm() -> Parser:
+        from grounding.llm_cache import ReplyCache
+        from grounding.llm_parser import LLMParser
+
+        if options.llm_url is None:
+            from grounding.llm_local import LocalLLM
+
+            backend: Backend = LocalLLM(options.llm_model)
+        else:
+            from grounding.llm_endpoint import EndpointLLM
+
+            backend = EndpointLLM(options.llm_url, options.llm_model)
+        return LLMParser(backend, cache=ReplyCache(options.replies) if options.replies else None)
+
+    if options.parser == "embedding":
+        return Reader(embedding, viewpoint=options.viewpoint)
+    return Reader(llm, None if strict else embedding, options.viewpoint)
 
 
 def read_instructions(
-    texts: Sequence[str], as_json: bool, results: TextIO, complain: Callable[[str], None]
+    texts: Sequence[str],
+    options: ReadingOptions,
+    names: Sequence[str] | None,
+    as_json: bool,
+    results: TextIO,
+    complain: Callable[[str], None],
 ) -> int:
-    """Parses every instruction, tells what was read, and goes on after one that was not understood.
+    """Reads every instruction, tells what was read, and goes on after one that is refused.
 
     Args:
         texts: the instructions.
-        as_json: one JSON object a line, with "error" in place of the slots where there is one.
+        options: how to read them.
+        names: of the objects on the table, where they are known.
+        as_json: one JSON object a line.
         results: where to tell.
-        complain: takes one sentence for every instruction that was not understood.
+        complain: takes one sentence for every instruction that was refused, and one for a fallback.
 
     Returns:
-        How many were not understood.
+        How many were refused.
     """
-    parser = EmbeddingParser.from_pretrained()
-    not_understood = 0
-    for text in texts:
-        try:
-            parse = parser.parse(text)
-        except Exception as error:
-            if exit_code_of(error) is None:
-                raise
-            not_understood += 1
-            complain(one_sentence(error))
-            if as_json:
-                print(json.dumps({"text": text, "error": one_sentence(error)}, ensure_ascii=False), file=results)
-            continue
-        print(json.dumps(_as_json(parse), ensure_ascii=False) if as_json else _as_text(parse), file=results)
-    return not_understood
+    readings = make_reader(options).read_many(texts, names)
+    for note in dict.fromkeys(reading.fallback for reading in readings if reading.fallback):
+        complain(note)
+    for reading in readings:
+        print(json.dumps(reading.to_dict(), ensure_ascii=False) if as_json else _as_text(reading), file=results)
+        if reading.status == "refused":
+            complain(reading.message)
+    return sum(reading.status == "refused" for reading in readings)
 
 
-def _as_json(parse: Parse) -> dict[str, object]:
-    return {
-        "text": parse.text,
-        "spec": parse.spec.to_dict(),
-        "confidence": json_value(parse.confidence),
-        "evidence": json_value(parse.evidence),
-        "parser": parse.parser,
-        "dropped": dict(parse.dropped),
-    }
-
-
-def _as_text(parse: Parse) -> str:
-    lines = [f"“{parse.text}”"]
-    for slot, value in parse.spec.to_dict().items():
-        sure = parse.confidence.get(slot)
+def _as_text(reading: Reading) -> str:
+    lines = [f"“{reading.parse.text}”"]
+    if reading.status == "refused":
+        return "\n".join([*lines, "  refused"])
+    for slot in SLOTS:
+        value = getattr(reading.spec, slot)
+        sure = reading.parse.confidence.get(slot)
+        words = reading.parse.evidence.get(slot, ())
         note = f"{number(100 * sure, 0)} % sure" if sure is not None else ""
-        lines.append(f"  {slot_label(slot):<11} {value or 'left open':<14} {note}".rstrip())
+        note += f", by {' '.join(words)!r}" if words else ""
+        lines.append(f"  {slot_label(slot):<11} {value or 'left open':<14} {note.removeprefix(', ')}".rstrip())
+    lines.append(f"  {'objects':<11} {'everything' if reading.objects is None else ', '.join(reading.objects)}")
+    if reading.viewpoint != "robot":
+        lines.append(f"  {'viewpoint':<11} {reading.viewpoint}")
+    if reading.status == "ask":
+        lines.append(f"  {'question':<11} {reading.message}")
     return "\n".join(lines)

@@ -69,6 +69,10 @@ class TerminalReport:
             note = f"{number(100 * sure, 0)} % sure" if sure is not None else ""
             rows.append((slot_label(slot), value or "left open", note, f"from “{words}”" if words else ""))
         self._columns(rows)
+        if event.viewpoint != "robot":
+            self._line(f"spoken from the {event.viewpoint} side of the table, turned to the robot's")
+        if event.fallback:
+            self._line(event.fallback)
         for slot, value in event.dropped.items():
             self._line(f"left out, because it does not go with the rest: {slot_label(slot)} {value}")
         self._line(f"with the objects named: {', '.join(event.named)}" if event.named else "with every object there")

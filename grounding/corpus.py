@@ -7,6 +7,7 @@ turns with the spec's index, so the corpus is the same on every machine and ever
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 from itertools import product
 
@@ -102,6 +103,10 @@ ACTION_TEMPLATES = {
     None: ("put the {objects}{size}{where}{turn}", "place all the {objects}{size}{where}{turn}"),
 }
 
+# What the parsers' training never sees, so that their benchmark can tell reading from remembering.
+HELD_OUT_TEMPLATES = (4, 7)
+HELD_OUT_COMBINATION_EVERY = 10
+
 
 def legal_specs() -> list[StructureSpec]:
     """Every legal combination of tokens with at least one token: 1055 specs, shapes in vocabulary order.
@@ -127,23 +132,47 @@ def sentences(spec: StructureSpec) -> list[str]:
     """
     if not spec.tokens():
         raise ValueError("no sentence says a specification with nothing specified; give at least one slot")
-    index = _mixed_index(spec)
+    return list(_numbered_sentences(spec))
+
+
+def _numbered_sentences(spec: StructureSpec) -> dict[str, int]:
+    """Sentence -> the number of its template."""
+    start = _mixed_index(spec)
     nouns = SETTING_TEMPLATES if spec.shape == "table setting" else NOUN_TEMPLATES
-    texts = []
-    for template in nouns:
-        turn = _pick(ROTATION_PHRASES[spec.rotation], index) if spec.rotation else ""
-        texts.append(_fill(template, spec, index, turn))
-        index += 1
-    for template in ACTION_TEMPLATES[spec.shape]:
-        turn = _pick(ACTION_ROTATION_PHRASES[spec.rotation], index) if spec.rotation else ""
-        texts.append(_fill(template, spec, index, turn))
-        index += 1
-    return list(dict.fromkeys(texts))
+    texts: dict[str, int] = {}
+    for number, template in enumerate((*nouns, *ACTION_TEMPLATES[spec.shape])):
+        phrases = ROTATION_PHRASES if number < len(nouns) else ACTION_ROTATION_PHRASES
+        turn = _pick(phrases[spec.rotation], start + number) if spec.rotation else ""
+        texts.setdefault(_fill(template, spec, start + number, turn), number)
+    return texts
 
 
 @lru_cache(maxsize=1)
 def _table() -> tuple[tuple[str, StructureSpec], ...]:
     return tuple((text, spec) for spec in legal_specs() for text in sentences(spec))
+
+
+@lru_cache(maxsize=1)
+def _splits() -> Mapping[str, str]:
+    splits = {}
+    for place, spec in enumerate(legal_specs()):
+        rare = place % HELD_OUT_COMBINATION_EVERY == 0 and len(spec.tokens()) > 1
+        for text, number in _numbered_sentences(spec).items():
+            held_out = "held-out combination" if rare else "seen"
+            splits[text] = "held-out template" if number in HELD_OUT_TEMPLATES else held_out
+    return splits
+
+
+def split_of(text: str) -> str:
+    """Whether a sentence of the grammar may be trained on: "seen", or the split that it is held out for.
+
+    "held-out template": one noun template and one action template are never seen with any spec;
+    "held-out combination": every tenth spec with two tokens or more is never seen in any template.
+
+    Raises:
+        KeyError: for a text that is no sentence of the grammar.
+    """
+    return _splits()[text]
 
 
 def all_sentences() -> list[tuple[str, StructureSpec]]:

@@ -1,19 +1,20 @@
-"""Sentences to specs by the sentence encoder's word embeddings, with a confidence per slot.
+"""Sentences to slots by the sentence encoder's word states, with a confidence per slot and the telling words.
 
 A mean over a whole sentence blurs "small cups in a circle" with "cups in a small circle", so the
-parser reads the encoder's contextual word embeddings and lets attention pick the telling words.
+parser reads the encoder's contextual word states and lets attention pick the telling words.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from grounding.encoder import MAX_TOKENS, SentenceEncoder
-from grounding.spec import SHAPES, SLOTS, SLOTS_OF_SHAPE, StructureSpec
+from grounding.parse import Parse, decide, unreadable
+from grounding.spec import SLOTS
+from grounding.spelling import Mended, mend
 
 if TYPE_CHECKING:
     import torch
@@ -23,41 +24,24 @@ if TYPE_CHECKING:
 WEIGHTS = Path(__file__).parent / "weights"
 # A word is evidence if it carries at least this share of what the strongest word carries.
 EVIDENCE_SHARE = 0.3
-# A shape gives way to a slot that it cannot carry only where it was this much less certain.
-SHAPE_PREFERENCE = 0.2
-
-
-class ParseError(ValueError):
-    """An instruction that cannot be understood or built; the message says what can be said instead."""
+BATCH = 64
+# No word piece is longer than this; a text beyond is too long, whatever its words.
+MAX_CHARACTERS = 20 * MAX_TOKENS
 
 
 class ParserWeightsError(RuntimeError):
     """Weights of the parser that cannot be used; the message names the file and the reason."""
 
 
-@dataclass(frozen=True)
-class Parse:
-    """What was understood.
-
-    Attributes:
-        text: the instruction.
-        spec: the slots; `None` where the instruction leaves them open.
-        confidence: slot -> probability of what `spec` says of it, for all five slots.
-        evidence: slot -> the words that the answer rests on, for the specified slots.
-        parser: which parser read it.
-        dropped: slot -> value that was heard but cannot go with the rest, such as a tower's size.
-    """
-
-    text: str
-    spec: StructureSpec
-    confidence: Mapping[str, float]
-    evidence: Mapping[str, tuple[str, ...]]
-    parser: str
-    dropped: Mapping[str, str] = field(default_factory=dict)
-
-
 class EmbeddingParser:
-    """Reads instructions by attention over the sentence encoder's word embeddings."""
+    """Reads instructions by attention over the sentence encoder's word states.
+
+    Args:
+        encoder: gives the word states.
+        reader: the trained network.
+        layer: of the encoder, whose states the reader takes.
+        temperatures: question -> what its logits are divided by (Guo et al. 2017).
+    """
 
     name = "embedding"
 
@@ -85,7 +69,7 @@ class EmbeddingParser:
         from safetensors import SafetensorError
         from safetensors.torch import load_file
 
-        from grounding.slot_reader import SlotReader
+        from grounding.slot_reader import QUESTIONS, SlotReader
 
         folder = Path(folder)
         for name in ("config.json", "model.safetensors"):
@@ -94,11 +78,14 @@ class EmbeddingParser:
         encoder = encoder or SentenceEncoder()
         try:
             config = json.loads((folder / "config.json").read_text())
-            reader = SlotReader(hidden=config["hidden"])
-            reader.load_state_dict(load_file(folder / "model.safetensors"))
-            layer, temperatures = int(config["layer"]), {slot: config["temperatures"][slot] for slot in SLOTS}
+            reader = SlotReader(layers=config["layers"], hidden=config["hidden"])
+            reader.load_state_dict(
+                {name: tensor.float() for name, tensor in load_file(folder / "model.safetensors").items()}
+            )
+            layer = int(config["encoder_layer"])
+            temperatures = {question: float(config["temperatures"][question]) for question in QUESTIONS}
             checksum = config["encoder_sha256"]
-        except (ValueError, KeyError, RuntimeError, SafetensorError) as error:
+        except (ValueError, KeyError, TypeError, RuntimeError, SafetensorError) as error:
             reason = " ".join(str(error).split())
             raise ParserWeightsError(f"the parser weights in {folder} do not fit: {reason}") from error
         if encoder.checksum != checksum:
@@ -109,101 +96,92 @@ class EmbeddingParser:
         return cls(encoder, reader, layer, temperatures)
 
     def parse(self, text: str) -> Parse:
-        """The spec that the instruction asks for.
+        """What one instruction says; see `Parse.status` for whether it can be built."""
+        return self.parse_batch([text])[0]
 
-        Raises:
-            ParseError: for an empty or over-long text, one in which no slot is found, or a shape
-                that cannot be built.
-        """
-        if not text.strip():
-            raise ParseError("the instruction is empty; say what to build, as 'a small circle on the left'")
-        states = self.encoder.token_states([text], self._layer)
-        if states.truncated[0]:
-            raise ParseError(
-                f"the instruction is too long: {len(text)} characters are more than the {MAX_TOKENS} word "
-                "pieces (about 180 words) that can be read; say it more briefly"
-            )
-        probabilities, contributions = self._read(states.hidden, states.mask)
-        heard = {slot: max(options, key=options.get) for slot, options in probabilities.items()}
-        evidence = {
-            slot: _telling_words(text, states.spans[0], contributions[slot][value])
-            for slot, value in heard.items()
-            if value is not None
-        }
-        self._refuse(text, heard, evidence)
-        certainty = {slot: probabilities[slot][value] for slot, value in heard.items()}
-        kept = _make_legal(heard, certainty)
-        return Parse(
-            text=text,
-            spec=StructureSpec(**kept),
-            confidence={slot: probabilities[slot][kept[slot]] for slot in SLOTS},
-            evidence={slot: evidence[slot] for slot in SLOTS if kept[slot] is not None},
-            parser=self.name,
-            dropped={slot: heard[slot] for slot in SLOTS if heard[slot] != kept[slot]},
-        )
+    def parse_batch(self, texts: Sequence[str]) -> list[Parse]:
+        """What each of many instructions says; much faster than one by one."""
+        found: dict[int, Parse] = {}
+        readable = []
+        for place, text in enumerate(map(_sound, texts)):
+            why = _why_unreadable(text)
+            if why:
+                found[place] = unreadable(text, why, self.name)
+            else:
+                readable.append((place, text, mend(text, self.encoder.whole_words)))
+        readable.sort(key=lambda entry: len(entry[2].text))  # little padding per batch
+        for start in range(0, len(readable), BATCH):
+            chosen = readable[start : start + BATCH]
+            parses = self._parse([text for _, text, _ in chosen], [mended for *_, mended in chosen])
+            found.update(zip((place for place, *_ in chosen), parses, strict=True))
+        return [found[place] for place in range(len(texts))]
 
-    def _read(
-        self, hidden: torch.Tensor, mask: torch.Tensor
-    ) -> tuple[dict[str, dict[str | None, float]], dict[str, dict[str | None, list[float]]]]:
-        """For one text, slot -> answer -> its probability, and -> what each word piece adds to it."""
+    def _parse(self, texts: Sequence[str], mended: Sequence[Mended]) -> list[Parse]:
         import torch
 
-        from grounding.slot_reader import ANSWERS
+        from grounding.slot_reader import ANSWERS, QUESTIONS, REFUSE
 
+        states = self.encoder.token_states([text.text for text in mended], self._layer)
         with torch.inference_mode():
-            votes = self._reader(hidden, mask)
-        probabilities, contributions = {}, {}
-        for slot, vote in zip(SLOTS, votes, strict=True):
-            share = (vote[0].sum(dim=0) / self._temperatures[slot]).softmax(dim=-1).tolist()
-            probabilities[slot] = dict(zip(ANSWERS[slot], share, strict=True))
-            over_unspecified = (vote[0] - vote[0][:, -1:]).T.tolist()
-            contributions[slot] = dict(zip(ANSWERS[slot], over_unspecified, strict=True))
-        return probabilities, contributions
+            votes = dict(zip(QUESTIONS, self._reader(states.hidden, states.mask), strict=True))
+            shares = {
+                question: (vote.sum(dim=1) / self._temperatures[question]).softmax(dim=-1).tolist()
+                for question, vote in votes.items()
+            }
+        parses = []
+        for row, text in enumerate(texts):
+            if states.truncated[row]:
+                parses.append(unreadable(text, _too_long(text), self.name))
+                continue
+            probabilities = {
+                question: dict(zip(ANSWERS[question], shares[question][row], strict=True)) for question in QUESTIONS
+            }
+            refusals = {reason: share for reason, share in probabilities.pop(REFUSE).items() if reason is not None}
+            evidence = {
+                slot: _telling_words(text, mended[row], states.spans[row], self._added(votes[slot][row], slot))
+                for slot in SLOTS
+            }
+            parses.append(decide(text, probabilities, evidence, refusals, self.name))
+        return parses
 
     @staticmethod
-    def _refuse(text: str, heard: Mapping[str, str | None], evidence: Mapping[str, tuple[str, ...]]) -> None:
-        shapes = ", ".join(SHAPES)
-        if heard["shape"] is not None and heard["shape"] not in SHAPES:
-            words = " ".join(evidence["shape"])
-            raise ParseError(
-                f"cannot build {words!r} in {_shortened(text)!r}; shapes that can be built: {shapes}"
-            )
-        if all(value is None for value in heard.values()):
-            raise ParseError(
-                f"instruction not understood: {_shortened(text)!r}; say a shape ({shapes}), a size, "
-                "a position or a rotation"
-            )
+    def _added(vote: torch.Tensor, slot: str) -> list[float]:
+        """What each word piece adds to the slot's best value over leaving it open."""
+        from grounding.slot_reader import ANSWERS
+
+        best = int(vote.sum(dim=0)[: len(ANSWERS[slot]) - 1].argmax())
+        return (vote[:, best] - vote[:, -1]).tolist()
 
 
-def _make_legal(heard: Mapping[str, str | None], certainty: Mapping[str, float]) -> dict[str, str | None]:
-    """The answers without those that cannot go together: the less certain gives way, a shape last."""
-    kept = dict(heard)
-    illegal = [
-        slot for slot in SLOTS[1:] if kept[slot] is not None and slot not in SLOTS_OF_SHAPE[kept["shape"]]
-    ]
-    if any(certainty["shape"] + SHAPE_PREFERENCE < certainty[slot] for slot in illegal):
-        kept["shape"] = None
-    else:
-        kept.update(dict.fromkeys(illegal))
-    return kept
+def _sound(text: str) -> str:
+    """The text as UTF-8 can hold it: halves of a character pair, as broken input has them, become marks."""
+    return text.encode("utf-8", "replace").decode()
 
 
-def _telling_words(text: str, spans: list[tuple[int, int]], added: list[float]) -> tuple[str, ...]:
+def _why_unreadable(text: str) -> str:
+    if not any(letter.isalnum() for letter in text):
+        said = "is empty" if not text.strip() else "has no words"
+        return f"the instruction {said}; say what to build, as 'a small circle on the left'"
+    return _too_long(text) if len(text) > MAX_CHARACTERS else ""
+
+
+def _too_long(text: str) -> str:
+    return (
+        f"the instruction is too long: {len(text)} characters are more than the {MAX_TOKENS} word pieces "
+        "(about 180 words) that can be read; say it more briefly"
+    )
+
+
+def _telling_words(
+    text: str, mended: Mended, spans: Sequence[tuple[int, int]], added: Sequence[float]
+) -> tuple[str, ...]:
     """The words of the text that add most, in the order of the text."""
     words: dict[tuple[int, int], float] = {}
-    for (first, last), amount in zip(spans, added, strict=True):
-        if last > first:
-            while first > 0 and text[first - 1].isalnum():
-                first -= 1
-            while last < len(text) and text[last].isalnum():
-                last += 1
-            words[first, last] = words.get((first, last), 0.0) + amount
+    for (first, last), amount in zip(spans, added, strict=False):
+        span = mended.original_span(first, last) if last > first else None
+        if span is not None:
+            words[span] = words.get(span, 0.0) + amount
     strongest = max(words.values(), default=0.0)
     if strongest <= 0.0:
         return ()
-    return tuple(text[slice(*word)] for word, amount in words.items() if amount >= EVIDENCE_SHARE * strongest)
-
-
-def _shortened(text: str, limit: int = 80) -> str:
-    text = " ".join(text.split())
-    return text if len(text) <= limit else text[: limit - 3] + "..."
+    return tuple(text[slice(*span)] for span, amount in words.items() if amount >= EVIDENCE_SHARE * strongest)

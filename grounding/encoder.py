@@ -62,6 +62,7 @@ class SentenceEncoder:
     def __init__(self, source: str | None = None) -> None:
         self.source = source
         self.folder = _find_folder(source)
+        self._networks: dict[int | None, BertModel] = {}
         try:
             self._config = json.loads((self.folder / "config.json").read_text())
         except ValueError as error:
@@ -105,9 +106,9 @@ class SentenceEncoder:
         ids = torch.tensor([encoding.ids for encoding in encodings])
         mask = torch.tensor([encoding.attention_mask for encoding in encodings], dtype=torch.bool)
         with torch.inference_mode():
-            output = self._network(input_ids=ids, attention_mask=mask.long(), output_hidden_states=True)
+            output = self.network(layer)(input_ids=ids, attention_mask=mask.long())
         return TokenStates(
-            output.hidden_states[-1 if layer is None else layer],
+            output.last_hidden_state,
             mask,
             [encoding.offsets for encoding in encodings],
             np.array([bool(encoding.overflowing) for encoding in encodings]),
@@ -123,7 +124,17 @@ class SentenceEncoder:
         return tokenizer
 
     @cached_property
-    def _network(self) -> BertModel:
+    def whole_words(self) -> frozenset[str]:
+        """The lower-case words that the encoder knows in one piece."""
+        return frozenset(word for word in self._tokenizer.get_vocab() if word.isalpha() and len(word) > 2)
+
+    def network(self, layers: int | None = None) -> BertModel:
+        """The network up to so many layers (`None` for all), loaded when it is first asked for."""
+        if layers not in self._networks:
+            self._networks[layers] = self._load(layers)
+        return self._networks[layers]
+
+    def _load(self, layers: int | None) -> BertModel:
         import torch
         from safetensors import SafetensorError
         from transformers import BertModel
@@ -142,6 +153,7 @@ class SentenceEncoder:
                 local_files_only=True,
                 use_safetensors=True,
                 output_loading_info=True,
+                **({} if layers is None else {"num_hidden_layers": layers}),
             )
         except (SafetensorError, OSError, ValueError, RuntimeError) as error:
             raise EncoderError(f"{path} cannot be loaded: {str(error).splitlines()[0]}") from error

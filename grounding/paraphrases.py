@@ -1,167 +1,172 @@
-"""Free variations on the corpus, for training the parser: what people say instead of the vocabulary.
+"""Labelled sentences of free language, drawn from the frames and phrases of `grounding.frames`.
 
-`paraphrase` draws one labelled sentence. Phrases whose place in their table is a multiple of six
-(less one) are held out: training never sees them, calibration and evaluation do.
 Labels are per slot, as spoken: a "small tower" is labelled small, and the parser resolves it later.
+Whatever has to be refused carries no slots.
 """
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache
 
 import numpy as np
 
-from grounding import phrases
-from grounding.slot_reader import OTHER_SHAPE
-from grounding.spec import LEGAL_VALUES, SLOTS, SLOTS_OF_SHAPE
+from grounding.frames import SLOTS_OF_HOLE, Frame, Hole, all_frames, all_phrases
+from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, SLOTS_OF_SHAPE
+from grounding.typing_errors import roughen
 
-HOLD_OUT_EVERY = 6
+# How much more often a frame of a file is drawn: plain frames are mostly holes and stand for many
+# sentences; spoken ones are nearest to what people say.
+_WEIGHTS = {"frames_plain": 3, "frames_spoken": 2}
+_SHAPE_HOLES = ("a_shape", "shape_noun", "do_shape")
+_TABLE = {"a_shape": "shape_noun"}  # the same phrases, with an article
 
 
 @dataclass(frozen=True)
 class LabelledText:
-    """A sentence and what it says: slot -> value, `None` where it says nothing.
+    """A sentence and what it says.
 
-    The shape may also be `OTHER_SHAPE`, and a tower may carry a size.
+    Attributes:
+        text: the sentence.
+        labels: slot -> value, `None` where it says nothing. A tower may carry a size, as spoken.
+        refuse: why it has to be refused, one of `grounding.parse.REFUSALS`, or `None`.
     """
 
     text: str
-    labels: dict[str, str | None]
+    labels: Mapping[str, str | None]
+    refuse: str | None = None
 
 
-def _pick(table: tuple[str, ...], rng: np.random.Generator, held_out: bool) -> str:
-    """One phrase: never a held-out one for training, and half the time one of those otherwise."""
-    reserved = table[HOLD_OUT_EVERY - 1 :: HOLD_OUT_EVERY]
-    if held_out and reserved and rng.random() < 0.5:
-        return reserved[rng.integers(len(reserved))]
-    choices = [phrase for i, phrase in enumerate(table) if i % HOLD_OUT_EVERY != HOLD_OUT_EVERY - 1]
-    return choices[rng.integers(len(choices))]
-
-
-def draw_labels(rng: np.random.Generator) -> dict[str, str | None]:
-    """A random wish: a shape or none, and some of its slots."""
-    shapes = ("circle", "line", "tower", "table setting", None, OTHER_SHAPE)
-    shape = shapes[rng.choice(6, p=[0.2, 0.22, 0.16, 0.14, 0.2, 0.08])]
-    labels: dict[str, str | None] = {slot: None for slot in SLOTS} | {"shape": shape}
-    for slot in SLOTS[1:]:
-        legal = slot in SLOTS_OF_SHAPE[None if shape == OTHER_SHAPE else shape]
-        if rng.random() < (0.4 if legal else 0.1):
-            labels[slot] = str(rng.choice(LEGAL_VALUES[slot]))
-    return labels
-
-
-def paraphrase(rng: np.random.Generator, held_out: bool = False) -> LabelledText:
-    """One labelled sentence of free language; `held_out` mixes in the phrases kept from training."""
-    pick = partial(_pick, rng=rng, held_out=held_out)
-    labels = draw_labels(rng)
-    if not any(labels.values()):
-        return LabelledText(_dirty(pick(phrases.IDLE).format(o=_objects(pick, rng)), rng), labels)
-    if rng.random() < 0.04:
-        return LabelledText(_dirty(_telegram(labels, pick, rng), rng), labels)
-    where, turn = _where(labels, pick, rng), _turn(labels, pick, rng)
-    core = _core(labels, pick, rng, bool(where or turn))
-    tail = [part for part in (where, turn) if part]
-    if rng.random() < 0.4:
-        tail.reverse()
-    separator = ", " if rng.random() < 0.25 else " "
-    if where and rng.random() < 0.2:
-        text = f"{where}, {core}" + (f"{separator}{turn}" if turn else "")
+def paraphrase(rng: np.random.Generator, frame: Frame | None = None) -> LabelledText:
+    """One labelled sentence; of a given frame, or of any."""
+    if frame is None:
+        frames = _weighted_frames()
+        frame = frames[rng.integers(len(frames))]
+    values = _draw_values(frame, rng)
+    text = "".join(
+        piece if isinstance(piece, str) else _fill(piece, values, rng) for piece in frame.pieces
+    )
+    if frame.refuse:
+        labels: dict[str, str | None] = dict.fromkeys(SLOTS)
     else:
-        opening = pick(phrases.OPENINGS)
-        text = separator.join([f"{opening} {core}" if opening else core, *tail])
-    if rng.random() < 0.15:
-        text += separator + pick(phrases.CLOSINGS)
-    return LabelledText(_dirty(text, rng), labels)
+        filled = {slot for hole in frame.holes if not hole.negated for slot in SLOTS_OF_HOLE.get(hole.name, ())}
+        labels = {slot: values[slot] if slot in filled or slot in frame.labels else None for slot in SLOTS}
+    return LabelledText(roughen(_dressed(text, rng), rng), labels, frame.refuse)
 
 
-def _objects(pick, rng: np.random.Generator) -> str:
-    if rng.random() < 0.25:
-        return pick(phrases.OBJECT_PRONOUNS)
-    if rng.random() < 0.12:
-        named = [f"the {pick(phrases.SINGLE_NOUNS)}" for _ in range(rng.integers(1, 4))]
-        return " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
-    adjective = pick(phrases.OBJECT_ADJECTIVES) + " " if rng.random() < 0.25 else ""
-    text = f"{pick(phrases.DETERMINERS)} {adjective}{pick(phrases.OBJECT_NOUNS)}"
-    return f"{text} and the {pick(phrases.OBJECT_NOUNS)}" if rng.random() < 0.15 else text
+@lru_cache(maxsize=1)
+def _weighted_frames() -> tuple[Frame, ...]:
+    return tuple(
+        frame
+        for name, frames in all_frames().items()
+        for frame in frames * _WEIGHTS.get(name, 1)
+    )
 
 
-def _core(labels, pick, rng: np.random.Generator, has_tail: bool) -> str:
-    """Verb, objects, shape and size; without shape and size only where a tail says something."""
-    shape, size, objects = labels["shape"], labels["size"], _objects(pick, rng)
-    adverb = f" {pick(phrases.SIZE_ADVERBS[size])}" if size else ""
-    if shape in phrases.SHAPE_ACTIONS and rng.random() < 0.35:
-        return pick(phrases.SHAPE_ACTIONS[shape]).format(o=objects) + adverb
-    if shape is None and ((has_tail and not size) or rng.random() < 0.5) and rng.random() < 0.7:
-        return f"{pick(phrases.PLACE_VERBS)} {objects}{adverb}"
-    noun = pick(phrases.SHAPE_NOUNS[shape or ""])
-    if size and rng.random() < 0.75:
-        length = shape == "line" and rng.random() < 0.4
-        adjective = phrases.LINE_LENGTHS[size] if length else pick(phrases.SIZE_ADJECTIVES[size])
-        noun, adverb = f"{adjective} {noun}", ""
-    a = noun if rng.random() < 0.1 else ("an " if noun[0] in "aeiou" else "a ") + noun
+def _one_of(phrases: tuple[str, ...], rng: np.random.Generator) -> str:
+    return phrases[rng.integers(len(phrases))]
+
+
+def _draw_values(frame: Frame, rng: np.random.Generator) -> dict[str, str | None]:
+    """A value for every slot, those that the frame says included; which of them are labels is told by the holes."""
+    values: dict[str, str | None] = {slot: _one_of(LEGAL_VALUES[slot], rng) for slot in SLOTS}
+    holes = {hole.name for hole in frame.holes if not hole.negated}
+    needed = {slot for name in holes for slot in SLOTS_OF_HOLE.get(name, ())} | set(frame.labels)
+    # Nobody asks for a large tower often, but it is asked for.
+    lenient = rng.random() < 0.1 and "size" not in frame.labels and "rotation" not in frame.labels
+    shapes = [shape for shape in SHAPES if lenient or needed - {"shape"} <= set(SLOTS_OF_SHAPE[shape])]
+    values["shape"] = _one_of(tuple(shapes), rng)
+    nameless = holes & {"a_shape", "shape_noun"} and "do_shape" not in holes and not frame.refuse
+    negated = any(hole.negated and hole.name in _SHAPE_HOLES for hole in frame.holes)
+    if nameless and not negated and needed - {"shape"} and rng.random() < 0.12:
+        values["shape"] = None
+    return values | frame.labels
+
+
+def _fill(hole: Hole, values: Mapping[str, str | None], rng: np.random.Generator) -> str:
+    name = hole.name
+    if name not in SLOTS_OF_HOLE:
+        return _other(name, rng)
+    meant = {slot: _another(slot, values[slot], rng) if hole.negated else values[slot] for slot in SLOTS_OF_HOLE[name]}
+    phrases = all_phrases()
+    if name == "xy":
+        x = _one_of(phrases["x_adj"][meant["x_position"]], rng) if rng.random() < 0.3 else meant["x_position"]
+        return _one_of(phrases["xy"]["any"], rng).format(x=x, y=_one_of(phrases["y_adj"][meant["y_position"]], rng))
+    (value,) = meant.values()
+    table = _TABLE.get(name, name)
+    if name == "size_adj" and values["shape"] == "line" and rng.random() < 0.6:
+        table = "size_adj_line"
+    if name == "rot" and values["shape"] == "circle" and rng.random() < 0.4:
+        table = "rot_circle"
+    phrase = _one_of(phrases[table][value or "any"], rng)
+    if name in _SHAPE_HOLES and value is not None and rng.random() < 0.25:
+        # The plain word now and then: it is what most people say.
+        phrase = value if name != "do_shape" else phrase
+    if name == "do_shape":
+        return phrase.replace("{o}", _objects(rng))
+    return f"a {phrase}" if name == "a_shape" else phrase
+
+
+def _another(slot: str, value: str | None, rng: np.random.Generator) -> str:
+    return _one_of(tuple(other for other in LEGAL_VALUES[slot] if other != value), rng)
+
+
+def _other(name: str, rng: np.random.Generator) -> str:
+    phrases = all_phrases()
+    match name:
+        case "objects":
+            return _objects(rng)
+        case "object":
+            return _object(rng)
+        case "nouns":
+            return _adjective(rng) + _one_of(phrases["objects"]["plural"], rng)
+        case "noun":
+            return _one_of(phrases["objects"]["singular"], rng)
+        case "idle":
+            text = _one_of(phrases["idle"]["any"], rng)
+            return text.replace("{o}", _objects(rng)).replace("{s}", _object(rng)).rstrip(".!?")
+    return _one_of(phrases[name]["any"], rng)
+
+
+def _adjective(rng: np.random.Generator) -> str:
+    """An adjective of the objects: their size and shape are no wish about the structure."""
+    return f"{_one_of(all_phrases()['objects']['adjective'], rng)} " if rng.random() < 0.25 else ""
+
+
+def _object(rng: np.random.Generator) -> str:
+    return f"the {_adjective(rng)}{_one_of(all_phrases()['objects']['singular'], rng)}"
+
+
+def _objects(rng: np.random.Generator) -> str:
+    phrases = all_phrases()["objects"]
     kind = rng.random()
-    if kind < 0.5:
-        return f"{pick(phrases.PLACE_VERBS)} {objects} {pick(phrases.INTO)} {a}{adverb}"
-    if kind < 0.7:
-        return f"{pick(phrases.BUILD_VERBS)} {a} {pick(phrases.FROM)} {objects}{adverb}"
-    if kind < 0.85:
-        return f"{pick(phrases.BUILD_VERBS)} {a}{adverb}"
-    if kind < 0.93:
-        return f"{objects} should {'form' if rng.random() < 0.5 else 'be in'} {a}{adverb}"
-    return pick(phrases.WISHES).format(a=a) + adverb
-
-
-def _telegram(labels, pick, rng: np.random.Generator) -> str:
-    """The bare tokens, in any order: "circle, medium, right, facing north"."""
-    words = [labels[slot] for slot in ("size", "x_position", "y_position") if labels[slot]]
-    if labels["shape"]:
-        words.append(pick(phrases.SHAPE_NOUNS[labels["shape"]]))
-    if labels["rotation"]:
-        words.append(("" if rng.random() < 0.5 else "facing ") + labels["rotation"])
-    rng.shuffle(words)
-    return (", " if rng.random() < 0.6 else " ").join(words)
-
-
-def _where(labels, pick, rng: np.random.Generator) -> str:
-    x, y, place = labels["x_position"], labels["y_position"], pick(phrases.PLACES)
-    if x and y and rng.random() < 0.6:
-        side = x if x != "center" or rng.random() < 0.7 else "centre"
-        return pick(phrases.CORNERS).format(y=pick(phrases.Y_ADJECTIVES[y]), x=side, p=place)
-    parts = [pick(phrases.X_PHRASES[x]).format(p=place)] if x else []
-    parts += [pick(phrases.Y_PHRASES[y]).format(p=pick(phrases.PLACES))] if y else []
-    if rng.random() < 0.4:
-        parts.reverse()
-    return (" and " if rng.random() < 0.2 else " ").join(parts)
-
-
-def _turn(labels, pick, rng: np.random.Generator) -> str:
-    rotation = labels["rotation"]
-    if not rotation:
-        return ""
-    ring = labels["shape"] == "circle" and rng.random() < 0.3
-    if rng.random() < 0.75 or ring:
-        heading = pick(phrases.COMPASS).format(c=rotation if rng.random() < 0.9 else rotation.capitalize())
-        return pick(phrases.OPENINGS_OF_RING if ring else phrases.TURNS).format(r=heading)
-    return f"{'facing' if rng.random() < 0.7 else 'turned'} {pick(phrases.ROTATION_SYNONYMS[rotation])}"
-
-
-def _dirty(text: str, rng: np.random.Generator) -> str:
-    """Casing, punctuation, a dropped article and a typing error, now and then."""
+    if kind < 0.22:
+        return _one_of(phrases["pronoun"], rng)
+    if kind < 0.32:
+        return _one_of(phrases["group"], rng)
+    if kind < 0.42:
+        named = [_object(rng) for _ in range(rng.integers(2, 5))]
+        return " and ".join([", ".join(named[:-1]), named[-1]])
+    text = f"{_one_of(phrases['determiner'], rng)} {_adjective(rng)}{_one_of(phrases['plural'], rng)}"
     if rng.random() < 0.1:
-        text = text.replace(" the ", " ").replace(" a ", " ")
-    words = text.split(" ")
-    if rng.random() < 0.18:
-        place = int(rng.integers(len(words)))
-        word = words[place]
-        if len(word) > 4:
-            i = int(rng.integers(1, len(word) - 1))
-            swapped = word[:i] + word[i + 1] + word[i] + word[i + 2 :]
-            dropped, doubled = word[:i] + word[i + 1 :], word[:i] + word[i] + word[i:]
-            words[place] = (swapped, dropped, doubled)[rng.integers(3)]
-    text = " ".join(words)
-    if rng.random() < 0.35:
-        text = text[:1].upper() + text[1:]
-    if rng.random() < 0.03:
-        text = text.upper()
-    return text + ("", "", "", ".", "!", "?")[rng.integers(6)]
+        text += f" {('and', 'but not', 'except')[rng.integers(3)]} the {_one_of(phrases['plural'], rng)}"
+    return text
+
+
+def _dressed(text: str, rng: np.random.Generator) -> str:
+    """The sentence with what people say around it: openings, closings and facts."""
+    phrases = all_phrases()
+    if rng.random() < 0.06:
+        fact = _one_of(phrases["fact"]["any"], rng)
+        text = f"{fact}. {text}" if rng.random() < 0.6 else f"{text.rstrip('.!?')}. {fact}"
+    elif rng.random() < 0.22:
+        text = f"{_one_of(phrases['opening']['any'], rng)} {text}"
+    if rng.random() < 0.1:
+        text = f"{text.rstrip('.!?')}{(' ', ', ')[rng.integers(2)]}{_one_of(phrases['closing']['any'], rng)}"
+    return re.sub(r"\b([Aa])n? (?=(\w))", _article, text)
+
+
+def _article(match: re.Match[str]) -> str:
+    return f"{match[1]}n " if match[2] in "aeiouAEIO" else f"{match[1]} "

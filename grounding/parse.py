@@ -34,10 +34,6 @@ WORTH_OFFERING = 0.1
 SHAPE_PREFERENCE = 0.2
 
 
-class ParseError(ValueError):
-    """An instruction that cannot be read or built; the message says what can be said instead."""
-
-
 @dataclass(frozen=True)
 class Question:
     """What has to be known before building.

@@ -1,35 +1,56 @@
-"""The embedding parser's network: every word piece votes on every slot, and attention weighs the votes."""
+"""The embedding parser's network: the sentence encoder's upper layers, trained on, and a head per slot.
+
+The encoder's own upper layers are made for the meaning of a whole sentence. Here they continue from
+its lower layers' word states as a copy that learned which word is about which slot. Then every word
+piece votes on every slot, and attention weighs the votes: so an answer can be traced to its words.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import torch
 from torch import nn
 from torch.nn import functional
 
+from grounding.parse import REFUSALS
 from grounding.spec import LEGAL_VALUES, SLOTS
 
-OTHER_SHAPE = "other"  # a shape that somebody asked for and nobody here can build
-# What the network can answer per slot; the last answer is always "unspecified".
-ANSWERS: dict[str, tuple[str | None, ...]] = {
-    slot: (*LEGAL_VALUES[slot], *((OTHER_SHAPE,) if slot == "shape" else ()), None) for slot in SLOTS
+REFUSE = "refuse"
+QUESTIONS = (*SLOTS, REFUSE)
+# What the network can answer per question; the last answer is always "unspecified", or "build it".
+ANSWERS: Mapping[str, tuple[str | None, ...]] = {slot: (*LEGAL_VALUES[slot], None) for slot in SLOTS} | {
+    REFUSE: (*REFUSALS, None)
 }
+_COUNTS = [len(ANSWERS[question]) for question in QUESTIONS]
 
 
 class SlotReader(nn.Module):
-    """Hidden states of the sentence encoder to logits per slot.
+    """Word states of the sentence encoder to votes on every question.
 
     Args:
-        width: of the encoder's hidden states.
-        hidden: of the layer that all slots share.
+        layers: how many transformer layers it has of its own.
+        width: of the encoder's states; with `heads` and `inner` as the encoder has them.
+        heads: of the attention within a layer.
+        inner: width between a layer's two linear maps.
+        hidden: of the layer that all questions share.
     """
 
-    def __init__(self, width: int = 384, hidden: int = 64) -> None:
+    def __init__(
+        self, layers: int = 4, width: int = 384, heads: int = 12, inner: int = 1536, hidden: int = 64
+    ) -> None:
         super().__init__()
+        self.layers = nn.ModuleList(
+            nn.TransformerEncoderLayer(
+                width, heads, inner, dropout=0.1, activation="gelu", layer_norm_eps=1e-12, batch_first=True
+            )
+            for _ in range(layers)
+        )
         self.normalise = nn.LayerNorm(width)
         self.shared = nn.Linear(width, hidden)
-        self.dropout = nn.Dropout(0.2)
-        self.attention = nn.Linear(hidden, len(SLOTS))
-        self.votes = nn.Linear(hidden, sum(len(answers) for answers in ANSWERS.values()))
+        self.dropout = nn.Dropout(0.1)
+        self.attention = nn.Linear(hidden, len(QUESTIONS))
+        self.votes = nn.Linear(hidden, sum(_COUNTS))
 
     def forward(self, states: torch.Tensor, mask: torch.Tensor) -> list[torch.Tensor]:
         """What every word piece contributes to every answer.
@@ -39,9 +60,33 @@ class SlotReader(nn.Module):
             mask: (B, T) bool, false on padding.
 
         Returns:
-            One tensor (B, T, answers) per slot, in the order of `SLOTS`; its sum over T is the logits.
+            One tensor (B, T, answers) per question, in the order of `QUESTIONS`; its sum over T is the logits.
         """
-        x = self.dropout(functional.gelu(self.shared(self.dropout(self.normalise(states)))))
-        weights = self.attention(x).masked_fill(~mask[..., None], float("-inf")).softmax(dim=1)
-        votes = self.votes(x).split([len(answers) for answers in ANSWERS.values()], dim=-1)
-        return [weights[..., i : i + 1] * vote for i, vote in enumerate(votes)]
+        for layer in self.layers:
+            states = layer(states, src_key_padding_mask=~mask)
+        x = self.dropout(functional.gelu(self.shared(self.dropout(self.normalise(states)))))  # (B, T, hidden)
+        weights = self.attention(x).masked_fill(~mask[..., None], float("-inf")).softmax(dim=1)  # (B, T, questions)
+        return [weights[..., i : i + 1] * vote for i, vote in enumerate(self.votes(x).split(_COUNTS, dim=-1))]
+
+
+def start_from(reader: SlotReader, bert_layers: list[nn.Module]) -> None:
+    """Gives the reader's layers the weights of a BERT's: the same function, in torch's own layer.
+
+    Args:
+        reader: to start from them.
+        bert_layers: as many layers of a `transformers` BERT.
+    """
+    for layer, source in zip(reader.layers, bert_layers, strict=True):
+        attention, output = source.attention.self, source.attention.output
+        parts = (attention.query, attention.key, attention.value)
+        pairs = {
+            "self_attn.out_proj": output.dense,
+            "norm1": output.LayerNorm,
+            "linear1": source.intermediate.dense,
+            "linear2": source.output.dense,
+            "norm2": source.output.LayerNorm,
+        }
+        state = {f"{name}.{kind}": getattr(part, kind) for name, part in pairs.items() for kind in ("weight", "bias")}
+        state["self_attn.in_proj_weight"] = torch.cat([part.weight for part in parts])
+        state["self_attn.in_proj_bias"] = torch.cat([part.bias for part in parts])
+        layer.load_state_dict(state)

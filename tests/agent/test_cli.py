@@ -47,7 +47,8 @@ def mesh_folder(folder: Path, count: int, side: float = 0.05) -> str:
 
 @pytest.mark.parametrize(
     "arguments",
-    [[], ["run"], ["parse"], ["generate"], ["train"], ["evaluate"], ["evaluate", "success"], ["evaluate", "arm"]],
+    [[], ["run"], ["parse"], ["generate"], ["train"], ["evaluate"], ["evaluate", "success"], ["evaluate", "arm"],
+     ["evaluate", "parse"]],
 )
 def test_help_has_an_example(arguments, capsys):
     assert command_line([*arguments, "--help"]) == 0
@@ -195,7 +196,60 @@ def test_parse_goes_on_after_an_instruction_it_does_not_understand(capsys):
     first, second = (json.loads(line) for line in captured.out.splitlines())
     assert first["spec"]["shape"] == "tower" and first["spec"]["x_position"] == "right"
     assert first["spec"]["rotation"] is None and 0 <= first["confidence"]["shape"] <= 1
-    assert "empty" in second["error"]
+    assert second["status"] == "refused" and "empty" in second["message"]
+    assert "empty" in captured.err
+
+
+def test_parse_tells_viewpoint_objects_and_evidence(capsys):
+    line = ["parse", "line up the cups on the left", "--viewpoint", "opposite", "--objects", "mug,bowl,cup,cup"]
+    assert command_line(line) == 0
+    told = capsys.readouterr().out
+    assert "right" in told and "opposite" in told and "cup, cup" in told and "by 'left'" in told
+    assert command_line([*line, "--json"]) == 0
+    row = json.loads(capsys.readouterr().out)
+    assert row["spec"]["x_position"] == "right" and row["spec"]["objects"] == ["cup", "cup"]
+    assert row["viewpoint"] == "opposite" and row["parser"] == "embedding" and row["prompt_sha256"] is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (["parse", "a row", "--viewpoint", "above"], ("'above'", "robot", "opposite")),
+        (["parse", "a row", "--parser", "psychic"], ("'psychic'", "embedding", "llm")),
+        (["parse", "a row", "--objects", " , "], ("--objects",)),
+    ],
+)
+def test_reading_options_that_are_wrong(arguments, parts, capsys):
+    assert command_line(arguments) == 2
+    error = capsys.readouterr().err
+    assert all(part in error for part in parts)
+
+
+def test_parse_asks_where_nothing_but_a_wish_is_said(capsys):
+    assert command_line(["parse", "make something nice with the cups", "--json"]) == 0
+    row = json.loads(capsys.readouterr().out)
+    assert row["status"] == "ask" and row["question"]["options"] == ["circle", "line", "tower", "table setting"]
+
+
+def test_an_unusable_llm_is_told_and_the_other_parser_speaks(capsys):
+    arguments = ["parse", "stack the cans", "--parser", "llm", "--llm-url", "http://127.0.0.1:1/v1", "--json"]
+    assert command_line(arguments) == 0
+    captured = capsys.readouterr()
+    row = json.loads(captured.out)
+    assert row["parser"] == "embedding" and row["spec"]["shape"] == "tower"
+    assert "127.0.0.1:1" in row["fallback"] and "127.0.0.1:1" in captured.err
+
+
+def test_parse_survives_bytes_that_are_no_text():
+    done = subprocess.run(
+        [sys.executable, "-m", "agent", "parse", "--json"],
+        input=b"make a circle \xff\xfe\n\x00\x1b[31m\n",
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+    )
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    assert rows[0]["spec"]["shape"] == "circle" and len(rows) == 2 and rows[1]["status"] == "refused"
+    assert b"Traceback" not in done.stderr
 
 
 def test_parse_reads_standard_input():

@@ -1,0 +1,140 @@
+"""The verbs of `structagent evaluate`."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from agent.cli_options import (
+    JsonOption,
+    LLMModelOption,
+    LLMUrlOption,
+    ObjectsOption,
+    Parsers,
+    SeedOption,
+    WeightsOption,
+)
+from agent.streams import import_pybullet_silently, results_stream
+
+evaluate_app = typer.Typer(rich_markup_mode=None)
+
+
+@evaluate_app.callback()
+def _evaluate() -> None:
+    """Measure the models.
+
+    Example: structagent evaluate success --objects ycb --scenes 50
+    """
+
+
+@evaluate_app.command("success")
+def evaluate_success(
+    objects: ObjectsOption = "ycb",
+    model: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="May be given several times.  [default: diffusion]")
+    ] = None,
+    weights: WeightsOption = None,
+    scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 50,
+    seed: SeedOption = 0,
+    candidates: Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")] = 64,
+    top_k: Annotated[int, typer.Option(min=1, help="Measure success@k up to this k.")] = 5,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    json_output: JsonOption = False,
+) -> None:
+    """How often the best imagined arrangement stands: released piece by piece in physics, without the arm.
+
+    Example: structagent evaluate success --objects ycb --model diffusion --model geometric --scenes 50
+    """
+    import_pybullet_silently()
+    from agent.evaluating import measure_success, tell_success, write_report
+
+    with results_stream() as results:
+        report = measure_success(
+            objects, model or ["diffusion"], weights, scenes, seed, candidates, top_k, workers
+        )
+        if out is not None:
+            write_report(report, out)
+        if json_output:
+            print(json.dumps(report, indent=1), file=results)
+        else:
+            tell_success(report, results)
+
+
+@evaluate_app.command("arm")
+def evaluate_arm(
+    objects: ObjectsOption = "ycb",
+    model: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "diffusion",
+    weights: WeightsOption = None,
+    scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 5,
+    seed: SeedOption = 0,
+    candidates: Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")] = 64,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    json_output: JsonOption = False,
+) -> None:
+    """How often the arm finds a plan, and how often what it builds stands as asked.
+
+    Example: structagent evaluate arm --objects ycb --scenes 5
+    """
+    import_pybullet_silently()
+    from agent.evaluating import write_report
+    from agent.evaluating_arm import measure_arm, tell_arm
+
+    with results_stream() as results:
+        report = measure_arm(objects, model, weights, scenes, seed, candidates, workers)
+        if out is not None:
+            write_report(report, out)
+        if json_output:
+            print(json.dumps(report, indent=1), file=results)
+        else:
+            tell_arm(report, results)
+
+
+@evaluate_app.command("parse")
+def evaluate_parse(
+    parser: Annotated[
+        list[Parsers] | None, typer.Option(help="May be given several times.  [default: embedding]")
+    ] = None,
+    data: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="templated|free|FILE", help="May be given several times.  [default: templated and free]"
+        ),
+    ] = None,
+    limit: Annotated[
+        int | None, typer.Option(min=1, help="Read so many rows of each, evenly spaced; by default all.")
+    ] = None,
+    llm_model: LLMModelOption = None,
+    llm_url: LLMUrlOption = None,
+    replies: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Keep the LLM's replies there, and replay those found there.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write the report, the table and pictures of confusions there.")
+    ] = None,
+    json_output: JsonOption = False,
+) -> None:
+    """How often an instruction ends in the right slots, and how often a parser makes something up.
+
+    Example: structagent evaluate parse --data free --parser embedding --parser llm --out out/parsing
+    """
+    from agent.evaluating_parse import measure_parsing, tell_parsing, write_parsing
+    from agent.reading import ReadingOptions
+
+    options = ReadingOptions(llm_model=llm_model, llm_url=llm_url, replies=replies)
+    parsers = [name.value for name in parser or [Parsers.embedding]]
+    with results_stream() as results:
+        report = measure_parsing(parsers, data or ["templated", "free"], limit, options)
+        if out is not None:
+            for path in write_parsing(report, out):
+                print(f"wrote {path}", file=sys.stderr)
+        if json_output:
+            print(json.dumps(report, indent=1, ensure_ascii=False), file=results)
+        else:
+            tell_parsing(report, results)

@@ -1,0 +1,166 @@
+"""From an instruction to what is to be built with which objects, in the world's frame.
+
+Puts a parser, the selection of objects and the speaker's viewpoint together. Positions and headings
+are spoken from the robot's side, or from across the table ("opposite"): then they are turned by 180
+degrees, except where they are said of the robot ("close to the robot", "on your left").
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from grounding.llm_reply import LLMError
+from grounding.parse import Parse, Parser
+from grounding.selection import SelectionError, mentioned, select_objects
+from grounding.spec import SLOTS, StructureSpec
+
+VIEWPOINTS = ("robot", "opposite")
+_TURNED_SLOTS = ("x_position", "y_position", "rotation")
+_OF_THE_ROBOT = {"robot", "robot's", "arm", "gripper", "you", "your", "yours", "yourself"}
+
+
+class ViewpointError(ValueError):
+    """A viewpoint that there is not; the message lists those that there are."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What an instruction asks for.
+
+    Attributes:
+        parse: what the parser said, in the speaker's own frame.
+        spec: the slots in the world's frame.
+        status: "ok", "ask" or "refused"; refused also where the objects that are named are not there.
+        message: why it is refused, the question, or what else must be said.
+        viewpoint: whose left and right is meant, one of `VIEWPOINTS`.
+        objects: names of the selected objects, or the text's words for them where there is no scene;
+            `None` for all.
+        seconds: how long reading took.
+        fallback: why another parser than the one that was asked for spoke, or empty.
+    """
+
+    parse: Parse
+    spec: StructureSpec
+    status: str
+    message: str
+    viewpoint: str
+    objects: tuple[str, ...] | None
+    seconds: float
+    fallback: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The row of `structagent parse --json`."""
+        parse = self.parse
+        question = parse.question if self.status == "ask" else None
+        return {
+            "text": parse.text,
+            "spec": self.spec.to_dict() | {"objects": None if self.objects is None else list(self.objects)},
+            "status": self.status,
+            "message": self.message,
+            "question": {"slot": question.slot, "options": list(question.options)} if question else None,
+            "confidence": {slot: round(share, 4) for slot, share in parse.confidence.items()},
+            "evidence": {slot: " ".join(words) for slot, words in parse.evidence.items()},
+            "dropped": dict(parse.dropped),
+            "parser": parse.parser,
+            "prompt_sha256": parse.prompt_sha256,
+            "fallback": self.fallback,
+            "viewpoint": self.viewpoint,
+            "seconds": round(self.seconds, 4),
+        }
+
+
+class Reader:
+    """Reads instructions with one parser, and with another when that one cannot be used.
+
+    Args:
+        parser: makes the parser that is asked for; an `LLMError` counts as "cannot be used".
+        fallback: makes the one that speaks instead; `None` lets the error out.
+        viewpoint: one of `VIEWPOINTS`.
+
+    Raises:
+        ViewpointError: for another viewpoint.
+    """
+
+    def __init__(
+        self,
+        parser: Callable[[], Parser],
+        fallback: Callable[[], Parser] | None = None,
+        viewpoint: str = "robot",
+    ) -> None:
+        if viewpoint not in VIEWPOINTS:
+            raise ViewpointError(f"there is no viewpoint {viewpoint!r}; legal values: {', '.join(VIEWPOINTS)}")
+        self.viewpoint = viewpoint
+        self._make_parser, self._make_fallback = parser, fallback
+        self._parser: Parser | None = None
+        self.fallback = ""
+
+    @property
+    def parser(self) -> Parser:
+        """The parser that speaks at present."""
+        if self._parser is None:
+            try:
+                self._parser = self._make_parser()
+            except LLMError as error:
+                self._parser = self._fall_back(error)
+        return self._parser
+
+    def read(self, text: str, names: Sequence[str] | None = None) -> Reading:
+        """What one instruction asks for; `names` are those of the scene's objects, where there is a scene."""
+        return self.read_many([text], names)[0]
+
+    def read_many(self, texts: Sequence[str], names: Sequence[str] | None = None) -> list[Reading]:
+        """What each of many instructions asks for; together they are read faster."""
+        parser = self.parser  # loading it is no reading time
+        started = time.perf_counter()
+        try:
+            parses = parser.parse_batch(texts)
+        except LLMError as error:
+            self._parser = self._fall_back(error)
+            started = time.perf_counter()
+            parses = self._parser.parse_batch(texts)
+        seconds = (time.perf_counter() - started) / max(1, len(texts))
+        return [self._reading(parse, names, seconds) for parse in parses]
+
+    def _fall_back(self, error: LLMError) -> Parser:
+        if self._make_fallback is None:
+            raise error
+        parser = self._make_fallback()
+        self.fallback = f"the LLM cannot be used ({error}); the {parser.name} parser read this"
+        return parser
+
+    def _reading(self, parse: Parse, names: Sequence[str] | None, seconds: float) -> Reading:
+        started = time.perf_counter()
+        status, message, objects = parse.status, parse.message, None
+        if status != "refused":
+            if names is None:
+                objects = mentioned(parse.text) or None
+            else:
+                try:
+                    selection = select_objects(parse.text, names)
+                    objects = tuple(names[i] for i in selection.indices)
+                except SelectionError as error:
+                    status, message = "refused", str(error)
+        return Reading(
+            parse,
+            turned(parse) if self.viewpoint == "opposite" else parse.spec,
+            status,
+            message,
+            self.viewpoint,
+            objects,
+            seconds + time.perf_counter() - started,
+            self.fallback,
+        )
+
+
+def turned(parse: Parse) -> StructureSpec:
+    """The spec in the world's frame of somebody who sits across from the robot."""
+    across = parse.spec.turned()
+    kept = {
+        slot: getattr(parse.spec, slot)
+        for slot in SLOTS
+        if slot in _TURNED_SLOTS and _OF_THE_ROBOT & {word.lower() for word in parse.evidence.get(slot, ())}
+    }
+    return replace(across, **kept)

@@ -1,0 +1,151 @@
+"""The benchmark: its rows, its arithmetic, and that nothing of it is in the training text."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from grounding.benchmark import BenchmarkError, Row, development_rows, free_rows, is_exact, load_rows, rate, score, templated_rows
+from grounding.corpus import all_sentences
+from grounding.frames import all_frames
+from grounding.paraphrases import paraphrase
+from grounding.parse import Parse, refusal
+from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
+from prompts import load_prompt, prompt_examples, prompt_names
+
+OPEN = {slot: (None,) for slot in SLOTS}
+
+
+def row(text="t", refuse=False, stratum="all", **values):
+    return Row(text, OPEN | values, refuse, stratum)
+
+
+def said(spec=StructureSpec(), status="ok", confidence=None):
+    return Parse("t", spec, "p", status, confidence=confidence or {})
+
+
+def test_the_free_benchmark_has_what_it_promises():
+    rows = free_rows()
+    strata = {found.stratum for found in rows}
+    assert len(rows) >= 400 and strata == {
+        "complete", "partial", "indirect", "viewpoint", "negation", "typos", "long-winded", "distracting",
+        "out of scope", "object selection",
+    }  # fmt: skip
+    assert len({found.text for found in rows}) == len(rows)
+    for found in rows:
+        assert found.refuse == (found.stratum == "out of scope")
+        if found.refuse:
+            assert dict(found.acceptable) == OPEN
+        shape = found.acceptable["shape"][0]
+        for slot in SLOTS[1:]:
+            assert found.acceptable[slot][0] is None or slot in SLOTS_OF_SHAPE[shape], found.text
+        assert (found.objects is not None) == (found.stratum == "object selection")
+
+
+def _plain(text):
+    return " ".join(re.findall(r"\w+", text.lower()))
+
+
+def test_training_text_never_contains_a_sentence_of_the_benchmark():
+    held_out = {_plain(found.text) for found in (*free_rows(), *development_rows())}
+    fixed = {
+        _plain("".join(piece for piece in frame.pieces if isinstance(piece, str)))
+        for frames in all_frames().values()
+        for frame in frames
+        if not frame.holes
+    }
+    assert len(fixed) > 300 and not fixed & held_out
+    rng = np.random.default_rng(11)
+    drawn = {_plain(paraphrase(rng).text) for _ in range(20_000)}
+    assert not drawn & held_out
+    assert not {_plain(text) for text, _ in all_sentences()} & held_out
+    shown = {_plain(text) for name in prompt_names() for text, _ in prompt_examples(load_prompt(name))}
+    assert shown and not shown & held_out
+
+
+def test_templated_rows_have_both_held_out_splits():
+    rows = templated_rows()
+    counts = {name: sum(found.stratum == name for found in rows) for name in {found.stratum for found in rows}}
+    assert len(rows) == len(all_sentences())
+    assert set(counts) == {"seen", "held-out template", "held-out combination"} and min(counts.values()) > 500
+
+
+def test_a_fair_reading_is_right_and_another_is_not():
+    found = row(x_position=("center", None), y_position=(None, "middle"))
+    assert is_exact(found, said(StructureSpec(x_position="center")))
+    assert is_exact(found, said(StructureSpec(y_position="middle")))
+    assert not is_exact(found, said(StructureSpec(x_position="left")))
+    assert not is_exact(found, refusal("t", "idle", "p"))
+    assert is_exact(row(refuse=True), refusal("t", "idle", "p"))
+    assert not is_exact(row(refuse=True), said(status="ask"))
+
+
+def test_rates_by_hand():
+    rows = [
+        row(shape=("circle",), stratum="a"),
+        row(shape=("line",), size=("small", None), stratum="a"),
+        row(refuse=True, stratum="b"),
+        row(refuse=True, stratum="b"),
+        row(shape=("tower",), stratum="b"),
+    ]
+    parses = [
+        said(StructureSpec("circle"), confidence=dict.fromkeys(SLOTS, 0.8)),
+        said(StructureSpec("line", x_position="left"), confidence=dict.fromkeys(SLOTS, 0.8)),
+        refusal("t", "idle", "p"),
+        said(StructureSpec("circle")),
+        refusal("t", "idle", "p"),
+    ]
+    found = score(rows, parses)
+    assert found["exact"]["hits"] == 2 and found["exact"]["n"] == 5
+    assert found["slots"]["shape"]["rate"] == 1.0 and found["slots"]["x_position"]["rate"] == 0.5
+    # Of the two that were read: four open slots in the first, three that must be open in the second.
+    assert (found["false_fills"]["hits"], found["false_fills"]["n"]) == (1, 7)
+    assert found["refusal"]["precision"]["rate"] == 0.5 and found["refusal"]["recall"]["rate"] == 0.5
+    assert found["strata"]["a"]["rate"] == 0.5 and found["strata"]["b"]["hits"] == 1
+    # Nine of ten slots are right at 0.8: off by 0.1.
+    assert found["calibration_error"] == pytest.approx(0.1)
+    assert found["confusion"]["x_position"]["open"] == {"left": 1, "center": 0, "right": 0, "open": 1}
+    assert len(found["wrong"]) == 3
+    json.dumps(found)
+
+
+def test_wilson_interval():
+    found = rate(81, 100)  # Brown, Cai, DasGupta 2001: centre (x + z^2/2) / (n + z^2)
+    z = 1.959964
+    centre = (81 + z * z / 2) / (100 + z * z)
+    assert (found["low"] + found["high"]) / 2 == pytest.approx(centre, abs=1e-6)
+    assert rate(0, 0)["rate"] is None
+
+
+def test_without_confidences_there_is_no_calibration_error():
+    assert score([row()], [said()])["calibration_error"] is None
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("{", "line 2 is not valid JSON"),
+        ('{"shape": ["line"]}', "line 2 has no text"),
+        ('{"text": "t", "shape": ["square"]}', "shape cannot be 'square'; legal values: circle, line, tower, table setting, null"),
+        ('{"text": "t", "size": []}', "size lists no acceptable value"),
+        ('{"text": "t", "refuse": "yes"}', "refuse must be true or false, not 'yes'"),
+        ('{"text": "t", "scene": ["mug"], "objects": [1]}', r"objects must be indices below 1, not \[1\]"),
+    ],
+)
+def test_a_row_that_cannot_be_used(tmp_path, line, message):
+    path = tmp_path / "rows.jsonl"
+    path.write_text('{"text": "a row", "shape": "line"}\n' + line + "\n")
+    with pytest.raises(BenchmarkError, match=message):
+        load_rows(path)
+
+
+def test_files_that_are_none(tmp_path):
+    (tmp_path / "empty").write_text("\n")
+    with pytest.raises(BenchmarkError, match="holds no row"):
+        load_rows(tmp_path / "empty")
+    (tmp_path / "bytes").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(BenchmarkError, match="is not UTF-8"):
+        load_rows(tmp_path / "bytes")
+    with pytest.raises(OSError, match="missing"):
+        load_rows(tmp_path / "missing")
