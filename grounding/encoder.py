@@ -1,7 +1,7 @@
 """Sentences to vectors: the all-MiniLM-L6-v2 sentence encoder of paper appendix A.1.
 
-The network is BERT with six layers of width 384, run by the transformers library; sentences are the
-mean over their word pieces, at unit norm. A test holds it to sentence-transformers within 1e-4.
+The network is BERT with six layers of width 384; sentences are the mean over their word pieces, at
+unit norm. A test holds it to sentence-transformers within 1e-4.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ import numpy as np
 if TYPE_CHECKING:
     import torch
     from tokenizers import Tokenizer
-    from transformers import BertModel
+
+    from grounding.bert import Bert
 
 EMBEDDING_WIDTH = 384
 MAX_TOKENS = 256
@@ -62,7 +63,7 @@ class SentenceEncoder:
     def __init__(self, source: str | None = None) -> None:
         self.source = source
         self.folder = _find_folder(source)
-        self._networks: dict[int | None, BertModel] = {}
+        self._networks: dict[int | None, Bert] = {}
         try:
             self._config = json.loads((self.folder / "config.json").read_text())
         except ValueError as error:
@@ -106,9 +107,9 @@ class SentenceEncoder:
         ids = torch.tensor([encoding.ids for encoding in encodings])
         mask = torch.tensor([encoding.attention_mask for encoding in encodings], dtype=torch.bool)
         with torch.inference_mode():
-            output = self.network(layer)(input_ids=ids, attention_mask=mask.long())
+            hidden = self.network(layer)(ids, mask)
         return TokenStates(
-            output.last_hidden_state,
+            hidden,
             mask,
             [encoding.offsets for encoding in encodings],
             np.array([bool(encoding.overflowing) for encoding in encodings]),
@@ -128,38 +129,26 @@ class SentenceEncoder:
         """The lower-case words that the encoder knows in one piece."""
         return frozenset(word for word in self._tokenizer.get_vocab() if word.isalpha() and len(word) > 2)
 
-    def network(self, layers: int | None = None) -> BertModel:
+    def network(self, layers: int | None = None) -> Bert:
         """The network up to so many layers (`None` for all), loaded when it is first asked for."""
         if layers not in self._networks:
             self._networks[layers] = self._load(layers)
         return self._networks[layers]
 
-    def _load(self, layers: int | None) -> BertModel:
-        import torch
+    def _load(self, layers: int | None) -> Bert:
         from safetensors import SafetensorError
-        from transformers import BertModel
-        from transformers.utils import logging
+
+        from grounding.bert import Bert
 
         path = self.folder / "model.safetensors"
         if self.source is None and self.checksum != DEFAULT_SHA256:
             raise EncoderError(f"{path} has the SHA-256 checksum {self.checksum}, expected {DEFAULT_SHA256}")
-        logging.set_verbosity_error()  # a report of unused pooling weights is no news
-        logging.disable_progress_bar()
         try:
-            network, found = BertModel.from_pretrained(
-                self.folder,
-                add_pooling_layer=False,
-                dtype=torch.float32,
-                local_files_only=True,
-                use_safetensors=True,
-                output_loading_info=True,
-                **({} if layers is None else {"num_hidden_layers": layers}),
-            )
+            return Bert.from_pretrained(path, self._config, layers)
+        except KeyError as error:
+            raise EncoderError(f"{path} has no {error.args[0]}; it must hold a bert") from error
         except (SafetensorError, OSError, ValueError, RuntimeError) as error:
             raise EncoderError(f"{path} cannot be loaded: {str(error).splitlines()[0]}") from error
-        if found["missing_keys"]:
-            raise EncoderError(f"{path} has no {sorted(found['missing_keys'])[0]}; it must hold a bert")
-        return network.eval()
 
 
 def _find_folder(source: str | None) -> Path:

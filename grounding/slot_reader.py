@@ -13,6 +13,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
+from grounding.bert import encoder_layer
 from grounding.parse import REFUSALS
 from grounding.spec import LEGAL_VALUES, SLOTS
 
@@ -40,12 +41,7 @@ class SlotReader(nn.Module):
         self, layers: int = 4, width: int = 384, heads: int = 12, inner: int = 1536, hidden: int = 64
     ) -> None:
         super().__init__()
-        self.layers = nn.ModuleList(
-            nn.TransformerEncoderLayer(
-                width, heads, inner, dropout=0.1, activation="gelu", layer_norm_eps=1e-12, batch_first=True
-            )
-            for _ in range(layers)
-        )
+        self.layers = nn.ModuleList(encoder_layer(width, heads, inner) for _ in range(layers))
         self.normalise = nn.LayerNorm(width)
         self.shared = nn.Linear(width, hidden)
         self.dropout = nn.Dropout(0.1)
@@ -67,26 +63,3 @@ class SlotReader(nn.Module):
         x = self.dropout(functional.gelu(self.shared(self.dropout(self.normalise(states)))))  # (B, T, hidden)
         weights = self.attention(x).masked_fill(~mask[..., None], float("-inf")).softmax(dim=1)  # (B, T, questions)
         return [weights[..., i : i + 1] * vote for i, vote in enumerate(self.votes(x).split(_COUNTS, dim=-1))]
-
-
-def start_from(reader: SlotReader, bert_layers: list[nn.Module]) -> None:
-    """Gives the reader's layers the weights of a BERT's: the same function, in torch's own layer.
-
-    Args:
-        reader: to start from them.
-        bert_layers: as many layers of a `transformers` BERT.
-    """
-    for layer, source in zip(reader.layers, bert_layers, strict=True):
-        attention, output = source.attention.self, source.attention.output
-        parts = (attention.query, attention.key, attention.value)
-        pairs = {
-            "self_attn.out_proj": output.dense,
-            "norm1": output.LayerNorm,
-            "linear1": source.intermediate.dense,
-            "linear2": source.output.dense,
-            "norm2": source.output.LayerNorm,
-        }
-        state = {f"{name}.{kind}": getattr(part, kind) for name, part in pairs.items() for kind in ("weight", "bias")}
-        state["self_attn.in_proj_weight"] = torch.cat([part.weight for part in parts])
-        state["self_attn.in_proj_bias"] = torch.cat([part.bias for part in parts])
-        layer.load_state_dict(state)

@@ -25,7 +25,7 @@ from grounding.corpus import all_sentences, split_of
 from grounding.embedding_parser import WEIGHTS, EmbeddingParser
 from grounding.encoder import SentenceEncoder
 from grounding.paraphrases import LabelledText, paraphrase
-from grounding.slot_reader import ANSWERS, QUESTIONS, REFUSE, SlotReader, start_from
+from grounding.slot_reader import ANSWERS, QUESTIONS, REFUSE, SlotReader
 from grounding.spec import SLOTS
 from grounding.spelling import mend
 
@@ -85,9 +85,9 @@ def train(encoder: SentenceEncoder, sentences: int, seed: int) -> SlotReader:
     rng = np.random.default_rng(seed)
     with torch.random.fork_rng():
         torch.manual_seed(seed)  # initial weights and dropout know no generator of their own
-        layers = list(encoder.network().encoder.layer[ENCODER_LAYER:])
-        reader = SlotReader(layers=len(layers), hidden=HIDDEN)
-        start_from(reader, layers)
+        upper_layers = encoder.network().layers[ENCODER_LAYER:]
+        reader = SlotReader(layers=len(upper_layers), hidden=HIDDEN)
+        reader.layers.load_state_dict(upper_layers.state_dict())
         upper = list(reader.layers.parameters())
         heads = [weight for name, weight in reader.named_parameters() if not name.startswith("layers.")]
         rates = [LEARNING_RATE, HEAD_LEARNING_RATE]

@@ -204,7 +204,7 @@ def test_parse_tells_viewpoint_objects_and_evidence(capsys):
     line = ["parse", "line up the cups on the left", "--viewpoint", "opposite", "--objects", "mug,bowl,cup,cup"]
     assert command_line(line) == 0
     told = capsys.readouterr().out
-    assert "right" in told and "opposite" in told and "cup, cup" in told and "by 'left'" in told
+    assert "right" in told and "opposite" in told and "cup, cup" in told and "left'" in told
     assert command_line([*line, "--json"]) == 0
     row = json.loads(capsys.readouterr().out)
     assert row["spec"]["x_position"] == "right" and row["spec"]["objects"] == ["cup", "cup"]
