@@ -158,7 +158,7 @@ def _objects(rng: np.random.Generator) -> str:
 def _dressed(text: str, rng: np.random.Generator) -> str:
     """The sentence with what people say around it: openings, closings and facts."""
     phrases = all_phrases()
-    if rng.random() < 0.06:
+    if rng.random() < 0.08:
         fact = _one_of(phrases["fact"]["any"], rng)
         text = f"{fact}. {text}" if rng.random() < 0.6 else f"{text.rstrip('.!?')}. {fact}"
     elif rng.random() < 0.22:
