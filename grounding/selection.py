@@ -1,69 +1,24 @@
-"""Which of the scene's objects an instruction means: "the cups", "three cans", "everything but the bowl".
+"""Which of the scene's objects an instruction means: "the red cups", "three cans", "everything but the bowl".
 
-Plain rules over nouns and numbers, so that the same words always mean the same objects. Adjectives
-are not understood: "the red cup" means a cup. A compound means its last noun: a "soup can" is a can.
+Plain rules over nouns, adjectives and numbers, so that the same words always mean the same objects. Only a
+noun that no table and no name knows is compared with them by its sentence embedding, if an encoder is given.
 """
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-# Noun -> what it can mean, best first: the first alternative of which an object is there is taken.
-_CUTLERY = ("fork", "knife", "spoon")
-_FRUIT = ("apple", "banana", "lemon", "orange", "peach", "pear", "plum", "strawberry")
-_TOOLS = ("clamp", "drill", "hammer", "padlock", "scissors", "screwdriver", "wrench")
-_OWN_MEANING = (
-    *_CUTLERY, *_FRUIT, *_TOOLS, "airplane", "ball", "basket", "block", "book", "bottle", "bowl", "box",
-    "brush", "can", "candle", "car", "dice", "jar", "lid", "marble", "marker", "mug", "pan", "pen", "pencil",
-    "pitcher", "plate", "sponge", "spatula", "tray", "vase",
-)  # fmt: skip
-MEANINGS: dict[str, tuple[tuple[str, ...], ...]] = {noun: ((noun,),) for noun in _OWN_MEANING} | {
-    "cup": (("cup",), ("mug",)),
-    "teacup": (("cup",), ("mug",)),
-    "beaker": (("cup",), ("mug",)),
-    "glass": (("glass",), ("cup",)),
-    "tumbler": (("glass",), ("cup",)),
-    "tin": (("can",),),
-    "dish": (("plate", "bowl"),),
-    "saucer": (("plate",),),
-    "carton": (("box",),),
-    "package": (("box",),),
-    "jug": (("pitcher",),),
-    "plane": (("airplane",),),
-    "brick": (("brick",), ("block",)),
-    "cube": (("cube",), ("block",)),
-    "flask": (("bottle",),),
-    "pot": (("pan",),),
-    "toy": (("toy", "airplane", "car", "block", "cube", "ball"),),
-    "tool": (_TOOLS,),
-}
-# Nouns without a plural that mean all of their kind.
-MASS_NOUNS: dict[str, tuple[str, ...]] = {
-    "cutlery": _CUTLERY,
-    "silverware": _CUTLERY,
-    "flatware": _CUTLERY,
-    "crockery": ("plate", "bowl", "cup", "mug"),
-    "tableware": ("plate", "bowl", "cup", "mug", *_CUTLERY),
-    "fruit": _FRUIT,
-}
-UNKNOWN_CATEGORY = "object"  # of things that nobody has recognised: they may be what any noun means
-_COUNTING = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
-NUMBERS = {"both": 2} | {word: number for number, word in enumerate(_COUNTING, start=2)}
-_WORD = re.compile(r"\d+|[^\W\d_]+(?:['’][^\W\d_]+)?|,")
-_ALL_WORDS = ("all", "every", "each", "any", "everything")
-_EXCEPTIONS = re.compile(
-    r"\b(?:but|except(?:ing)?(?: for)?|excluding|besides|apart from|other than|save(?: for)?|not"
-    r"|ignor(?:e|ing)|without(?: touching| moving| using)?|leav(?:e|ing)(?: out)?"
-    r"|(?:don't|do not) (?:touch|move|use))\b"
-)
-# Words that can stand between an exception and its noun, or between two of its nouns.
-_FILLERS = ("the", "a", "an", "all", "any", "my", "these", "those", "and", "or", "nor", "of", ",", *NUMBERS)
-# "A bit to the left" is no drill bit; the plural is.
-_NEVER_NOUNS = ("bit",)
-_PRONOUNS = ("i", "you", "we", "it", "they", "he", "she", "one", "someone", "anyone")
+from grounding.mentions import ANY, Mention, Reading, Vocabulary, read_mentions
+from grounding.names import UNKNOWN_CATEGORY, adjective, guesses, read_name, rivals, vocabulary
+from grounding.nouns import FILLINGS, FORMS, GROUPS, KINDS, meanings, singular
+
+if TYPE_CHECKING:
+    from grounding.encoder import SentenceEncoder
+
+_MOST_CHARACTERS = 200_000  # beyond, a text is no instruction, and only its beginning is read
 
 
 class SelectionError(ValueError):
@@ -85,147 +40,188 @@ class Selection:
     excluded: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class _Mention:
-    noun: str
-    count: int | None  # None: all of them
-    exact: bool  # whether the speaker gave the number
-    excluded: bool
-
-
-def select_objects(text: str, categories: Sequence[str]) -> Selection:
+def select_objects(
+    text: str, names: Sequence[str | None], encoder: SentenceEncoder | None = None
+) -> Selection:
     """The objects that the instruction means.
 
     A plural means all of its kind, a number as many of them, and a singular one, from the front of
-    the list; without any noun, everything is meant.
+    the list; without any noun, everything is meant. Adjectives and the first parts of compounds
+    choose where the names hold them.
 
     Args:
-        text: the instruction.
-        categories: the noun of each object in the scene, singular, such as "mug".
+        text: the instruction, any string.
+        names: what each object in the scene is called: a noun ("mug"), a compound ("soup can",
+            "005_tomato_soup_can") or a description ("object 3, red, tall"); empty, `None` or "object" for
+            an object without a name.
+        encoder: finds what a noun means that neither the tables nor the names know.
 
     Raises:
-        SelectionError: for a known noun of which no object, or too few objects, are there, and for an
+        SelectionError: for a noun of which no object, or too few objects, are there, and for an
             instruction that leaves nothing.
     """
-    mentions = _mentions(text.lower(), categories)
-    left_out: set[int] = set()
-    for mention in mentions:
-        if mention.excluded:
-            left_out.update(_matches(mention.noun, categories)[: mention.count])
-    included = [mention for mention in mentions if not mention.excluded]
-    chosen: set[int] = set()
-    wanted: Counter[str] = Counter()
-    for mention in included:
-        found = [i for i in _matches(mention.noun, categories) if i not in left_out]
-        if not found or (mention.exact and len(found) < (mention.count or 0)):
-            asked = f"{mention.count} of {mention.noun!r}" if mention.exact else repr(mention.noun)
-            raise SelectionError(f"the instruction names {asked}; there is only: {_inventory(categories)}")
-        # "the cracker box and the sugar box" are two boxes
-        wanted[mention.noun] += len(found) if mention.count is None else mention.count
-        chosen.update(found[: wanted[mention.noun]])
-    if not included:
-        chosen = set(range(len(categories))) - left_out
-    if not chosen:
-        raise SelectionError(f"the instruction leaves no object to move; there is: {_inventory(categories)}")
-    return Selection(
-        tuple(sorted(chosen)),
-        tuple(dict.fromkeys(mention.noun for mention in included)),
-        tuple(dict.fromkeys(mention.noun for mention in mentions if mention.excluded)),
-    )
+    return _Scene(names, encoder).select(read_mentions(text[:_MOST_CHARACTERS], vocabulary(names)))
 
 
-def _mentions(text: str, categories: Sequence[str]) -> list[_Mention]:
-    nouns = _forms(categories)
-    words = _WORD.findall(text)
-    exceptions = [len(_WORD.findall(text[: match.end()])) for match in _EXCEPTIONS.finditer(text)]
-    excluded = {place for start in exceptions for place in _exception_run(words, start, nouns)}
-    mentions = []
-    for place, word in enumerate(words):
-        following = words[place + 1] if place + 1 < len(words) else ""
-        if word not in nouns or word in _NEVER_NOUNS or following in nouns:
-            continue
-        if word == "can" and _is_verb(words, place):
-            continue
-        noun, plural = nouns[word]
-        count, exact = _count(words, place, nouns)
-        if count is None and not plural:
-            before = words[max(0, place - 3) : place]
-            count = None if any(w in _ALL_WORDS for w in before) else 1
-        mentions.append(_Mention(noun, count, exact, place in excluded))
-    return mentions
+def mentioned(text: str) -> tuple[str, ...]:
+    """What the instruction names, in its own words, where no scene is known: `("three cans",)`.
+
+    Only exceptions give "everything but ..."; an instruction that names nothing, or everything, gives
+    an empty tuple.
+    """
+    reading = read_mentions(text[:_MOST_CHARACTERS], Vocabulary(FORMS))
+    meant = [m for m in _meant(reading) if m.noun != ANY or m.exact or any(map(rivals, m.modifiers))]
+    left_out = [m for m in reading.mentions if m.role == "left out"]
+
+    def words(mention: Mention) -> str:
+        return " ".join(text[slice(*mention.span)].split())
+
+    if meant:
+        # "that row of cups ... the cups" names them once.
+        last = {(m.noun, m.modifiers and m.exact): m for m in reversed(meant)}
+        said = [words(m) for m in meant if last[(m.noun, m.modifiers and m.exact)] is m] + [
+            f"not {_with_article(words(m))}" for m in left_out
+        ]
+        return tuple(dict.fromkeys(said))
+    listed = " and ".join(dict.fromkeys(_with_article(words(m)) for m in left_out))
+    return (f"everything but {listed}",) if listed else ()
 
 
-def _forms(categories: Sequence[str]) -> dict[str, tuple[str, bool]]:
-    """Word -> (singular, whether it is a plural), for known nouns and the last words of the categories."""
-    forms: dict[str, tuple[str, bool]] = {}
-    own = {category.lower().split()[-1] for category in categories if category.strip()} - {UNKNOWN_CATEGORY}
-    for noun in (*MEANINGS, *own):
-        forms[_plural(noun)] = (noun, True)
-        forms.setdefault(noun, (noun, False))
-    for noun in MASS_NOUNS:
-        forms[noun] = (noun, True)
-    forms["fruits"] = ("fruit", True)
-    return forms
+def _with_article(words: str) -> str:
+    """The noun phrase as it follows "but": "the bowl"; plurals and numbers need nothing."""
+    last = words.lower().split()[-1]
+    bare = " " not in words and singular(last) == last and not FORMS.get(last, ("", False))[1]
+    return f"the {words}" if bare else words
 
 
-def _plural(noun: str) -> str:
-    if noun in ("scissors", "dice"):
-        return noun
-    if noun.endswith("fe"):
-        return noun[:-2] + "ves"
-    if noun.endswith("y") and noun[-2] not in "aeiou":
-        return noun[:-1] + "ies"
-    return noun + ("es" if noun.endswith(("s", "x", "sh", "ch")) else "s")
+def _meant(reading: Reading) -> list[Mention]:
+    """The mentions that choose; none where everything is meant."""
+    by_role = {
+        role: [m for m in reading.mentions if m.role == role] for role in ("meant", "told", "landmark")
+    }
+    if by_role["meant"]:
+        return by_role["meant"]
+    told = [replace(m, count=None, exact=False) if m.plural else m for m in by_role["told"] if m.known]
+    several = [m for m in told if m.plural] or (told if len(told) > 1 else [])
+    if reading.pronoun:
+        return several
+    return []
 
 
-def _is_verb(words: list[str], place: int) -> bool:
-    """Whether this "can" asks ("can you ...", "as high as you can") and is no tin."""
-    following = words[place + 1] if place + 1 < len(words) else ""
-    return place == 0 or following in _PRONOUNS or words[place - 1] in _PRONOUNS
+class _Scene:
+    def __init__(self, names: Sequence[str | None], encoder: SentenceEncoder | None) -> None:
+        self.names = [name if name and name.strip() else UNKNOWN_CATEGORY for name in names]
+        self.read = [read_name(name) for name in self.names]
+        self.encoder = encoder
+        self.unnamed = all(not name.head and not name.words for name in self.read)
+        self._found: dict[tuple[object, ...], list[int]] = {}
 
+    def select(self, reading: Reading) -> Selection:
+        left_out: set[int] = set()
+        excluded = [m for m in reading.mentions if m.role == "left out"]
+        for mention in excluded:
+            found = self._matches(mention)
+            if not found and not mention.known:
+                raise SelectionError(f"the instruction leaves out {mention.noun!r}; {self._there()}")
+            # Of several bowls, "the bowl" that must not be touched may be any of them.
+            left_out.update(found[: mention.count] if mention.exact and (mention.count or 0) > 0 else found)
+        meant = [m for m in _meant(reading) if m.noun != ANY or self._chooses(m)]
+        chosen: set[int] = set()
+        for mention in meant:
+            chosen.update(self._chosen(mention, left_out, chosen))
+        if not meant:
+            chosen = set(range(len(self.names))) - left_out
+        if not chosen:
+            raise SelectionError(f"the instruction leaves no object to move; there is: {self._inventory()}")
+        return Selection(
+            tuple(sorted(chosen)),
+            tuple(dict.fromkeys(m.noun for m in meant if m.noun != ANY)),
+            tuple(dict.fromkeys(m.noun for m in excluded)),
+        )
 
-def _count(words: list[str], place: int, nouns: dict[str, tuple[str, bool]]) -> tuple[int | None, bool]:
-    """The number right before the noun, or before its adjective or compound."""
-    for back in (1, 2, 3):
-        if place < back:
-            break
-        word = words[place - back]
-        if word.isdigit() and 0 < int(word) < 100:
-            return int(word), True
-        if word in NUMBERS:
-            return NUMBERS[word], True
-        if word in _FILLERS or (word in nouns and back > 1):
-            break
-    return None, False
-
-
-def _exception_run(words: list[str], start: int, nouns: dict[str, tuple[str, bool]]) -> list[int]:
-    """The places of the nouns that follow an exception, before anything else is said."""
-    run = []
-    for place in range(start, len(words)):
-        following = words[place + 1] if place + 1 < len(words) else ""
-        if words[place] in nouns:
-            run.append(place)
-        elif words[place] not in _FILLERS and following not in nouns:
-            break
-    return run
-
-
-def _matches(noun: str, categories: Sequence[str]) -> list[int]:
-    """The objects that the noun can mean."""
-    meanings = MEANINGS.get(noun) or ((MASS_NOUNS[noun],) if noun in MASS_NOUNS else ())
-    for kinds in ((noun,), *meanings):
-        found = [i for i, category in enumerate(categories) if _head(category) in kinds]
-        if found:
+    def _chosen(self, mention: Mention, left_out: set[int], before: set[int]) -> list[int]:
+        found = [i for i in self._matches(mention) if i not in left_out]
+        if not found or (mention.exact and len(found) < abs(mention.count or 0)):
+            asked = " ".join((*self._telling(mention), mention.noun))
+            asked = (
+                f"{abs(mention.count or 0)} of {asked!r}" if mention.exact and mention.count else repr(asked)
+            )
+            raise SelectionError(f"the instruction names {asked}; {self._there()}")
+        if mention.count is None:
             return found
-    return [i for i, category in enumerate(categories) if category == UNKNOWN_CATEGORY]
+        if mention.count < 0:
+            return found[: len(found) + mention.count]
+        # "the cracker box and the sugar box" are two boxes
+        fresh = [i for i in found if i not in before]
+        return (fresh or found)[: mention.count]
 
+    def _chooses(self, mention: Mention) -> bool:
+        """Whether a mention without a noun says more than "everything"."""
+        return bool(mention.exact or mention.numbers or mention.ordinal or self._telling(mention))
 
-def _head(category: str) -> str:
-    return category.lower().split()[-1] if category.strip() else ""
+    def _telling(self, mention: Mention) -> list[str]:
+        """The modifiers that can say which object is meant."""
+        held = {word for name in self.read for word in name.words}
+        return [w for w in mention.modifiers if adjective(w) in held or rivals(adjective(w))]
 
+    def _matches(self, mention: Mention) -> list[int]:
+        key = (mention.noun, mention.modifiers, mention.numbers, mention.ordinal)
+        if key not in self._found:
+            found = self._described(self._of_noun(mention), [adjective(word) for word in mention.modifiers])
+            if any(self.read[i].number is not None for i in found) and mention.numbers:
+                found = [i for i in found if self.read[i].number in mention.numbers]
+            elif mention.numbers and mention.noun == ANY:
+                found = [number - 1 for number in mention.numbers if 0 < number <= len(self.names)]
+            if mention.ordinal is not None:
+                found = found[-1:] if mention.ordinal < 0 else found[mention.ordinal - 1 : mention.ordinal]
+            self._found[key] = found
+        return self._found[key]
 
-def _inventory(categories: Sequence[str]) -> str:
-    counted = Counter(categories)
-    parts = (f"{number} x {category}" if number > 1 else category for category, number in counted.items())
-    return ", ".join(parts) or "nothing"
+    def _of_noun(self, mention: Mention) -> list[int]:
+        if mention.noun == ANY:
+            return list(range(len(self.names)))
+        if mention.known:
+            return self._called(mention.noun)
+        heads = sorted({name.head for name in self.read if name.head})
+        return next(
+            (found for noun in guesses(mention.noun, heads, self.encoder) if (found := self._called(noun))),
+            [],
+        )
+
+    def _called(self, noun: str) -> list[int]:
+        """The objects that a known noun can mean."""
+        itself, *others = meanings(noun)
+        if found := self._of_kinds(itself, noun):
+            return found
+        # The mustard is in the mustard bottle; but the cups are not the cup rack.
+        filled = noun in FILLINGS or noun not in FORMS
+        if found := [
+            i for i, n in enumerate(self.read) if noun in n.words and (filled or n.head not in KINDS)
+        ]:
+            return found
+        return next((found for kinds in others if (found := self._of_kinds(kinds, noun))), [])
+
+    def _of_kinds(self, kinds: Sequence[str], noun: str) -> list[int]:
+        """The objects of these kinds; a toy car is a toy."""
+        group = noun in GROUPS
+        return [i for i, n in enumerate(self.read) if n.head in kinds or (group and noun in n.words)]
+
+    def _described(self, found: list[int], adjectives: list[str]) -> list[int]:
+        """Those of the found objects that the adjectives fit, where the names say anything about it."""
+        for word in adjectives:
+            holding = [i for i in found if word in self.read[i].words]
+            # A green cup is none of those that are called red.
+            found = holding or [i for i in found if not set(rivals(word)) & set(self.read[i].words)]
+        return found
+
+    def _there(self) -> str:
+        if self.unnamed:
+            return f"the objects have no names; there is only: {self._inventory()}"
+        return f"there is only: {self._inventory()}"
+
+    def _inventory(self) -> str:
+        if self.unnamed:
+            return ", ".join(f"object {number}" for number in range(1, len(self.names) + 1)) or "nothing"
+        counted = Counter(self.names)
+        parts = (f"{number} x {name}" if number > 1 else name for name, number in counted.items())
+        return ", ".join(parts) or "nothing"
