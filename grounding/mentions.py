@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from grounding.counts import JOINTS, count_before, numbers_after
 from grounding.nouns import ADJECTIVES, COLOURS, STUFF, USES, singular
@@ -127,6 +127,10 @@ class _Reader:
                 continue
             mention, end = self._mention(*head, last)
             if mention is not None:
+                if last and mention.role == "left out" and self.said.left_alone(end, False):
+                    between = self.words[last[0] + 1 : head[0]]
+                    if between and all(w in JOINTS or w in DETERMINERS for w in between):
+                        mentions[-1] = replace(mentions[-1], role="left out")  # "the fork and the knife stay"
                 mentions.append(mention)
                 last = (end - 1, mention)
             place = max(end, place + 1)

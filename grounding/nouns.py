@@ -68,6 +68,7 @@ OTHER_WORDS: Mapping[str, tuple[str, ...]] = {
     "goblet": ("chalice", "glass", "cup"),
     "chalice": ("goblet", "glass", "cup"),
     "tin": ("can",),
+    "spoon": ("teaspoon", "tablespoon", "ladle"),
     "can": ("tin",),
     "saucer": ("plate",),
     "plate": ("saucer",),

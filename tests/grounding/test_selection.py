@@ -215,6 +215,7 @@ CASES = [
     ("kitchen", "I need the knife out of the way, so put the others in a ring", _but("kitchen", 8)),
     ("kitchen", "neither the fork nor the knife should move; a row of the others", _but("kitchen", 7, 8)),
     ("kitchen", "not the cups, the bowl", (5,)),
+    ("kitchen", "the fork and knife may stay, the rest goes in a circle", _but("kitchen", 7, 8)),
     ("kitchen", "cup fork spoon, row, left", (0, 7, 9)),
     ("coloured", "everything blue to the left", (1, 4)),
     ("coloured", "put the second cup on the left", (1,)),
