@@ -17,6 +17,7 @@ from agent import __version__
 from agent.reading import ReadingOptions, make_reader
 from agent.telling import aligned, number
 from grounding.benchmark import Row, free_rows, load_rows, rate, score, templated_rows
+from grounding.encoder import SentenceEncoder
 from grounding.selection import SelectionError, select_objects
 from grounding.spec import SLOTS
 
@@ -78,19 +79,20 @@ def _measured(reader: Reader, rows: Sequence[Row], progress: Callable[[int], Non
         parses += [reading.parse for reading in readings]
         progress(len(parses))
     selecting = [row for row in rows if row.objects is not None]
+    encoder = SentenceEncoder()
     return {
         "prompt_sha256": parses[0].prompt_sha256,
         **score(rows, parses),
-        "objects": rate(sum(_selected(row) == row.objects for row in selecting), len(selecting)),
+        "objects": rate(sum(_selected(row, encoder) == row.objects for row in selecting), len(selecting)),
         "seconds_warm": statistics.median(single),
         "seconds_warm_most": max(single),
         "instructions_per_second": len(texts) / seconds,
     }
 
 
-def _selected(row: Row) -> tuple[int, ...] | None:
+def _selected(row: Row, encoder: SentenceEncoder) -> tuple[int, ...] | None:
     try:
-        return select_objects(row.text, row.scene).indices
+        return select_objects(row.text, row.scene, encoder).indices
     except SelectionError:
         return None
 

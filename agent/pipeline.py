@@ -108,7 +108,7 @@ class _Run:
         planner = checked_planner(self.options.model, self.options.weights)
         self._enter("scene")
         models = load_objects(self.options.objects)
-        selection = select_objects(self.text, [model.category for model in models])
+        selection = select_objects(self.text, [model.category for model in models], encoder)
         parse = reading.parse
         yield events.Parsed(
             reading.spec,
@@ -124,7 +124,7 @@ class _Run:
         )
 
         def meant(nouns: Sequence[str]) -> Sequence[int]:
-            return select_objects(self.text, nouns).indices
+            return select_objects(self.text, nouns, encoder).indices
 
         with SimulatedScene(models, reading.spec, meant, self.options.seed) as table:
             scene = table.look()

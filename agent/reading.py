@@ -47,6 +47,9 @@ def make_reader(options: ReadingOptions, encoder: SentenceEncoder | None = None,
         encoder: share a loaded one.
         strict: let the LLM's errors out instead of falling back to the embedding parser.
     """
+    from grounding.encoder import SentenceEncoder
+
+    encoder = encoder or SentenceEncoder()
 
     def embedding() -> Parser:
         from grounding.embedding_parser import EmbeddingParser
@@ -68,8 +71,8 @@ def make_reader(options: ReadingOptions, encoder: SentenceEncoder | None = None,
         return LLMParser(backend, cache=ReplyCache(options.replies) if options.replies else None)
 
     if options.parser == "embedding":
-        return Reader(embedding, viewpoint=options.viewpoint)
-    return Reader(llm, None if strict else embedding, options.viewpoint)
+        return Reader(embedding, None, options.viewpoint, encoder)
+    return Reader(llm, None if strict else embedding, options.viewpoint, encoder)
 
 
 def read_instructions(

@@ -10,12 +10,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from grounding.llm_reply import LLMError
 from grounding.parse import Parse, Parser
 from grounding.selection import SelectionError, mentioned, select_objects
 from grounding.spec import SLOTS, StructureSpec
+
+if TYPE_CHECKING:
+    from grounding.encoder import SentenceEncoder
 
 VIEWPOINTS = ("robot", "opposite")
 _TURNED_SLOTS = ("x_position", "y_position", "rotation")
@@ -79,6 +82,7 @@ class Reader:
         parser: makes the parser that is asked for; an `LLMError` counts as "cannot be used".
         fallback: makes the one that speaks instead; `None` lets the error out.
         viewpoint: one of `VIEWPOINTS`.
+        encoder: finds what nouns mean that the selection's tables do not know; `None` does without.
 
     Raises:
         ViewpointError: for another viewpoint.
@@ -89,11 +93,13 @@ class Reader:
         parser: Callable[[], Parser],
         fallback: Callable[[], Parser] | None = None,
         viewpoint: str = "robot",
+        encoder: SentenceEncoder | None = None,
     ) -> None:
         if viewpoint not in VIEWPOINTS:
             raise ViewpointError(f"there is no viewpoint {viewpoint!r}; legal values: {', '.join(VIEWPOINTS)}")
         self.viewpoint = viewpoint
         self._make_parser, self._make_fallback = parser, fallback
+        self._encoder = encoder
         self._parser: Parser | None = None
         self.fallback = ""
 
@@ -139,7 +145,7 @@ class Reader:
                 objects = mentioned(parse.text) or None
             else:
                 try:
-                    selection = select_objects(parse.text, names)
+                    selection = select_objects(parse.text, names, self._encoder)
                     objects = tuple(names[i] for i in selection.indices)
                 except SelectionError as error:
                     status, message = "refused", str(error)
