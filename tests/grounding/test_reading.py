@@ -62,14 +62,20 @@ def test_viewpoint(parser, text, robot, opposite):
         assert reading.to_dict()["viewpoint"] == viewpoint
 
 
-def test_what_is_said_of_the_robot_is_the_robots():
-    parse = Parse(
-        "t",
-        StructureSpec("line", None, "left", "bottom", "south"),
-        "p",
-        evidence={"x_position": ("left",), "y_position": ("near", "the", "robot"), "rotation": ("your", "way")},
-    )
-    assert turned(parse) == StructureSpec("line", None, "right", "bottom", "south")
+@pytest.mark.parametrize(
+    ("text", "evidence", "expected"),
+    [
+        ("near the robot", {"y_position": ("near",)}, "bottom"),
+        ("close to you", {"y_position": ("close",)}, "bottom"),
+        ("in front of you", {"y_position": ("front",)}, "bottom"),
+        ("could you put it near me", {"y_position": ("near",)}, "top"),
+        ("robot, near me", {"y_position": ("near",)}, "top"),
+        ("near me, your humble servant", {"y_position": ("near",)}, "top"),
+    ],
+)
+def test_what_is_said_of_the_robot_is_the_robots(text, evidence, expected):
+    parse = Parse(text, StructureSpec("line", None, "left", "bottom"), "p", evidence=evidence)
+    assert turned(parse) == StructureSpec("line", None, "right", expected)
 
 
 def test_an_unknown_viewpoint(parser):
