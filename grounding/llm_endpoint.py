@@ -159,7 +159,7 @@ class EndpointLLM:
 
 
 def read_answers(content: str) -> dict[str, str]:
-    """Question -> legal answer, from what a model said: one JSON object, whatever prose or fence is around it.
+    """Question -> legal answer, from what a model said: one JSON object, whatever is around it.
 
     Raises:
         ValueError: for none or several objects, or anything in it that is not legal.

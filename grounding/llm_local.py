@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from grounding.llm_model import DEFAULT_NAME, checksum, default_folder, find_folder, load_model
 from grounding.llm_reply import ANSWERS, LLMError, Reply
+from grounding.spelling import mend
 
 if TYPE_CHECKING:
     import torch
@@ -65,13 +66,13 @@ class Adapter:
     Attributes:
         matrices: name of a matrix -> (A, B) with shapes (rank, inputs) and (outputs, rank).
         temperatures: question -> what its logits are divided by, fitted on sentences not trained on.
-        model_sha256: checksum of the weights that it was trained on.
+        model: name of the folder of the model that it was trained on.
         checksum: its own.
     """
 
     matrices: dict[str, tuple[torch.Tensor, torch.Tensor]]
     temperatures: dict[str, float]
-    model_sha256: str
+    model: str
     checksum: str
 
 
@@ -91,7 +92,7 @@ def read_adapter(path: Path) -> Adapter:
             names = sorted({name.rpartition(".")[0] for name in file.keys()})  # noqa: SIM118 - no mapping
             matrices = {n: (file.get_tensor(f"{n}.a"), file.get_tensor(f"{n}.b")) for n in names}
         temperatures = {question: float(json.loads(about["temperatures"])[question]) for question in ANSWERS}
-        return Adapter(matrices, temperatures, about["model_sha256"], checksum(path))
+        return Adapter(matrices, temperatures, about["model"], checksum(path))
     except (SafetensorError, KeyError, TypeError, ValueError) as error:
         raise LLMError(f"the adapter {path} does not fit: {error}") from error
 
@@ -116,25 +117,31 @@ class LocalLLM:
     def __init__(self, model: str | None = None, adapter: str | Path | None = "default") -> None:
         if adapter == "default":
             adapter = ADAPTER if model is None and ADAPTER.is_file() else None
-        self._folder = default_folder() if model is None else find_folder(model)
+        self.folder = default_folder() if model is None else find_folder(model)
         self.identity = DEFAULT_NAME if model is None else model
         self._adapter = None if adapter is None else read_adapter(Path(adapter))
         if self._adapter is not None:
-            if self._adapter.model_sha256 != checksum(self._folder / "model.safetensors"):
-                raise LLMError(f"the adapter {adapter} was trained on other weights than those of {self._folder}")
+            if model is None and self._adapter.model != self.folder.name:
+                raise LLMError(
+                    f"the adapter {adapter} was trained on {self._adapter.model}, not on {self.folder.name}"
+                )
             self.identity += f"+{self._adapter.checksum[:12]}"
-        self._network, self._tokenizer = load_model(self._folder)
+        self.network, self._tokenizer = load_model(self.folder)
+        # Tokens that begin a word are marked by one of these.
+        self._words = {token[1:] for token in self._tokenizer.get_vocab() if token[:1] in ("Ġ", "▁")}
         self._prompt: str | None = None  # what the kept keys and values are of
         self._seen: Any = None  # those keys and values
         self._seen_tokens = 0
         self._questions = {question: self._tokens(f" {question}") for question in ANSWERS}
-        self._first = {
-            question: [self._tokens(f" {answer}")[0] for answer in legal] for question, legal in ANSWERS.items()
+        # Question -> the first token of every answer.
+        self.first = {
+            question: [self._tokens(f" {answer}")[0] for answer in answers]
+            for question, answers in ANSWERS.items()
         }
-        for question, first in self._first.items():
+        for question, first in self.first.items():
             if len(set(first)) < len(first):
                 raise LLMError(
-                    f"the language model in {self._folder} cannot be used: its tokens do not tell the "
+                    f"the language model in {self.folder} cannot be used: its tokens do not tell the "
                     f"answers to {question!r} apart"
                 )
 
@@ -144,40 +151,56 @@ class LocalLLM:
 
         if prompt != self._prompt:
             self._read_prompt(prompt)
-        layout = lay_out(self._tokens(INSTRUCTION.format(text=text)), self._questions)
+        layout = self.lay_out(text)
         kept = torch.ones(len(layout.ids), self._seen_tokens, dtype=torch.bool)
         with torch.inference_mode():
-            hidden = self._network.base_model(
+            hidden = self.network.base_model(
                 input_ids=torch.tensor([layout.ids]),
                 position_ids=torch.tensor([layout.positions]) + self._seen_tokens,
                 attention_mask=torch.cat([kept, layout.visible], dim=1)[None, None],
                 past_key_values=deepcopy(self._seen),  # a pass appends to it
                 use_cache=True,
             ).last_hidden_state[0]
-            table = self._network.get_output_embeddings().weight
+            table = self.network.get_output_embeddings().weight
             return {
-                question: self._shares(question, table[self._first[question]].float() @ hidden[at].float())
+                question: self._shares(question, table[self.first[question]].float() @ hidden[at].float())
                 for question, at in layout.last.items()
             }
 
     def _shares(self, question: str, logits: torch.Tensor) -> dict[str, float]:
         temperature = 1.0 if self._adapter is None else self._adapter.temperatures[question]
-        # In double precision, so that they sum to 1.
-        return dict(zip(ANSWERS[question], (logits.double() / temperature).softmax(dim=0).tolist(), strict=True))
+        shares = (logits.double() / temperature).softmax(dim=0)  # in double precision, to sum to 1
+        return dict(zip(ANSWERS[question], shares.tolist(), strict=True))
+
+    def lay_out(self, text: str) -> Layout:
+        """The pass over an instruction and all questions; typing errors are mended first."""
+        mended = mend(text, self._words).text
+        return lay_out(self._tokens(INSTRUCTION.format(text=mended)), self._questions)
+
+    def run_prompt(self, prompt: str) -> tuple[Any, int]:
+        """The keys and values of a prompt's tokens, and how many tokens it has.
+
+        Raises:
+            LLMError: for an empty prompt.
+        """
+        import torch
+
+        ids = self._tokenizer.encode(prompt).ids
+        if not ids:
+            raise LLMError("the prompt of the language model is empty")
+        return self.network.base_model(torch.tensor([ids]), use_cache=True).past_key_values, len(ids)
 
     def _read_prompt(self, prompt: str) -> None:
         """Runs the prompt through the bare network; puts the adapter in force for what comes after it."""
         import torch
 
         if self._prompt is not None and self._adapter is not None:
-            self._network, _ = load_model(self._folder)  # without the adapter again
+            self.network, _ = load_model(self.folder)  # without the adapter again
         self._prompt = None
-        ids = self._tokenizer.encode(prompt).ids
         with torch.inference_mode():
-            self._seen = self._network.base_model(torch.tensor([ids]), use_cache=True).past_key_values
-            self._seen_tokens = len(ids)
+            self._seen, self._seen_tokens = self.run_prompt(prompt)
             if self._adapter is not None:
-                add_adapter(self._network, self._adapter)
+                add_adapter(self.network, self._adapter)
         self._prompt = prompt
 
     def _tokens(self, text: str) -> list[int]:

@@ -108,7 +108,8 @@ def quick_dtype() -> torch.dtype:
     """bfloat16 where the processor computes with it (twice as fast there), else float32."""
     import torch
 
-    supported = (getattr(torch.cpu, name, None) for name in ("_is_avx512_bf16_supported", "_is_amx_tile_supported"))
+    names = ("_is_avx512_bf16_supported", "_is_amx_tile_supported")
+    supported = (getattr(torch.cpu, name, None) for name in names)
     return torch.bfloat16 if any(check() for check in supported if check) else torch.float32
 
 
@@ -133,7 +134,8 @@ def _convert(gguf: Path, folder: Path) -> None:
         config = network.config.to_dict()
         config.pop("quantization_config", None)  # what is written is no longer quantised
         (unfinished / "config.json").write_text(json.dumps(config | {"dtype": "bfloat16"}, indent=2))
-        weights = {name: value.to(torch.bfloat16).contiguous() for name, value in network.state_dict().items()}
+        weights = network.state_dict()
+        weights = {name: value.to(torch.bfloat16).contiguous() for name, value in weights.items()}
         if config.get("tie_word_embeddings"):
             weights.pop("lm_head.weight", None)
         save_file(weights, unfinished / "model.safetensors", metadata={"format": "pt"})

@@ -48,7 +48,9 @@ class LLMParser:
         quoted = quotable(text)
         if not any(char.isalnum() for char in quoted):
             return unreadable(
-                text, "the instruction has no words; say what to build, as 'a small circle on the left'", self.name
+                text,
+                "the instruction has no words; say what to build, as 'a small circle on the left'",
+                self.name,
             )
         if len(quoted.encode()) > MAX_BYTES:
             return unreadable(

@@ -7,6 +7,7 @@ here to all five slots, and to the kind of request that it is.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable
 from importlib import resources
 
 # One example: an instruction's line, and the line of its answers, "name answer" for each.
@@ -40,3 +41,10 @@ def prompt_examples(prompt: str) -> list[tuple[str, dict[str, str]]]:
         (match["text"], dict(answer.split(" ", maxsplit=1) for answer in match["answers"].split(", ")))
         for match in _EXAMPLE.finditer(prompt)
     ]
+
+
+def with_examples(prompt: str, choose: Callable[[int], Iterable[int]]) -> str:
+    """The prompt with other examples: `choose` gets their number and says which, in which order."""
+    matches = list(_EXAMPLE.finditer(prompt))
+    chosen = [matches[i][0] for i in choose(len(matches))]
+    return prompt[: matches[0].start()] + "\n\n".join(chosen) + prompt[matches[-1].end() :]

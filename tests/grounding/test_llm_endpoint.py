@@ -196,7 +196,7 @@ def test_a_server_without_schemas_is_asked_in_plain_words_from_then_on():
         ((200, {}, b"\xff\xfe{"), "something else than a chat completion"),
         ((200, {}, b"[" * 60_000), "something else than a chat completion"),
         ((200, {}, b'{"choices": []}'), "something else than a chat completion"),
-        ((200, {}, b'{"choices": [{"message": {"content": null}}]}'), "something else than a chat completion"),
+        ((200, {}, b'{"choices": [{"message": {}}]}'), "something else than a chat completion"),
         ((200, {}, b" " * (MAX_ANSWER_BYTES + 1)), "more than 64 KiB"),
     ],
 )
@@ -244,7 +244,9 @@ def test_nobody_at_the_address():
     assert KEY not in str(caught.value) and f"127.0.0.1:{port}/v1/chat" in str(caught.value)
 
 
-@pytest.mark.parametrize("url", ["", "localhost:8080", "file:///etc/passwd", "http://", "http://[::1", "http://a:b/"])
+@pytest.mark.parametrize(
+    "url", ["", "localhost:8080", "file:///etc/passwd", "http://", "http://[::1", "http://a:b/"]
+)
 def test_what_is_no_address_is_said_so(url):
     with pytest.raises(LLMError, match="no http or https address"):
         EndpointLLM(url, "some-model")
