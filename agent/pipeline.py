@@ -19,7 +19,7 @@ from agent.errors import DONE, ExecutionFailed, NotBuildable, NoValidGoal, exit_
 from agent.reading import ReadingOptions, make_reader
 
 if TYPE_CHECKING:
-    from agent.scenes.simulated import SimulatedScene
+    from agent.scenes.table import TableScene
     from grounding.encoder import SentenceEncoder
     from grounding.reading import Reading
     from grounding.spec import StructureSpec
@@ -34,8 +34,8 @@ class RunOptions:
     """What decides a run besides its instruction.
 
     Attributes:
-        scene: where the scene comes from; "simulated".
-        objects: "ycb", "procedural", "random_urdfs" or a folder of meshes.
+        scene: where the scene comes from: "simulated", or the path of a scene file.
+        objects: for a simulated scene "ycb", "procedural", "random_urdfs" or a folder of meshes.
         model: the planner's name, as `structdiffusion.sampling` has it.
         weights: the folder of its checkpoints, or `None` for those shipped.
         seed: everything drawn at random follows from it.
@@ -92,10 +92,9 @@ class _Run:
         import torch
 
         from agent.planning import checked_planner
-        from agent.scenes.simulated import SimulatedScene
+        from agent.scenes.sources import scene_source
         from grounding.encoder import SentenceEncoder
         from grounding.selection import select_objects
-        from structdiffusion.objects.library import load_objects
 
         torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
         self._enter("parse")
@@ -107,8 +106,8 @@ class _Run:
         self._enter("model")  # early, because a wrong name or a broken checkpoint should not cost a minute
         planner = checked_planner(self.options.model, self.options.weights)
         self._enter("scene")
-        models = load_objects(self.options.objects)
-        selection = select_objects(self.text, [model.category for model in models], encoder)
+        source = scene_source(self.options.scene, self.options.objects)
+        selection = select_objects(self.text, source.called, encoder)
         parse = reading.parse
         yield events.Parsed(
             reading.spec,
@@ -126,7 +125,7 @@ class _Run:
         def meant(nouns: Sequence[str]) -> Sequence[int]:
             return select_objects(self.text, nouns, encoder).indices
 
-        with SimulatedScene(models, reading.spec, meant, self.options.seed) as table:
+        with source.open(reading.spec, meant, self.options.seed) as table:
             scene = table.look()
             yield self._perceived(scene)
             yield from self._imagine_and_build(planner, table, scene, reading, encoder)
@@ -143,7 +142,7 @@ class _Run:
         return events.Perceived(tuple(seen), rectangle, self._seconds(), scene=scene)
 
     def _imagine_and_build(
-        self, planner: Planner, table: SimulatedScene, scene: Scene, reading: Reading, encoder: SentenceEncoder
+        self, planner: Planner, table: TableScene, scene: Scene, reading: Reading, encoder: SentenceEncoder
     ) -> Iterator[events.Event]:
         import torch
 
@@ -175,7 +174,7 @@ class _Run:
         else:
             yield from self._release(table, reading.spec, arrangements[0])
 
-    def _release(self, table: SimulatedScene, spec: StructureSpec, arrangement: Arrangement) -> Iterator[events.Event]:
+    def _release(self, table: TableScene, spec: StructureSpec, arrangement: Arrangement) -> Iterator[events.Event]:
         """Tries the goal under the contract's physical protocol, without the arm."""
         from structdiffusion.physical import place_and_check
 
@@ -187,6 +186,7 @@ class _Run:
             spec,
             table.world.table,
             list(zip(table.models, table.world_from_initial, strict=True))[table.count :],
+            table.names,
         )
         yield events.Checked(
             verdict.success, verdict.failure, verdict.checks, verdict.detail, "released", self._seconds()
@@ -195,7 +195,7 @@ class _Run:
             raise NoValidGoal(f"the best imagined goal does not hold ({verdict.failure}): {verdict.detail}")
 
     def _build(
-        self, table: SimulatedScene, scene: Scene, spec: StructureSpec, arrangements: list[Arrangement]
+        self, table: TableScene, scene: Scene, spec: StructureSpec, arrangements: list[Arrangement]
     ) -> Iterator[events.Event]:
         """Builds with the arm, looks after every placement, and judges what stands."""
         from agent.arm.events import Picked, Placed, PlaceFailed, Planned

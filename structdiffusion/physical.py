@@ -105,6 +105,7 @@ def place_and_check(
     spec: StructureSpec,
     table: Table = Table(),
     others: Sequence[tuple[ObjectModel, np.ndarray]] = (),
+    names: Sequence[str] | None = None,
 ) -> Verdict:
     """Places an arrangement under the protocol and judges it. Deterministic.
 
@@ -115,6 +116,7 @@ def place_and_check(
         spec: what was asked for.
         table: the table top.
         others: distractors with their poses (4, 4); they are in the world all the time.
+        names: what the verdict calls the objects, then the others; by default their nouns, numbered.
     """
     started = time.perf_counter()
     world_from_goal = np.asarray(goal_from_initial) @ np.asarray(world_from_initial)
@@ -124,7 +126,7 @@ def place_and_check(
     order = executable_order(models, world_from_goal)
     distractors, distractor_poses = [model for model, _ in others], [pose for _, pose in others]
     with TabletopWorld(distractors, distractor_poses, table) as world:
-        trial = _Trial(world, models, world_from_goal)
+        trial = _Trial(world, models, world_from_goal, names)
         checks: tuple[Check, ...] = ()
         failure: _Failure | None = None
         try:
@@ -199,12 +201,16 @@ class _Trial:
     """One run of the protocol in a world whose first objects are the distractors."""
 
     def __init__(
-        self, world: TabletopWorld, models: Sequence[ObjectModel], world_from_goal: np.ndarray
+        self,
+        world: TabletopWorld,
+        models: Sequence[ObjectModel],
+        world_from_goal: np.ndarray,
+        names: Sequence[str] | None,
     ) -> None:
         self.world, self.models, self.world_from_goal = world, models, world_from_goal
         # All lists below follow the world's indices: the distractors, then the objects as placed.
         self.expected = world.poses()
-        every_name = unique_names([*models, *world.models])
+        every_name = unique_names([*models, *world.models]) if names is None else list(names)
         self.own_names, self.names = every_name[: len(models)], every_name[len(models) :]
         self.placed: dict[int, int] = {}  # number of the object -> its index in the world
         self.measured = {"penetration": 0.0, "speed": 0.0, "displacement": 0.0, "tilt": 0.0}

@@ -252,6 +252,7 @@ class TabletopWorld:
         objects: Sequence[int] | None = None,
         distractors: Sequence[int] = (),
         min_points: int = MIN_POINTS,
+        names: Sequence[str] | None = None,
     ) -> Scene:
         """What the camera sees, segmented into partial clouds of at most 1024 points each.
 
@@ -260,12 +261,13 @@ class TabletopWorld:
             objects: indices of those that take part; by default all but the distractors.
             distractors: indices of the others; one that cannot be seen is left out.
             min_points: how many points make an object visible.
+            names: what the objects of this world are called, unique; by default their nouns, numbered.
 
         Raises:
             ObservationError: an object that takes part shows fewer than `min_points` points.
         """
         objects = [i for i in range(len(self.bodies)) if i not in distractors] if objects is None else objects
-        image, names = self.look(rng), unique_names(self.models)
+        image, names = self.look(rng), unique_names(self.models) if names is None else names
 
         def cloud(index: int) -> ObjectCloud | None:
             rows, columns = np.nonzero((image.segmentation == self.bodies[index]) & np.isfinite(image.depth))

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from types import TracebackType
 
 import numpy as np
 
-from agent.arm.kinematics import JacoArm
+from agent.scenes.table import TableScene, drawing_and_noise
 from grounding.selection import SelectionError
 from grounding.spec import StructureSpec
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.observation import Scene
 from structdiffusion.scenes import DrawnScene, SceneError, draw_scene
-from structdiffusion.tabletop import TabletopWorld
-
 
 Select = Callable[[Sequence[str]], Sequence[int]]
 MOST_OBJECTS = 7  # that take part in a drawn scene
 _DRAWS = 60  # a few suffice unless the instruction asks for a rare mixture, such as two cans and the only mug
 
 
-class SimulatedScene:
-    """A table with objects at rest and the folded arm beside it; use it in a `with` block, which ends its physics.
+class SimulatedScene(TableScene):
+    """A table with objects that were drawn for the instruction.
 
     Args:
         library: the objects to draw from.
@@ -30,41 +26,14 @@ class SimulatedScene:
         select: takes the noun of each object, and gives the indices of those that the instruction means.
         seed: everything about the scene follows from it: objects, poses and the sensor's noise.
 
-    Attributes:
-        models, world_from_initial: the objects and their poses (M, 4, 4) at first; the `count` that take part first.
-        world: the physics that the arm acts in, its bodies in the same order.
-        arm: the folded arm.
-
     Raises:
         SceneError: when these objects cannot make such a structure on this table.
     """
 
     def __init__(self, library: Sequence[ObjectModel], spec: StructureSpec, select: Select, seed: int) -> None:
-        drawing, self._noise = (np.random.default_rng(part) for part in np.random.SeedSequence(seed).spawn(2))
+        drawing, noise = drawing_and_noise(seed)
         drawn = draw_meant_scene(library, spec, select, drawing)
-        self.count = drawn.count
-        self.models = drawn.models
-        self.world_from_initial = drawn.world_from_initial
-        self.world = TabletopWorld(self.models, self.world_from_initial, drawn.table)
-        self.arm = JacoArm(self.world.client)
-
-    def __enter__(self) -> SimulatedScene:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.world.close()
-
-    def look(self) -> Scene:
-        """What the camera sees: the objects that take part, and the distractors."""
-        return self.world.observe(
-            self._noise, objects=range(self.count), distractors=range(self.count, len(self.models))
-        )
-
-    def picture(self, view: str = "robot") -> np.ndarray:
-        """A picture (H, W, 3) uint8 of the table as it is now: as the camera sees it, or from the "opposite" side."""
-        return self.world.picture(view)
+        super().__init__(drawn.models, drawn.world_from_initial, drawn.count, noise, drawn.table)
 
 
 def draw_meant_scene(

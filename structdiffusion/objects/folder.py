@@ -70,11 +70,21 @@ def folder_objects(folder: Path, *, alternatives: tuple[str, ...] = ()) -> list[
         # "mug.obj" and "mug.stl" side by side are two objects; names are unique.
         name = path.stem if path.stem not in taken else path.name
         taken.add(name)
-        models.append(_object(path, name))
+        models.append(object_from_file(path, name))
     return models
 
 
-def _object(path: Path, name: str) -> ObjectModel:
+def object_from_file(path: Path, name: str, category: str | None = None) -> ObjectModel:
+    """The object of one mesh file.
+
+    Args:
+        path: a .obj, .stl, .ply or .glb file in metres, z up.
+        name: its name; its colour follows from it.
+        category: its noun; by default that in the file's name.
+
+    Raises:
+        ObjectError: a mesh that cannot be used; the message says why.
+    """
     mesh = _read(path)
     size = float(mesh.extents.max())
     if not SMALLEST <= size <= LARGEST:
@@ -88,7 +98,7 @@ def _object(path: Path, name: str) -> ObjectModel:
         return object_from_mesh(
             mesh,
             name=name,
-            category=category_of(path.stem),
+            category=category or category_of(path.stem),
             source="folder",
             mass=float(np.clip(_DENSITY * mesh.convex_hull.volume, 0.005, 2.0)),
             friction=_FRICTION,

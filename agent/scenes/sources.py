@@ -1,0 +1,129 @@
+"""Where the pipeline gets its table from: a scene that is drawn for the instruction, or one that a file places."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from agent.errors import UsageError
+from agent.scenes.files import SUFFIXES, PlacedObject
+from agent.scenes.placing import StandingObject, drawn_objects, load_scene, saved_objects
+from agent.scenes.simulated import Select, SimulatedScene
+from agent.scenes.table import TableScene, drawing_and_noise
+from grounding.spec import StructureSpec
+from structdiffusion.objects.library import load_objects
+from structdiffusion.scenes import SceneError
+
+SIMULATED = "simulated"
+FEWEST_OBJECTS, MOST_OBJECTS = 2, 12  # that take part: what makes a structure, and what the models know
+
+
+class SceneSource(Protocol):
+    """Whatever opens a table for an instruction.
+
+    Attributes:
+        called: what the instruction can call each object that there is, or that can be drawn.
+    """
+
+    called: Sequence[str]
+
+    def open(self, spec: StructureSpec, select: Select, seed: int) -> TableScene:
+        """The table, with the objects that `select` picks by what they are called; close it.
+
+        Raises:
+            SceneError: when these objects cannot make such a structure.
+        """
+
+    def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
+        """The table as it stands now, as the lines of a scene file in `folder`."""
+
+
+def scene_source(scene: str, objects: str) -> SceneSource:
+    """The source that a run asks for.
+
+    Args:
+        scene: "simulated", or the path of a scene file.
+        objects: the library of a simulated scene, as `load_objects` takes it.
+
+    Raises:
+        UsageError: for a scene that is neither.
+        BadInput: for a scene file that is not there or cannot be used.
+        ObjectError: for objects that are not there.
+    """
+    if scene == SIMULATED:
+        return DrawnSource(objects)
+    path = Path(scene)
+    if path.suffix.lower() not in SUFFIXES and not path.is_file():
+        files = " or ".join(SUFFIXES)
+        raise UsageError(f"--scene cannot be {scene!r}; legal: {SIMULATED}, or a file that ends in {files}")
+    return FileSource(path)
+
+
+class DrawnSource:
+    """Scenes drawn from a library so that the wish can come true."""
+
+    def __init__(self, objects: str) -> None:
+        self._objects = objects
+        self._library = load_objects(objects)
+        self.called = [model.category for model in self._library]
+
+    def open(self, spec: StructureSpec, select: Select, seed: int) -> TableScene:
+        """See `SceneSource`."""
+        return SimulatedScene(self._library, spec, select, seed)
+
+    def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
+        """See `SceneSource`."""
+        poses = table.world.poses()
+        return saved_objects(drawn_objects(table.models, poses, self._objects), poses, folder)
+
+
+class FileSource:
+    """The scene of a file."""
+
+    def __init__(self, path: Path) -> None:
+        self.standing = load_scene(path)
+        self.called = [entry.called for entry in self.standing]
+
+    def open(self, spec: StructureSpec, select: Select, seed: int) -> FileScene:
+        """See `SceneSource`; from the seed follows the sensor's noise."""
+        return FileScene(self.standing, spec, select, seed)
+
+    def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
+        """See `SceneSource`; in the order of the file."""
+        pose_of = dict(zip(table.names, table.world.poses(), strict=True))
+        return saved_objects(self.standing, [pose_of[entry.name] for entry in self.standing], folder)
+
+
+class FileScene(TableScene):
+    """A table with the objects of a scene file: those that the instruction means take part, the rest must stand.
+
+    Args:
+        standing: the objects, in the order of the file.
+        spec: what will be asked for.
+        select: takes what each object is called, and gives the indices of those that the instruction means.
+        seed: the sensor's noise follows from it.
+
+    Raises:
+        SceneError: when too few or too many take part.
+    """
+
+    def __init__(self, standing: Sequence[StandingObject], spec: StructureSpec, select: Select, seed: int) -> None:
+        meant = sorted(set(select([entry.called for entry in standing])))
+        if not FEWEST_OBJECTS <= len(meant) <= MOST_OBJECTS:
+            which = ", ".join(repr(standing[index].name) for index in meant)
+            raise SceneError(
+                f"cannot make a {spec.shape or 'structure'}: the instruction means {len(meant)} of the scene's "
+                f"{len(standing)} objects ({which}); legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}"
+            )
+        ordered = [standing[index] for index in (*meant, *(k for k in range(len(standing)) if k not in meant))]
+        _, noise = drawing_and_noise(seed)
+        super().__init__(
+            [entry.model for entry in ordered],
+            np.array([entry.world_from_object for entry in ordered]),
+            len(meant),
+            noise,
+            names=[entry.name for entry in ordered],
+        )
