@@ -24,13 +24,13 @@ from agent.cli_options import (
     ObjectsOption,
     ParserOption,
     Parsers,
-    SceneSource,
     SeedOption,
     Viewpoint,
     ViewpointOption,
     WeightsOption,
     complain,
 )
+from agent.cli_scene import scene_app
 from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, USAGE, UsageError, exit_code_of, one_sentence
 from agent.streams import import_pybullet_silently, results_stream
 
@@ -51,6 +51,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 app.add_typer(evaluate_app, name="evaluate")
+app.add_typer(scene_app, name="scene")
 
 
 def _version(wanted: bool) -> None:
@@ -71,7 +72,10 @@ def _common(
 @app.command()
 def run(
     text: Annotated[str, typer.Argument(help="The instruction.", show_default=False)],
-    scene: Annotated[SceneSource, typer.Option(help="Where the scene comes from.")] = SceneSource.simulated,
+    scene: Annotated[
+        str,
+        typer.Option(metavar="simulated|FILE", help="Drawn for the instruction, or placed by a scene file (.yaml)."),
+    ] = "simulated",
     objects: ObjectsOption = "ycb",
     model: ModelOption = "diffusion",
     weights: WeightsOption = None,
@@ -105,7 +109,7 @@ def run(
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
     reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
-    options = RunOptions(scene.value, objects, model, weights, seed, execute, reading)
+    options = RunOptions(scene, objects, model, weights, seed, execute, reading)
     with results_stream() as results:
         record = RunRecord()
         tell = TerminalReport(Console(file=sys.stderr if json_output else results))

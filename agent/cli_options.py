@@ -10,12 +10,6 @@ from typing import Annotated
 import typer
 
 
-class SceneSource(str, Enum):
-    """Where the scene comes from."""
-
-    simulated = "simulated"
-
-
 class ModelKind(str, Enum):
     """Which network is trained."""
 

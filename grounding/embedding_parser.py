@@ -38,7 +38,7 @@ class EmbeddingParser:
 
     Args:
         encoder: gives the word states.
-        reader: the trained network.
+        reader: the trained network; its own, in evaluation mode.
         layer: of the encoder, whose states the reader takes.
         temperatures: question -> what its logits are divided by (Guo et al. 2017).
     """
@@ -49,7 +49,7 @@ class EmbeddingParser:
         self, encoder: SentenceEncoder, reader: SlotReader, layer: int, temperatures: Mapping[str, float]
     ) -> None:
         self.encoder = encoder
-        self._reader = reader.eval()
+        self.reader = reader.eval()
         self._layer = layer
         self._temperatures = temperatures
 
@@ -123,7 +123,7 @@ class EmbeddingParser:
 
         states = self.encoder.token_states([text.text for text in mended], self._layer)
         with torch.inference_mode():
-            votes = dict(zip(QUESTIONS, self._reader(states.hidden, states.mask), strict=True))
+            votes = dict(zip(QUESTIONS, self.reader(states.hidden, states.mask), strict=True))
             shares = {
                 question: (vote.sum(dim=1) / self._temperatures[question]).softmax(dim=-1).tolist()
                 for question, vote in votes.items()

@@ -27,10 +27,14 @@ SHORTHAND = {
     "da": "the", "teh": "the", "hte": "the", "em": "them", "dem": "them", "dis": "this", "dat": "that",
     "tbl": "table", "sml": "small", "sm": "small", "med": "medium", "tht": "that", "lrg": "large", "lg": "large", "cntr": "center",
     "ctr": "center", "lft": "left", "rt": "right", "rgt": "right", "rite": "right", "rght": "right",
-    "btm": "bottom", "bot": "bottom", "circ": "circle", "frnt": "front", "bk": "back", "bak": "back", "nr": "near",
+    "btm": "bottom", "circ": "circle", "frnt": "front", "bk": "back", "bak": "back", "nr": "near",
     "neer": "near", "thru": "through", "sth": "something", "smth": "something", "gimme": "give me", "wanna": "want to",
     "gonna": "going to", "lien": "line", "rwo": "row", "otu": "out", "ot": "to", "fo": "of", "adn": "and",
-    "nad": "and", "taht": "that", "si": "is", "ti": "it", "jsut": "just", "hte": "the", "yuo": "you", "wiht": "with",
+    "nad": "and", "taht": "that", "si": "is", "ti": "it", "jsut": "just", "yuo": "you", "wiht": "with",
+    # The encoder knows these as names or fragments, and nobody means them.
+    "lok": "look", "wes": "west", "goin": "going", "tha": "the", "wil": "will", "stil": "still", "tal": "tall",
+    "pleas": "please", "somethin": "something", "nothin": "nothing", "tak": "take", "wat": "what", "sid": "side",
+    "lin": "line", "mor": "more", "ito": "into", "dow": "down", "wal": "wall", "cas": "cans",
 }  # fmt: skip
 _ENDINGS = (
     ("s", ""), ("es", ""), ("ies", "y"), ("ed", ""), ("ed", "e"), ("ing", ""), ("ing", "e"), ("er", ""), ("er", "e"),

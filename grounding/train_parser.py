@@ -80,17 +80,28 @@ def loss_of(reader: SlotReader, encoder: SentenceEncoder, batch: Sequence[Labell
     return loss
 
 
-def train(encoder: SentenceEncoder, sentences: int, seed: int) -> SlotReader:
-    """A slot reader that has read so many sentences."""
+def train(
+    encoder: SentenceEncoder, sentences: int, seed: int, start: SlotReader | None = None, rate: float = 1.0
+) -> SlotReader:
+    """A slot reader that has read so many sentences.
+
+    Args:
+        encoder: gives the word states.
+        sentences: how many are drawn.
+        seed: of what is drawn.
+        start: goes on with this one; `None` starts from the encoder's own layers.
+        rate: what the learning rates are multiplied by.
+    """
     rng = np.random.default_rng(seed)
     with torch.random.fork_rng():
         torch.manual_seed(seed)  # initial weights and dropout know no generator of their own
         upper_layers = encoder.network().layers[ENCODER_LAYER:]
-        reader = SlotReader(layers=len(upper_layers), hidden=HIDDEN)
-        reader.layers.load_state_dict(upper_layers.state_dict())
+        reader = start or SlotReader(layers=len(upper_layers), hidden=HIDDEN)
+        if start is None:
+            reader.layers.load_state_dict(upper_layers.state_dict())
         upper = list(reader.layers.parameters())
         heads = [weight for name, weight in reader.named_parameters() if not name.startswith("layers.")]
-        rates = [LEARNING_RATE, HEAD_LEARNING_RATE]
+        rates = [rate * LEARNING_RATE, rate * HEAD_LEARNING_RATE]
         optimiser = torch.optim.AdamW(
             [{"params": upper, "lr": rates[0]}, {"params": heads, "lr": rates[1]}], weight_decay=0.01
         )
@@ -147,10 +158,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--sentences", type=int, default=SENTENCES, help="how many are drawn and read")
     parser.add_argument("--threads", type=int, default=1, help="of torch; only one repeats exactly")
+    parser.add_argument("--start", type=Path, help="go on from the weights in this folder")
+    parser.add_argument("--rate", type=float, default=1.0, help="what the learning rates are multiplied by")
     options = parser.parse_args(arguments)
     torch.set_num_threads(options.threads)
     encoder = SentenceEncoder()
-    reader = train(encoder, options.sentences, options.seed)
+    start = EmbeddingParser.from_pretrained(options.start, encoder) if options.start else None
+    reader = train(encoder, options.sentences, options.seed, start.reader if start else None, options.rate)
     rows = development_rows()
     temperatures = calibrate(reader, encoder, rows)
     found = score(rows, EmbeddingParser(encoder, reader, ENCODER_LAYER, temperatures).parse_batch([row.text for row in rows]))
@@ -164,6 +178,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "encoder_sha256": encoder.checksum,
         "seed": options.seed,
         "sentences": options.sentences,
+        "before": json.loads((options.start / "config.json").read_text())["sentences"] if options.start else 0,
         "development": {name: found[name] for name in ("exact", "slots", "false_fills", "refusal", "strata")},
     }
     (options.out / "config.json").write_text(json.dumps(config, indent=2) + "\n")

@@ -48,7 +48,7 @@ def mesh_folder(folder: Path, count: int, side: float = 0.05) -> str:
 @pytest.mark.parametrize(
     "arguments",
     [[], ["run"], ["parse"], ["generate"], ["train"], ["evaluate"], ["evaluate", "success"], ["evaluate", "arm"],
-     ["evaluate", "parse"]],
+     ["evaluate", "parse"], ["scene"], ["scene", "show"], ["scene", "new"], ["scene", "validate"]],
 )
 def test_help_has_an_example(arguments, capsys):
     assert command_line([*arguments, "--help"]) == 0
@@ -67,8 +67,8 @@ def test_help_answers_at_once():
 @pytest.mark.parametrize(
     ("arguments", "parts"),
     [
-        ([], ("command", "run, parse, generate, train, evaluate")),
-        (["bulid"], ("'bulid'", "run, parse, generate, train, evaluate")),
+        ([], ("command", "run, parse, generate, train, evaluate, scene")),
+        (["bulid"], ("'bulid'", "run, parse, generate, train, evaluate, scene")),
         (["train", "everything"], ("'everything'", "'diffusion', 'structure', 'collision'")),
         (["run"], ("text",)),
         (["run", CIRCLE, "--scene", "bag"], ("'bag'", "simulated")),
