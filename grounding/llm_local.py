@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grounding.llm_model import DEFAULT_NAME, checksum, default_folder, find_folder, load_model
-from grounding.llm_reply import ANSWERS, LLMError, Reply
+from grounding.llm_reply import ANSWERS, BUILD, LLMError, Reply
 from grounding.spelling import mend
 
 if TYPE_CHECKING:
@@ -66,12 +66,15 @@ class Adapter:
     Attributes:
         matrices: name of a matrix -> (A, B) with shapes (rank, inputs) and (outputs, rank).
         temperatures: question -> what its logits are divided by, fitted on sentences not trained on.
+        build_bias: what is added to the logit of "build" after that: people ask for more that can be
+            built than the training language does.
         model: name of the folder of the model that it was trained on.
         checksum: its own.
     """
 
     matrices: dict[str, tuple[torch.Tensor, torch.Tensor]]
     temperatures: dict[str, float]
+    build_bias: float
     model: str
     checksum: str
 
@@ -92,7 +95,7 @@ def read_adapter(path: Path) -> Adapter:
             names = sorted({name.rpartition(".")[0] for name in file.keys()})  # noqa: SIM118 - no mapping
             matrices = {n: (file.get_tensor(f"{n}.a"), file.get_tensor(f"{n}.b")) for n in names}
         temperatures = {question: float(json.loads(about["temperatures"])[question]) for question in ANSWERS}
-        return Adapter(matrices, temperatures, about["model"], checksum(path))
+        return Adapter(matrices, temperatures, float(about["build_bias"]), about["model"], checksum(path))
     except (SafetensorError, KeyError, TypeError, ValueError) as error:
         raise LLMError(f"the adapter {path} does not fit: {error}") from error
 
@@ -168,9 +171,12 @@ class LocalLLM:
             }
 
     def _shares(self, question: str, logits: torch.Tensor) -> dict[str, float]:
-        temperature = 1.0 if self._adapter is None else self._adapter.temperatures[question]
-        shares = (logits.double() / temperature).softmax(dim=0)  # in double precision, to sum to 1
-        return dict(zip(ANSWERS[question], shares.tolist(), strict=True))
+        logits = logits.double()  # so that the probabilities sum to 1
+        if self._adapter is not None:
+            logits = logits / self._adapter.temperatures[question]
+            if question == "request":
+                logits[ANSWERS[question].index(BUILD)] += self._adapter.build_bias
+        return dict(zip(ANSWERS[question], logits.softmax(dim=0).tolist(), strict=True))
 
     def lay_out(self, text: str) -> Layout:
         """The pass over an instruction and all questions; typing errors are mended first."""

@@ -31,12 +31,13 @@ from grounding.llm_local import ADAPTER, INSTRUCTION, Layout, LocalLLM, lay_out,
 from grounding.llm_parser import MAX_BYTES, PROMPT, LLMParser
 from grounding.llm_reply import ANSWERS, BUILD, NONE, quotable
 from grounding.paraphrases import LabelledText, paraphrase
+from grounding.spec import SLOTS
 from prompts import load_prompt, with_examples
 
 BATCH = 16
 # Sentences of like length share a batch, chosen among this many batches: little padding, still mixed.
 BUCKET = 8
-CORPUS_SHARE, REFUSED_SHARE = 0.06, 0.12
+CORPUS_SHARE, REFUSED_SHARE = 0.06, 0.03
 RANK, SCALE = 8, 2.0
 LEARNING_RATE = 1.5e-3
 PROMPTS = 9  # other prompts than the full one
@@ -140,7 +141,9 @@ class Trainer:
             )
         return total / len(batch)
 
-    def save(self, path: Path, temperatures: dict[str, float], about: dict[str, Any]) -> None:
+    def save(
+        self, path: Path, temperatures: dict[str, float], build_bias: float, about: dict[str, Any]
+    ) -> None:
         """Writes the adapter."""
         tensors = {}
         for name, layer in self.added.items():
@@ -149,6 +152,7 @@ class Trainer:
         metadata = {
             "model": self.model.folder.name,
             "temperatures": json.dumps(temperatures),
+            "build_bias": str(build_bias),
             "training": json.dumps(about),
         }
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -214,27 +218,30 @@ def draw_batches(rng: np.random.Generator) -> Iterator[list[LabelledText]]:
             yield chunk[k * BATCH : (k + 1) * BATCH]
 
 
-def calibrate(adapter: Path, rows: Sequence[Row]) -> dict[str, float]:
-    """Question -> the temperature with the least negative log-likelihood of what is acceptable."""
+def calibrate(adapter: Path, rows: Sequence[Row]) -> tuple[dict[str, float], float]:
+    """Question -> temperature, and the bias of "build": those that make what is acceptable the likeliest."""
     model, prompt = LocalLLM(adapter=adapter), load_prompt(PROMPT)
     replies = [model.ask(prompt, quotable(row.text)) for row in rows]
 
-    def cost(question: str, temperature: float) -> float:
+    def cost(question: str, temperature: float, bias: float = 0.0) -> float:
         total = 0.0
         for row, reply in zip(rows, replies, strict=True):
-            if row.refuse and question != "request":
-                continue
-            shares = np.array(list(reply[question].values())) + 1e-9
-            shares = shares ** (1 / temperature) / np.sum(shares ** (1 / temperature))
             if question == "request":
                 right = [(answer == BUILD) != row.refuse for answer in ANSWERS[question]]
+            elif row.refuse:
+                continue
             else:
                 right = [(None if a == NONE else a) in row.acceptable[question] for a in ANSWERS[question]]
-            total -= float(np.log(max(1e-6, shares[right].sum())))
+            logits = np.log(np.array(list(reply[question].values())) + 1e-9) / temperature
+            logits += bias * np.array([answer == BUILD for answer in ANSWERS[question]])
+            total -= float(np.logaddexp.reduce(logits[right]) - np.logaddexp.reduce(logits))
         return total
 
     grid = np.geomspace(0.25, 8.0, 61).tolist()
-    return {question: min(grid, key=partial(cost, question)) for question in ANSWERS}
+    temperatures = {slot: min(grid, key=partial(cost, slot)) for slot in SLOTS}
+    pairs = [(t, bias) for t in grid[::2] for bias in np.linspace(-2, 4, 25).tolist()]
+    temperatures["request"], bias = min(pairs, key=lambda pair: cost("request", *pair))
+    return temperatures, bias
 
 
 def _answers(entry: LabelledText) -> dict[str, str]:
@@ -279,11 +286,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 file=sys.stderr, flush=True,
             )  # fmt: skip
         if step % 100 == 0 or step == options.steps:
-            trainer.save(options.out, dict.fromkeys(ANSWERS, 1.0), {})
+            trainer.save(options.out, dict.fromkeys(ANSWERS, 1.0), 0.0, {})
     rows = development_rows()
-    temperatures = calibrate(options.out, rows)
+    temperatures, build_bias = calibrate(options.out, rows)
     about = {"steps": options.steps, "seed": options.seed}
-    trainer.save(options.out, temperatures, about)
+    trainer.save(options.out, temperatures, build_bias, about)
     found = score(rows, LLMParser(LocalLLM(adapter=options.out)).parse_batch([row.text for row in rows]))
     print(json.dumps({name: found[name] for name in ("exact", "slots", "false_fills", "refusal")}))
 

@@ -1,0 +1,167 @@
+"""The real local model, and small made ones where only the machinery counts."""
+
+
+import pytest
+import torch
+from tokenizers import Tokenizer, models, pre_tokenizers
+from transformers import LlamaConfig, LlamaForCausalLM
+
+from grounding.benchmark import development_rows, score, templated_rows
+from grounding.llm_local import ADAPTER, LocalLLM, lay_out, read_adapter
+from grounding.llm_model import FILES, cache_folder, default_folder, default_gguf, load_model
+from grounding.llm_parser import LLMParser
+from grounding.llm_reply import ANSWERS, LLMError
+from prompts import load_prompt, with_examples
+
+PROMPT = load_prompt("parse_structure")
+FEW = with_examples(PROMPT, lambda n: range(3))
+
+
+@pytest.fixture(scope="module")
+def model():
+    return LocalLLM()
+
+
+def make_model(folder, words=True):
+    """A tiny untrained model; its tokens are words, or letters."""
+    text = " ".join([*ANSWERS, *(answer for legal in ANSWERS.values() for answer in legal)])
+    pieces = dict.fromkeys(["?", *(text.split() if words else text)])
+    tokenizer = Tokenizer(models.WordLevel({piece: i for i, piece in enumerate(pieces)}, "?"))
+    split = pre_tokenizers.WhitespaceSplit()
+    if not words:
+        split = pre_tokenizers.Sequence([split, pre_tokenizers.Split("", "isolated")])
+    tokenizer.pre_tokenizer = split
+    torch.manual_seed(0)
+    network = LlamaForCausalLM(
+        LlamaConfig(
+            vocab_size=100, hidden_size=32, intermediate_size=32, num_hidden_layers=2, num_attention_heads=2,
+            num_key_value_heads=1,
+        )  # fmt: skip
+    )
+    network.save_pretrained(folder)
+    tokenizer.save(str(folder / "tokenizer.json"))
+    return folder
+
+
+def test_a_question_sees_the_instruction_and_itself_alone():
+    layout = lay_out([7, 8], {"request": [1], "shape": [2, 3], "size": [4, 5, 6]})
+    assert layout.ids == [7, 8, 1, 2, 3, 4, 5, 6]
+    assert layout.positions == [0, 1, 2, 2, 3, 2, 3, 4]
+    assert layout.last == {"request": 2, "shape": 4, "size": 7}
+    seen = [[j for j in range(8) if layout.visible[i, j]] for i in range(8)]
+    assert seen == [
+        [0], [0, 1], [0, 1, 2], [0, 1, 3], [0, 1, 3, 4], [0, 1, 5], [0, 1, 5, 6], [0, 1, 5, 6, 7],
+    ]  # fmt: skip
+
+
+def test_one_pass_gives_what_the_plain_library_gives_for_every_question_alone(tmp_path):
+    """Kept keys, positions and masks together must be the same as running the whole text anew."""
+    model = LocalLLM(str(make_model(tmp_path)))
+    model.network.float()
+    text = "build a small circle left"
+    reply = model.ask(FEW, text)
+    for question, legal in ANSWERS.items():
+        ids = model._tokens(f'{FEW}Instruction: "{text}"\nOutput: {question}')
+        with torch.inference_mode():
+            logits = model.network(torch.tensor([ids])).logits[0, -1, model.first[question]]
+        expected = dict(zip(legal, logits.double().softmax(dim=0).tolist(), strict=True))
+        assert reply[question] == pytest.approx(expected, abs=1e-5)
+        assert max(expected.values()) - min(expected.values()) > 1e-3  # the model says something
+
+
+def test_asking_again_and_with_another_prompt_in_between_changes_nothing(model):
+    first = model.ask(FEW, "stack the cans on the left")
+    assert model.ask(FEW, "stack the cans on the left") == first
+    other = model.ask(PROMPT, "stack the cans on the left")
+    assert other != first
+    again = model.ask(FEW, "stack the cans on the left")
+    assert all(again[question] == pytest.approx(first[question], abs=1e-6) for question in ANSWERS)
+
+
+def test_replies_are_distributions_over_the_legal_answers_for_hostile_texts(model):
+    for text in ("{}", "%s %n", "<|im_end|>", "Output: shape square", "مرحبا", "🙂 a", "0" * 1000):
+        reply = model.ask(PROMPT, text)
+        assert {question: tuple(shares) for question, shares in reply.items()} == dict(ANSWERS)
+        assert all(sum(shares.values()) == pytest.approx(1) for shares in reply.values())
+
+
+def test_templated_sentences_of_the_held_out_splits_are_read(model):
+    rows = [row for row in templated_rows() if row.stratum != "seen"][::40]
+    assert len(rows) >= 20
+    assert score(rows, LLMParser(model).parse_batch([row.text for row in rows]))["exact"]["rate"] >= 0.95
+
+
+def test_development_sentences_are_read(model):
+    rows = development_rows()[::4]
+    found = score(rows, LLMParser(model).parse_batch([row.text for row in rows]))
+    assert found["exact"]["rate"] >= 0.75
+
+
+def test_a_prompt_with_fewer_examples_still_works(model):
+    rows = [row for row in development_rows() if not row.refuse][::8]
+    found = score(rows, LLMParser(model, prompt=FEW).parse_batch([row.text for row in rows]))
+    assert found["exact"]["rate"] >= 0.6
+
+
+def test_the_bare_model_is_another_model(model):
+    bare = LocalLLM(adapter=None)
+    assert bare.identity != model.identity and bare.identity.startswith("SmolLM2-135M-Instruct")
+
+
+def test_the_conversion_leaves_a_whole_folder_and_nothing_else(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    half = cache_folder() / default_folder_name()
+    half.mkdir(parents=True)
+    (half / "config.json").write_text("{}")  # as an older program's crash may leave it
+    folder = default_folder()
+    assert folder == half and all((folder / name).is_file() for name in FILES)
+    assert [path.name for path in cache_folder().iterdir()] == [folder.name]
+    made = (folder / "model.safetensors").stat().st_mtime_ns
+    assert default_folder() == folder and (folder / "model.safetensors").stat().st_mtime_ns == made
+    network, _ = load_model(folder)
+    assert sum(weight.numel() for weight in network.parameters()) == pytest.approx(134.5e6, rel=0.01)
+
+
+def default_folder_name():
+    import hashlib
+
+    return f"SmolLM2-135M-Instruct-{hashlib.sha256(default_gguf().read_bytes()).hexdigest()[:16]}"
+
+
+def test_a_model_whose_tokens_do_not_tell_answers_apart_is_refused(tmp_path):
+    with pytest.raises(LLMError, match="do not tell the answers to 'shape' apart"):
+        LocalLLM(str(make_model(tmp_path, words=False)))
+
+
+def test_models_that_are_not_there_or_broken_are_named(tmp_path):
+    with pytest.raises(LLMError, match="there is no such folder"):
+        LocalLLM(str(tmp_path / "nowhere"))
+    with pytest.raises(LLMError, match="config.json is missing"):
+        LocalLLM(str(tmp_path))
+    make_model(tmp_path)
+    (tmp_path / "model.safetensors").write_bytes(b"no weights")
+    with pytest.raises(LLMError, match="cannot be loaded"):
+        LocalLLM(str(tmp_path))
+
+
+def test_adapters_that_do_not_fit_are_named(tmp_path):
+    with pytest.raises(LLMError, match="no adapter"):
+        read_adapter(tmp_path / "nothing.safetensors")
+    (tmp_path / "bad.safetensors").write_bytes(b"\x00" * 100)
+    with pytest.raises(LLMError, match="does not fit"):
+        read_adapter(tmp_path / "bad.safetensors")
+    small = make_model(tmp_path)
+    with pytest.raises(LLMError, match=r"does not fit the language model at model\.layers"):
+        LocalLLM(str(small), adapter=ADAPTER).ask(FEW, "a ring")
+
+
+def test_an_empty_prompt_is_an_error(tmp_path):
+    with pytest.raises(LLMError, match="prompt of the language model is empty"):
+        LocalLLM(str(make_model(tmp_path))).ask("", "a ring")
+
+
+def test_the_adapter_says_what_it_was_trained_on():
+    adapter = read_adapter(ADAPTER)
+    assert adapter.model == default_folder().name
+    assert set(adapter.temperatures) == set(ANSWERS)
+    assert ADAPTER.stat().st_size < 20e6
