@@ -1,5 +1,22 @@
 """`python -m agent`: the same as the command `structagent`."""
 
-from agent.cli import main
+import sys
 
-main()
+
+def main() -> None:
+    """Runs the command line; where its own packages are missing or broken, says so, and still knows the doctor."""
+    try:
+        from agent.cli import main as command_line
+    except Exception as error:  # a broken package raises anything
+        if sys.argv[1:2] == ["doctor"]:
+            from agent.doctor import main as examine
+
+            examine()
+        reason = " ".join(str(error).split()) or type(error).__name__
+        print(f"structagent: cannot start: {reason}; `structagent doctor` names what would mend it", file=sys.stderr)
+        sys.exit(6)
+    command_line()
+
+
+if __name__ == "__main__":
+    main()

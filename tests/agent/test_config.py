@@ -1,0 +1,265 @@
+"""The configuration: which layer counts, where a value came from, and errors that name the place."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+
+from agent import cli, cli_options, config
+from agent.cli_config import ConfiguredGroup, config_app, configurable
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path, monkeypatch):
+    """A folder in a folder, and a home, with no configuration but the test's."""
+    for name in [*config.os.environ]:
+        if name.startswith(config.PREFIX) or name in ("XDG_CONFIG_HOME", "OPENAI_API_KEY"):
+            monkeypatch.delenv(name)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    (tmp_path / "project" / "inner").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "project" / "inner")
+
+
+@pytest.fixture(autouse=True)
+def configured(monkeypatch):
+    """The tool's verbs, with their defaults from the configuration."""
+    app = typer.Typer(cls=ConfiguredGroup, rich_markup_mode=None, add_completion=False)
+    app.command("run")(cli.run)
+    app.command("parse")(cli.parse)
+    app.command("generate")(cli.generate)
+    app.add_typer(cli.evaluate_app, name="evaluate")
+    app.add_typer(config_app, name="config")
+    monkeypatch.setattr(cli, "app", app)
+    return app
+
+
+@pytest.fixture
+def project(tmp_path) -> Path:
+    return tmp_path / "project" / "structagent.toml"
+
+
+@pytest.fixture
+def user(tmp_path) -> Path:
+    path = tmp_path / "home" / ".config" / "structagent" / "config.toml"
+    path.parent.mkdir(parents=True)
+    return path
+
+
+def shown(capsys) -> dict[str, dict]:
+    assert cli.command_line(["config", "show", "--json"]) == 0
+    return {row["name"]: row for row in json.loads(capsys.readouterr().out)["settings"]}
+
+
+def refused(capsys, *arguments: str) -> str:
+    assert cli.command_line(list(arguments or ["config", "show"])) == 6
+    captured = capsys.readouterr()
+    assert captured.out == "" and captured.err.startswith("structagent: ") and captured.err.count("\n") == 1
+    return captured.err.removeprefix("structagent: ").rstrip()
+
+
+def test_environment_before_project_before_user(project, user, monkeypatch, capsys):
+    user.write_text('seed = 1\nparser = "llm"\nviewpoint = "opposite"\n')
+    project.write_text('# of this project\n\nseed = 2\nparser = "embedding"\n')
+    monkeypatch.setenv("STRUCTAGENT_SEED", "3")
+    rows = shown(capsys)
+    told = {name: (rows[name]["value"], rows[name]["layer"], rows[name]["place"]) for name in rows}
+    assert told["seed"] == (3, "environment", "STRUCTAGENT_SEED")
+    assert told["parser"] == ("embedding", "project file", f"{project}:4")
+    assert told["viewpoint"] == ("opposite", "user file", f"{user}:3")
+    assert told["model"] == ("diffusion", "default", None)
+    assert {"run", "generate", "evaluate success"} <= set(rows["seed"]["verbs"])
+
+
+def test_flags_before_everything(project, capsys):
+    project.write_text('viewpoint = "opposite"\n')
+    sides = []
+    for flags in ([], ["--viewpoint", "robot"]):
+        assert cli.command_line(["parse", "line up the cups on the left", "--json", *flags]) == 0
+        sides.append(json.loads(capsys.readouterr().out)["spec"]["x_position"])
+    assert sides == ["right", "left"]
+
+
+def test_verbs_get_what_is_configured(project, monkeypatch, capsys):
+    (project.parent / "meshes").mkdir()
+    (project.parent / "desk.yaml").write_text("")
+    project.write_text('objects = "meshes"\nmodel = "geometric"\nexecute = false\nworkers = 3\nseed = 7\n')
+    taken = {}
+    monkeypatch.setattr("agent.pipeline.run_instruction", lambda text, options: taken.update(run=options) or iter(()))
+    monkeypatch.setattr("agent.training.generate_scenes", lambda *given: taken.update(generate=given))
+    monkeypatch.setattr("agent.evaluating.measure_success", lambda *given: taken.update(success=given) or {})
+    monkeypatch.setattr("agent.evaluating.tell_success", lambda *_: None)
+    cli.command_line(["run", "make a line"])  # comes to no end, and to no exit code that matters here
+    assert cli.command_line(["generate", "--out", "data"]) == 0
+    assert cli.command_line(["evaluate", "success", "--seed", "8"]) == 0
+    run = taken["run"]
+    assert (run.objects, run.model, run.execute, run.seed) == (str(project.parent / "meshes"), "geometric", False, 7)
+    assert taken["generate"][3:] == ("training", 7, 3)  # what is trained on is another question
+    assert taken["success"][0] == run.objects and taken["success"][1] == ["geometric"] and taken["success"][4] == 8
+    assert cli.command_line(["run", "--help"]) == 0
+    assert "[default: 7" in capsys.readouterr().out
+
+
+def test_nearest_project_file(project, tmp_path, capsys):
+    project.write_text("seed = 1\n")
+    (tmp_path / "structagent.toml").write_text("workers = 5\n")
+    rows = shown(capsys)
+    assert rows["seed"]["value"] == 1 and rows["workers"]["layer"] == "default"
+
+
+def test_xdg_config_home(tmp_path, monkeypatch, capsys):
+    (tmp_path / "xdg" / "structagent").mkdir(parents=True)
+    (tmp_path / "xdg" / "structagent" / "config.toml").write_text("seed = 4\n")
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "xdg"))
+    assert shown(capsys)["seed"]["value"] == 4
+    monkeypatch.setenv("XDG_CONFIG_HOME", "../../xdg")  # relative: to be ignored
+    assert shown(capsys)["seed"]["value"] == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "parts"),
+    [
+        ("seed = 1\n\nsed = 2\n", 3, ("unknown key sed", "did you mean seed?", "legal: scene, objects")),
+        ("seed = 1\n[evaluate]\nworkers = 2\n", 2, ("unknown key evaluate",)),
+        ("workers = 1\nseed = 'many'\n", 2, ("seed cannot be 'many'", "a whole number of at least 0")),
+        ("seed = true\n", 1, ("seed cannot be True",)),
+        ("seed = 1.5\n", 1, ("seed cannot be 1.5",)),
+        ("seed = -1\n", 1, ("seed cannot be -1",)),
+        ("workers = 0\n", 1, ("workers cannot be 0", "at least 1")),
+        ("execute = 'no'\n", 1, ("execute cannot be 'no'", "true, false")),
+        ("# who\nparser = 'psychic'\n", 2, ("'psychic'", "embedding, llm")),
+        ("viewpoint = 'above'\n", 1, ("'above'", "robot, opposite")),
+        ("model = 'oracle'\n", 1, ("'oracle'", "diffusion, diffusion-tokens, geometric")),
+        ("objects = 'ybc'\n", 1, ("'ybc'", "ycb")),
+        ("weights = 'nowhere'\n", 1, ("'nowhere'", "existing folder")),
+        ("scene = 'desk.yaml'\n", 1, ("'desk.yaml'", "simulated")),
+        ("llm_url = 'ftp://x'\n", 1, ("llm_url", "http or https")),
+        ("llm_url = 'http://[1'\n", 1, ("llm_url", "http or https")),
+        ("seed = 1\nparser = \n", 2, ("nvalid value",)),
+        ("seed = 1\nseed = 2\n", 2, ("overwrite",)),
+        ("\n\"seed\" = 'x'\n", 2, ("seed",)),
+        ("seed.key = 'hunter2'\n", 1, ("seed cannot be this",)),
+    ],
+)
+@pytest.mark.parametrize("layer", ["project", "user"])
+def test_errors_name_file_and_line(layer, text, line, parts, request, capsys):
+    path = request.getfixturevalue(layer)
+    path.write_text(text)
+    sentence = refused(capsys)
+    assert sentence.startswith(f"{path}:{line}: "), sentence
+    assert all(part in sentence for part in parts), sentence
+
+
+def test_a_file_that_is_no_text(project, capsys):
+    project.write_bytes(b"seed = 1\nparser = '\xff'\n")
+    assert refused(capsys) == f"{project}:2: this is no UTF-8 text"
+
+
+def test_every_verb_refuses_a_broken_file_and_still_helps(project, capsys):
+    project.write_text("sed = 1\n")
+    assert f"{project}:1" in refused(capsys, "run", "make a line")
+    assert cli.command_line(["run", "--help"]) == 0
+    assert cli.command_line(["--help"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "parts"),
+    [
+        ("STRUCTAGENT_SEED", "many", ("STRUCTAGENT_SEED cannot be 'many'", "whole number")),
+        ("STRUCTAGENT_SED", "1", ("STRUCTAGENT_SED", "did you mean STRUCTAGENT_SEED?")),
+        ("STRUCTAGENT_EXECUTE", "perhaps", ("'perhaps'", "true, false")),
+        ("STRUCTAGENT_PARSER", "psychic", ("'psychic'", "embedding, llm")),
+        ("STRUCTAGENT_OPENAI_KEY", "sk-1", ("STRUCTAGENT_OPENAI_KEY", "STRUCTAGENT_LLM_KEY")),
+    ],
+)
+def test_variables_that_are_wrong(variable, value, parts, monkeypatch, capsys):
+    monkeypatch.setenv(variable, value)
+    sentence = refused(capsys)
+    assert all(part in sentence for part in parts), sentence
+    assert "sk-1" not in sentence
+
+
+@pytest.mark.parametrize(("text", "value"), [("no", False), ("TRUE", True), ("0", False), ("", True), (" on ", True)])
+def test_switches_in_the_environment(text, value, monkeypatch, capsys):
+    monkeypatch.setenv("STRUCTAGENT_EXECUTE", text)
+    assert shown(capsys)["execute"]["value"] is value
+
+
+@pytest.mark.parametrize("key", ["llm_key", "api_token", "LLM_PASSWORD", "openai-key"])
+def test_secrets_are_refused_and_not_repeated(key, project, capsys):
+    project.write_text(f'seed = 1\n{key} = "hunter2"\n')
+    sentence = refused(capsys)
+    assert f"{project}:2" in sentence and "STRUCTAGENT_LLM_KEY" in sentence and "hunter2" not in sentence
+
+
+def test_the_key_is_told_to_be_set_and_nothing_else(monkeypatch, capsys):
+    monkeypatch.setenv("STRUCTAGENT_LLM_KEY", "hunter2")
+    for arguments in (["config", "show"], ["config", "show", "--json"]):
+        assert cli.command_line(arguments) == 0
+        told = capsys.readouterr().out
+        assert "set, hidden" in told and "STRUCTAGENT_LLM_KEY" in told and "hunter2" not in told
+
+
+@pytest.mark.parametrize("url", ["http://me:hunter2@127.0.0.1/v1", "http://127.0.0.1/v1?key=hunter2"])
+def test_addresses_carry_no_secrets(url, project, monkeypatch, capsys):
+    monkeypatch.setenv("STRUCTAGENT_LLM_URL", url)
+    assert "hunter2" not in refused(capsys)
+    monkeypatch.delenv("STRUCTAGENT_LLM_URL")
+    project.write_text(f'llm_url = "{url}"\n')
+    assert "hunter2" not in refused(capsys)
+
+
+def test_a_project_cannot_have_the_key_sent_elsewhere(project, user, capsys):
+    for here in ("http://localhost:8080/v1", "http://127.0.0.1/v1", "http://[::1]:1/v1"):
+        project.write_text(f'llm_url = "{here}"\n')
+        assert shown(capsys)["llm_url"]["value"] == here
+    for there in ("https://example.org/v1", "http://127.0.0.1.example.org/v1", "http://localhost.example.org"):
+        project.write_text(f'llm_url = "{there}"\n')
+        assert f"{project}:1" in refused(capsys)
+        project.unlink()
+        user.write_text(f'llm_url = "{there}"\n')
+        assert shown(capsys)["llm_url"]["value"] == there
+
+
+def test_paths_start_from_the_file(project, tmp_path, monkeypatch, capsys):
+    (project.parent / "runs").mkdir()
+    (project.parent / "desk.yaml").write_text("")
+    (tmp_path / "home" / "meshes").mkdir(parents=True)
+    project.write_text('weights = "runs"\nscene = "desk.yaml"\nobjects = "~/meshes"\nllm_model = "org/name"\n')
+    rows = shown(capsys)
+    assert rows["weights"]["value"] == str(project.parent / "runs")
+    assert rows["scene"]["value"] == str(project.parent / "desk.yaml")
+    assert rows["objects"]["value"] == str(tmp_path / "home" / "meshes")
+    assert rows["llm_model"]["value"] == "org/name"
+    monkeypatch.setenv("STRUCTAGENT_WEIGHTS", "../runs")
+    assert Path(shown(capsys)["weights"]["value"]).samefile(project.parent / "runs")
+
+
+def test_show_for_people(project, capsys):
+    project.write_text("seed = 12\n")
+    assert cli.command_line(["config", "show"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines if line and ":" not in line.split()[0]][:3] == ["scene", "objects", "model"]
+    assert any(line.split() == ["seed", "12", "project", "file:", f"{project}:1"] for line in lines)
+    assert any(line.startswith("user file:") and line.endswith("(not there)") for line in lines)
+
+
+def test_legal_values_are_those_of_the_flags(configured):
+    from structdiffusion.objects import library
+    from structdiffusion.sampling import PLANNERS
+
+    legal = {setting.name: setting.legal for setting in config.SETTINGS}
+    assert legal["model"] == ", ".join(PLANNERS)
+    assert legal["parser"] == ", ".join(entry.value for entry in cli_options.Parsers)
+    assert legal["viewpoint"] == ", ".join(entry.value for entry in cli_options.Viewpoint)
+    libraries = next(value for value in vars(library).values() if isinstance(value, dict) and "random_urdfs" in value)
+    assert set(config.LIBRARIES) == set(libraries)
+    found = {option.name for _, option in configurable(typer.main.get_command(configured))}
+    assert found == set(legal)
+
+
+def test_nothing_heavy_is_needed():
+    program = "import sys; sys.modules.update(typer=None, numpy=None, rich=None); import agent.config; agent.config.load()"
+    subprocess.run([sys.executable, "-c", program], cwd=Path(cli.__file__).parents[1], check=True)
