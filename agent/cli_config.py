@@ -63,7 +63,8 @@ def configurable(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple
             yield from configurable(command, here)
             continue
         for option in command.params:
-            if option.name in names and option.param_type_name == "option" and (name, option.name) not in _NOT_CONFIGURED:
+            named = option.name in names and option.param_type_name == "option"
+            if named and (name, option.name) not in _NOT_CONFIGURED:
                 yield here, option
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import importlib.metadata
+import json
 import shlex
 import sys
 from pathlib import Path
@@ -40,7 +41,16 @@ def reinstall(root: Path, part: str = "") -> str:
     """The line that brings the tool's own files back; in a checkout only those of a part, to keep work on others."""
     if part and (root / ".git").exists():
         return f"git -C {shlex.quote(str(root))} checkout -- {part}"
-    return f"{shlex.quote(sys.executable)} -m pip install --force-reinstall --no-deps {NAME}"
+    return f"{shlex.quote(sys.executable)} -m pip install --force-reinstall --no-deps {_origin()}"
+
+
+def _origin() -> str:
+    """What the tool was installed from, as pip takes it; a name would be somebody else's where nobody published it."""
+    try:
+        origin = json.loads(importlib.metadata.distribution(NAME).read_text("direct_url.json") or "{}")
+        return shlex.quote(str(origin["url"]))
+    except (importlib.metadata.PackageNotFoundError, ValueError, KeyError, TypeError, OSError):
+        return "WHEEL_OR_CHECKOUT_OF_STRUCTAGENT"
 
 
 def _checksum(path: Path) -> str:

@@ -165,7 +165,7 @@ def _answer(task: str, poisoned: set[str]) -> dict[str, object]:
         while reason.__cause__ is not None and not isinstance(reason, ImportError):
             reason = reason.__cause__
         library = _LIBRARY.search(str(reason))
-        absent = str(getattr(reason, "name", None) or "").split(".")[0] if isinstance(reason, ModuleNotFoundError) else ""
+        absent = str(reason.name or "").split(".")[0] if isinstance(reason, ModuleNotFoundError) else ""
         said = " ".join(str(error).split())[:300] or type(error).__name__
         if absent in poisoned:
             said = f"{absent}, which it needs, does not work"

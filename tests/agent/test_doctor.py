@@ -129,7 +129,8 @@ def test_a_package_that_is_missing_or_too_old(tmp_path):
     checks = {check.name: check for check in examine(60.0, tmp_path)}
     assert exit_code(list(checks.values())) == 6 and "nothing" not in checks
     assert "required >=99" in checks["numpy"].detail and "'numpy>=99'" in checks["numpy"].mend
-    assert checks["no-such-package"].detail == "not installed" and "'no-such-package>=1,<2'" in checks["no-such-package"].mend
+    missing = checks["no-such-package"]
+    assert missing.detail == "not installed" and "'no-such-package>=1,<2'" in missing.mend
     assert checks["pillow"].works and not checks["ray"].needed
     assert not checks["diffusion"].works and "config.json" in checks["diffusion"].detail
 
@@ -202,13 +203,14 @@ def test_installed_files_are_held_to_their_checksums(tmp_path, monkeypatch):
         digest = base64.urlsafe_b64encode(hashlib.sha256(name.encode()).digest()).rstrip(b"=").decode()
         record.append(f"agent/{name},sha256={digest},{len(name)}\n")
     (about / "RECORD").write_text("".join(record))
+    (about / "direct_url.json").write_text('{"url": "file:///somewhere", "dir_info": {}}')
     monkeypatch.syspath_prepend(str(tmp_path))
     assert changed_files(tmp_path) == (3, [])
     (tmp_path / "agent" / "weights.bin").write_bytes(b"other")
     (tmp_path / "agent" / "gone.bin").unlink()
     assert changed_files(tmp_path) == (3, ["agent/weights.bin", "agent/gone.bin"])
     check = next(check for check in examine(root=tmp_path) if check.name == "structagent")
-    assert not check.works and "agent/weights.bin" in check.detail and "--force-reinstall" in check.mend
+    assert not check.works and "agent/weights.bin" in check.detail and check.mend.endswith("--force-reinstall --no-deps file:///somewhere")
 
 
 @pytest.mark.parametrize(
