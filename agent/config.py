@@ -273,7 +273,7 @@ def _check_address(address: str, layer: str, called: str) -> None:
 
 def _unknown(what: str, name: str, legal: Mapping[str, Setting]) -> str:
     if _SECRET.search(name):
-        return f"{name} is refused, because no secrets are kept here; a key goes into the environment, as {KEY_VARIABLE}"
+        return f"{name} is refused, because no secret is kept here; a key's place is the environment, {KEY_VARIABLE}"
     near = get_close_matches(name.replace("-", "_"), legal, n=1)
     hint = f"did you mean {near[0]}? " if near else ""
     return f"unknown {what} {name}; {hint}legal: {', '.join(legal)}"

@@ -228,7 +228,8 @@ def _terminal(stream: TextIO) -> Check:
     colour = "colour" if colourful(stream) else "no colour"
     said = f"{here}; TERM {os.environ.get('TERM', 'not set')}; {colour}; {encoding}"
     if encoding.replace("-", "") != "utf8":
-        return Check("machine", "terminal", False, False, f"{said}, and pictures need utf-8", "export PYTHONIOENCODING=utf-8")
+        said = f"{said}, and pictures need utf-8"
+        return Check("machine", "terminal", False, False, said, "export PYTHONIOENCODING=utf-8")
     return Check("machine", "terminal", True, False, said)
 
 
