@@ -14,6 +14,8 @@ from typing import Annotated
 import typer
 
 from agent import __version__
+from agent.cli_config import ConfiguredGroup, config_app
+from agent.cli_doctor import doctor
 from agent.cli_evaluate import evaluate_app
 from agent.cli_options import (
     JsonOption,
@@ -39,6 +41,7 @@ from agent.streams import import_pybullet_silently, results_stream
 _ClickError = typer.BadParameter.__bases__[0].__bases__[0]
 
 app = typer.Typer(
+    cls=ConfiguredGroup,
     name="structagent",
     help="From a sentence to a built structure: reads an instruction, looks at a table, imagines arrangements, and "
     "builds the best one with a simulated arm.\n\n"
@@ -52,6 +55,8 @@ app = typer.Typer(
 )
 app.add_typer(evaluate_app, name="evaluate")
 app.add_typer(scene_app, name="scene")
+app.add_typer(config_app, name="config")
+app.command("doctor")(doctor)
 
 
 def _version(wanted: bool) -> None:

@@ -48,7 +48,8 @@ def mesh_folder(folder: Path, count: int, side: float = 0.05) -> str:
 @pytest.mark.parametrize(
     "arguments",
     [[], ["run"], ["parse"], ["generate"], ["train"], ["evaluate"], ["evaluate", "success"], ["evaluate", "arm"],
-     ["evaluate", "parse"], ["scene"], ["scene", "show"], ["scene", "new"], ["scene", "validate"]],
+     ["evaluate", "parse"], ["scene"], ["scene", "show"], ["scene", "new"], ["scene", "validate"], ["doctor"],
+     ["config"], ["config", "show"]],
 )
 def test_help_has_an_example(arguments, capsys):
     assert command_line([*arguments, "--help"]) == 0
