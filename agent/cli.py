@@ -162,7 +162,8 @@ def parse(
         raise UsageError("parse needs an instruction, as an argument or on standard input, one a line")
     if not texts:
         sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop
-    lines = texts if texts else [line.strip() for line in sys.stdin if line.strip()]
+    # As JSON every line has its row, an empty one too, so that rows and lines can be counted off.
+    lines = texts or [line.rstrip("\r\n") for line in sys.stdin if json_output or line.strip()]
     if not lines:
         raise UsageError("parse needs an instruction, and standard input had none")
     names = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]

@@ -260,10 +260,10 @@ def test_parse_reads_standard_input():
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
-        check=True,
     )
     shapes = [json.loads(line)["spec"]["shape"] for line in done.stdout.splitlines()]
-    assert shapes == ["circle", "tower"]
+    assert shapes == ["circle", None, "tower"]
+    assert done.returncode == 3 and "empty" in done.stderr
 
 
 def test_run_without_the_arm_reports_json_alone_on_standard_output(tmp_path):
