@@ -17,9 +17,9 @@ def draw_confusion(confusion: Mapping[str, Mapping[str, Mapping[str, int]]], tit
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(3.6 * len(confusion), 4.0), layout="constrained")
+    figure = Figure(figsize=(3.6 * len(confusion), 3.8), layout="tight")
     FigureCanvasAgg(figure)
-    figure.suptitle(title)
+    figure.suptitle(title, y=1.06)
     for axes, (slot, table) in zip(figure.subplots(1, len(confusion)), confusion.items(), strict=True):
         names = list(table)
         counts = [[table[truth][answer] for answer in names] for truth in names]
@@ -34,4 +34,4 @@ def draw_confusion(confusion: Mapping[str, Mapping[str, Mapping[str, int]]], tit
         axes.set_title(slot.replace("_", " "))
         axes.set_xlabel("answer")
         axes.set_ylabel("truth")
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=110, bbox_inches="tight")
