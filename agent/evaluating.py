@@ -18,7 +18,7 @@ from grounding.corpus import sentences
 from grounding.embedding_parser import EmbeddingParser
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation import Evaluation, EvaluationScene, draw_evaluation_scenes, evaluate_success
-from structdiffusion.objects.library import load_objects
+from structdiffusion.objects.libraries import load_objects
 from structdiffusion.sampling import load_planner
 
 SCHEMA_VERSION = 1

@@ -23,7 +23,7 @@ from agent.telling import aligned
 from agent.training import progress_bar
 from structdiffusion.evaluation import EvaluationScene, draw_evaluation_scenes, wilson_interval
 from structdiffusion.layouts import LayoutError
-from structdiffusion.objects.library import load_objects
+from structdiffusion.objects.libraries import load_objects
 from structdiffusion.observation import Goal
 from structdiffusion.sampling import Planner
 from structdiffusion.tabletop import TabletopWorld

@@ -57,7 +57,7 @@ def generate_scenes(out: Path, scenes: int, pairs: int, objects: str, seed: int,
     from grounding.encoder import SentenceEncoder
     from structdiffusion.collision_pairs import generate_pairs
     from structdiffusion.demonstrations import SHARD_SCENES, generate
-    from structdiffusion.objects.library import load_objects
+    from structdiffusion.objects.libraries import load_objects
 
     models = load_objects(objects)
     with progress_bar() as progress:

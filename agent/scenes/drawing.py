@@ -10,7 +10,7 @@ import numpy as np
 from agent.scenes.files import PlacedObject
 from agent.scenes.placing import drawn_objects, saved_objects
 from grounding.spec import StructureSpec
-from structdiffusion.objects.library import load_objects
+from structdiffusion.objects.libraries import load_objects
 from structdiffusion.scenes import draw_scene
 
 

@@ -13,7 +13,7 @@
         noun: mug             # what people call it; by default what the library or the file's name says
         color: blue           # one of COLORS or "#rrggbb", quoted; by default the mesh's own
 
-LIBRARY is one of `structdiffusion.objects.library.LIBRARIES`, OBJECT a name in it, with or without its number
+LIBRARY is one of `structdiffusion.objects.libraries.LIBRARIES`, OBJECT a name in it, with or without its number
 ("025_mug", "mug"), or a noun that only one of its objects has. The place (x, y) is that of the object's origin: the
 middle of its footprint as it rests. A file that is read and written again is the same but for comments and layout.
 """

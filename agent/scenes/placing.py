@@ -18,7 +18,7 @@ from agent.scenes.files import PlacedObject, Problem, SceneFileError, parse_scen
 from grounding.names import read_name
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.objects.folder import FORMATS, object_from_file
-from structdiffusion.objects.library import LIBRARIES
+from structdiffusion.objects.libraries import LIBRARIES
 from structdiffusion.objects.model import ObjectError, ObjectModel
 from structdiffusion.observation import Table
 from structdiffusion.tabletop import TabletopWorld, unique_names

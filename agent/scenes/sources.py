@@ -14,7 +14,7 @@ from agent.scenes.placing import StandingObject, drawn_objects, load_scene, save
 from agent.scenes.simulated import Select, SimulatedScene
 from agent.scenes.table import TableScene, drawing_and_noise
 from grounding.spec import StructureSpec
-from structdiffusion.objects.library import load_objects
+from structdiffusion.objects.libraries import load_objects
 from structdiffusion.scenes import SceneError
 
 SIMULATED = "simulated"

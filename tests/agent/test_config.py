@@ -247,7 +247,7 @@ def test_show_for_people(project, capsys):
 
 
 def test_legal_values_are_those_of_the_flags(configured):
-    from structdiffusion.objects import library
+    from structdiffusion.objects import libraries
     from structdiffusion.sampling import PLANNERS
 
     legal = {setting.name: setting.legal for setting in config.SETTINGS}

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from structdiffusion.objects import decomposition
-from structdiffusion.objects.library import load_objects
+from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectError
 from structdiffusion.objects.urdfs import random_urdfs_objects
 

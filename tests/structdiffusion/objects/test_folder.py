@@ -6,7 +6,7 @@ import trimesh
 
 from structdiffusion.objects import decomposition
 from structdiffusion.objects.folder import category_of, folder_objects
-from structdiffusion.objects.library import load_objects
+from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectError
 
 
