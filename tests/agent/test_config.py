@@ -254,8 +254,8 @@ def test_legal_values_are_those_of_the_flags(configured):
     assert legal["model"] == ", ".join(PLANNERS)
     assert legal["parser"] == ", ".join(entry.value for entry in cli_options.Parsers)
     assert legal["viewpoint"] == ", ".join(entry.value for entry in cli_options.Viewpoint)
-    libraries = next(value for value in vars(library).values() if isinstance(value, dict) and "random_urdfs" in value)
-    assert set(config.LIBRARIES) == set(libraries)
+    known = next(value for value in vars(libraries).values() if isinstance(value, dict) and "random_urdfs" in value)
+    assert set(config.LIBRARIES) == set(known)
     found = {option.name for _, option in configurable(typer.main.get_command(configured))}
     assert found == set(legal)
 
