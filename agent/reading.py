@@ -67,7 +67,7 @@ def make_reader(options: ReadingOptions, encoder: SentenceEncoder | None = None,
         else:
             from grounding.llm_endpoint import EndpointLLM
 
-            backend = EndpointLLM(options.llm_url, options.llm_model)
+            backend = EndpointLLM(options.llm_url, options.llm_model or "default")
         return LLMParser(backend, cache=ReplyCache(options.replies) if options.replies else None)
 
     if options.parser == "embedding":

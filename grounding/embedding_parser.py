@@ -25,6 +25,7 @@ WEIGHTS = Path(__file__).parent / "weights"
 # A word is evidence if it carries at least this share of what the strongest word carries.
 EVIDENCE_SHARE = 0.3
 BATCH = 64
+_ARTICLES = ("the", "a", "an", "of")
 # No word piece is longer than this; a text beyond is too long, whatever its words.
 MAX_CHARACTERS = 20 * MAX_TOKENS
 
@@ -184,4 +185,6 @@ def _telling_words(
     strongest = max(words.values(), default=0.0)
     if strongest <= 0.0:
         return ()
-    return tuple(text[slice(*span)] for span, amount in words.items() if amount >= EVIDENCE_SHARE * strongest)
+    telling = [text[slice(*span)] for span, amount in words.items() if amount >= EVIDENCE_SHARE * strongest]
+    # Articles carry some of their noun's weight, and tell a reader nothing.
+    return tuple(word for word in telling if word.lower() not in _ARTICLES) or tuple(telling)
