@@ -28,7 +28,14 @@ def draw_confusion(confusion: Mapping[str, Mapping[str, Mapping[str, int]]], tit
         for i, row in enumerate(counts):
             for j, count in enumerate(row):
                 if count:
-                    axes.text(j, i, str(count), ha="center", va="center", color="white" if shares[i][j] > 0.5 else "black")
+                    axes.text(
+                        j,
+                        i,
+                        str(count),
+                        ha="center",
+                        va="center",
+                        color="white" if shares[i][j] > 0.5 else "black",
+                    )
         axes.set_xticks(range(len(names)), names, rotation=45, ha="right")
         axes.set_yticks(range(len(names)), names)
         axes.set_title(slot.replace("_", " "))

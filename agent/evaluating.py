@@ -16,7 +16,6 @@ from agent.telling import aligned
 from agent.training import progress_bar
 from grounding.corpus import sentences
 from grounding.embedding_parser import EmbeddingParser
-from grounding.spec import StructureSpec
 from structdiffusion.evaluation import Evaluation, EvaluationScene, draw_evaluation_scenes, evaluate_success
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.sampling import load_planner

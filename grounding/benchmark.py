@@ -79,9 +79,13 @@ def load_rows(path: str | Path) -> list[Row]:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
     except UnicodeDecodeError as error:
         raise BenchmarkError(f"{path} is not UTF-8 text: {error.reason} at byte {error.start}") from error
-    rows = [_row(line, f"{path}, line {number}") for number, line in enumerate(lines, start=1) if line.strip()]
+    rows = [
+        _row(line, f"{path}, line {number}") for number, line in enumerate(lines, start=1) if line.strip()
+    ]
     if not rows:
-        raise BenchmarkError(f"{path} holds no row; a row is a JSON object with text, {', '.join(SLOTS)} and refuse")
+        raise BenchmarkError(
+            f"{path} holds no row; a row is a JSON object with text, {', '.join(SLOTS)} and refuse"
+        )
     return rows
 
 
@@ -91,14 +95,18 @@ def _row(line: str, where: str) -> Row:
     except ValueError as error:
         raise BenchmarkError(f"{where} is not valid JSON: {error}") from error
     if not isinstance(entry, dict) or not isinstance(entry.get("text"), str):
-        raise BenchmarkError(f"{where} has no text; a row is a JSON object with text, {', '.join(SLOTS)} and refuse")
+        raise BenchmarkError(
+            f"{where} has no text; a row is a JSON object with text, {', '.join(SLOTS)} and refuse"
+        )
     refuse = entry.get("refuse", False)
     if not isinstance(refuse, bool):
         raise BenchmarkError(f"{where}: refuse must be true or false, not {refuse!r}")
     scene, objects = entry.get("scene", []), entry.get("objects")
     if not isinstance(scene, list) or not all(isinstance(name, str) for name in scene):
         raise BenchmarkError(f"{where}: scene must be a list of names, not {scene!r}")
-    if objects is not None and not (isinstance(objects, list) and all(i in range(len(scene)) for i in objects)):
+    if objects is not None and not (
+        isinstance(objects, list) and all(i in range(len(scene)) for i in objects)
+    ):
         raise BenchmarkError(f"{where}: objects must be indices below {len(scene)}, not {objects!r}")
     return Row(
         entry["text"],
@@ -118,7 +126,9 @@ def _values(entry: Mapping[str, Any], slot: str, where: str) -> tuple[str | None
             legal = ", ".join(LEGAL_VALUES[slot])
             raise BenchmarkError(f"{where}: {slot} cannot be {value!r}; legal values: {legal}, null")
     if not values:
-        raise BenchmarkError(f"{where}: {slot} lists no acceptable value; legal: {', '.join(LEGAL_VALUES[slot])}, null")
+        raise BenchmarkError(
+            f"{where}: {slot} lists no acceptable value; legal: {', '.join(LEGAL_VALUES[slot])}, null"
+        )
     return tuple(values)
 
 
@@ -151,7 +161,11 @@ def score(rows: Sequence[Row], parses: Sequence[Parse]) -> dict[str, Any]:
         that are not exact.
     """
     pairs = list(zip(rows, parses, strict=True))
-    read = [(row, parse, parse.spec.to_dict()) for row, parse in pairs if not row.refuse and parse.status != "refused"]
+    read = [
+        (row, parse, parse.spec.to_dict())
+        for row, parse in pairs
+        if not row.refuse and parse.status != "refused"
+    ]
     must_stay_open = [
         spec[slot] is not None for row, _, spec in read for slot in SLOTS if row.acceptable[slot] == (None,)
     ]
@@ -163,7 +177,10 @@ def score(rows: Sequence[Row], parses: Sequence[Parse]) -> dict[str, Any]:
         strata[row.stratum].append(is_exact(row, parse))
     return {
         "exact": rate(sum(is_exact(row, parse) for row, parse in pairs), len(pairs)),
-        "slots": {slot: rate(sum(spec[slot] in row.acceptable[slot] for row, _, spec in read), len(read)) for slot in SLOTS},
+        "slots": {
+            slot: rate(sum(spec[slot] in row.acceptable[slot] for row, _, spec in read), len(read))
+            for slot in SLOTS
+        },
         "false_fills": rate(sum(must_stay_open), len(must_stay_open)),
         "refusal": {"precision": rate(rightly, refused), "recall": rate(rightly, must_refuse)},
         "asked": rate(sum(parse.status == "ask" for parse in parses), len(pairs)),

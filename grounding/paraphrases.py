@@ -45,24 +45,20 @@ def paraphrase(rng: np.random.Generator, frame: Frame | None = None) -> Labelled
         frames = _weighted_frames()
         frame = frames[rng.integers(len(frames))]
     values = _draw_values(frame, rng)
-    text = "".join(
-        piece if isinstance(piece, str) else _fill(piece, values, rng) for piece in frame.pieces
-    )
+    text = "".join(piece if isinstance(piece, str) else _fill(piece, values, rng) for piece in frame.pieces)
     if frame.refuse:
         labels: dict[str, str | None] = dict.fromkeys(SLOTS)
     else:
-        filled = {slot for hole in frame.holes if not hole.negated for slot in SLOTS_OF_HOLE.get(hole.name, ())}
+        filled = {
+            slot for hole in frame.holes if not hole.negated for slot in SLOTS_OF_HOLE.get(hole.name, ())
+        }
         labels = {slot: values[slot] if slot in filled or slot in frame.labels else None for slot in SLOTS}
     return LabelledText(roughen(_dressed(text, rng), rng), labels, frame.refuse)
 
 
 @lru_cache(maxsize=1)
 def _weighted_frames() -> tuple[Frame, ...]:
-    return tuple(
-        frame
-        for name, frames in all_frames().items()
-        for frame in frames * _WEIGHTS.get(name, 1)
-    )
+    return tuple(frame for name, frames in all_frames().items() for frame in frames * _WEIGHTS.get(name, 1))
 
 
 def _one_of(phrases: tuple[str, ...], rng: np.random.Generator) -> str:
@@ -89,11 +85,16 @@ def _fill(hole: Hole, values: Mapping[str, str | None], rng: np.random.Generator
     name = hole.name
     if name not in SLOTS_OF_HOLE:
         return _other(name, rng)
-    meant = {slot: _another(slot, values[slot], rng) if hole.negated else values[slot] for slot in SLOTS_OF_HOLE[name]}
+    meant = {
+        slot: _another(slot, values[slot], rng) if hole.negated else values[slot]
+        for slot in SLOTS_OF_HOLE[name]
+    }
     phrases = all_phrases()
     if name == "xy":
         x = _one_of(phrases["x_adj"][meant["x_position"]], rng) if rng.random() < 0.3 else meant["x_position"]
-        return _one_of(phrases["xy"]["any"], rng).format(x=x, y=_one_of(phrases["y_adj"][meant["y_position"]], rng))
+        return _one_of(phrases["xy"]["any"], rng).format(
+            x=x, y=_one_of(phrases["y_adj"][meant["y_position"]], rng)
+        )
     (value,) = meant.values()
     table = _TABLE.get(name, name)
     if name == "size_adj" and values["shape"] == "line" and rng.random() < 0.6:

@@ -42,7 +42,9 @@ _ENDINGS = (
     ("wards", ""), ("ward", ""),
 )  # fmt: skip
 # "For four" and "two to one" are too common with digits between words to be guessed from the digit alone.
-_DIGITS_BETWEEN = re.compile(r"(?<=[^\W\d_] )[24](?= (?:the|a|an|my|me|your|you|u|make|put|build|form|get|da|teh|them)\b)")
+_DIGITS_BETWEEN = re.compile(
+    r"(?<=[^\W\d_] )[24](?= (?:the|a|an|my|me|your|you|u|make|put|build|form|get|da|teh|them)\b)"
+)
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from transformers import AttentionInterface, PreTrainedModel
 from grounding.benchmark import Row, development_rows, score
 from grounding.corpus import all_sentences, split_of
 from grounding.frames import all_frames
-from grounding.llm_local import ADAPTER, INSTRUCTION, Layout, LocalLLM, lay_out, read_adapter
+from grounding.llm_local import ADAPTER, Layout, LocalLLM, read_adapter
 from grounding.llm_parser import MAX_BYTES, PROMPT, LLMParser
 from grounding.llm_reply import ANSWERS, BUILD, NONE, quotable
 from grounding.paraphrases import LabelledText, paraphrase

@@ -65,7 +65,9 @@ def batches(sentences: Sequence[LabelledText], rng: np.random.Generator) -> Iter
 
 def loss_of(reader: SlotReader, encoder: SentenceEncoder, batch: Sequence[LabelledText]) -> torch.Tensor:
     """The sum of the questions' cross-entropies; the slots of what must be refused do not count."""
-    states = encoder.token_states([mend(entry.text, encoder.whole_words).text for entry in batch], ENCODER_LAYER)
+    states = encoder.token_states(
+        [mend(entry.text, encoder.whole_words).text for entry in batch], ENCODER_LAYER
+    )
     # bfloat16 halves the time of a step; the weights stay float32.
     with torch.autocast("cpu", dtype=torch.bfloat16):
         votes = reader(states.hidden.clone(), states.mask)
@@ -77,7 +79,9 @@ def loss_of(reader: SlotReader, encoder: SentenceEncoder, batch: Sequence[Labell
     built = answers[:, -1] == len(ANSWERS[REFUSE]) - 1
     loss = functional.cross_entropy(logits[-1], answers[:, -1])
     if built.any():
-        loss = loss + sum(functional.cross_entropy(logits[i][built], answers[built, i]) for i in range(len(SLOTS)))
+        loss = loss + sum(
+            functional.cross_entropy(logits[i][built], answers[built, i]) for i in range(len(SLOTS))
+        )
     return loss
 
 
@@ -120,7 +124,11 @@ def train(
             recent.append(loss.item())
             if step % 100 == 0:
                 seconds = time.perf_counter() - started
-                print(f"step {step} of {steps}, loss {np.mean(recent[-100:]):.3f}, {seconds:.0f} s", file=sys.stderr, flush=True)
+                print(
+                    f"step {step} of {steps}, loss {np.mean(recent[-100:]):.3f}, {seconds:.0f} s",
+                    file=sys.stderr,
+                    flush=True,
+                )
     return reader.eval()
 
 
@@ -145,7 +153,9 @@ def _temperature(question: str, logits: Sequence[torch.Tensor], rows: Sequence[R
             elif row.refuse:
                 continue
             else:
-                right = [i for i, answer in enumerate(ANSWERS[question]) if answer in row.acceptable[question]]
+                right = [
+                    i for i, answer in enumerate(ANSWERS[question]) if answer in row.acceptable[question]
+                ]
             total -= float(shares[right].sum().clamp_min(1e-6).log())
         return total
 
@@ -168,9 +178,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     reader = train(encoder, options.sentences, options.seed, start.reader if start else None, options.rate)
     rows = development_rows()
     temperatures = calibrate(reader, encoder, rows)
-    found = score(rows, EmbeddingParser(encoder, reader, ENCODER_LAYER, temperatures).parse_batch([row.text for row in rows]))
+    found = score(
+        rows,
+        EmbeddingParser(encoder, reader, ENCODER_LAYER, temperatures).parse_batch([row.text for row in rows]),
+    )
     options.out.mkdir(parents=True, exist_ok=True)
-    save_file({name: tensor.half() for name, tensor in reader.state_dict().items()}, options.out / "model.safetensors")
+    save_file(
+        {name: tensor.half() for name, tensor in reader.state_dict().items()},
+        options.out / "model.safetensors",
+    )
     config = {
         "encoder_layer": ENCODER_LAYER,
         "layers": len(reader.layers),
@@ -179,7 +195,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "encoder_sha256": encoder.checksum,
         "seed": options.seed,
         "sentences": options.sentences,
-        "before": json.loads((options.start / "config.json").read_text())["sentences"] if options.start else 0,
+        "before": json.loads((options.start / "config.json").read_text())["sentences"]
+        if options.start
+        else 0,
         "development": {name: found[name] for name in ("exact", "slots", "false_fills", "refusal", "strata")},
     }
     (options.out / "config.json").write_text(json.dumps(config, indent=2) + "\n")

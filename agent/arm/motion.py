@@ -18,7 +18,6 @@ from scipy.spatial import ConvexHull, QhullError
 
 from agent.arm.kinematics import (
     CONTINUOUS,
-    FINGER_OPEN,
     JOINTS,
     LOWER,
     UPPER,

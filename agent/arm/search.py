@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.arm.grasps import Grasp, grasps_of, is_round
-from agent.arm.kinematics import FOLDED, JOINTS, inverse_kinematics, random_configurations, unwind
+from agent.arm.kinematics import FOLDED, inverse_kinematics, random_configurations, unwind
 from agent.arm.motion import PlanningScene, interpolate, seen_from, solid_hull, straight_line
 from agent.arm.order import asides, bottom_at, precedence
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points

@@ -6,7 +6,17 @@ import re
 import numpy as np
 import pytest
 
-from grounding.benchmark import BenchmarkError, Row, development_rows, free_rows, is_exact, load_rows, rate, score, templated_rows
+from grounding.benchmark import (
+    BenchmarkError,
+    Row,
+    development_rows,
+    free_rows,
+    is_exact,
+    load_rows,
+    rate,
+    score,
+    templated_rows,
+)
 from grounding.corpus import all_sentences
 from grounding.frames import all_frames
 from grounding.paraphrases import paraphrase
@@ -66,7 +76,9 @@ def test_training_text_never_contains_a_sentence_of_the_benchmark():
 
 def test_templated_rows_have_both_held_out_splits():
     rows = templated_rows()
-    counts = {name: sum(found.stratum == name for found in rows) for name in {found.stratum for found in rows}}
+    counts = {
+        name: sum(found.stratum == name for found in rows) for name in {found.stratum for found in rows}
+    }
     assert len(rows) == len(all_sentences())
     assert set(counts) == {"seen", "held-out template", "held-out combination"} and min(counts.values()) > 500
 
@@ -127,7 +139,10 @@ def test_without_confidences_there_is_no_calibration_error():
     [
         ("{", "line 2 is not valid JSON"),
         ('{"shape": ["line"]}', "line 2 has no text"),
-        ('{"text": "t", "shape": ["square"]}', "shape cannot be 'square'; legal values: circle, line, tower, table setting, null"),
+        (
+            '{"text": "t", "shape": ["square"]}',
+            "shape cannot be 'square'; legal values: circle, line, tower, table setting, null",
+        ),
         ('{"text": "t", "size": []}', "size lists no acceptable value"),
         ('{"text": "t", "refuse": "yes"}', "refuse must be true or false, not 'yes'"),
         ('{"text": "t", "scene": ["mug"], "objects": [1]}', r"objects must be indices below 1, not \[1\]"),

@@ -19,7 +19,13 @@ BUILD = dict.fromkeys(REFUSALS, 0.01)
 
 
 def test_the_likeliest_values_are_taken():
-    parse = decide("a small ring", said(shape="circle", size="small"), {"shape": ("ring",), "x_position": ("a",)}, BUILD, "p")
+    parse = decide(
+        "a small ring",
+        said(shape="circle", size="small"),
+        {"shape": ("ring",), "x_position": ("a",)},
+        BUILD,
+        "p",
+    )
     assert parse.spec == StructureSpec("circle", "small") and parse.status == "ok" and parse.message == ""
     assert parse.confidence == dict.fromkeys(SLOTS, 0.9)
     assert parse.evidence == {"shape": ("ring",)}, "an open slot has no evidence"
