@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, TextIO
 
 import typer
 
@@ -60,10 +61,7 @@ def evaluate_success(
         )
         if out is not None:
             write_report(report, out)
-        if json_output:
-            print(json.dumps(report, indent=1), file=results)
-        else:
-            tell_success(report, results)
+        _tell(report, json_output, tell_success, results)
 
 
 @evaluate_app.command("arm")
@@ -90,10 +88,7 @@ def evaluate_arm(
         report = measure_arm(objects, model, weights, scenes, seed, candidates, workers)
         if out is not None:
             write_report(report, out)
-        if json_output:
-            print(json.dumps(report, indent=1), file=results)
-        else:
-            tell_arm(report, results)
+        _tell(report, json_output, tell_arm, results)
 
 
 @evaluate_app.command("parse")
@@ -134,7 +129,14 @@ def evaluate_parse(
         if out is not None:
             for path in write_parsing(report, out):
                 print(f"wrote {path}", file=sys.stderr)
-        if json_output:
-            print(json.dumps(report, indent=1, ensure_ascii=False), file=results)
-        else:
-            tell_parsing(report, results)
+        _tell(report, json_output, tell_parsing, results)
+
+
+def _tell(
+    report: dict[str, Any], as_json: bool, table: Callable[[dict[str, Any], TextIO], None], results: TextIO
+) -> None:
+    """The report on standard output: as JSON, or as the table for people."""
+    if as_json:
+        print(json.dumps(report, indent=1, ensure_ascii=False), file=results)
+    else:
+        table(report, results)

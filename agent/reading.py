@@ -17,15 +17,13 @@ if TYPE_CHECKING:
     from grounding.llm_reply import Backend
     from grounding.parse import Parser
 
-PARSERS = ("embedding", "llm")
-
 
 @dataclass(frozen=True)
 class ReadingOptions:
     """How instructions are read.
 
     Attributes:
-        parser: one of `PARSERS`.
+        parser: "embedding" or "llm".
         viewpoint: whose left and right is meant, "robot" or "opposite".
         llm_model: a folder or a name of the local model, or the endpoint's name for it; `None` for the default.
         llm_url: an OpenAI-compatible endpoint; `None` for the local model.

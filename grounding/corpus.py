@@ -11,9 +11,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from itertools import product
 
-import numpy as np
 
-from grounding.encoder import SentenceEncoder
 from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, SLOTS_OF_SHAPE, StructureSpec
 
 SIZE_WORDS = {
@@ -183,11 +181,6 @@ def all_sentences() -> list[tuple[str, StructureSpec]]:
 def sentence_table() -> tuple[list[str], list[StructureSpec]]:
     """`all_sentences` as two lists of equal length."""
     return [text for text, _ in _table()], [spec for _, spec in _table()]
-
-
-def corpus_embeddings(encoder: SentenceEncoder) -> np.ndarray:
-    """The embeddings (n, 384) float32 of `sentence_table`, row by row; about a minute on one core."""
-    return encoder.encode(sentence_table()[0])
 
 
 def _mixed_index(spec: StructureSpec) -> int:
