@@ -75,6 +75,46 @@ class Started(_Told):
 
 
 @dataclass(frozen=True)
+class Asked(_Told):
+    """The speaker has to say more. `options` are the values of the slot that may be meant, the likeliest first."""
+
+    slot: str
+    question: str
+    options: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Noted(_Told):
+    """Something that the speaker should know, in a sentence."""
+
+    message: str
+
+
+@dataclass(frozen=True)
+class Commanded(_Told):
+    """In a conversation: a line that is no instruction, such as "/undo" or the answer to a question."""
+
+    line: str
+
+
+@dataclass(frozen=True)
+class Restored(_Told):
+    """In a conversation: the wish and the table are as they were before ("undo") or after ("redo") a turn.
+
+    Attributes:
+        how: "undo" or "redo".
+        spec: the wish that holds now, `None` before the first.
+        objects: the names of those that took part.
+        moved: the names of the objects that were put back.
+    """
+
+    how: str
+    spec: StructureSpec | None
+    objects: tuple[str, ...]
+    moved: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Parsed(_Told):
     """The instruction was read.
 
@@ -104,13 +144,24 @@ class Parsed(_Told):
 
 @dataclass(frozen=True)
 class SeenObject:
-    """One object of the scene: its name, noun, whether it takes part, its cloud's mean and number of points."""
+    """One object of the scene.
+
+    Attributes:
+        name, category: what it is called, and its noun.
+        takes_part: whether the instruction means it.
+        position: its cloud's mean, world frame.
+        points: how many points the cloud has.
+        outline: the corners (x, y) of the cloud seen from above, world frame; empty where it spans no area.
+        color: its mean colour (RGB, 0 to 255), or `None`.
+    """
 
     name: str
     category: str
     takes_part: bool
     position: tuple[float, float, float]
     points: int
+    outline: tuple[tuple[float, float], ...] = ()
+    color: tuple[int, int, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -131,11 +182,34 @@ class Perceived(_Told):
 
 @dataclass(frozen=True)
 class Candidate:
-    """One imagined arrangement: its scores, each in [0, 1] with "total" deciding, and where the objects go (N, 3)."""
+    """One imagined arrangement.
+
+    Attributes:
+        rank: from 1, the best.
+        scores: each in [0, 1], larger is better; "total" decides.
+        positions: (N, 3) where the cloud's mean of each object goes, world frame.
+        turns: (N,) how far each turns about z on the way there.
+    """
 
     rank: int
     scores: Mapping[str, float]
     positions: tuple[tuple[float, float, float], ...]
+    turns: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Previewed(_Told):
+    """The model at work: what some of its samples look like after `step` of `steps`; of passing interest.
+
+    Attributes:
+        positions: (S, N, 3) where the cloud's means go, world frame.
+        turns: (S, N) how far the objects turn about z.
+    """
+
+    step: int
+    steps: int
+    positions: tuple[tuple[tuple[float, float, float], ...], ...]
+    turns: tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -167,6 +241,14 @@ class Pictured(_Told):
     name: str
     caption: str
     image: np.ndarray = _untold()
+
+
+@dataclass(frozen=True)
+class Filmed(_Told):
+    """The build as a film: pictures (T, H, W, 3) uint8, `interval` seconds of the arm's time apart."""
+
+    interval: float
+    frames: np.ndarray = _untold()
 
 
 @dataclass(frozen=True)

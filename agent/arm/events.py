@@ -110,3 +110,19 @@ class PlaceFailed(ArmEvent):
     object: int
     name: str
     reason: str
+
+
+@dataclass(frozen=True)
+class Stopped(ArmEvent):
+    """Somebody stopped the arm while it was at work.
+
+    Attributes:
+        object, name: what was in the hand then, or `None` and empty.
+        set_down: whether that was set down below where it was; `False` where nothing was in the hand.
+        folded: whether the arm is back in its waiting pose.
+    """
+
+    object: int | None
+    name: str
+    set_down: bool
+    folded: bool

@@ -1,0 +1,218 @@
+"""The steps of a run, each telling its own events; `agent.pipeline` strings them together, a conversation at leisure."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+
+from agent import events
+from agent.errors import ExecutionFailed, NoValidGoal
+
+if TYPE_CHECKING:
+    from agent.scenes.table import TableScene
+    from grounding.reading import Reading
+    from grounding.spec import StructureSpec
+    from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene
+    from structdiffusion.sampling import Planner
+
+CANDIDATES = 64
+PREVIEWED = 3  # samples whose way out of the noise is shown
+_OUTLINE_DETAIL = 0.002  # m: finer than a character, and than most of the pictures
+
+
+def parsed(reading: Reading, named: Sequence[str], seconds: float) -> events.Parsed:
+    """What was read, with the nouns that name the objects."""
+    parse = reading.parse
+    return events.Parsed(
+        reading.spec,
+        parse.confidence,
+        parse.evidence,
+        parse.parser,
+        parse.dropped,
+        tuple(named),
+        reading.viewpoint,
+        parse.prompt_sha256,
+        reading.fallback,
+        seconds,
+    )
+
+
+def perceived(scene: Scene, seconds: float) -> events.Perceived:
+    """What the camera saw."""
+    seen = [
+        events.SeenObject(
+            cloud.name,
+            cloud.category,
+            number < len(scene.objects),
+            tuple(cloud.centroid.tolist()),
+            len(cloud.points),
+            _outline(cloud),
+            None if cloud.colors is None else tuple(cloud.colors.mean(axis=0).round().astype(int).tolist()),
+        )
+        for number, cloud in enumerate((*scene.objects, *scene.distractors))
+    ]
+    table = scene.table
+    return events.Perceived(tuple(seen), (table.x_min, table.x_max, table.y_min, table.y_max), seconds, scene=scene)
+
+
+def _outline(cloud: ObjectCloud) -> tuple[tuple[float, float], ...]:
+    hull = shapely.MultiPoint(cloud.points[:, :2]).convex_hull
+    if hull.geom_type != "Polygon":
+        return ()
+    corners = shapely.get_coordinates(hull.simplify(_OUTLINE_DETAIL))[:-1]
+    return tuple((round(x, 4), round(y, 4)) for x, y in corners.tolist())
+
+
+def imagine(
+    planner: Planner,
+    model: str,
+    scene: Scene,
+    goal: Goal,
+    seed: int,
+    on_preview: Callable[[events.Previewed], None] | None = None,
+) -> events.Imagined:
+    """Proposes arrangements and ranks them.
+
+    Args:
+        planner: proposes them.
+        model: its name.
+        scene: what was seen.
+        goal: what is asked for.
+        seed: the samples follow from it.
+        on_preview: told how the first samples come out of the noise, where the planner can show it.
+
+    Raises:
+        NoValidGoal: when there is no arrangement at all.
+    """
+    import torch
+
+    from structdiffusion.layouts import LayoutError
+    from structdiffusion.sampling import DiffusionPlanner
+
+    def preview(step: int, steps: int, motions: np.ndarray) -> None:
+        shown = motions[:PREVIEWED]
+        positions = tuple(tuple(_goal_positions(each, scene)) for each in shown)
+        on_preview(events.Previewed(step, steps, positions, tuple(_turns(each) for each in shown)))  # type: ignore[misc]
+
+    began = time.perf_counter()
+    shows = on_preview is not None and isinstance(planner, DiffusionPlanner)
+    more = {"preview": preview} if shows else {}
+    generator = torch.Generator().manual_seed(seed)
+    try:
+        arrangements = planner.propose(scene, goal, count=CANDIDATES, generator=generator, **more)
+    except LayoutError as error:
+        raise NoValidGoal(f"the model {model!r} imagined no valid arrangement: {error}") from error
+    candidates = tuple(
+        events.Candidate(
+            rank,
+            dict(arrangement.scores),
+            tuple(_goal_positions(arrangement.goal_from_initial, scene)),
+            _turns(arrangement.goal_from_initial),
+        )
+        for rank, arrangement in enumerate(arrangements, start=1)
+    )
+    return events.Imagined(
+        model, candidates, time.perf_counter() - began, scene=scene, arrangements=tuple(arrangements)
+    )
+
+
+def _turns(motions: np.ndarray) -> tuple[float, ...]:
+    """(N,) radians about z of rigid motions (N, 4, 4)."""
+    return tuple(round(angle, 4) for angle in np.arctan2(motions[:, 1, 0], motions[:, 0, 0]).tolist())
+
+
+def _goal_positions(motions: np.ndarray, scene: Scene) -> list[tuple[float, float, float]]:
+    """Where the clouds' means go by motions (N, 4, 4)."""
+    return [
+        tuple((motion[:3, :3] @ cloud.centroid + motion[:3, 3]).tolist())
+        for motion, cloud in zip(motions, scene.objects, strict=True)
+    ]
+
+
+def chosen(rank: int, arrangement: Arrangement, scene: Scene) -> events.Chosen:
+    """The choice of an arrangement; `rank` counts from 1."""
+    goals = tuple(
+        {"name": cloud.name, "position": position, "goal_from_initial": motion}
+        for cloud, position, motion in zip(
+            scene.objects, _goal_positions(arrangement.goal_from_initial, scene), arrangement.goal_from_initial, strict=True
+        )
+    )
+    return events.Chosen(rank, dict(arrangement.scores), goals, arrangement=arrangement, scene=scene)
+
+
+def release(table: TableScene, spec: StructureSpec, arrangement: Arrangement) -> Iterator[events.Event]:
+    """Tries a goal under the contract's physical protocol, without the arm, on a copy of the table.
+
+    Raises:
+        NoValidGoal: when it does not hold.
+    """
+    from structdiffusion.physical import place_and_check
+
+    began = time.perf_counter()
+    poses = table.world.poses()
+    verdict = place_and_check(
+        table.models[: table.count],
+        np.array(poses[: table.count]),
+        arrangement.goal_from_initial,
+        spec,
+        table.world.table,
+        list(zip(table.models, poses, strict=True))[table.count :],
+        table.names,
+    )
+    seconds = time.perf_counter() - began
+    yield events.Checked(verdict.success, verdict.failure, verdict.checks, verdict.detail, "released", seconds)
+    if not verdict.success:
+        raise NoValidGoal(f"the best imagined goal does not hold ({verdict.failure}): {verdict.detail}")
+
+
+def build(
+    table: TableScene, scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangement], seed: int
+) -> Iterator[events.Event]:
+    """Builds with the arm, looks after every placement, and judges what stands.
+
+    Raises:
+        ExecutionFailed: when not everything was placed, or what was built does not stand as asked.
+    """
+    from agent.arm.events import Picked, Placed, PlaceFailed, Planned
+    from agent.arm.executor import build_structure
+
+    initial = np.array(table.world.poses()[: table.count])
+    rng = np.random.default_rng(seed)
+    rank, placed, trouble = 0, 0, "no arrangement could be planned"
+    for event in build_structure(table.world, table.arm, scene, arrangements, rng=rng):
+        if isinstance(event, Planned) and event.arrangement != rank:
+            rank = event.arrangement
+            yield chosen(rank + 1, arrangements[rank], scene)
+        yield event
+        if isinstance(event, PlaceFailed):
+            trouble = f"{event.name} could not be placed: {event.reason}"
+        if isinstance(event, Picked):
+            picture = table.picture("opposite")
+            yield events.Pictured(f"placement-{placed + 1}-picked", f"{event.name} in the hand", picture)
+        if isinstance(event, Placed) and not event.aside:
+            placed += 1
+            caption = f"after placement {placed}: {event.name}"
+            yield events.Pictured(f"placement-{placed}-after", caption, table.picture())
+    yield from _judge(table, spec, arrangements[rank].goal_from_initial @ initial, placed, trouble)
+
+
+def _judge(
+    table: TableScene, spec: StructureSpec, goals: np.ndarray, placed: int, trouble: str
+) -> Iterator[events.Event]:
+    from agent.judging import judge_built
+
+    began = time.perf_counter()
+    if placed < table.count:
+        yield events.Pictured("camera-after", "the scene in the end, through the camera", table.picture())
+        raise ExecutionFailed(f"{placed} of {table.count} objects were placed: {trouble}")
+    failure, checks = judge_built(table.world, range(table.count), goals, spec)
+    yield events.Pictured("camera-after", "the scene in the end, through the camera", table.picture())
+    failed = next((check for check in checks if not check.passed), None)
+    detail = f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}" if failed else "everything stands as asked"
+    yield events.Checked(failure is None, failure, checks, detail, "arm", time.perf_counter() - began)
+    if failure is not None:
+        raise ExecutionFailed(f"the structure was built but does not stand as asked ({failure}): {detail}")
