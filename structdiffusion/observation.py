@@ -5,6 +5,7 @@
 | `Table.x_min` ... `y_max` | float | world, m | the table top's rectangle; its surface is z = 0 |
 | `ObjectCloud.points` | float32 (P, 3) | world, m | the points that the camera saw of one object |
 | `ObjectCloud.colors` | uint8 (P, 3) | RGB | 0 to 255; `None` where the camera has no colour |
+| `ObjectCloud.bottom` | float | world, m | z of what it stands on; 0 is the table |
 | `Scene.world_from_camera` | float64 (4, 4) | camera: z forward, x right, y down | |
 | `Scene.color` | uint8 (H, W, 3) | RGB | 0 to 255 |
 | `Arrangement.goal_from_initial` | float64 (N, 4, 4) | world to world, m | rigid motion of each object |
@@ -49,12 +50,14 @@ class ObjectCloud:
         category: the noun that people use, such as "mug"; "object" where nobody knows.
         points: (P, 3) float32, world frame, metres; a partial view.
         colors: (P, 3) uint8 RGB, or `None`.
+        bottom: z of what it stands on, world frame, metres; 0 is the table.
     """
 
     name: str
     category: str
     points: np.ndarray
     colors: np.ndarray | None = None
+    bottom: float = 0.0
 
     @property
     def centroid(self) -> np.ndarray:
@@ -79,6 +82,21 @@ class Scene:
     distractors: tuple[ObjectCloud, ...] = ()
     world_from_camera: np.ndarray | None = None
     color: np.ndarray | None = None
+
+    def on_the_table(self) -> Scene:
+        """The scene as if everything stood on the table: what stands on something is lowered straight down."""
+
+        def lowered(cloud: ObjectCloud) -> ObjectCloud:
+            if cloud.bottom == 0.0:
+                return cloud
+            points = cloud.points - np.array([0.0, 0.0, cloud.bottom], dtype=cloud.points.dtype)
+            return replace(cloud, points=points, bottom=0.0)
+
+        return replace(
+            self,
+            objects=tuple(lowered(cloud) for cloud in self.objects),
+            distractors=tuple(lowered(cloud) for cloud in self.distractors),
+        )
 
     def select(self, indices: Sequence[int]) -> Scene:
         """The scene in which only `indices` take part; the others become distractors."""

@@ -136,6 +136,18 @@ class TabletopWorld:
         self.set_pose(len(self.bodies) - 1, world_from_object)
         return len(self.bodies) - 1
 
+    def reorder(self, order: Sequence[int]) -> None:
+        """Counts the objects anew: what was `order[i]` is `i` from now on.
+
+        Raises:
+            ValueError: when `order` is no permutation.
+        """
+        if sorted(order) != list(range(len(self.bodies))):
+            raise ValueError(f"{list(order)} is no permutation of {len(self.bodies)} objects")
+        self.models = [self.models[i] for i in order]
+        self.bodies = [self.bodies[i] for i in order]
+        self._object_from_inertial = [self._object_from_inertial[i] for i in order]
+
     def pose(self, index: int) -> np.ndarray:
         """world_from_object (4, 4) of one object."""
         position, quaternion = pybullet.getBasePositionAndOrientation(self.bodies[index], **self._here)

@@ -12,7 +12,9 @@ from agent.arm.kinematics import CONTINUOUS, FINGER_SPEED, JacoArm
 from agent.arm.motion import trajectory
 from structdiffusion.tabletop import TIME_STEP, TabletopWorld
 
+CARTESIAN_SPEED = 0.5  # of the joints' limits, near objects
 WELD_FORCE = 200.0  # N, as strong as a rigid attachment needs to be
+HALTING_SECONDS = 0.2
 LETTING_GO_SECONDS = 0.5  # within which the fingers must be clear of the object
 SQUEEZE = 0.15  # rad beyond contact that the finger motors aim for in a grasp held by friction
 
@@ -32,6 +34,16 @@ class ArmDriver:
     ) -> None:
         self.world, self.arm, self.welds, self.on_step = world, arm, weld, on_step
         self._weld: tuple[int, int] | None = None  # the constraint, and the body that it holds
+
+    @property
+    def holds(self) -> int | None:
+        """The body that is welded to the hand, or `None`."""
+        return None if self._weld is None else self._weld[1]
+
+    def halt(self) -> None:
+        """Stops the joints where they are."""
+        self.arm.command(self.arm.configuration())
+        self.wait(HALTING_SECONDS)
 
     def let_sleep(self, allowed: bool) -> None:
         """Whether the engine may skip objects that lie still; a touch wakes them. It saves most of the time."""

@@ -13,18 +13,19 @@ was pushed is measured on the simulation's poses: this stands in for tracking by
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from agent.arm.driver import ArmDriver
-from agent.arm.events import ArmEvent, PickFailed, Picked, Placed, PlaceFailed, Planned, PlanFailed
+from agent.arm.driver import CARTESIAN_SPEED, ArmDriver
+from agent.arm.events import ArmEvent, PickFailed, Picked, Placed, PlaceFailed, Planned, PlanFailed, Stopped
 from agent.arm.grasps import Grasp
 from agent.arm.kinematics import FINGER_OPEN, FOLDED, JacoArm, forward_kinematics, inverse_kinematics, unwind
 from agent.arm.motion import PlanningScene, straight_line
 from agent.arm.order import bottom_at, precedence
 from agent.arm.search import RELEASE_HEIGHT, SHORT_APPROACH, ObjectPlan, Search, raised
+from agent.arm.stopping import set_down_below, withdraw
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.tabletop import TabletopWorld
@@ -36,7 +37,7 @@ REPLANNING_ATTEMPTS = 2
 STALE = 0.003  # m that an object may have moved before the plan around it is made anew
 LARGEST_SLIP, LARGEST_SLIP_ANGLE = 0.03, 0.25  # m, rad while the fingers close: more is no grasp
 SETTLE_SECONDS = 0.6
-CARTESIAN_SPEED = 0.5  # of the joints' limits, near objects
+AT_HOME = 0.1  # rad, of every joint
 LARGEST_CORRECTION = 0.02  # m by which an object follows the real place of the one it will stand on
 
 
@@ -68,36 +69,62 @@ def build_structure(
 
     Raises:
         ValueError: for an unknown `hold`.
+        KeyboardInterrupt: when somebody interrupts it; while the arm is at work, `Stopped` is told first: what was in
+            the hand is set down, and the arm folds.
     """
     if hold not in HOLDS:
         raise ValueError(f"hold cannot be {hold!r}; legal values: {', '.join(HOLDS)}")
-    began = time.monotonic()
-    clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
-    distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
     with PlanningScene() as planning:
         search = Search(planning, rng)
-        for rank, arrangement in enumerate(arrangements):
-            plans, blocked, reason = search.arrangement(
-                clouds, distractors, arrangement.goal_from_initial, began + planning_seconds
-            )
-            if plans:
-                yield Planned(
-                    rank,
-                    tuple(plan.object for plan in plans),
-                    tuple(plan.grasp.kind for plan in plans),
-                    time.monotonic() - began,
-                )
-                builder = _Builder(world, arm, scene, arrangement, search, distractors, hold, on_step)
-                try:
-                    for plan in plans:
-                        yield from builder.move(plan)
-                finally:
-                    builder.driver.let_sleep(False)
-                return
-            name = "" if blocked is None else scene.objects[blocked].name
-            yield PlanFailed(rank, blocked, name, reason)
-            if time.monotonic() > began + planning_seconds:
-                return
+        plans = yield from _plan(search, scene, arrangements, planning_seconds)
+        if plans is None:
+            return
+        rank, steps = plans
+        builder = _Builder(world, arm, scene, arrangements[rank], search, hold, on_step)
+        try:
+            builder.begin()
+            for step in steps:
+                yield from builder.move(step)
+        except KeyboardInterrupt:
+            yield builder.stop()
+            raise
+        finally:
+            builder.driver.let_sleep(False)
+
+
+def plan_structure(
+    scene: Scene, arrangements: Sequence[Arrangement], *, rng: np.random.Generator, planning_seconds: float = 60.0
+) -> Iterator[ArmEvent]:
+    """Finds the first arrangement with a plan for every object, and moves nothing; with the same `rng`, the plan that
+    `build_structure` carries out.
+
+    Yields:
+        `PlanFailed` for every arrangement without a plan, and `Planned` for the first that has one.
+    """
+    with PlanningScene() as planning:
+        yield from _plan(Search(planning, rng), scene, arrangements, planning_seconds)
+
+
+def _plan(
+    search: Search, scene: Scene, arrangements: Sequence[Arrangement], planning_seconds: float
+) -> Generator[ArmEvent, None, tuple[int, list[ObjectPlan]] | None]:
+    """Tells what could be planned; returns the first arrangement with a plan, and the plan."""
+    began = time.monotonic()
+    clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
+    bottoms = [cloud.bottom for cloud in scene.objects]
+    distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
+    for rank, arrangement in enumerate(arrangements):
+        plans, blocked, reason = search.arrangement(
+            clouds, distractors, arrangement.goal_from_initial, began + planning_seconds, bottoms
+        )
+        if plans:
+            order, grasps = tuple(plan.object for plan in plans), tuple(plan.grasp.kind for plan in plans)
+            yield Planned(rank, order, grasps, time.monotonic() - began)
+            return rank, plans
+        yield PlanFailed(rank, blocked, "" if blocked is None else scene.objects[blocked].name, reason)
+        if time.monotonic() > began + planning_seconds:
+            break
+    return None
 
 
 def _angle(rotation: np.ndarray) -> float:
@@ -115,18 +142,19 @@ class _Builder:
         scene: Scene,
         arrangement: Arrangement,
         search: Search,
-        distractors: Sequence[np.ndarray],
         hold: str,
         on_step: Callable[[], None] | None,
     ) -> None:
         self.world, self.arm, self.scene, self.search = world, arm, scene, search
-        self.distractors, self.hold = distractors, hold
+        self.distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
+        self.hold = hold
         self.driver = ArmDriver(world, arm, hold == "weld", on_step)
         self.goal_from_initial = arrangement.goal_from_initial
         self.count = len(scene.objects)
         self.start_clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
+        self.start_bottoms = [cloud.bottom for cloud in scene.objects]
         self.start_poses = world.poses()[: self.count]
-        *_, self.stands_on = precedence(self.start_clouds, list(self.goal_from_initial), [0.0] * self.count)
+        *_, self.stands_on = precedence(self.start_clouds, list(self.goal_from_initial), self.start_bottoms)
         self.expected = [np.eye(4)] * self.count  # now_from_initial as planned so far
         self.driver.let_sleep(True)
         self._pose_before = np.eye(4)  # of the object being moved, when its plan was made
@@ -152,6 +180,30 @@ class _Builder:
             if distance < 2 * LARGEST_CORRECTION:
                 goal[:2, 3] += offset[:2] * min(1.0, LARGEST_CORRECTION / max(distance, 1e-9))
         return goal
+
+    # --- beginning and being stopped ---------------------------------------------------------
+
+    def begin(self) -> None:
+        """Folds the arm where an earlier build was cut short."""
+        if np.abs(unwind(self.arm.configuration(), FOLDED) - FOLDED).max() > AT_HOME:
+            self._go_home()
+
+    def stop(self) -> Stopped:
+        """Stops the arm, sets down what is in the hand, and folds; stopped once more, it stays where it is."""
+        index = None if self.driver.holds is None else self.world.bodies.index(self.driver.holds)
+        name = "" if index is None else self.scene.objects[index].name
+        set_down = False
+        try:
+            self.driver.halt()
+            if index is not None:
+                set_down_below(self.driver, index)
+                set_down = True
+            withdraw(self.driver)
+            self._go_home()
+        except KeyboardInterrupt:
+            self.driver.halt()
+            return Stopped(index, name, set_down, False)
+        return Stopped(index, name, set_down, True)
 
     # --- one object --------------------------------------------------------------------------
 
@@ -198,7 +250,7 @@ class _Builder:
     ) -> tuple[ObjectPlan | None, str]:
         motions = self._motions_so_far()
         clouds = [transform_points(motion, cloud) for motion, cloud in zip(motions, self.start_clouds)]
-        bottoms = [max(0.0, bottom_at(m, c, 0.0)) for m, c in zip(motions, self.start_clouds)]
+        bottoms = [max(0.0, bottom_at(*each)) for each in zip(motions, self.start_clouds, self.start_bottoms)]
         goal_from_now = (self._goal(index) if target is None else target) @ np.linalg.inv(motions[index])
         start = unwind(self.arm.configuration(), FOLDED)
         deadline = time.monotonic() + REPLANNING_SECONDS

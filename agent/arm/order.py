@@ -7,12 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 from shapely import MultiPoint
 from shapely.affinity import translate
+from shapely.geometry.base import BaseGeometry
 
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 
 # m around an object that is moved out of the way, for the fingers: comfortable, and just enough.
 ASIDE_CLEARANCES = (0.07, 0.035, 0.02)
 GOAL_CLEARANCE = 0.015  # m between a goal's footprint and what still stands there
+# m, m^2: what stands higher by less, or overlaps less, stands beside the other one.
+LEAST_STEP, LEAST_OVERLAP = 0.003, 1e-4
 
 
 def bottom_at(motion: np.ndarray, cloud: np.ndarray, bottom: float) -> float:
@@ -29,7 +32,7 @@ def precedence(
         clouds: (P, 3) per object, now. motions: goal_from_now (4, 4) per object. bottoms: z per object, now.
 
     Returns:
-        Per object: those that will be under it; those that now stand where it will go; the one that it
+        Per object: those that will be under it; those that now stand on it, or where it will go; the one that it
         will stand on, or `None` for the table.
     """
     count = len(clouds)
@@ -44,7 +47,9 @@ def precedence(
         for j in range(count):
             if i == j:
                 continue
-            if goal_bottoms[i] > goal_bottoms[j] + 0.003 and goals[i].intersection(goals[j]).area > 1e-4:
+            if stands_above(j, i, now, bottoms):
+                in_the_way[i].add(j)
+            if stands_above(i, j, goals, goal_bottoms):
                 under[i].add(j)
                 held_by = stands_on[i]
                 if held_by is None or goal_bottoms[j] > goal_bottoms[held_by]:
@@ -52,6 +57,16 @@ def precedence(
             elif goals[i].distance(now[j]) < GOAL_CLEARANCE and goal_bottoms[i] < np.percentile(clouds[j][:, 2], 98):
                 in_the_way[i].add(j)
     return under, in_the_way, stands_on
+
+
+def stands_above(upper: int, lower: int, outlines: Sequence[BaseGeometry], bottoms: Sequence[float]) -> bool:
+    """Whether an object stands higher than another, over it: on it, or on what stands on it.
+
+    Args:
+        outlines: of every object, seen from above, metres. bottoms: z of what each stands on.
+    """
+    higher = bottoms[upper] > bottoms[lower] + LEAST_STEP
+    return higher and outlines[upper].intersection(outlines[lower]).area > LEAST_OVERLAP
 
 
 def asides(
@@ -62,6 +77,7 @@ def asides(
     clouds: Sequence[np.ndarray],
     distractors: Sequence[np.ndarray],
     motions: Sequence[np.ndarray],
+    bottoms: Sequence[float],
     rng: np.random.Generator,
 ) -> list[tuple[int, np.ndarray, bool]]:
     """Steps that would each move one blocking object to a free place on the table.
@@ -70,6 +86,7 @@ def asides(
         waiting: the objects that still have to be placed.
         under, in_the_way: of every object, from `precedence`. done: the placed ones.
         clouds, distractors: (P, 3) each, now. motions: goal_from_now (4, 4) of every object.
+        bottoms: z of what each object stands on now.
 
     Returns:
         (object, goal_from_now (4, 4), True) per blocking object, to the nearest free place found.
@@ -78,8 +95,10 @@ def asides(
     goals = [MultiPoint(transform_points(motions[i], clouds[i])[:, :2]).convex_hull for i in waiting]
     # Only for those whose turn it would be: what they will stand on is there.
     blockers = {j for i in waiting if under[i] <= done for j in in_the_way[i]} - done
+    now = taken[: len(clouds)]
+    free = [j for j in blockers if not any(stands_above(k, j, now, bottoms) for k in range(len(clouds)))]
     steps = []
-    for j in sorted(blockers, key=lambda j: taken[j].area):
+    for j in sorted(free, key=lambda j: taken[j].area):
         center = clouds[j][:, :2].mean(axis=0)
         places = np.stack((rng.uniform(0.26, 0.64, 300), rng.uniform(-0.40, 0.40, 300)), axis=1)
         moves = places[np.argsort(np.linalg.norm(places - center, axis=1))] - center
@@ -88,6 +107,6 @@ def asides(
         for clearance in ASIDE_CLEARANCES:
             if (room > clearance).any():
                 x, y = moves[int((room > clearance).argmax())]
-                steps.append((j, pose_from_xyz_yaw(x, y, 0.0, 0.0), True))
+                steps.append((j, pose_from_xyz_yaw(x, y, -bottoms[j], 0.0), True))
                 break
     return steps

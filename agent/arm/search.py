@@ -90,8 +90,15 @@ class Search:
         distractors: Sequence[np.ndarray],
         goal_from_initial: np.ndarray,
         deadline: float,
+        bottoms: Sequence[float] | None = None,
     ) -> tuple[list[ObjectPlan], int | None, str]:
         """Plans for all objects in an executable order.
+
+        Args:
+            clouds, distractors: (P, 3) each, as they stand at first.
+            goal_from_initial: (N, 4, 4).
+            deadline: on the clock of `time.monotonic`.
+            bottoms: z of what each object stands on at first; by default the table.
 
         Returns:
             The plans, `None` and ""; or no plans, the index of an object that could not be moved
@@ -99,7 +106,7 @@ class Search:
         """
         count = len(clouds)
         current = [np.asarray(cloud, dtype=np.float64) for cloud in clouds]
-        bottoms = [0.0] * count
+        bottoms = [0.0] * count if bottoms is None else list(bottoms)
         motions = list(goal_from_initial)  # goal_from_now, of the objects that still wait
         plans: list[ObjectPlan] = []
         done: set[int] = set()
@@ -114,7 +121,7 @@ class Search:
             if not steps:
                 if moved_aside == 2 * count:
                     return [], waiting[0], "the objects block each other's goals in a ring"
-                steps = asides(waiting, under, in_the_way, done, current, distractors, motions, self.rng)
+                steps = asides(waiting, under, in_the_way, done, current, distractors, motions, bottoms, self.rng)
                 moved_aside += 1
             reason = "its goal is blocked, and there is no free place to move what blocks it"
             for i, motion, aside in steps:

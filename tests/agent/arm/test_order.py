@@ -32,7 +32,7 @@ def test_a_swap_needs_a_free_place():
     motions = [pose_from_xyz_yaw(0.2, 0.0, 0.0, 0), pose_from_xyz_yaw(-0.2, 0.0, 0.0, 0)]
     under, in_the_way, _ = precedence(clouds, motions, [0.0, 0.0])
     assert under == [set(), set()] and in_the_way == [{1}, {0}]
-    steps = asides([0, 1], under, in_the_way, set(), clouds, [], motions, np.random.default_rng(0))
+    steps = asides([0, 1], under, in_the_way, set(), clouds, [], motions, [0.0, 0.0], np.random.default_rng(0))
     index, motion, aside = steps[0]
     assert aside
     moved = transform_points(motion, clouds[index])[:, :2].mean(axis=0)

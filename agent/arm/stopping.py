@@ -1,0 +1,44 @@
+"""What the arm does after somebody stopped it: it sets down what it holds, and draws its hand out of the way."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from agent.arm.driver import CARTESIAN_SPEED, ArmDriver
+from agent.arm.kinematics import FINGER_OPEN
+from agent.arm.motion import straight_line
+from agent.arm.search import raised
+
+LOWERING_STEP, TOUCHING = 0.005, 0.001  # m: an object is lowered in such steps until something is this near
+WITHDRAWAL = 0.12  # m
+
+
+def set_down_below(driver: ArmDriver, index: int) -> None:
+    """Lowers an object that is in the hand until it meets something, and opens the hand.
+
+    Args:
+        driver: moves the arm.
+        index: the object, as `driver.world` counts it.
+    """
+    pose = driver.arm.world_from_ee()
+    height = float(driver.world.pose(index)[2, 3])
+    depths = np.arange(0.0, height + LOWERING_STEP, LOWERING_STEP)
+    path = straight_line(driver.arm.configuration(), [raised(pose, -depth) for depth in depths])
+    for q in () if path is None else path:
+        if driver.world.clearances(index, reach=TOUCHING):
+            break
+        driver.follow(q[None], CARTESIAN_SPEED)
+    driver.let_go(FINGER_OPEN)
+
+
+def withdraw(driver: ArmDriver) -> None:
+    """Opens the hand and draws it back from what it stands around: against the way it points, then up."""
+    driver.arm.command_fingers([FINGER_OPEN] * 3)
+    driver.wait(0.3)
+    pose = driver.arm.world_from_ee()
+    back = pose.copy()
+    back[:3, 3] -= WITHDRAWAL * pose[:3, 2]
+    for start, target in ((pose, back), (back, raised(back, WITHDRAWAL))):
+        path = straight_line(driver.arm.configuration(), (start, target))
+        if path is not None:
+            driver.follow(path, CARTESIAN_SPEED)
