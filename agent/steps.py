@@ -1,16 +1,20 @@
-"""The steps of a run, each telling its own events; `agent.pipeline` strings them together, a conversation at leisure."""
+"""The steps of a run, each telling its own events.
+
+`agent.pipeline` takes them one after the other, a conversation as they are asked for.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
 
 from agent import events
-from agent.errors import ExecutionFailed, NoValidGoal
+from agent.errors import ExecutionFailed, NotBuildable, NoValidGoal
 
 if TYPE_CHECKING:
     from agent.scenes.table import TableScene
@@ -86,6 +90,7 @@ def imagine(
         on_preview: told how the first samples come out of the noise, where the planner can show it.
 
     Raises:
+        NotBuildable: when something that has to stay stands on an object that takes part.
         NoValidGoal: when there is no arrangement at all.
     """
     import torch
@@ -95,17 +100,23 @@ def imagine(
 
     def preview(step: int, steps: int, motions: np.ndarray) -> None:
         shown = motions[:PREVIEWED]
-        positions = tuple(tuple(_goal_positions(each, scene)) for each in shown)
+        positions = tuple(tuple(_goal_positions(each, flat)) for each in shown)
         on_preview(events.Previewed(step, steps, positions, tuple(_turns(each) for each in shown)))  # type: ignore[misc]
 
     began = time.perf_counter()
+    _refuse_loaded(scene)
+    # The models were taught with objects that stand on the table; what stands on others is lowered for them.
+    flat = scene.on_the_table()
     shows = on_preview is not None and isinstance(planner, DiffusionPlanner)
     more = {"preview": preview} if shows else {}
     generator = torch.Generator().manual_seed(seed)
     try:
-        arrangements = planner.propose(scene, goal, count=CANDIDATES, generator=generator, **more)
+        arrangements = planner.propose(flat, goal, count=CANDIDATES, generator=generator, **more)
     except LayoutError as error:
         raise NoValidGoal(f"the model {model!r} imagined no valid arrangement: {error}") from error
+    lowering = np.tile(np.eye(4), (len(scene.objects), 1, 1))
+    lowering[:, 2, 3] = [-cloud.bottom for cloud in scene.objects]
+    arrangements = [replace(each, goal_from_initial=each.goal_from_initial @ lowering) for each in arrangements]
     candidates = tuple(
         events.Candidate(
             rank,
@@ -118,6 +129,20 @@ def imagine(
     return events.Imagined(
         model, candidates, time.perf_counter() - began, scene=scene, arrangements=tuple(arrangements)
     )
+
+
+def _refuse_loaded(scene: Scene) -> None:
+    """Raises `NotBuildable` when a distractor stands on an object that takes part, and would fall with it."""
+    from agent.arm.order import stands_above
+
+    clouds = (*scene.objects, *scene.distractors)
+    outlines = [shapely.MultiPoint(cloud.points[:, :2]).convex_hull for cloud in clouds]
+    bottoms = [cloud.bottom for cloud in clouds]
+    for upper in range(len(scene.objects), len(clouds)):
+        for lower in range(len(scene.objects)):
+            if stands_above(upper, lower, outlines, bottoms):
+                above, below = clouds[upper].name, clouds[lower].name
+                raise NotBuildable(f"the {above} stands on the {below} and would fall: let the {above} take part too")
 
 
 def _turns(motions: np.ndarray) -> tuple[float, ...]:
@@ -135,11 +160,10 @@ def _goal_positions(motions: np.ndarray, scene: Scene) -> list[tuple[float, floa
 
 def chosen(rank: int, arrangement: Arrangement, scene: Scene) -> events.Chosen:
     """The choice of an arrangement; `rank` counts from 1."""
+    motions = arrangement.goal_from_initial
     goals = tuple(
         {"name": cloud.name, "position": position, "goal_from_initial": motion}
-        for cloud, position, motion in zip(
-            scene.objects, _goal_positions(arrangement.goal_from_initial, scene), arrangement.goal_from_initial, strict=True
-        )
+        for cloud, position, motion in zip(scene.objects, _goal_positions(motions, scene), motions, strict=True)
     )
     return events.Chosen(rank, dict(arrangement.scores), goals, arrangement=arrangement, scene=scene)
 

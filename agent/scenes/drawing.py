@@ -1,7 +1,9 @@
-"""New scene files, drawn at random."""
+"""Scenes drawn at random: for new scene files, and to talk about."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +13,33 @@ from agent.scenes.files import PlacedObject
 from agent.scenes.placing import drawn_objects, saved_objects
 from grounding.spec import StructureSpec
 from structdiffusion.objects.libraries import load_objects
-from structdiffusion.scenes import draw_scene
+from structdiffusion.objects.model import ObjectModel
+from structdiffusion.scenes import DrawnScene, draw_scene, eligible
+
+
+_SEVERAL = 4  # objects of a noun that make it worth talking about
+_FEW, _MANY = 2, 3  # of the two nouns of an assortment
+
+
+def assortment(library: Sequence[ObjectModel], rng: np.random.Generator) -> DrawnScene:
+    """A table to talk about: a few objects of two nouns where the library has several of them, and one other.
+
+    Raises:
+        SceneError: when the library has not enough objects that can stand beside each other.
+    """
+    pool = eligible(library, "circle")
+    number = Counter(model.category for model in pool)
+    several = sorted(noun for noun, count in number.items() if count >= _SEVERAL)
+    if len(several) < 2:
+        return draw_scene(library, StructureSpec("line"), rng, distractors=1)
+    first, second = (str(noun) for noun in rng.permutation(several)[:2])
+    some = [pool[i] for i in rng.permutation(len(pool))]
+    these = [model for model in some if model.category == first][:_MANY]
+    these += [model for model in some if model.category == second][:_FEW]
+    others = [model for model in some if model.category not in (first, second)]
+    return draw_scene(
+        [*these, *others], StructureSpec("circle"), rng, categories=(first, second), count=len(these), distractors=1
+    )
 
 
 def drawn_scene(objects: str, shape: str | None, seed: int, folder: Path) -> list[PlacedObject]:

@@ -188,9 +188,18 @@ def placement_of(model: ObjectModel, world_from_object: np.ndarray) -> dict[str,
     return numbers | {key: round(length, _DIGITS) + 0.0 for key, length in {"x": x, "y": y, "z": z}.items()}
 
 
-def drawn_objects(models: Sequence[ObjectModel], poses: Sequence[np.ndarray], objects: str) -> list[StandingObject]:
-    """Objects that `load_objects(objects)` gave and something has drawn, as those of a scene file, at poses (4, 4)."""
-    names = unique_names(models)
+def drawn_objects(
+    models: Sequence[ObjectModel], poses: Sequence[np.ndarray], objects: str, names: Sequence[str] | None = None
+) -> list[StandingObject]:
+    """Objects that `load_objects(objects)` gave and something has drawn, as those of a scene file.
+
+    Args:
+        models: the objects.
+        poses: (4, 4) where each stands.
+        objects: where they come from.
+        names: what they are called; by default their nouns, numbered.
+    """
+    names = unique_names(models) if names is None else names
     standing = []
     for model, name, pose in zip(models, names, poses, strict=True):
         source = _source_of(model, objects)

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from agent.errors import UsageError
+from agent.scenes.drawing import assortment
 from agent.scenes.files import SUFFIXES, PlacedObject
 from agent.scenes.placing import StandingObject, drawn_objects, load_scene, saved_objects
 from agent.scenes.simulated import Select, SimulatedScene
@@ -36,6 +37,9 @@ class SceneSource(Protocol):
         Raises:
             SceneError: when these objects cannot make such a structure.
         """
+
+    def set_out(self, seed: int) -> TableScene:
+        """A table to talk about, on which everything takes part until somebody says otherwise; close it."""
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """The table as it stands now, as the lines of a scene file in `folder`."""
@@ -74,10 +78,20 @@ class DrawnSource:
         """See `SceneSource`."""
         return SimulatedScene(self._library, spec, select, seed)
 
+    def set_out(self, seed: int) -> TableScene:
+        """See `SceneSource`.
+
+        Raises:
+            SceneError: when the library has not enough objects.
+        """
+        drawing, noise = drawing_and_noise(seed)
+        drawn = assortment(self._library, drawing)
+        return TableScene(drawn.models, drawn.world_from_initial, len(drawn.models), noise, drawn.table)
+
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """See `SceneSource`."""
         poses = table.world.poses()
-        return saved_objects(drawn_objects(table.models, poses, self._objects), poses, folder)
+        return saved_objects(drawn_objects(table.models, poses, self._objects, table.names), poses, folder)
 
 
 class FileSource:
@@ -90,6 +104,13 @@ class FileSource:
     def open(self, spec: StructureSpec, select: Select, seed: int) -> FileScene:
         """See `SceneSource`; from the seed follows the sensor's noise."""
         return FileScene(self.standing, spec, select, seed)
+
+    def set_out(self, seed: int) -> TableScene:
+        """See `SceneSource`; from the seed follows the sensor's noise."""
+        _, noise = drawing_and_noise(seed)
+        poses = np.array([entry.world_from_object for entry in self.standing])
+        models, names = [entry.model for entry in self.standing], [entry.name for entry in self.standing]
+        return TableScene(models, poses, len(models), noise, names=names)
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """See `SceneSource`; in the order of the file."""

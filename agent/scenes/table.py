@@ -2,16 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Self
 
 import numpy as np
 
-from agent.arm.kinematics import JacoArm
+from agent.arm.kinematics import FINGER_OPEN, FOLDED, JacoArm
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.observation import Scene, Table
+from structdiffusion.geometry import tilt_between, transform_points
+from structdiffusion.observation import ObjectCloud, Scene, Table
 from structdiffusion.tabletop import TabletopWorld, unique_names
+
+
+_FALLEN = -0.02  # m; what lies lower is no longer on the table
+_MOVED = 1e-4  # m, and of a rotation's entries
+_LEAST_STEP = 0.003  # m: what was lifted by less still stands on the table
+_STILL_STANDS = math.radians(10.0)  # what was tilted by more is looked at anew: another side of it is up
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """An object as it was seen first, standing on the table, and its pose (4, 4) then."""
+
+    cloud: ObjectCloud
+    pose: np.ndarray
 
 
 class TableScene:
@@ -45,6 +62,7 @@ class TableScene:
         self.count = count
         self.names = tuple(unique_names(self.models) if names is None else names)
         self._noise = noise
+        self._seen: dict[str, _Seen] = {}
         self.world = TabletopWorld(self.models, self.world_from_initial, table)
         self.arm = JacoArm(self.world.client)
 
@@ -57,17 +75,92 @@ class TableScene:
         self.world.close()
 
     def look(self) -> Scene:
-        """What the camera sees: the objects that take part, and the distractors."""
-        return self.world.observe(
+        """What the camera sees: the objects that take part, and the distractors.
+
+        What was seen before and only moved since, upright, keeps the cloud of its first look: from a tower the camera
+        sees little but the top. Where it is now is taken from the simulation's poses, as when the arm builds: this
+        stands in for tracking. What has fallen over is looked at anew, what has fallen off is left out.
+
+        Raises:
+            ObservationError: when the camera cannot see an object that takes part and was not seen before.
+        """
+        poses = dict(zip(self.names, self.world.poses(), strict=True))
+        there = [i for i, name in enumerate(self.names) if name not in self.fallen]
+        known = {name: moved for name, seen in self._seen.items() if (moved := _moved(seen, poses[name])) is not None}
+        unknown = [i for i in there if self.names[i] not in known]
+        scene = self.world.observe(
             self._noise,
-            objects=range(self.count),
-            distractors=range(self.count, len(self.models)),
+            objects=[i for i in unknown if i < self.count],
+            distractors=[i for i in unknown if i >= self.count],
             names=self.names,
         )
+        fresh = {cloud.name: cloud for cloud in (*scene.objects, *scene.distractors)}
+        for name, cloud in fresh.items():
+            fresh[name] = cloud = replace(cloud, bottom=self._bottom(self.names.index(name), poses[name]))
+            self._seen[name] = _Seen(cloud, poses[name])
+        clouds = {**known, **fresh}
+        return replace(
+            scene,
+            objects=tuple(clouds[self.names[i]] for i in there if i < self.count),
+            distractors=tuple(clouds[self.names[i]] for i in there if i >= self.count and self.names[i] in clouds),
+        )
+
+    def _bottom(self, index: int, pose: np.ndarray) -> float:
+        """z of what an object at the pose stands on, from its true shape: a scene file may stack things."""
+        lowest = float((np.concatenate(self.models[index].hulls) @ pose[2, :3]).min() + pose[2, 3])
+        return lowest if lowest > _LEAST_STEP else 0.0
+
+    @property
+    def fallen(self) -> tuple[str, ...]:
+        """The names of the objects that are no longer on the table."""
+        return tuple(name for name, pose in zip(self.names, self.world.poses(), strict=True) if pose[2, 3] < _FALLEN)
+
+    def involve(self, names: Sequence[str]) -> None:
+        """Says which objects take part from now on; they come first, in the order in which they were.
+
+        Raises:
+            KeyError: for a name that there is not.
+        """
+        unknown = set(names) - set(self.names)
+        if unknown:
+            raise KeyError(f"there is no {sorted(unknown)[0]!r}; there are: {', '.join(self.names)}")
+        order = sorted(range(len(self.names)), key=lambda i: self.names[i] not in names)
+        self.world.reorder(order)
+        self.models = tuple(self.models[i] for i in order)
+        self.names = tuple(self.names[i] for i in order)
+        self.world_from_initial = self.world_from_initial[order]
+        self.count = len(names)
+
+    def poses(self) -> dict[str, np.ndarray]:
+        """world_from_object (4, 4) of every object, by name."""
+        return dict(zip(self.names, self.world.poses(), strict=True))
+
+    def put_back(self, poses: Mapping[str, np.ndarray]) -> tuple[str, ...]:
+        """Puts every object where `poses` says, at rest, and folds the arm; the names of those that had moved."""
+        moved = []
+        for index, (name, now) in enumerate(zip(self.names, self.world.poses(), strict=True)):
+            if np.abs(now - poses[name]).max() > _MOVED:
+                moved.append(name)
+            self.world.set_pose(index, poses[name])
+        self.arm.teleport(FOLDED, FINGER_OPEN)
+        return tuple(moved)
 
     def picture(self, view: str = "robot") -> np.ndarray:
         """A picture (H, W, 3) uint8 of the table as it is now: as the camera sees it, or from the "opposite" side."""
         return self.world.picture(view)
+
+
+def _moved(seen: _Seen, pose: np.ndarray) -> ObjectCloud | None:
+    """The cloud where it is now, or `None` where another side of the object is up, or it is gone."""
+    if tilt_between(pose, seen.pose) > _STILL_STANDS or pose[2, 3] < _FALLEN:
+        return None
+    motion = pose @ np.linalg.inv(seen.pose)
+    bottom = seen.cloud.bottom + float(pose[2, 3] - seen.pose[2, 3])
+    return replace(
+        seen.cloud,
+        points=transform_points(motion, seen.cloud.points).astype(np.float32),
+        bottom=bottom if bottom > _LEAST_STEP else 0.0,
+    )
 
 
 def drawing_and_noise(seed: int) -> tuple[np.random.Generator, np.random.Generator]:
