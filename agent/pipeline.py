@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 
 from agent import events, steps
 from agent.errors import DONE, NotBuildable, exit_code_of, one_sentence
-from agent.reading import ReadingOptions, make_reader
+from agent.loaded import Loaded
+from agent.reading import ReadingOptions
 
 if TYPE_CHECKING:
     from grounding.encoder import SentenceEncoder
@@ -45,15 +46,16 @@ class RunOptions:
     reading: ReadingOptions = ReadingOptions()
 
 
-def run_instruction(text: str, options: RunOptions) -> Iterator[events.Event]:
+def run_instruction(text: str, options: RunOptions, loaded: Loaded | None = None) -> Iterator[events.Event]:
     """Carries an instruction out; yields what happens, from `Started` to `Finished`.
 
     Args:
         text: the instruction.
         options: everything else.
+        loaded: shares models and libraries with other runs; by default this run loads its own.
     """
     started = time.perf_counter()
-    run = _Run(text, options)
+    run = _Run(text, options, loaded or Loaded())
     code = DONE
     yield events.Started(text, events.json_value(asdict(options)))
     try:
@@ -70,30 +72,28 @@ def run_instruction(text: str, options: RunOptions) -> Iterator[events.Event]:
 class _Run:
     """One run and the step that it is in."""
 
-    def __init__(self, text: str, options: RunOptions) -> None:
-        self.text, self.options = text, options
+    def __init__(self, text: str, options: RunOptions, loaded: Loaded) -> None:
+        self.text, self.options, self.loaded = text, options, loaded
         self.step = "parse"
 
     def steps(self) -> Iterator[events.Event]:
         import torch
 
-        from agent.planning import checked_planner, worthwhile
-        from agent.scenes.sources import scene_source
-        from grounding.encoder import SentenceEncoder
+        from agent.planning import worthwhile
         from grounding.selection import select_objects
 
-        options = self.options
+        options, loaded = self.options, self.loaded
         torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
         began = time.perf_counter()
-        encoder = SentenceEncoder()
-        reading = make_reader(options.reading, encoder).read(self.text)
+        encoder = loaded.encoder
+        reading = loaded.reader(options.reading).read(self.text)
         if reading.status != "ok":
             raise NotBuildable(reading.message)
         seconds = time.perf_counter() - began
         self.step = "model"  # early, because a wrong name or a broken checkpoint should not cost a minute
-        planner = checked_planner(options.model, options.weights)
+        planner = loaded.planner(options.model, options.weights)
         self.step, began = "scene", time.perf_counter()
-        source = scene_source(options.scene, options.objects)
+        source = loaded.source(options.scene, options.objects)
         selection = select_objects(self.text, source.called, encoder)
         yield steps.parsed(reading, selection.named, seconds)
 

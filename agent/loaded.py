@@ -1,0 +1,60 @@
+"""What runs load, kept between them: many instructions in one process load each network and each library once."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from agent.reading import ReadingOptions, make_reader
+
+if TYPE_CHECKING:
+    from agent.scenes.sources import SceneSource
+    from grounding.encoder import SentenceEncoder
+    from grounding.reading import Reader
+    from structdiffusion.sampling import Planner
+
+
+class Loaded:
+    """Loads on demand, and keeps what cannot change; a run with it ends as a run without."""
+
+    def __init__(self) -> None:
+        self._readers: dict[ReadingOptions, Reader] = {}
+        self._planners: dict[tuple[str, Path | None], Planner] = {}
+        self._libraries: dict[str, SceneSource] = {}
+
+    @cached_property
+    def encoder(self) -> SentenceEncoder:
+        """The sentence encoder.
+
+        Raises:
+            EncoderError: when it cannot be loaded.
+        """
+        from grounding.encoder import SentenceEncoder
+
+        return SentenceEncoder()
+
+    def reader(self, options: ReadingOptions) -> Reader:
+        """The reader that the options ask for; one that had to fall back is not kept: the next run tries anew."""
+        reader = self._readers.get(options)
+        if reader is None or reader.fallback:
+            reader = self._readers[options] = make_reader(options, self.encoder)
+        return reader
+
+    def planner(self, model: str, weights: Path | None) -> Planner:
+        """As `agent.planning.checked_planner`."""
+        from agent.planning import checked_planner
+
+        if (model, weights) not in self._planners:
+            self._planners[model, weights] = checked_planner(model, weights)
+        return self._planners[model, weights]
+
+    def source(self, scene: str, objects: str) -> SceneSource:
+        """As `agent.scenes.sources.scene_source`; scene files are read anew, because they can be edited."""
+        from agent.scenes.sources import SIMULATED, scene_source
+
+        if scene != SIMULATED:
+            return scene_source(scene, objects)
+        if objects not in self._libraries:
+            self._libraries[objects] = scene_source(scene, objects)
+        return self._libraries[objects]
