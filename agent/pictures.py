@@ -1,4 +1,4 @@
-"""Pictures for the report: the table from above, with every object's cloud where it is or where it should go.
+"""Pictures for the report: what the camera took, and the table from above with every object's cloud.
 
 Drawn as the speaker sees it from the robot's side: up is +x (away), left is +y.
 """
@@ -6,11 +6,14 @@ Drawn as the speaker sees it from the robot's side: up is +x (away), left is +y.
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from scipy.spatial import ConvexHull, QhullError
 
+from agent import events
 from structdiffusion.geometry import transform_points
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene, Table
 
@@ -19,12 +22,47 @@ COLORS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (86, 180,
 _PIXELS_PER_METRE = 1500  # of the drawing, which is then halved so that its edges are smooth
 _MARGIN = 0.05
 _FONT_PIXELS = 30
+FORMAT = "webp"
+_QUALITY, _FILM_QUALITY = 80, 60
+FILM_SPEED = 12.0  # pictures a second
 _PAPER, _WOOD, _EDGE, _QUIET = (255, 255, 255), (244, 236, 222), (203, 187, 160), (150, 150, 150)
 
 
 def color_of(index: int) -> tuple[int, int, int]:
     """The colour (RGB) in which the report draws object `index`."""
     return COLORS[index % len(COLORS)]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture, or a film, as it is kept.
+
+    Attributes:
+        name: its file's stem.
+        caption: what it shows.
+        content: the bytes of a WebP file.
+    """
+
+    name: str
+    caption: str
+    content: bytes
+
+
+def pictures_of(event: events.Event) -> Iterator[Picture]:
+    """The pictures that belong to an event, from the clouds and images that only a live event has."""
+    match event:
+        case events.Perceived():
+            if event.scene.color is not None:
+                yield Picture("camera-before", "the scene before, through the camera", webp_of(event.scene.color))
+            yield Picture("scene-before", "the scene before, from above", webp_of(from_above(event.scene)))
+        case events.Chosen():
+            image = imagined(event.scene, event.arrangement)
+            yield Picture("imagined-goal", "the imagined goal, from above", webp_of(image))
+        case events.Pictured():
+            yield Picture(event.name, event.caption, webp_of(event.image))
+        case events.Filmed() if len(event.frames):
+            faster = event.interval * FILM_SPEED
+            yield Picture("film", f"the arm at work, {faster:.0f} times as fast", film_of(event.frames))
 
 
 class _Sheet:
@@ -119,8 +157,19 @@ def imagined(scene: Scene, arrangement: Arrangement) -> np.ndarray:
     return sheet.finish()
 
 
-def png_of(image: np.ndarray) -> bytes:
-    """A picture (H, W, 3) uint8 as the bytes of a PNG file."""
+def webp_of(image: np.ndarray) -> bytes:
+    """A picture (H, W, 3) uint8 as the bytes of a WebP file."""
     buffer = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(image[..., :3])).save(buffer, format="PNG", optimize=True)
+    Image.fromarray(np.ascontiguousarray(image[..., :3])).save(buffer, format="WEBP", quality=_QUALITY)
+    return buffer.getvalue()
+
+
+def film_of(frames: np.ndarray) -> bytes:
+    """Pictures (T, H, W, 3) uint8 as the bytes of an animated WebP file that plays again and again."""
+    first, *rest = (Image.fromarray(np.ascontiguousarray(frame[..., :3])) for frame in frames)
+    buffer = io.BytesIO()
+    first.save(
+        buffer, format="WEBP", save_all=True, append_images=rest, duration=round(1000 / FILM_SPEED), loop=0,
+        quality=_FILM_QUALITY, method=2,
+    )  # fmt: skip
     return buffer.getvalue()

@@ -1,6 +1,6 @@
 """Everything that happened in a run, kept as it is told: `report.json`, the pictures, and `report.html` from both.
 
-`report.json`, schema version 1; every key is always there, `null` or empty where the run did not get so far:
+`report.json`, schema version 2; every key is always there, `null` or empty where the run did not get so far:
 
 | key | value |
 |---|---|
@@ -8,39 +8,50 @@
 | `instruction`, `options` | what was asked for |
 | `outcome` | `success`, `exit_code`, `step` and `message` of the failure, `seconds` of the whole run |
 | `parse` | spec, confidence and evidence per slot, parser, nouns named |
-| `scene` | objects (names, nouns, who takes part, mean position in the world frame), table |
-| `imagination` | model and every candidate with its scores and positions, best first |
+| `remarks` | what was asked, noted, commanded and restored besides, in order, each with its `kind` |
+| `scene` | objects (names, nouns, who takes part, mean position and outline in the world frame, colour), table |
+| `imagination` | model and every candidate with its scores, positions and turns, best first |
 | `chosen` | the rank and the goal of each object |
 | `arm` | the arm's events in order, each with its `kind` |
 | `verdict` | success, failure class, every check with its measured value and limit |
 | `seconds` | step -> time |
-| `pictures` | name, file, caption, in order |
+| `pictures` | name, file (WebP; `film` is an animated one), caption, in order |
 
-Lengths in metres, angles in radians, times in seconds.
+Lengths in metres, angles in radians, times in seconds. Schema version 2 has `remarks`, outlines, colours, turns and the
+film, and its pictures are WebP files, where those of version 1 were PNG.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from agent import __version__, events, pictures
+from agent import __version__, events
 from agent.errors import UsageError
-from agent.html import page
+from agent.page.document import page
+from agent.pictures import FORMAT, Picture, pictures_of
+from agent.redaction import without_credentials
+from agent.session_file import SessionWriter
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+_REMARKS = ("asked", "noted", "commanded", "restored")
 
 
 class RunRecord:
-    """Listens to the events of one run.
+    """Listens to the events of one run, or takes in what a session file tells of one.
+
+    Args:
+        session: gets every event and picture too, each picture being drawn once.
 
     Attributes:
         report: the dictionary that becomes `report.json`.
-        pictures: name -> PNG bytes, in order.
+        pictures: name -> WebP bytes, in order.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, session: SessionWriter | None = None) -> None:
+        self._session = session
         self.report: dict[str, Any] = {
             "schema_version": SCHEMA_VERSION,
             "version": __version__,
@@ -48,6 +59,7 @@ class RunRecord:
             "options": {},
             "outcome": {"success": False, "exit_code": None, "step": None, "message": None, "seconds": None},
             "parse": None,
+            "remarks": [],
             "scene": None,
             "imagination": None,
             "chosen": None,
@@ -64,38 +76,53 @@ class RunRecord:
         return self.report["scene"] is not None
 
     def __call__(self, event: events.Event) -> None:
-        """Takes one event in."""
+        """Takes one live event in, and draws the pictures that belong to it."""
         told = event.to_dict()
+        self.take(told)
+        if self._session is not None:
+            self._session.tell(told)
+        for picture in pictures_of(event):
+            self.take_picture(picture)
+            if self._session is not None:
+                self._session.picture(picture)
+
+    def take(self, told: Mapping[str, Any]) -> None:
+        """Takes one event in, in its JSON form."""
         report = self.report
-        match event:
-            case events.Started():
-                report["instruction"], report["options"] = told["instruction"], told["options"]
-            case events.Parsed():
+        match told["kind"]:
+            case "started":
+                report["instruction"], report["options"] = told["instruction"], without_credentials(told["options"])
+            case "parsed":
                 report["parse"] = self._timed("parse", told)
-            case events.Perceived():
+            case "perceived":
                 report["scene"] = self._timed("scene", told)
-                if event.scene.color is not None:
-                    self._picture("camera-before", "the scene before, through the camera", event.scene.color)
-                self._picture("scene-before", "the scene before, from above", pictures.from_above(event.scene))
-            case events.Imagined():
+            case "imagined":
                 report["imagination"] = self._timed("imagination", told)
-            case events.Chosen():
+            case "chosen":
                 report["chosen"] = _without_kind(told)
-                self._picture("imagined-goal", "the imagined goal", pictures.imagined(event.scene, event.arrangement))
-            case events.Pictured():
-                self._picture(event.name, event.caption, event.image)
-            case events.Checked():
+            case "checked":
                 report["verdict"] = self._timed("check", told)
-            case events.Failed():
-                report["outcome"] |= {"step": event.step, "message": event.message}
-            case events.Finished():
+            case "failed":
                 report["outcome"] |= _without_kind(told)
-            case _:
+            case "finished":
+                report["outcome"] |= _without_kind(told)
+            case kind if kind in _REMARKS:
+                report["remarks"].append(told)
+            case "pictured" | "filmed" | "previewed":
+                return  # pictures come by themselves; a preview is of passing interest
+            case kind:
                 report["arm"].append(told)
-                if told["kind"] == "planned":  # its time counts from the start of the search
+                if kind == "planned":  # its time counts from the start of the search
                     report["seconds"]["plan"] = round(told["seconds"], 3)
-                elif told["kind"] == "placed":
+                elif kind == "placed":
                     report["seconds"]["build"] = round(report["seconds"].get("build", 0.0) + told["seconds"], 3)
+
+    def take_picture(self, picture: Picture) -> None:
+        """Takes one picture in; a later one of the same name takes its place."""
+        if picture.name not in self.pictures:
+            entry = {"name": picture.name, "file": f"{picture.name}.{FORMAT}", "caption": picture.caption}
+            self.report["pictures"].append(entry)
+        self.pictures[picture.name] = picture.content
 
     def write(self, folder: Path) -> Path:
         """Writes `report.json`, the pictures and `report.html` into `folder`; the path of the page."""
@@ -103,9 +130,9 @@ class RunRecord:
             folder.mkdir(parents=True, exist_ok=True)
             _remove_pictures_of_earlier_run(folder)
             for name, content in self.pictures.items():
-                (folder / f"{name}.png").write_bytes(content)
+                (folder / f"{name}.{FORMAT}").write_bytes(content)
             (folder / "report.json").write_text(self.json() + "\n", encoding="utf-8")
-            (folder / "report.html").write_text(page(self.report, self.pictures), encoding="utf-8")
+            (folder / "report.html").write_text(page([(self.report, self.pictures)]), encoding="utf-8")
         except OSError as error:
             raise UsageError(f"cannot write the report into {str(folder)!r}: {error.strerror}") from error
         return folder / "report.html"
@@ -114,17 +141,12 @@ class RunRecord:
         """The report as JSON."""
         return json.dumps(self.report, indent=2, ensure_ascii=False, allow_nan=False)
 
-    def _timed(self, step: str, told: dict[str, Any]) -> dict[str, Any]:
+    def _timed(self, step: str, told: Mapping[str, Any]) -> dict[str, Any]:
         self.report["seconds"][step] = round(told["seconds"], 3)
         return _without_kind(told)
 
-    def _picture(self, name: str, caption: str, image: Any) -> None:
-        if name not in self.pictures:
-            self.report["pictures"].append({"name": name, "file": f"{name}.png", "caption": caption})
-        self.pictures[name] = pictures.png_of(image)
 
-
-def _without_kind(told: dict[str, Any]) -> dict[str, Any]:
+def _without_kind(told: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in told.items() if key != "kind"}
 
 

@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
 
 from agent import events
-from agent.telling import aligned, arm_sentence, duration, number, place, slot_label
+from agent.telling import (
+    aligned,
+    arm_sentence,
+    duration,
+    number,
+    parse_notes,
+    place,
+    remark_sentence,
+    slot_label,
+)
 
 _CANDIDATES_SHOWN = 5
 
 
 class TerminalReport:
-    """Listens to the events of one run and tells them, one step after another.
+    """Listens to the events of one run, or of several, and tells them, one step after another.
 
     Args:
         console: where to tell; rich leaves colours out where it is no terminal.
@@ -25,26 +35,32 @@ class TerminalReport:
         self._names: list[str] = []
 
     def __call__(self, event: events.Event) -> None:
-        """Tells one event."""
-        match event:
-            case events.Started():
-                self._say(f"[bold]“{escape(event.instruction)}”[/bold]")
-            case events.Parsed():
-                self._parsed(event)
-            case events.Perceived():
-                self._perceived(event)
-            case events.Imagined():
-                self._imagined(event)
-            case events.Chosen():
-                self._chosen(event)
-            case events.Checked():
-                self._checked(event)
-            case events.Failed() | events.Pictured():
-                return  # the command ends with the message; pictures are for the page
-            case events.Finished():
-                self._say(f"\n[bold]The whole run took {duration(event.seconds)}.[/bold]")
+        """Tells one live event."""
+        self.tell(event.to_dict())
+
+    def tell(self, told: Mapping[str, Any]) -> None:
+        """Tells one event, given in its JSON form."""
+        match told["kind"]:
+            case "started":
+                self._say(f"[bold]“{escape(told['instruction'])}”[/bold]")
+            case "parsed":
+                self._parsed(told)
+            case "perceived":
+                self._perceived(told)
+            case "imagined":
+                self._imagined(told)
+            case "chosen":
+                self._chosen(told)
+            case "checked":
+                self._checked(told)
+            case "asked" | "noted" | "commanded" | "restored":
+                self._line(remark_sentence(told))
+            case "failed" | "pictured" | "filmed" | "previewed":
+                return  # the command ends with the message; pictures are for the page, previews for who shows them
+            case "finished":
+                self._say(f"\n[bold]The whole run took {duration(told['seconds'])}.[/bold]")
             case _:
-                self._line(arm_sentence(event.to_dict(), self._names))
+                self._line(arm_sentence(told, self._names))
 
     def _say(self, text: str) -> None:
         self._console.print(text, highlight=False, soft_wrap=True)
@@ -60,55 +76,49 @@ class TerminalReport:
         for line in aligned(rows).splitlines():
             self._line(line)
 
-    def _parsed(self, event: events.Parsed) -> None:
-        self._step("Understood", event.seconds)
+    def _parsed(self, told: Mapping[str, Any]) -> None:
+        self._step("Understood", told["seconds"])
         rows = []
-        for slot, value in event.spec.to_dict().items():
-            words = ", ".join(event.evidence.get(slot) or ())
-            sure = event.confidence.get(slot)
+        for slot, value in told["spec"].items():
+            words = ", ".join(told["evidence"].get(slot) or ())
+            sure = told["confidence"].get(slot)
             note = f"{number(100 * sure, 0)} % sure" if sure is not None else ""
             rows.append((slot_label(slot), value or "left open", note, f"from “{words}”" if words else ""))
         self._columns(rows)
-        if event.viewpoint != "robot":
-            self._line(f"spoken from the {event.viewpoint} side of the table, turned to the robot's")
-        if event.fallback:
-            self._line(event.fallback)
-        for slot, value in event.dropped.items():
-            self._line(f"left out, because it does not go with the rest: {slot_label(slot)} {value}")
-        self._line(f"with the objects named: {', '.join(event.named)}" if event.named else "with every object there")
+        for line in parse_notes(told):
+            self._line(line)
 
-    def _perceived(self, event: events.Perceived) -> None:
-        taking_part = [seen for seen in event.objects if seen.takes_part]
-        self._names = [seen.name for seen in event.objects]
-        self._step("Looked at the table", event.seconds)
-        self._line(f"{len(event.objects)} objects, {len(taking_part)} take part")
+    def _perceived(self, told: Mapping[str, Any]) -> None:
+        seen = told["objects"]
+        self._names = [one["name"] for one in seen]
+        self._step("Looked at the table", told["seconds"])
+        self._line(f"{len(seen)} objects, {sum(one['takes_part'] for one in seen)} take part")
         self._columns(
-            [
-                (seen.name, place(seen.position), "" if seen.takes_part else "stays where it is")
-                for seen in event.objects
-            ]
+            [(one["name"], place(one["position"]), "" if one["takes_part"] else "stays where it is") for one in seen]
         )
 
-    def _imagined(self, event: events.Imagined) -> None:
-        self._step("Imagined", event.seconds)
-        self._line(f"{len(event.candidates)} candidates by the model “{event.model}”, best first:")
-        shown = event.candidates[:_CANDIDATES_SHOWN]
-        names = list(shown[0].scores)
+    def _imagined(self, told: Mapping[str, Any]) -> None:
+        self._step("Imagined", told["seconds"])
+        self._line(f"{len(told['candidates'])} candidates by the model “{told['model']}”, best first:")
+        shown = told["candidates"][:_CANDIDATES_SHOWN]
+        names = list(shown[0]["scores"])
         self._columns(
             [("rank", *names)]
-            + [(str(one.rank), *(number(one.scores[name], 3) for name in names)) for one in shown]
+            + [(str(one["rank"]), *(number(one["scores"].get(name), 3) for name in names)) for one in shown]
         )
 
-    def _chosen(self, event: events.Chosen) -> None:
-        self._step(f"Chose candidate {event.rank}")
-        self._columns([(goal["name"], "goes to", place(goal["position"])) for goal in event.goals])
+    def _chosen(self, told: Mapping[str, Any]) -> None:
+        self._step(f"Chose candidate {told['rank']}")
+        self._columns([(goal["name"], "goes to", place(goal["position"])) for goal in told["goals"]])
 
-    def _checked(self, event: events.Checked) -> None:
-        self._step("Checked on the true objects" if event.how == "arm" else "Tried without the arm", event.seconds)
-        for check in event.checks:
-            mark = "[green]passed[/green]" if check.passed else "[red]failed[/red]"
-            self._say(f"  {mark}  {escape(f'{check.name}: {number(check.measured, 3)} ({check.limit})')}")
-        if event.success:
+    def _checked(self, told: Mapping[str, Any]) -> None:
+        self._step("Checked on the true objects" if told["how"] == "arm" else "Tried without the arm", told["seconds"])
+        for check in told["checks"]:
+            mark = "[green]passed[/green]" if check["passed"] else "[red]failed[/red]"
+            line = f"{check['name']}: {number(check['measured'], 3)} ({check['limit']})"
+            self._say(f"  {mark}  {escape(line)}")
+        if told["success"]:
             self._say("  [bold green]It stands as it was asked for.[/bold green]")
         else:
-            self._say(f"  [bold red]{escape(f'{event.failure_class}: {event.detail}')}.[/bold red]")
+            failure = f"{told['failure_class']}: {told['detail']}"
+            self._say(f"  [bold red]{escape(failure)}.[/bold red]")

@@ -79,5 +79,70 @@ def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:
             )
         case "place_failed":
             return f"could not place {told['name']}: {told['reason']}"
+        case "stopped":
+            hand = "with nothing in the hand"
+            if told["object"] is not None:
+                hand = f"and set the {told['name']} down" if told["set_down"] else f"with the {told['name']} in the hand"
+            return f"stopped {hand}; the arm {'has folded' if told['folded'] else 'stays where it is'}"
         case kind:
             return kind.replace("_", " ")
+
+
+def parse_notes(told: Mapping[str, Any]) -> list[str]:
+    """What there is to say of a reading (an event "parsed" in its JSON form) besides the slots, a sentence each."""
+    notes = []
+    if told["viewpoint"] != "robot":
+        notes.append(f"spoken from the {told['viewpoint']} side of the table, turned to the robot's")
+    if told["fallback"]:
+        notes.append(told["fallback"])
+    for slot, value in told["dropped"].items():
+        notes.append(f"left out, because it does not go with the rest: {slot_label(slot)} {value}")
+    notes.append(f"with the objects named: {', '.join(told['named'])}" if told["named"] else "with every object there")
+    return notes
+
+
+def remark_sentence(told: Mapping[str, Any]) -> str:
+    """One sentence for what is said between the steps: an event "asked", "noted", "commanded" or "restored"."""
+    match told["kind"]:
+        case "asked":
+            options = ", ".join(f"{number}) {option}" for number, option in enumerate(told["options"], start=1))
+            return f"{told['question']} {options}".rstrip()
+        case "commanded":
+            return f"> {told['line']}"
+        case "restored":
+            back = ", ".join(told["moved"])
+            return f"{told['how']}: " + (f"put back {back}" if back else "nothing had to be put back")
+        case _:
+            return told["message"]
+
+
+# What a low factor of a candidate's score says, after `structdiffusion.ranking` and `structdiffusion.sampling`.
+_SHORTCOMING = {
+    "structure": "it looks less like what was asked for",
+    "collision": "objects come too close to each other",
+    "bounds": "it reaches beyond the table's edge",
+    "checks": "it meets the measures asked for less surely",
+    "support": "what is stacked would stand less well",
+    "free of distractors": "it comes too close to what has to stay",
+}
+_AS_GOOD = 0.995  # of the best's score
+
+
+def shortcoming(scores: Mapping[str, float | None], best: Mapping[str, float | None]) -> str:
+    """Why a candidate ranks below the best: the factor of its score that costs it most, in words and numbers.
+
+    Args:
+        scores: of the candidate: "total" is the product of the others.
+        best: of the best candidate.
+    """
+    total, most = scores.get("total") or 0.0, best.get("total") or 0.0
+    if total >= _AS_GOOD * most:
+        return "as good as the best"
+    shares = {
+        name: (scores.get(name) or 0.0) / value for name, value in best.items() if name != "total" and value
+    }
+    if not shares:
+        return f"total {number(total, 2)} against {number(most, 2)}"
+    worst = min(shares, key=lambda name: shares[name])
+    words = _SHORTCOMING.get(worst, f"its {worst} is lower")
+    return f"{words} ({worst} {number(scores.get(worst), 2)}, the best has {number(best[worst], 2)})"

@@ -14,7 +14,7 @@ from agent.report import TerminalReport
 
 KEYS = {
     "schema_version", "version", "instruction", "options", "outcome", "parse", "scene", "imagination", "chosen", "arm",
-    "verdict", "seconds", "pictures",
+    "verdict", "seconds", "pictures", "remarks",
 }  # fmt: skip
 
 
@@ -56,22 +56,22 @@ def test_folder_has_report_page_and_pictures(told, tmp_path):
     assert page.name == "report.html"
     names = {path.name for path in page.parent.iterdir()}
     assert names == {"report.html", "report.json"} | {entry["file"] for entry in record.report["pictures"]}
-    assert {"camera-before.png", "scene-before.png", "imagined-goal.png", "placement-1-after.png"} <= names
-    for path in page.parent.glob("*.png"):
+    assert {"camera-before.webp", "scene-before.webp", "imagined-goal.webp", "placement-1-after.webp"} <= names
+    for path in page.parent.glob("*.webp"):
         assert Image.open(path).size[0] >= 64
 
 
 def test_pictures_of_an_earlier_run_are_removed_and_nothing_else(told, tmp_path):
     record_of(told).write(tmp_path)
-    (tmp_path / "mine.png").write_bytes(b"")
+    (tmp_path / "mine.webp").write_bytes(b"")
     record_of([*told[:3], told[-2], told[-1]]).write(tmp_path)
-    assert {path.name for path in tmp_path.glob("*.png")} == {"camera-before.png", "scene-before.png", "mine.png"}
+    assert {path.name for path in tmp_path.glob("*.webp")} == {"camera-before.webp", "scene-before.webp", "mine.webp"}
 
 
 def test_page_is_one_self_contained_file(told, tmp_path):
     text = record_of(told).write(tmp_path).read_text(encoding="utf-8")
     sources = re.findall(r'(?:src|href)="([^"]*)"', text)
-    assert sources and all(source.startswith("data:image/png;base64,") for source in sources)
+    assert sources and all(source.startswith("data:image/webp;base64,") for source in sources)
     assert "http" not in re.sub(r"base64,[^\"]*", "", text)
     assert "@import" not in text and "url(" not in text and "<script" not in text
 

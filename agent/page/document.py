@@ -9,25 +9,30 @@ from importlib.resources import files
 from typing import Any
 
 from agent.pictures import color_of
+from agent.session_file import Session
 from agent.telling import arm_sentence, duration, number, slot_label
 
 _CANDIDATES_SHOWN = 8
 
 
-def page(report: Mapping[str, Any], pictures: Mapping[str, bytes]) -> str:
-    """The page (HTML) of a report, `agent.record`'s dictionary, with its pictures (PNG bytes by name) inside."""
-    caption_of = {entry["name"]: entry["caption"] for entry in report["pictures"]}
-    album = {name: _figure(content, caption_of[name]) for name, content in pictures.items()}
-    title = escape(report["instruction"] or "no instruction")
-    body = [
-        _header(report, title),
-        _parse(report),
-        _scene(report, album),
-        _imagination(report, album),
-        _arm(report, album),
-        _verdict(report, album),
-        _footer(report),
-    ]
+def page(
+    turns: Sequence[tuple[Mapping[str, Any], Mapping[str, bytes]]], session: Session | None = None
+) -> str:
+    """The page (HTML) of one turn or several: each a report, `agent.record`'s dictionary, and its pictures (WebP)."""
+    title = escape(turns[0][0]["instruction"] or "no instruction" if session is None else f"session of {session.started}")
+    body = []
+    for report, pictures in turns:
+        caption_of = {entry["name"]: entry["caption"] for entry in report["pictures"]}
+        album = {name: _figure(content, caption_of[name]) for name, content in pictures.items()}
+        body += [
+            _header(report, escape(report["instruction"] or "no instruction")),
+            _parse(report),
+            _scene(report, album),
+            _imagination(report, album),
+            _arm(report, album),
+            _verdict(report, album),
+            _footer(report),
+        ]
     style = files("agent").joinpath("report.css").read_text(encoding="utf-8")
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -38,10 +43,10 @@ def page(report: Mapping[str, Any], pictures: Mapping[str, bytes]) -> str:
     )
 
 
-def _figure(png: bytes, caption: str) -> str:
-    source = base64.b64encode(png).decode("ascii")
+def _figure(content: bytes, caption: str) -> str:
+    source = base64.b64encode(content).decode("ascii")
     text = escape(caption)
-    return f'<figure><img alt="{text}" src="data:image/png;base64,{source}"><figcaption>{text}</figcaption></figure>'
+    return f'<figure><img alt="{text}" src="data:image/webp;base64,{source}"><figcaption>{text}</figcaption></figure>'
 
 
 def _album(figures: Sequence[str | None], kind: str = "pictures") -> str:

@@ -1,0 +1,79 @@
+"""`structagent replay` and `structagent report`: what a session file has kept."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from agent.cli_options import JsonOption
+from agent.errors import UsageError
+from agent.streams import results_stream
+
+SessionArgument = Annotated[
+    Path, typer.Argument(metavar="FILE", help="A session file, such as a run's session.jsonl.", show_default=False)
+]
+
+
+def replay(
+    file: SessionArgument,
+    speed: Annotated[
+        float | None,
+        typer.Option(metavar="X", help="With the pauses as they were, X times as fast; by default without. On a "
+                     "terminal alone."),
+    ] = None,
+    json_output: JsonOption = False,
+) -> None:
+    """Show a session again in the terminal; as JSON, its events, one a line.
+
+    Example: structagent replay out/cups/session.jsonl --speed 4
+    """
+    if speed is not None and not 0 < speed < float("inf"):
+        raise UsageError(f"--speed must be a number above 0, got {speed:g}")
+    from rich.console import Console
+
+    from agent.replaying import replay as show
+    from agent.session_file import read_session
+
+    session = read_session(file)
+    with results_stream() as results:
+        if json_output:
+            for line in session.lines:
+                if line.event is not None:
+                    print(json.dumps({"seconds": line.seconds, "event": line.event}, ensure_ascii=False), file=results)
+        else:
+            show(session, Console(file=results), speed)
+
+
+def report(
+    file: SessionArgument,
+    out: Annotated[
+        Path | None, typer.Option(metavar="PAGE", help="Where the page goes; by default beside FILE, as .html.")
+    ] = None,
+) -> None:
+    """Make the page of a session: one HTML file with every turn, its pictures and its films.
+
+    Example: structagent report session.jsonl --out session.html
+    """
+    from agent.page.document import page
+    from agent.replaying import records_of
+    from agent.session_file import read_session
+
+    target = out or file.with_suffix(".html")
+    if target.is_dir() or target.resolve() == file.resolve():
+        raise UsageError(f"--out must be a new file for the page, and {str(target)!r} is {_what_it_is(target)}")
+    session = read_session(file)
+    text = page([(record.report, record.pictures) for record in records_of(session)], session)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"cannot write the page {str(target)!r}: {error.strerror}") from error
+    with results_stream() as results:
+        print(f"report: {target}", file=results)
+
+
+def _what_it_is(target: Path) -> str:
+    return "a folder" if target.is_dir() else "the session itself"

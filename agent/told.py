@@ -1,0 +1,93 @@
+"""Whether a JSON object is an event as `to_dict` tells it, judged by the fields of the events themselves."""
+
+from __future__ import annotations
+
+import types
+import typing
+from collections.abc import Mapping
+from dataclasses import MISSING, fields, is_dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from agent import events
+from agent.arm import events as arm_events
+from agent.arm.events import ArmEvent
+
+
+@cache
+def kinds() -> dict[str, type]:
+    """Every event that is told: its kind, and its class."""
+    told = [
+        one
+        for module in (events, arm_events)
+        for one in vars(module).values()
+        if is_dataclass(one) and isinstance(one, type) and hasattr(one, "to_dict") and one is not ArmEvent
+    ]
+    return {events.kind_of(object.__new__(one)): one for one in told}  # a kind follows from the class alone
+
+
+def complaint(told: object) -> str | None:
+    """What is wrong with a told event, in words that go on from "line 3: "; `None` where nothing is."""
+    if not isinstance(told, Mapping) or not isinstance(told.get("kind"), str):
+        return 'an event must be an object with a "kind"'
+    event = kinds().get(told["kind"])
+    if event is None:
+        return f"{told['kind']!r} is no event; there are {', '.join(sorted(kinds()))}"
+    return _misfit(told, event, told["kind"])
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    return typing.get_type_hints(kind)
+
+
+def _misfit(value: Any, hint: Any, where: str) -> str | None:
+    """What keeps a JSON value from being a `hint`; numbers that were not finite are `null`."""
+    if is_dataclass(hint):
+        if not isinstance(value, Mapping):
+            return f"{where} must be an object"
+        for entry in fields(hint):
+            if not entry.metadata.get("told", True):
+                continue
+            inside = f"{where}.{entry.name}"
+            if entry.name in value:
+                problem = _misfit(value[entry.name], _hints(hint)[entry.name], inside)
+                if problem:
+                    return problem
+            elif entry.default is MISSING and entry.default_factory is MISSING:
+                return f"{inside} is missing"
+        return None
+    origin, inner = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (typing.Union, types.UnionType):
+        problems = [_misfit(value, one, where) for one in inner]
+        return None if None in problems else problems[0]
+    if origin is tuple:
+        if not isinstance(value, list):
+            return f"{where} must be a list"
+        every = inner[-1] is Ellipsis
+        if not every and len(value) != len(inner):
+            return f"{where} must have {len(inner)} entries"
+        members = [inner[0]] * len(value) if every else inner
+        problems = [_misfit(one, member, f"{where}[{k}]") for k, (one, member) in enumerate(zip(value, members))]
+        return next((problem for problem in problems if problem), None)
+    if origin is not None and issubclass(origin, Mapping):
+        if not isinstance(value, Mapping):
+            return f"{where} must be an object"
+        problems = [_misfit(one, inner[1], f"{where}.{name}") for name, one in value.items()]
+        return next((problem for problem in problems if problem), None)
+    legal, named = _PLAIN[hint]
+    fits = isinstance(value, legal) and (hint in (bool, Any) or not isinstance(value, bool))
+    return None if fits else f"{where} must be {named}"
+
+
+_PLAIN: dict[Any, tuple[Any, str]] = {
+    float: ((int, float, types.NoneType), "a number"),
+    int: (int, "a whole number"),
+    bool: (bool, "true or false"),
+    str: (str, "a string"),
+    types.NoneType: (types.NoneType, "null"),
+    np.ndarray: (list, "a list"),
+    Any: (object, "anything"),
+}
