@@ -128,6 +128,7 @@ class Parsed(_Told):
         viewpoint: whose left and right was meant, "robot" or "opposite".
         prompt_sha256: checksum of the LLM's prompt, where it read.
         fallback: why another parser than the one that was asked for read it, or empty.
+        before: in a conversation the wish that this one changes; `None` for a wish of its own.
     """
 
     spec: StructureSpec
@@ -140,6 +141,7 @@ class Parsed(_Told):
     prompt_sha256: str | None
     fallback: str
     seconds: float
+    before: StructureSpec | None = None
 
 
 @dataclass(frozen=True)

@@ -119,7 +119,7 @@ class _Run:
     def _checked_late(self, building: Iterator[events.Event]) -> Iterator[events.Event]:
         """The build, whose last picture begins the step in which it is judged."""
         for event in building:
-            if isinstance(event, events.Pictured) and event.name == "camera-after":
+            if isinstance(event, events.Pictured) and event.name == steps.LAST_PICTURE:
                 self.step = "check"
             yield event
 

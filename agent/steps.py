@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from structdiffusion.sampling import Planner
 
 CANDIDATES = 64
+LAST_PICTURE = "camera-after"  # taken when the arm is done and what it built is about to be judged
 PREVIEWED = 3  # samples whose way out of the noise is shown
 _OUTLINE_DETAIL = 0.002  # m: finer than a character, and than most of the pictures
 
@@ -231,10 +232,10 @@ def _judge(
 
     began = time.perf_counter()
     if placed < table.count:
-        yield events.Pictured("camera-after", "the scene in the end, through the camera", table.picture())
+        yield events.Pictured(LAST_PICTURE, "the scene in the end, through the camera", table.picture())
         raise ExecutionFailed(f"{placed} of {table.count} objects were placed: {trouble}")
     failure, checks = judge_built(table.world, range(table.count), goals, spec)
-    yield events.Pictured("camera-after", "the scene in the end, through the camera", table.picture())
+    yield events.Pictured(LAST_PICTURE, "the scene in the end, through the camera", table.picture())
     failed = next((check for check in checks if not check.passed), None)
     detail = f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}" if failed else "everything stands as asked"
     yield events.Checked(failure is None, failure, checks, detail, "arm", time.perf_counter() - began)

@@ -128,16 +128,28 @@ class Reader:
 
     def read_many(self, texts: Sequence[str], names: Sequence[str] | None = None) -> list[Reading]:
         """What each of many instructions asks for; together they are read faster."""
-        parser = self.parser  # loading it is no reading time
+        _ = self.parser  # loading it is no reading time
         started = time.perf_counter()
-        try:
-            parses = parser.parse_batch(texts)
-        except LLMError as error:
-            self._parser = self._fall_back(error)
-            started = time.perf_counter()
-            parses = self._parser.parse_batch(texts)
+        parses = self.parse_batch(texts)
         seconds = (time.perf_counter() - started) / max(1, len(texts))
         return [self._reading(parse, names, seconds) for parse in parses]
+
+    @property
+    def name(self) -> str:
+        """The name of the parser that speaks at present: a reader can stand in for it."""
+        return self.parser.name
+
+    def parse(self, text: str) -> Parse:
+        """What the parser says of one instruction."""
+        return self.parse_batch([text])[0]
+
+    def parse_batch(self, texts: Sequence[str]) -> list[Parse]:
+        """What the parser says of each of many instructions; falls back where it cannot be used."""
+        try:
+            return self.parser.parse_batch(texts)
+        except LLMError as error:
+            self._parser = self._fall_back(error)
+            return self._parser.parse_batch(texts)
 
     def _fall_back(self, error: LLMError) -> Parser:
         if self._make_fallback is None:

@@ -110,7 +110,7 @@ class FileSource:
         _, noise = drawing_and_noise(seed)
         poses = np.array([entry.world_from_object for entry in self.standing])
         models, names = [entry.model for entry in self.standing], [entry.name for entry in self.standing]
-        return TableScene(models, poses, len(models), noise, names=names)
+        return TableScene(models, poses, len(models), noise, names=names, called=self.called)
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """See `SceneSource`; in the order of the file."""

@@ -41,9 +41,10 @@ class TableScene:
         noise: draws the sensor's noise.
         table: the table top.
         names: what the objects are called, unique; by default their nouns, numbered.
+        called: what an instruction can call them; by default their names.
 
     Attributes:
-        models, world_from_initial, count, names: as given.
+        models, world_from_initial, count, names, called: as given.
         world: the physics that the arm acts in, its bodies in the same order.
         arm: the folded arm.
     """
@@ -56,11 +57,14 @@ class TableScene:
         noise: np.random.Generator,
         table: Table = Table(),
         names: Sequence[str] | None = None,
+        called: Sequence[str] | None = None,
     ) -> None:
         self.models = tuple(models)
         self.world_from_initial = world_from_initial
         self.count = count
         self.names = tuple(unique_names(self.models) if names is None else names)
+        self.called = tuple(self.names if called is None else called)
+        self._place = {name: place for place, name in enumerate(self.names)}
         self._noise = noise
         self._seen: dict[str, _Seen] = {}
         self.world = TabletopWorld(self.models, self.world_from_initial, table)
@@ -116,7 +120,7 @@ class TableScene:
         return tuple(name for name, pose in zip(self.names, self.world.poses(), strict=True) if pose[2, 3] < _FALLEN)
 
     def involve(self, names: Sequence[str]) -> None:
-        """Says which objects take part from now on; they come first, in the order in which they were.
+        """Says which objects take part from now on; they come first, each in the order of the beginning.
 
         Raises:
             KeyError: for a name that there is not.
@@ -124,10 +128,11 @@ class TableScene:
         unknown = set(names) - set(self.names)
         if unknown:
             raise KeyError(f"there is no {sorted(unknown)[0]!r}; there are: {', '.join(self.names)}")
-        order = sorted(range(len(self.names)), key=lambda i: self.names[i] not in names)
+        order = sorted(range(len(self.names)), key=lambda i: (self.names[i] not in names, self._place[self.names[i]]))
         self.world.reorder(order)
         self.models = tuple(self.models[i] for i in order)
         self.names = tuple(self.names[i] for i in order)
+        self.called = tuple(self.called[i] for i in order)
         self.world_from_initial = self.world_from_initial[order]
         self.count = len(names)
 

@@ -1,0 +1,109 @@
+"""Where a conversation stands: the wish, who takes part, what stands where, and what is proposed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from agent import events
+from agent.errors import NotBuildable
+from agent.scenes.sources import FEWEST_OBJECTS, MOST_OBJECTS
+from grounding.dialogue import Revision
+from grounding.selection import select_objects
+from grounding.spec import SLOTS_OF_SHAPE, StructureSpec
+
+if TYPE_CHECKING:
+    from agent.scenes.table import TableScene
+    from grounding.encoder import SentenceEncoder
+    from structdiffusion.observation import Arrangement, Scene
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """Ranked arrangements for a wish, and the one that would be built.
+
+    Attributes:
+        spec: the wish in the world's frame.
+        scene: what was seen.
+        imagined: every arrangement.
+        worth: how many of them, the best first, are worth a try.
+        rank: of the chosen one, from 1.
+    """
+
+    spec: StructureSpec
+    scene: Scene
+    imagined: events.Imagined
+    worth: int
+    rank: int = 1
+
+    @property
+    def choice(self) -> list[Arrangement]:
+        """What to try, in this order: the chosen arrangement, then the others that are worth it."""
+        arrangements = self.imagined.arrangements
+        others = [each for rank, each in enumerate(arrangements[: self.worth], start=1) if rank != self.rank]
+        return [arrangements[self.rank - 1], *others]
+
+
+@dataclass(frozen=True)
+class Situation:
+    """Where a conversation stands, which is what "undo" goes back to.
+
+    Attributes:
+        wish: what is wanted, as it was spoken; `None` before the first instruction.
+        words: the instruction, where the wish is just that and was spoken in the world's frame.
+        objects: the names of those that take part.
+        poses: name -> world_from_object (4, 4) of everything on the table.
+        proposal: what would be built; `None` where there is nothing to decide.
+    """
+
+    wish: StructureSpec | None
+    words: str | None
+    objects: tuple[str, ...]
+    poses: Mapping[str, np.ndarray]
+    proposal: Proposal | None = None
+
+
+def meant_objects(
+    revision: Revision, table: TableScene, before: Situation, encoder: SentenceEncoder
+) -> tuple[str, ...]:
+    """The names of the objects that take part after what was said.
+
+    Args:
+        revision: what was said.
+        table: what stands there now.
+        before: where the conversation stood.
+        encoder: finds what unknown nouns mean.
+
+    Raises:
+        SelectionError: when something is named that is not there.
+        NotBuildable: when too few or too many take part.
+    """
+    fallen = table.fallen
+    there = [i for i, name in enumerate(table.names) if name not in fallen]
+    named = table.names if before.wish is None else before.objects
+    if revision.objects_text is not None:
+        indices = select_objects(revision.objects_text, [table.called[i] for i in there], encoder).indices
+        chosen = tuple(table.names[there[i]] for i in indices)
+        match revision.objects_how:
+            case "add":
+                named = tuple(dict.fromkeys((*before.objects, *chosen)))
+            case "remove":
+                named = tuple(name for name in before.objects if name not in chosen)
+            case _:
+                named = chosen
+    meant = tuple(name for name in named if name not in fallen)
+    if not FEWEST_OBJECTS <= len(meant) <= MOST_OBJECTS:
+        which = f" ({', '.join(meant)})" if meant else ""
+        raise NotBuildable(f"{len(meant)} objects would take part{which}; legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}")
+    return meant
+
+
+def answered(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec:
+    """The wish with an answer in it; what a shape that was answered cannot carry is left out."""
+    if slot != "shape":
+        return replace(spec, **{slot: value})
+    kept = {name: getattr(spec, name) for name in SLOTS_OF_SHAPE[value]}
+    return StructureSpec(value, **kept)
