@@ -23,8 +23,9 @@ _PIXELS_PER_METRE = 1500  # of the drawing, which is then halved so that its edg
 _MARGIN = 0.05
 _FONT_PIXELS = 30
 FORMAT = "webp"
-_QUALITY, _FILM_QUALITY = 80, 60
+_QUALITY, _FILM_QUALITY = 88, 75
 FILM_SPEED = 12.0  # pictures a second
+_LAST_PICTURE = 1500  # ms
 _PAPER, _WOOD, _EDGE, _QUIET = (255, 255, 255), (244, 236, 222), (203, 187, 160), (150, 150, 150)
 
 
@@ -167,9 +168,10 @@ def webp_of(image: np.ndarray) -> bytes:
 def film_of(frames: np.ndarray) -> bytes:
     """Pictures (T, H, W, 3) uint8 as the bytes of an animated WebP file that plays again and again."""
     first, *rest = (Image.fromarray(np.ascontiguousarray(frame[..., :3])) for frame in frames)
+    durations = [round(1000 / FILM_SPEED)] * len(rest) + [_LAST_PICTURE]
     buffer = io.BytesIO()
     first.save(
-        buffer, format="WEBP", save_all=True, append_images=rest, duration=round(1000 / FILM_SPEED), loop=0,
-        quality=_FILM_QUALITY, method=2,
+        buffer, format="WEBP", save_all=True, append_images=rest, duration=durations, loop=0, quality=_FILM_QUALITY,
+        method=2,
     )  # fmt: skip
     return buffer.getvalue()

@@ -17,6 +17,7 @@ from agent import events
 from agent.errors import ExecutionFailed, NotBuildable, NoValidGoal
 
 if TYPE_CHECKING:
+    from agent.film import Film
     from agent.scenes.table import TableScene
     from grounding.reading import Reading
     from grounding.spec import StructureSpec
@@ -195,34 +196,70 @@ def release(table: TableScene, spec: StructureSpec, arrangement: Arrangement) ->
 
 
 def build(
-    table: TableScene, scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangement], seed: int
+    table: TableScene,
+    scene: Scene,
+    spec: StructureSpec,
+    arrangements: Sequence[Arrangement],
+    seed: int,
+    *,
+    film: bool = True,
+    watch: Callable[[TableScene], None] | None = None,
 ) -> Iterator[events.Event]:
     """Builds with the arm, looks after every placement, and judges what stands.
+
+    Args:
+        table: where it is built.
+        scene: what was seen there.
+        spec: what was asked for.
+        arrangements: imagined goals, best first.
+        seed: what the arm's planning draws follows from it.
+        film: tell a film of the arm at work too, however that ends.
+        watch: called after every physics step while the arm is at work.
 
     Raises:
         ExecutionFailed: when not everything was placed, or what was built does not stand as asked.
     """
     from agent.arm.events import Picked, Placed, PlaceFailed, Planned
     from agent.arm.executor import build_structure
+    from agent.film import HEIGHT, VIEW, WIDTH, Film
 
     initial = np.array(table.world.poses()[: table.count])
     rng = np.random.default_rng(seed)
     rank, placed, trouble = 0, 0, "no arrangement could be planned"
-    for event in build_structure(table.world, table.arm, scene, arrangements, rng=rng):
-        if isinstance(event, Planned) and event.arrangement != rank:
-            rank = event.arrangement
-            yield chosen(rank + 1, arrangements[rank], scene)
-        yield event
-        if isinstance(event, PlaceFailed):
-            trouble = f"{event.name} could not be placed: {event.reason}"
-        if isinstance(event, Picked):
-            picture = table.picture("opposite")
-            yield events.Pictured(f"placement-{placed + 1}-picked", f"{event.name} in the hand", picture)
-        if isinstance(event, Placed) and not event.aside:
-            placed += 1
-            caption = f"after placement {placed}: {event.name}"
-            yield events.Pictured(f"placement-{placed}-after", caption, table.picture())
+    reel = Film(lambda: table.world.picture(VIEW, WIDTH, HEIGHT))
+
+    def on_step() -> None:
+        if film:
+            reel.step()
+        if watch is not None:
+            watch(table)
+
+    try:
+        for event in build_structure(table.world, table.arm, scene, arrangements, rng=rng, on_step=on_step):
+            if isinstance(event, Planned) and event.arrangement != rank:
+                rank = event.arrangement
+                yield chosen(rank + 1, arrangements[rank], scene)
+            yield event
+            if isinstance(event, PlaceFailed):
+                trouble = f"{event.name} could not be placed: {event.reason}"
+            if isinstance(event, Picked):
+                picture = table.picture("opposite")
+                yield events.Pictured(f"placement-{placed + 1}-picked", f"{event.name} in the hand", picture)
+            if isinstance(event, Placed) and not event.aside:
+                placed += 1
+                caption = f"after placement {placed}: {event.name}"
+                yield events.Pictured(f"placement-{placed}-after", caption, table.picture())
+    except (Exception, KeyboardInterrupt):  # not `finally`: a generator that is closed may tell nothing more
+        yield from _told(reel)
+        raise
+    yield from _told(reel)
     yield from _judge(table, spec, arrangements[rank].goal_from_initial @ initial, placed, trouble)
+
+
+def _told(reel: Film) -> Iterator[events.Filmed]:
+    filmed = reel.finish()
+    if filmed is not None:
+        yield filmed
 
 
 def _judge(

@@ -1,0 +1,89 @@
+"""The film of a build: short however long the arm works, and told however the build ends."""
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from agent import steps
+from agent.arm.events import Stopped
+from agent.events import Checked, Filmed
+from agent.film import Film
+from agent.pictures import film_of, pictures_of
+from agent.scenes.table import TableScene
+from grounding.spec import StructureSpec
+from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.objects.procedural import procedural_objects
+from structdiffusion.observation import Arrangement
+
+
+def counted():
+    """Pictures whose brightness is the number of the step at which they were taken."""
+    step = [0]
+
+    def take() -> np.ndarray:
+        return np.full((6, 8, 3), step[0], np.uint8)
+
+    return step, take
+
+
+@pytest.mark.parametrize(("steps_taken", "frames"), [(1, [0]), (7, [0, 2, 4, 6]), (12, [0, 4, 8]), (30, [0, 8, 16, 24])])
+def test_film_stays_short_and_even(steps_taken, frames):
+    step, take = counted()
+    film = Film(take, interval=2 / 240, most=5)
+    for step[0] in range(steps_taken):
+        film.step()
+    step[0] = 200
+    filmed = film.finish()
+    assert filmed.frames[:, 0, 0, 0].tolist() == [*frames, 200]
+    if len(frames) > 1:
+        assert filmed.interval == pytest.approx((frames[1] - frames[0]) / 240)
+
+
+def test_no_film_where_nothing_moved():
+    assert Film(counted()[1]).finish() is None
+
+
+def test_film_is_kept_as_an_animation():
+    frames = np.zeros((5, 24, 32, 3), np.uint8)
+    for number, frame in enumerate(frames):
+        frame[:, number * 6 : number * 6 + 6] = 255
+    (picture,) = pictures_of(Filmed(0.8, frames))
+    assert picture.name == "film" and "10 times as fast" in picture.caption
+    with Image.open(io.BytesIO(film_of(frames))) as film:
+        assert film.is_animated and film.n_frames == 5
+        film.seek(3)
+        shown = np.asarray(film.convert("L"))
+    assert shown[:, 19:23].mean() > 200 > 60 > shown[:, :12].mean()
+
+
+@pytest.fixture
+def table():
+    """Two boxes on a table; the first goes 10 cm to the left."""
+    boxes = [model for model in procedural_objects(count=60, seed=0) if model.category == "box"][:2]
+    poses = np.array([pose_from_xyz_yaw(0.45, -0.15, 0.0, 0.0), pose_from_xyz_yaw(0.45, 0.2, 0.0, 0.0)])
+    with TableScene(boxes, poses, 2, np.random.default_rng(0)) as table:
+        yield table
+
+
+def test_an_interrupted_build_has_its_film_too(table):
+    scene = table.look()
+    motions = np.tile(np.eye(4), (2, 1, 1))
+    motions[0, 1, 3] = 0.1
+    passed, told = [0], []
+
+    def watch(watched: TableScene) -> None:
+        assert watched is table
+        passed[0] += 1
+        if passed[0] == 600:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        for event in steps.build(table, scene, StructureSpec("line"), [Arrangement(motions)], 0, watch=watch):
+            told.append(event)
+    assert isinstance(told[-2], Stopped) and isinstance(told[-1], Filmed)
+    assert not any(isinstance(event, Checked) for event in told)
+    frames = told[-1].frames
+    assert frames.shape[1:] == (240, 320, 3) and len(frames) >= 4
+    assert np.abs(frames[3].astype(int) - frames[0]).max() > 30  # the arm has moved
