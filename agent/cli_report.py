@@ -34,6 +34,7 @@ def replay(
         raise UsageError(f"--speed must be a number above 0, got {speed:g}")
     from rich.console import Console
 
+    from agent.chat.screen import ChatScreen
     from agent.replaying import replay as show
     from agent.session_file import read_session
 
@@ -43,8 +44,13 @@ def replay(
             for line in session.lines:
                 if line.event is not None:
                     print(json.dumps({"seconds": line.seconds, "event": line.event}, ensure_ascii=False), file=results)
-        else:
-            show(session, Console(file=results), speed)
+            return
+        console = Console(file=results)
+        screen = ChatScreen(console, echo=True)
+        try:
+            show(session, screen.tell, speed if console.is_terminal else None)
+        finally:
+            screen.idle()
 
 
 def report(
@@ -57,23 +63,8 @@ def report(
 
     Example: structagent report session.jsonl --out session.html
     """
-    from agent.page.document import page
-    from agent.replaying import records_of
-    from agent.session_file import read_session
+    from agent.replaying import write_page
 
-    target = out or file.with_suffix(".html")
-    if target.is_dir() or target.resolve() == file.resolve():
-        raise UsageError(f"--out must be a new file for the page, and {str(target)!r} is {_what_it_is(target)}")
-    session = read_session(file)
-    text = page([(record.report, record.pictures) for record in records_of(session)], session)
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise UsageError(f"cannot write the page {str(target)!r}: {error.strerror}") from error
+    page = write_page(file, out or file.with_suffix(".html"))
     with results_stream() as results:
-        print(f"report: {target}", file=results)
-
-
-def _what_it_is(target: Path) -> str:
-    return "a folder" if target.is_dir() else "the session itself"
+        print(f"report: {page}", file=results)

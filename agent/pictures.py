@@ -14,11 +14,10 @@ from PIL import Image, ImageDraw, ImageFont
 from scipy.spatial import ConvexHull, QhullError
 
 from agent import events
+from agent.colors import color_of
 from structdiffusion.geometry import transform_points
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene, Table
 
-# One colour per object, told apart by people who see few colours too (Okabe and Ito, without black and yellow).
-COLORS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (86, 180, 233), (230, 159, 0), (110, 84, 60))
 _PIXELS_PER_METRE = 1500  # of the drawing, which is then halved so that its edges are smooth
 _MARGIN = 0.05
 _FONT_PIXELS = 30
@@ -27,11 +26,6 @@ _QUALITY, _FILM_QUALITY = 88, 75
 FILM_SPEED = 12.0  # pictures a second
 _LAST_PICTURE = 1500  # ms
 _PAPER, _WOOD, _EDGE, _QUIET = (255, 255, 255), (244, 236, 222), (203, 187, 160), (150, 150, 150)
-
-
-def color_of(index: int) -> tuple[int, int, int]:
-    """The colour (RGB) in which the report draws object `index`."""
-    return COLORS[index % len(COLORS)]
 
 
 @dataclass(frozen=True)

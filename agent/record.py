@@ -30,7 +30,8 @@ from typing import Any
 
 from agent import __version__, events
 from agent.errors import UsageError
-from agent.page.document import page
+from agent.page.document import run_page
+from agent.page.turn import Turn
 from agent.pictures import FORMAT, Picture, pictures_of
 from agent.redaction import without_credentials
 from agent.session_file import SessionWriter
@@ -74,6 +75,11 @@ class RunRecord:
     def saw_something(self) -> bool:
         """Whether the run got as far as a scene: before that there is nothing worth a folder."""
         return self.report["scene"] is not None
+
+    @property
+    def turn(self) -> Turn:
+        """What a page shows of it."""
+        return Turn(self.report, self.pictures)
 
     def __call__(self, event: events.Event) -> None:
         """Takes one live event in, and draws the pictures that belong to it."""
@@ -132,7 +138,7 @@ class RunRecord:
             for name, content in self.pictures.items():
                 (folder / f"{name}.{FORMAT}").write_bytes(content)
             (folder / "report.json").write_text(self.json() + "\n", encoding="utf-8")
-            (folder / "report.html").write_text(page([(self.report, self.pictures)]), encoding="utf-8")
+            (folder / "report.html").write_text(run_page(self.turn), encoding="utf-8")
         except OSError as error:
             raise UsageError(f"cannot write the report into {str(folder)!r}: {error.strerror}") from error
         return folder / "report.html"

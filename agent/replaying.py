@@ -1,16 +1,16 @@
-"""A session file shown again: its turns for the page, its events for the terminal."""
+"""A session file once more: its turns on a page, its events to whoever tells them."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
 
-from rich.console import Console
-from rich.markup import escape
-
+from agent.errors import UsageError
+from agent.page.document import session_page
 from agent.record import RunRecord
-from agent.report import TerminalReport
-from agent.session_file import Session
+from agent.session_file import Session, read_session
 
 
 def records_of(session: Session) -> list[RunRecord]:
@@ -36,28 +36,52 @@ def records_of(session: Session) -> list[RunRecord]:
     return records if before["scene"] or before["remarks"] else records[1:]
 
 
+def write_page(session: Path, page: Path) -> Path:
+    """Makes the page of a session file.
+
+    Args:
+        session: the file.
+        page: where the page goes; its folder is made.
+
+    Returns:
+        `page`.
+
+    Raises:
+        BadInput: for a file that is no session, or a broken one.
+        UsageError: when the page cannot be written there.
+    """
+    if page.is_dir() or page.resolve() == session.resolve():
+        what = "a folder" if page.is_dir() else "the session itself"
+        raise UsageError(f"the page needs a file of its own, and {str(page)!r} is {what}")
+    read = read_session(session)
+    content = session_page(read, [record.turn for record in records_of(read)])
+    try:
+        page.parent.mkdir(parents=True, exist_ok=True)
+        page.write_text(content, encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"cannot write the page {str(page)!r}: {error.strerror}") from error
+    return page
+
+
 def replay(
-    session: Session, console: Console, speed: float | None = None, sleep: Callable[[float], None] = time.sleep
+    session: Session,
+    tell: Callable[[Mapping[str, Any]], None],
+    speed: float | None = None,
+    sleep: Callable[[float], None] = time.sleep,
 ) -> None:
-    """Tells a session again as it was told when it happened.
+    """Tells the events of a session again, in order.
 
     Args:
         session: what is told.
-        console: where to tell.
-        speed: how many times as fast as it happened; `None` for at once. Pauses are made on a terminal alone.
+        tell: takes one event in its JSON form.
+        speed: how many times as fast as it happened; `None` for at once.
         sleep: waits for so many seconds.
     """
-    tell = TerminalReport(console)
     passed = 0.0
     for line in session.lines:
         if line.event is None:
             continue
-        if speed is not None and console.is_terminal:
+        if speed is not None:
             sleep((line.seconds - passed) / speed)
             passed = line.seconds
-        if line.event["kind"] == "started":
-            console.print()
-        tell.tell(line.event)
-        if line.event["kind"] == "failed":  # when it happened, the command ended with this
-            message = f"stopped at {line.event['step']}: {line.event['message']}"
-            console.print(f"\n[red]{escape(message)}[/red]", highlight=False, soft_wrap=True)
+        tell(line.event)

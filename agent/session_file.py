@@ -2,7 +2,7 @@
 
 The first line says what the session is; it stands again where a later process goes on with the file:
 
-    {"schema_version": 1, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": "..."}
+    {"schema_version": 1, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": ...}
 
 Every other line is an event (`agent.events`, as it tells itself) or a picture; `seconds` count from the latest start:
 

@@ -69,7 +69,8 @@ def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:
                 f"it moved by {slip} while they closed"
             )
         case "pick_failed":
-            return f"could not pick {told['name']} (grasp: {told['grasp']}, attempt {told['attempt']}): {told['reason']}"
+            attempt = f"grasp: {told['grasp']}, attempt {told['attempt']}"
+            return f"could not pick {told['name']} ({attempt}): {told['reason']}"
         case "placed" if told["aside"]:
             return f"moved {told['name']} out of the way, {duration(told['seconds'])}"
         case "placed":
@@ -80,9 +81,9 @@ def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:
         case "place_failed":
             return f"could not place {told['name']}: {told['reason']}"
         case "stopped":
-            hand = "with nothing in the hand"
+            held, hand = f"the {told['name']}", "with nothing in the hand"
             if told["object"] is not None:
-                hand = f"and set the {told['name']} down" if told["set_down"] else f"with the {told['name']} in the hand"
+                hand = f"and set {held} down" if told["set_down"] else f"with {held} in the hand"
             return f"stopped {hand}; the arm {'has folded' if told['folded'] else 'stays where it is'}"
         case kind:
             return kind.replace("_", " ")

@@ -1,1 +1,1 @@
-"""The page of a run or a session."""
+"""The page of a run or of a session: one self-contained HTML file that nothing is loaded into, without a script."""

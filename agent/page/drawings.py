@@ -1,0 +1,79 @@
+"""Drawings of the table from above, as SVG: the same objects, colours and letters as in the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+from agent.markers import Marker, markers_of_candidate, markers_of_scene
+from agent.telling import number, shortcoming
+
+CANDIDATES_SHOWN = 6
+_MARGIN = 0.03  # m around the table
+_MILLIMETRES = 1000
+_LETTER = 34  # mm
+
+
+def legend(scene: Mapping[str, Any]) -> str:
+    """Which letter is which object; `scene` is a report's."""
+    entries = "".join(
+        f"<li>{swatch(marker)} {escape(marker.label)}</li>"
+        for marker in sorted(markers_of_scene(scene), key=lambda marker: (marker.faint, marker.letter))
+    )
+    return f'<ul class="legend">{entries}</ul>'
+
+
+def swatch(marker: Marker) -> str:
+    """An object's letter on its colour."""
+    kind = "key faint" if marker.faint else "key"
+    return f'<span class="{kind}" style="background:rgb{marker.color}">{escape(marker.letter)}</span>'
+
+
+def candidates(report: Mapping[str, Any]) -> str:
+    """The best candidates of a report side by side, with their scores and why they are not the best."""
+    scene, told = report["scene"], report["imagination"]["candidates"]
+    chosen = report["chosen"]["rank"] if report["chosen"] else None
+    shown = [each for each in told if each["rank"] <= CANDIDATES_SHOWN or each["rank"] == chosen]
+    figures = []
+    for candidate in shown:
+        markers = markers_of_candidate(scene, candidate["positions"], candidate.get("turns") or ())
+        rank, total = candidate["rank"], number(candidate["scores"].get("total"), 3)
+        why = "the best" if rank == 1 else shortcoming(candidate["scores"], told[0]["scores"])
+        picked = rank == chosen
+        figures.append(
+            f'<figure class="{"candidate chosen" if picked else "candidate"}">'
+            + _drawing(markers, scene["table"], f"candidate {rank} from above: {_places(markers)}")
+            + f"<figcaption><b>{rank}</b> · score {total}{' · <b>chosen</b>' if picked else ''}"
+            + f"<br>{escape(why)}</figcaption></figure>"
+        )
+    return f'<div class="candidates">{"".join(figures)}</div>'
+
+
+def _places(markers: Sequence[Marker]) -> str:
+    """Where the objects that take part are, for people who do not see the drawing: centimetres, x then y."""
+    middles = [(marker.label, marker.outline.mean(axis=0)) for marker in markers if not marker.faint]
+    return "; ".join(f"{label} at {100 * x:.0f}, {100 * y:.0f} cm" for label, (x, y) in middles)
+
+
+def _drawing(markers: Sequence[Marker], table: Sequence[float], words: str) -> str:
+    """The table and the objects on it: up is away from the robot, left is +y; millimetres."""
+    x_min, x_max, y_min, y_max = table
+
+    def place(x: float, y: float) -> tuple[int, int]:
+        return round((y_max + _MARGIN - y) * _MILLIMETRES), round((x_max + _MARGIN - x) * _MILLIMETRES)
+
+    width, height = place(x_min - _MARGIN, y_min - _MARGIN)
+    left, top = place(x_max, y_max)
+    right, bottom = place(x_min, y_min)
+    shapes = [f'<rect class="wood" x="{left}" y="{top}" width="{right - left}" height="{bottom - top}" rx="6"/>']
+    middle = place(x_min, 0.0)[0]
+    shapes.append(f'<path class="robot" d="M{middle - 45} {bottom} a45 45 0 0 1 90 0z"/>')
+    for marker in markers:
+        corners = " ".join(f"{column},{row}" for column, row in (place(x, y) for x, y in marker.outline))
+        kind = "object faint" if marker.faint else "object"
+        shapes.append(f'<polygon class="{kind}" points="{corners}" style="--color:rgb{marker.color}"/>')
+    for marker in markers:
+        column, row = place(*marker.outline.mean(axis=0))
+        shapes.append(f'<text x="{column}" y="{row}" dy="{_LETTER * 0.35:.0f}">{escape(marker.letter)}</text>')
+    return f'<svg viewBox="0 0 {width} {height}" role="img" aria-label="{escape(words)}">{"".join(shapes)}</svg>'
