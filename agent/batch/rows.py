@@ -1,0 +1,244 @@
+"""The rows of a batch file, read and checked; a row that is wrong is told in its place, and the rest goes on.
+
+A file is JSON lines when its name ends in .jsonl or .ndjson, plain text when it ends in .txt, and otherwise what its
+first character that is no space says: "{" begins JSON lines. In both, blank lines are left out.
+
+Plain text has an instruction a line; lines that begin with "#" are left out. A JSON line is an object with these keys,
+of which only `text` must be there; a value that is `null` counts as not given:
+
+| key | value |
+|---|---|
+| `id` | 1 to 80 letters, digits, ".", "_" and "-", the first a letter or a digit; by default "line-007" for line 7 |
+| `text` | the instruction |
+| `scene`, `objects`, `model`, `weights`, `seed`, `execute` | as the flags of `run`; by default the batch's own flags |
+| `parser`, `viewpoint`, `llm_model`, `llm_url` | likewise |
+
+Relative paths in a row are seen from the file's folder; from the current one where the rows come from standard input.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from agent.config import SETTINGS
+from agent.errors import AgentError, BadInput, UsageError
+from agent.events import json_value
+from agent.pipeline import RunOptions
+
+STANDARD_INPUT = "-"
+LARGEST_SEED = 2**63 - 1  # what torch takes
+_SETTINGS = {setting.name: setting for setting in SETTINGS if setting.name != "workers"}
+KEYS = ("id", "text", *_SETTINGS)
+_PLACES = ("scene", "objects", "weights")  # what is not there is bad input; any other illegal value is wrong usage
+_READING = ("parser", "viewpoint", "llm_model", "llm_url")
+_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,79}")
+_DEFAULT_ID = re.compile(r"line-\d+", re.IGNORECASE)
+_KIND = {str: "a text", int: "a whole number", bool: "true or false"}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One instruction to carry out.
+
+    Attributes:
+        line: where it is in its file, counted from 1.
+        id: unique in its file, and the name of its report's folder.
+        text: the instruction.
+        options: everything else that decides the result; paths are absolute.
+        fingerprint: of all that; a result with the same one need not be computed again. A scene file counts by its
+            content; what lies in folders of meshes and weights is not looked at.
+    """
+
+    line: int
+    id: str
+    text: str
+    options: RunOptions
+    fingerprint: str
+
+
+@dataclass(frozen=True)
+class BadRow:
+    """A row that cannot be carried out: why, in a sentence, and the exit code that says whose error it is."""
+
+    line: int
+    id: str
+    text: str | None
+    message: str
+    exit_code: int
+
+
+def read_rows(source: str, defaults: RunOptions) -> list[Row | BadRow]:
+    """The rows of a batch file, in order.
+
+    Args:
+        source: the file's path, or "-" for standard input.
+        defaults: the options of a row that gives none.
+
+    Raises:
+        BadInput: when there is no such file, or it has no rows.
+        UsageError, BadInput: when the defaults themselves are not legal.
+    """
+    if source == STANDARD_INPUT:
+        content, folder = sys.stdin.buffer.read(), Path.cwd()
+    else:
+        path = Path(source)
+        if not path.is_file():
+            raise BadInput(f"there is no batch file {source!r}")
+        content, folder = path.read_bytes(), path.resolve().parent
+    defaults = with_options(defaults, flags_of(defaults), Path.cwd(), flags=True)
+    lines = [line.rstrip(b"\r") for line in content.removeprefix(b"\xef\xbb\xbf").split(b"\n")]
+    reader = _Reader(folder, defaults, _is_json(source, content))
+    rows = [row for number, line in enumerate(lines, start=1) if line.strip() for row in reader.row(number, line)]
+    if not rows:
+        raise BadInput("standard input has no rows" if source == STANDARD_INPUT else f"{source!r} has no rows")
+    return rows
+
+
+def _is_json(source: str, content: bytes) -> bool:
+    suffix = Path(source).suffix.lower()
+    if suffix in (".jsonl", ".ndjson", ".txt"):
+        return suffix != ".txt"
+    return content.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{"
+
+
+def flags_of(options: RunOptions) -> dict[str, Any]:
+    """Options by the names of their flags, those that are not given left out."""
+    values = asdict(options) | asdict(options.reading)
+    named = {name: values[name] for name in _SETTINGS if values[name] is not None}
+    return named | ({"weights": str(options.weights)} if options.weights is not None else {})
+
+
+def with_options(base: RunOptions, given: Mapping[str, Any], folder: Path, flags: bool = False) -> RunOptions:
+    """`base` with the values of some flags, checked.
+
+    Args:
+        base: what holds where nothing is given.
+        given: flag -> value.
+        folder: where relative paths start from.
+        flags: whether messages are about flags of the command line, or about the keys of a row.
+
+    Raises:
+        UsageError: for a value that is not legal.
+        BadInput: for a value of the wrong type, or a file or folder that is not there.
+    """
+    values = {name: _accepted(name, value, folder, flags) for name, value in given.items()}
+    if "weights" in values:
+        values["weights"] = Path(values["weights"])
+    reading = {name: values.pop(name) for name in _READING if name in values}
+    return replace(base, **values, reading=replace(base.reading, **reading))
+
+
+def _accepted(name: str, value: Any, folder: Path, flags: bool) -> Any:
+    setting = _SETTINGS[name]
+    called = "--" + name.replace("_", "-") if flags else name
+    if type(value) is not setting.kind:
+        raise BadInput(f"{called} must be {_KIND[setting.kind]}, and {_told(value)} is none")
+    try:
+        accepted = setting.accept(value, folder)
+    except (ValueError, OSError):
+        kind = BadInput if name in _PLACES else UsageError
+        raise kind(f"{called} cannot be {_told(value)}; legal: {setting.legal}") from None
+    if name == "seed" and value > LARGEST_SEED:
+        raise UsageError(f"{called} cannot be {_told(value)}; legal: 0 to {LARGEST_SEED}")
+    return accepted
+
+
+def _told(value: Any) -> str:
+    """A value as JSON has it, cut where it is long."""
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+class _Reader:
+    """Reads lines of one file; knows which ids were taken before."""
+
+    def __init__(self, folder: Path, defaults: RunOptions, as_json: bool) -> None:
+        self._folder, self._defaults, self._as_json = folder, defaults, as_json
+        self._lines: dict[str, int] = {}  # id, in small letters, because not every disk tells "A" from "a" -> line
+
+    def row(self, line: int, content: bytes) -> Iterator[Row | BadRow]:
+        """The row in a line that is not blank; nothing for a comment."""
+        own, text = f"line-{line:03d}", None
+        try:
+            said = content.decode()
+            if not self._as_json:
+                if not said.lstrip().startswith("#"):
+                    yield self._checked(line, own, said.strip(), {})
+                return
+            keys = {key: value for key, value in _object(said).items() if value is not None}
+            text = keys["text"] if isinstance(keys.get("text"), str) else None
+            own = self._id(line, own, keys.pop("id", own))
+            if unknown := [key for key in keys if key not in KEYS]:
+                raise BadInput(f"the key {_told(unknown[0])} is unknown; legal: {', '.join(KEYS)}")
+            if "text" not in keys:
+                raise BadInput('the key "text" is missing: it holds the instruction')
+            if text is None:
+                raise BadInput(f"text must be a text, and {_told(keys['text'])} is none")
+            del keys["text"]
+            yield self._checked(line, own, text, keys)
+        except UnicodeDecodeError as error:
+            message = f"line {line}: byte {content[error.start]:#04x} at place {error.start + 1} is no UTF-8 text"
+            yield BadRow(line, own, None, message, BadInput.exit_code)
+        except AgentError as error:
+            yield BadRow(line, own, text, f"line {line}: {error}", error.exit_code)
+
+    def _id(self, line: int, own: str, given: Any) -> str:
+        if not isinstance(given, str) or not _ID.fullmatch(given):
+            raise BadInput(
+                f"the id cannot be {_told(given)}, because it names a folder; legal: a text of 1 to 80 letters "
+                'a-z, digits, ".", "_" and "-", the first a letter or a digit'
+            )
+        if given != own and _DEFAULT_ID.fullmatch(given):
+            raise BadInput(f"the id {_told(given)} is kept for rows without one; this one would be {_told(own)}")
+        earlier = self._lines.setdefault(given.lower(), line)
+        if earlier != line:
+            raise BadInput(f"the id {_told(given)} is that of line {earlier} already; each must be unique")
+        return given
+
+    def _checked(self, line: int, own: str, text: str, given: Mapping[str, Any]) -> Row:
+        options = with_options(self._defaults, given, self._folder)
+        return Row(line, own, text, options, fingerprint(text, options))
+
+
+def _object(line: str) -> dict[str, Any]:
+    """The object in a line of JSON.
+
+    Raises:
+        BadInput: when there is none.
+    """
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        keys = [key for key, _ in pairs]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise BadInput(f"the key {_told(key)} is given twice")
+        return dict(pairs)
+
+    try:
+        value = json.loads(line, object_pairs_hook=once)
+        json.dumps(value, ensure_ascii=False).encode()
+    except json.JSONDecodeError as error:
+        raise BadInput(f"this is no JSON: {error.msg} at place {error.colno}") from None
+    except UnicodeEncodeError:
+        raise BadInput("this is no text: it has one half of a surrogate pair without the other") from None
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits; brackets in thousands of brackets
+        raise BadInput(f"this is no JSON that can be read: {error}") from None
+    if not isinstance(value, dict):
+        raise BadInput(f'a row must be an object such as {{"text": "make a line"}}, and {_told(value)} is none')
+    return value
+
+
+def fingerprint(text: str, options: RunOptions) -> str:
+    """Sixteen hexadecimal digits that change with anything that decides a row's result; see `Row`."""
+    decides = json_value(asdict(options)) | {"text": text}
+    scene = Path(options.scene)
+    if scene.is_file():
+        decides["scene"] = hashlib.sha256(scene.read_bytes()).hexdigest()
+    return hashlib.sha256(json.dumps(decides, sort_keys=True).encode()).hexdigest()[:16]

@@ -1,0 +1,109 @@
+"""What became of a batch: counted by outcome and by shape, and what failed and why."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TextIO
+
+from agent.batch.working import CRASHED
+from agent.errors import BAD_INPUT, DONE, EXECUTION_FAILED, NO_VALID_GOAL, NOT_BUILDABLE, USAGE
+from agent.telling import aligned, duration
+
+OUTCOMES = {
+    DONE: "done",
+    CRASHED: "broke down",
+    BAD_INPUT: "bad input",
+    USAGE: "wrong usage",
+    EXECUTION_FAILED: "execution failed",
+    NO_VALID_GOAL: "no valid goal",
+    NOT_BUILDABLE: "not understood or not buildable",
+}  # but for the first, the most serious first
+_MOST_TOLD = 20  # failures in the table; all are in the results
+_NARROWEST = 20  # characters of a message that are told on any terminal
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The results of all rows, in the order of the file.
+
+    Attributes:
+        results: one per row, as in `results.jsonl`.
+        kept: how many were there before.
+        path: of `results.jsonl`.
+    """
+
+    results: Sequence[Mapping[str, Any]]
+    kept: int
+    path: Path
+
+    @property
+    def failures(self) -> list[Mapping[str, Any]]:
+        """The results of the rows that failed."""
+        return [result for result in self.results if not result["success"]]
+
+    @property
+    def exit_code(self) -> int:
+        """0 where all rows succeeded, otherwise that of the most serious failure."""
+        codes = {result["exit_code"] for result in self.failures}
+        return next((code for code in OUTCOMES if code in codes), DONE)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The summary as JSON has it."""
+        codes = Counter(result["exit_code"] for result in self.results)
+        return {
+            "rows": len(self.results),
+            "succeeded": len(self.results) - len(self.failures),
+            "kept": self.kept,
+            "exit_code": self.exit_code,
+            "outcomes": {str(code): codes[code] for code in OUTCOMES if codes[code]},
+            "shapes": self._shapes(),
+            "failures": [
+                {key: result[key] for key in ("id", "line", "exit_code", "step", "message")} for result in self.failures
+            ],
+            "results": str(self.path),
+        }
+
+    def _shapes(self) -> dict[str, dict[str, Any]]:
+        of_shape: dict[str, list[Mapping[str, Any]]] = {}
+        for result in self.results:
+            if result["spec"] is not None:
+                of_shape.setdefault(result["spec"]["shape"] or "open", []).append(result)
+        return {
+            shape: {
+                "rows": len(results),
+                "succeeded": sum(result["success"] for result in results),
+                "mean_seconds": round(sum(result["seconds"]["total"] for result in results) / len(results), 3),
+            }
+            for shape, results in sorted(of_shape.items())
+        }
+
+    def tell(self, results: TextIO, width: int | None) -> None:
+        """The table for people; messages are cut so that lines fit into `width` characters, if it is not `None`."""
+        told = self.to_dict()
+        rows = [("outcome", "rows"), *((OUTCOMES[int(code)], str(n)) for code, n in told["outcomes"].items())]
+        print(aligned([*rows, ("all", str(told["rows"]))], left=1), file=results)
+        if told["shapes"]:
+            rows = [
+                (shape, str(one["rows"]), str(one["succeeded"]), duration(one["mean_seconds"]))
+                for shape, one in told["shapes"].items()
+            ]
+            print("\n" + aligned([("shape", "rows", "done", "mean time"), *rows], left=1), file=results)
+        if self.failures:
+            print("\n" + self._failures(width), file=results)
+        kept = f" ({self.kept} were there before)" if self.kept else ""
+        print(f"\nresults: {self.path}{kept}", file=results)
+
+    def _failures(self, width: int | None) -> str:
+        told = self.failures[:_MOST_TOLD]
+        beside = max(len(result["id"]) for result in (*told, {"id": "failed"})) + len("  code  ")
+        most = None if width is None else max(_NARROWEST, width - beside)
+        rows = [(result["id"], str(result["exit_code"]), _cut(result["message"], most)) for result in told]
+        more = len(self.failures) - len(told)
+        return aligned([("failed", "code", "why"), *rows]) + (f"\nand {more} more" if more else "")
+
+
+def _cut(message: str, most: int | None) -> str:
+    return message if most is None or len(message) <= most else message[: most - 3] + "..."

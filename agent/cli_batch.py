@@ -1,0 +1,91 @@
+"""`structagent batch`: many instructions from a file."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from agent.cli_options import (
+    JsonOption,
+    LLMModelOption,
+    LLMUrlOption,
+    ModelOption,
+    ObjectsOption,
+    ParserOption,
+    Parsers,
+    SeedOption,
+    Viewpoint,
+    ViewpointOption,
+    WeightsOption,
+    complain,
+)
+from agent.streams import results_stream
+
+
+def batch(
+    file: Annotated[
+        str, typer.Argument(metavar="FILE", help="JSON lines or plain text; - is standard input.", show_default=False)
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Results and reports; what succeeded there is kept.")],
+    scene: Annotated[
+        str,
+        typer.Option(metavar="simulated|FILE", help="Drawn for the instruction, or placed by a scene file (.yaml)."),
+    ] = "simulated",
+    objects: ObjectsOption = "ycb",
+    model: ModelOption = "diffusion",
+    weights: WeightsOption = None,
+    seed: SeedOption = 0,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes; by default one per core, of this machine or the cluster.")
+    ] = None,
+    ray: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help='A Ray cluster that does the work, or "local" for one that is started.'),
+    ] = None,
+    json_output: JsonOption = False,
+    parser: ParserOption = Parsers.embedding,
+    viewpoint: ViewpointOption = Viewpoint.robot,
+    llm_model: LLMModelOption = None,
+    llm_url: LLMUrlOption = None,
+    execute: Annotated[
+        bool, typer.Option("--execute/--no-execute", help="Build with the arm, or stop at the imagined goals.")
+    ] = True,
+) -> None:
+    """Carry out many instructions; called again, it redoes what failed, is missing or has changed.
+
+    \b
+    FILE has an instruction a line, with # before a comment, or JSON lines such as
+      {"text": "make a line", "id": "mine", "seed": 3, "scene": "desk.yaml"}
+    where only text is needed; id is unique and names the report's folder; all other
+    keys are called as the flags below, which hold where a row has none: scene, objects,
+    model, weights, seed, execute, parser, viewpoint, llm_model, llm_url. Paths in a row
+    are seen from FILE's folder. A row that is wrong fails in its place.
+
+    \b
+    DIR gets results.jsonl, a line per row, written as the rows end: a batch that is
+    stopped loses only the rows at work. rows/ID has the report of each row.
+
+    The exit code is 0 when all rows succeeded, otherwise that of the most serious failure, in this order: 1 the tool
+    broke down, 6, 2, 5, 4, 3.
+
+    Example: structagent batch orders.jsonl --out out/orders --workers 4
+    """
+    from agent.batch.running import run_batch
+    from agent.pipeline import RunOptions
+    from agent.reading import ReadingOptions
+
+    reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
+    defaults = RunOptions(scene, objects, model, weights, seed, execute, reading)
+    with results_stream() as results:
+        summary = run_batch(file, out, defaults, workers, ray)
+        if json_output:
+            print(json.dumps(summary.to_dict(), indent=1, ensure_ascii=False), file=results)
+        else:
+            summary.tell(results, shutil.get_terminal_size().columns if results.isatty() else None)
+    if summary.failures:
+        complain(f"{len(summary.failures)} of {len(summary.results)} rows failed")
+        raise typer.Exit(summary.exit_code)

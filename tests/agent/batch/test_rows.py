@@ -1,0 +1,162 @@
+"""Batch files: what a row says, what is wrong with it, and that the rest goes on."""
+
+import io
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from agent.batch.rows import LARGEST_SEED, BadRow, Row, read_rows
+from agent.errors import BadInput, UsageError
+from agent.pipeline import RunOptions
+
+DEFAULTS = RunOptions(model="geometric", seed=7)
+GOOD = '{"text": "stack the cans"}'
+
+
+@pytest.fixture
+def read(tmp_path):
+    """Reads a file with the given content."""
+
+    def rows(content: str | bytes, name: str = "orders.jsonl") -> list[Row | BadRow]:
+        path = tmp_path / name
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return read_rows(str(path), DEFAULTS)
+
+    return rows
+
+
+def test_plain_text_has_an_instruction_a_line(read):
+    rows = read("\ufeff# tables\r\n\r\n make a line \r\n  # not this\nstack the cans", "orders.txt")
+    assert [(row.line, row.id, row.text) for row in rows] == [
+        (3, "line-003", "make a line"),
+        (5, "line-005", "stack the cans"),
+    ]
+    assert all(row.options == DEFAULTS for row in rows)
+
+
+def test_keys_are_called_as_the_flags(read, tmp_path):
+    (tmp_path / "desk.yaml").write_text("version: 1")
+    (tmp_path / "checkpoints").mkdir()
+    given = {
+        "id": "mine", "text": "stack the cans", "scene": "desk.yaml", "objects": "procedural", "model": "diffusion",
+        "weights": "checkpoints", "seed": 3, "execute": False, "parser": "llm", "viewpoint": "opposite",
+        "llm_url": "http://127.0.0.1:1/v1",
+    }  # fmt: skip
+    row, plain = read(json.dumps(given) + "\n\n" + '{"text": "a row", "seed": null}')
+    options = row.options
+    assert (row.id, row.line, row.text) == ("mine", 1, "stack the cans")
+    assert (options.scene, options.weights) == (str(tmp_path / "desk.yaml"), tmp_path / "checkpoints")
+    assert (options.objects, options.model, options.seed, options.execute) == ("procedural", "diffusion", 3, False)
+    assert (options.reading.parser, options.reading.viewpoint) == ("llm", "opposite")
+    assert options.reading.llm_url == given["llm_url"]
+    assert (plain.id, plain.line, plain.options) == ("line-003", 3, DEFAULTS)
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "parts"),
+    [
+        ('{"text": "a"', 6, ("no JSON", "place 13")),
+        ("make a line", 6, ("no JSON",)),
+        ("[" * 100_000, 6, ("no JSON",)),
+        ('{"text": "a", "seed": ' + "9" * 5000 + "}", 6, ("no JSON",)),
+        ('["a"]', 6, ("must be an object", '["a"]')),
+        ('{"seed": 1}', 6, ('"text" is missing',)),
+        ('{"text": 5}', 6, ("text must be a text", "5")),
+        ('{"text": "half \\ud800"}', 6, ("surrogate",)),
+        ('{"text": "a", "sceen": "x"}', 6, ('"sceen"', "legal: id, text, scene, objects")),
+        ('{"text": "a", "text": "b"}', 6, ('"text" is given twice',)),
+        ('{"text": "a", "seed": "3"}', 6, ("seed must be a whole number", '"3"')),
+        ('{"text": "a", "seed": 3.5}', 6, ("seed must be a whole number", "3.5")),
+        ('{"text": "a", "seed": true}', 6, ("seed must be a whole number", "true")),
+        ('{"text": "a", "execute": 1}', 6, ("execute must be true or false", "1")),
+        ('{"text": "a", "scene": "nowhere.yaml"}', 6, ('scene cannot be "nowhere.yaml"', "simulated")),
+        ('{"text": "a", "objects": "nowhere"}', 6, ('objects cannot be "nowhere"', "ycb")),
+        ('{"text": "a", "weights": "nowhere"}', 6, ('weights cannot be "nowhere"',)),
+        ('{"text": "a", "seed": -1}', 2, ("seed cannot be -1", "at least 0")),
+        (f'{{"text": "a", "seed": {LARGEST_SEED + 1}}}', 2, ("seed cannot be", str(LARGEST_SEED))),
+        ('{"text": "a", "model": "oracle"}', 2, ('model cannot be "oracle"', "diffusion", "geometric")),
+        ('{"text": "a", "parser": "psychic"}', 2, ('parser cannot be "psychic"', "embedding", "llm")),
+        ('{"text": "a", "viewpoint": "above"}', 2, ('viewpoint cannot be "above"', "robot", "opposite")),
+        ('{"text": "a", "id": 7}', 6, ("id cannot be 7", "letter")),
+        ('{"text": "a", "id": ""}', 6, ('id cannot be ""',)),
+        ('{"text": "a", "id": "../up"}', 6, ('id cannot be "../up"', "folder")),
+        ('{"text": "a", "id": ".hidden"}', 6, ('id cannot be ".hidden"',)),
+        ('{"text": "a", "id": "line-007"}', 6, ('"line-007" is kept', '"line-002"')),
+        ('{"text": "a", "id": "First"}', 6, ('"First" is that of line 1',)),
+    ],
+)
+def test_a_bad_row_is_told_in_its_place(read, line, code, parts):
+    first, bad, last = read(f'{{"text": "make a line", "id": "first"}}\n{line}\n{GOOD}\n')
+    assert isinstance(first, Row) and isinstance(last, Row)
+    assert isinstance(bad, BadRow) and (bad.line, bad.id, bad.exit_code) == (2, "line-002", code)
+    assert bad.message.startswith("line 2: ") and "\n" not in bad.message and len(bad.message) < 400
+    assert all(part in bad.message for part in parts), bad.message
+
+
+def test_a_bad_row_keeps_an_id_that_is_its_own(read):
+    (bad,) = read('{"id": "mine", "text": "a", "seed": -1}')
+    assert (bad.id, bad.text) == ("mine", "a")
+
+
+def test_bytes_that_are_no_text(read):
+    bad, good = read(b"make a \xff line\nstack the cans\n", "orders.txt")
+    assert "0xff at place 8" in bad.message and bad.exit_code == 6 and good.text == "stack the cans"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "texts"),
+    [
+        ("orders", f"\n  {GOOD}\n", ["stack the cans"]),
+        ("orders", 'a row\n{"text": "b"}', ["a row", '{"text": "b"}']),
+        ("orders.txt", '{"text": "b"}', ['{"text": "b"}']),
+        ("orders.NDJSON", GOOD, ["stack the cans"]),
+    ],
+)
+def test_format_by_name_and_else_by_the_first_character(read, name, content, texts):
+    assert [row.text for row in read(content, name)] == texts
+
+
+def test_fingerprint_changes_with_what_decides_the_result_and_nothing_else(read, tmp_path):
+    scene = tmp_path / "desk.yaml"
+    scene.write_text("version: 1")
+    lines = [
+        GOOD,
+        '{"text": "stack the cans", "id": "other"}',
+        '{"text": "stack the cans", "seed": 7}',
+        '{"text": "stack the mugs"}',
+        '{"text": "stack the cans", "seed": 8}',
+        '{"text": "stack the cans", "execute": false}',
+        '{"text": "stack the cans", "viewpoint": "opposite"}',
+        '{"text": "stack the cans", "scene": "desk.yaml"}',
+    ]
+    prints = [row.fingerprint for row in read("\n".join(lines))]
+    assert len(set(prints[:3])) == 1 and len(set(prints[2:])) == len(prints[2:])
+    scene.write_text("version: 1 # edited")
+    again = [row.fingerprint for row in read("\n".join(lines))]
+    assert again[:-1] == prints[:-1] and again[-1] != prints[-1]
+
+
+def test_standard_input(monkeypatch):
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"make a line\n\n# no\nstack the cans\n")))
+    assert [(row.line, row.text) for row in read_rows("-", DEFAULTS)] == [(1, "make a line"), (4, "stack the cans")]
+
+
+@pytest.mark.parametrize("content", ["", "\n \n", "# nothing\n"])
+def test_a_file_without_rows(read, content):
+    with pytest.raises(BadInput, match="orders.txt' has no rows"):
+        read(content, "orders.txt")
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(BadInput, match="there is no batch file 'orders.txt'"):
+        read_rows("orders.txt", DEFAULTS)
+
+
+def test_flags_that_are_not_legal_end_the_batch(tmp_path):
+    (tmp_path / "orders.txt").write_text("make a line")
+    with pytest.raises(UsageError, match='--model cannot be "oracle"; legal: diffusion'):
+        read_rows(str(tmp_path / "orders.txt"), RunOptions(model="oracle"))
+    with pytest.raises(BadInput, match='--weights cannot be "nowhere"'):
+        read_rows(str(tmp_path / "orders.txt"), RunOptions(weights=Path("nowhere")))
