@@ -22,6 +22,7 @@ _DARK, _LIGHT = (0, 0, 0), (255, 255, 255)  # of the letters on an object
 # Which of 16 colours stands for which; the nearest ones would be the same for several objects.
 _OF_SIXTEEN = dict(zip(COLORS, (4, 1, 2, 5, 6, 3, 0), strict=True))
 _OF_SIXTEEN |= {FAINT: 8, _WOOD: 7, _EDGE: 3, _DARK: 0, _LIGHT: 15}
+_BRIGHT_OF_SIXTEEN = (3, 6, 7)  # yellow, cyan, white
 _ROBOT = " robot "  # on the edge, where it stands
 _SAMPLES = 4  # along each side of a pixel
 _COVERED = 0.4  # of a pixel, from which on it is the object's: a fork is narrower than most pixels
@@ -184,8 +185,11 @@ def _color(colors: int, rgb: RGB) -> Color:
 
 def _chip(color: RGB, colors: int) -> Style:
     """A letter on its object's colour."""
-    bright = 0.299 * color[0] + 0.587 * color[1] + 0.114 * color[2]
-    return _style(colors, _DARK if bright > 140 else _LIGHT, color, bold=True)
+    if colors <= 16:
+        bright = _OF_SIXTEEN.get(color) in _BRIGHT_OF_SIXTEEN
+    else:
+        bright = 0.299 * color[0] + 0.587 * color[1] + 0.114 * color[2] > 140
+    return _style(colors, _DARK if bright else _LIGHT, color, bold=True)
 
 
 def side_by_side(pictures: Sequence[list[Text]], captions: Sequence[Sequence[str | Text]], width: int) -> list[Text]:

@@ -157,12 +157,6 @@ def test_no_half_blocks_where_they_cannot_be_written():
     assert colors_of(Console(file=file, force_terminal=True, color_system="truecolor", _environ={})) == 0
 
 
-def test_the_report_draws_in_the_same_colours():
-    from agent import pictures
-
-    assert [pictures.color_of(index) for index in range(9)] == [color_of(index) for index in range(9)]
-
-
 def test_drawing_needs_nothing_heavy():
     program = "import sys, agent.blocks, agent.markers; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
