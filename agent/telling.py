@@ -126,7 +126,7 @@ _SHORTCOMING = {
     "support": "what is stacked would stand less well",
     "free of distractors": "it comes too close to what has to stay",
 }
-_AS_GOOD = 0.995  # of the best's score
+_AS_GOOD, _ALMOST_AS_GOOD = 0.995, 0.95  # of the best's score
 
 
 def shortcoming(scores: Mapping[str, float | None], best: Mapping[str, float | None]) -> str:
@@ -146,4 +146,5 @@ def shortcoming(scores: Mapping[str, float | None], best: Mapping[str, float | N
         return f"total {number(total, 2)} against {number(most, 2)}"
     worst = min(shares, key=lambda name: shares[name])
     words = _SHORTCOMING.get(worst, f"its {worst} is lower")
-    return f"{words} ({worst} {number(scores.get(worst), 2)}, the best has {number(best[worst], 2)})"
+    almost = "almost as good, but " if total >= _ALMOST_AS_GOOD * most else ""
+    return f"{almost}{words} ({worst} {number(scores.get(worst), 3)}, the best has {number(best[worst], 3)})"

@@ -136,7 +136,8 @@ class Turn:
         names = [seen["name"] for seen in scene["objects"]] if scene else []
         lines = "".join(f"<li>{escape(arm_sentence(told, names))}</li>" for told in self.report["arm"])
         steps = [shown for name, shown in self._figures.items() if name.startswith("placement-")]
-        content = album([self._figures.get("film")], "pictures film") + f'<ol class="story">{lines}</ol>'
+        film = self._figures.get("film", "")
+        content = f'<div class="{"beside" if film else ""}">{film}<ol class="story">{lines}</ol></div>'
         return section("Building it", content + album(steps, "pictures small"), self._seconds("build"))
 
     def _verdict(self) -> str:
@@ -147,7 +148,7 @@ class Turn:
             (
                 '<span class="good">✓ passed</span>' if check["passed"] else '<span class="bad">✗ failed</span>',
                 escape(check["name"]),
-                number(check["measured"], 3),
+                _measured(check["measured"]),
                 escape(check["limit"]),
                 gauge(check["measured"], check["limit"]),
             )
@@ -168,6 +169,11 @@ class Turn:
         rows = [(escape(slot_label(name)), escape(_told(value))) for name, value in _flat(self.report["options"])]
         options = table(("option", "value"), rows) if rows else ""
         return f"<details><summary>every option of this run</summary>{options}</details>" if options else ""
+
+
+def _measured(value: float | None) -> str:
+    """A measured value; one that counts something as a whole number."""
+    return number(value, 0 if value is not None and float(value).is_integer() else 3)
 
 
 def _flat(options: Mapping[str, Any]) -> list[tuple[str, Any]]:
