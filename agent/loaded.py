@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path
+from threading import RLock
 from typing import TYPE_CHECKING
 
 from agent.reading import ReadingOptions, make_reader
@@ -16,9 +17,10 @@ if TYPE_CHECKING:
 
 
 class Loaded:
-    """Loads on demand, and keeps what cannot change; a run with it ends as a run without."""
+    """Loads on demand, and keeps what cannot change; a run with it ends as a run without. Threads may share it."""
 
     def __init__(self) -> None:
+        self._lock = RLock()
         self._readers: dict[ReadingOptions, Reader] = {}
         self._planners: dict[tuple[str, Path | None], Planner] = {}
         self._libraries: dict[str, SceneSource] = {}
@@ -36,18 +38,28 @@ class Loaded:
 
     def reader(self, options: ReadingOptions) -> Reader:
         """The reader that the options ask for; one that had to fall back is not kept: the next run tries anew."""
-        reader = self._readers.get(options)
-        if reader is None or reader.fallback:
-            reader = self._readers[options] = make_reader(options, self.encoder)
-        return reader
+        with self._lock:
+            reader = self._readers.get(options)
+            if reader is None or reader.fallback:
+                reader = self._readers[options] = make_reader(options, self.encoder)
+            return reader
 
     def planner(self, model: str, weights: Path | None) -> Planner:
         """As `agent.planning.checked_planner`."""
         from agent.planning import checked_planner
 
-        if (model, weights) not in self._planners:
-            self._planners[model, weights] = checked_planner(model, weights)
-        return self._planners[model, weights]
+        with self._lock:
+            if (model, weights) not in self._planners:
+                self._planners[model, weights] = checked_planner(model, weights)
+            return self._planners[model, weights]
+
+    def warm(self, reading: ReadingOptions, model: str, weights: Path | None) -> None:
+        """Loads what these options will need, and tries the parser once, whose first answer takes longer.
+
+        Raises: as the parts do.
+        """
+        self.reader(reading).parse("a circle")
+        self.planner(model, weights)
 
     def source(self, scene: str, objects: str) -> SceneSource:
         """As `agent.scenes.sources.scene_source`; scene files are read anew, because they can be edited."""
@@ -55,6 +67,7 @@ class Loaded:
 
         if scene != SIMULATED:
             return scene_source(scene, objects)
-        if objects not in self._libraries:
-            self._libraries[objects] = scene_source(scene, objects)
-        return self._libraries[objects]
+        with self._lock:
+            if objects not in self._libraries:
+                self._libraries[objects] = scene_source(scene, objects)
+            return self._libraries[objects]

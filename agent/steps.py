@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -170,7 +170,9 @@ def chosen(rank: int, arrangement: Arrangement, scene: Scene) -> events.Chosen:
     return events.Chosen(rank, dict(arrangement.scores), goals, arrangement=arrangement, scene=scene)
 
 
-def release(table: TableScene, spec: StructureSpec, arrangement: Arrangement) -> Iterator[events.Event]:
+def release(
+    table: TableScene, spec: StructureSpec, arrangement: Arrangement
+) -> Generator[events.Event, None, None]:
     """Tries a goal under the contract's physical protocol, without the arm, on a copy of the table.
 
     Raises:
@@ -202,9 +204,10 @@ def build(
     arrangements: Sequence[Arrangement],
     seed: int,
     *,
+    ranks: Sequence[int] | None = None,
     film: bool = True,
     watch: Callable[[TableScene], None] | None = None,
-) -> Iterator[events.Event]:
+) -> Generator[events.Event, None, None]:
     """Builds with the arm, looks after every placement, and judges what stands.
 
     Args:
@@ -213,19 +216,22 @@ def build(
         spec: what was asked for.
         arrangements: imagined goals, best first.
         seed: what the arm's planning draws follows from it.
+        ranks: of the arrangements, from 1; by default they are numbered in order.
         film: tell a film of the arm at work too, however that ends.
         watch: called after every physics step while the arm is at work.
 
     Raises:
         ExecutionFailed: when not everything was placed, or what was built does not stand as asked.
+        KeyboardInterrupt: when somebody interrupts it; `Stopped` is told first where the arm was at work.
     """
-    from agent.arm.events import Picked, Placed, PlaceFailed, Planned
+    from agent.arm.events import Picked, Placed, PlaceFailed, Planned, PlanFailed
     from agent.arm.executor import build_structure
     from agent.film import HEIGHT, VIEW, WIDTH, Film
 
     initial = np.array(table.world.poses()[: table.count])
     rng = np.random.default_rng(seed)
-    rank, placed, trouble = 0, 0, "no arrangement could be planned"
+    numbers = ranks or range(1, len(arrangements) + 1)
+    index, placed, trouble = 0, 0, "no arrangement could be planned"
     reel = Film(lambda: table.world.picture(VIEW, WIDTH, HEIGHT))
 
     def on_step() -> None:
@@ -234,26 +240,50 @@ def build(
         if watch is not None:
             watch(table)
 
+    def illustrated(event: events.Event) -> Iterator[events.Event]:
+        nonlocal index, placed, trouble
+        if isinstance(event, Planned) and event.arrangement != index:
+            index = event.arrangement
+            yield chosen(numbers[index], arrangements[index], scene)
+        if isinstance(event, Planned | PlanFailed):
+            event = replace(event, arrangement=numbers[event.arrangement] - 1)
+        yield event
+        if isinstance(event, PlaceFailed):
+            trouble = f"{event.name} could not be placed: {event.reason}"
+        if isinstance(event, Picked):
+            picture = table.picture("opposite")
+            yield events.Pictured(f"placement-{placed + 1}-picked", f"{event.name} in the hand", picture)
+        if isinstance(event, Placed) and not event.aside:
+            placed += 1
+            caption = f"after placement {placed}: {event.name}"
+            yield events.Pictured(f"placement-{placed}-after", caption, table.picture())
+
     try:
-        for event in build_structure(table.world, table.arm, scene, arrangements, rng=rng, on_step=on_step):
-            if isinstance(event, Planned) and event.arrangement != rank:
-                rank = event.arrangement
-                yield chosen(rank + 1, arrangements[rank], scene)
-            yield event
-            if isinstance(event, PlaceFailed):
-                trouble = f"{event.name} could not be placed: {event.reason}"
-            if isinstance(event, Picked):
-                picture = table.picture("opposite")
-                yield events.Pictured(f"placement-{placed + 1}-picked", f"{event.name} in the hand", picture)
-            if isinstance(event, Placed) and not event.aside:
-                placed += 1
-                caption = f"after placement {placed}: {event.name}"
-                yield events.Pictured(f"placement-{placed}-after", caption, table.picture())
+        work = build_structure(table.world, table.arm, scene, arrangements, rng=rng, on_step=on_step)
+        yield from each_of(work, illustrated)
     except (Exception, KeyboardInterrupt):  # not `finally`: a generator that is closed may tell nothing more
         yield from _told(reel)
         raise
     yield from _told(reel)
-    yield from _judge(table, spec, arrangements[rank].goal_from_initial @ initial, placed, trouble)
+    yield from _judge(table, spec, arrangements[index].goal_from_initial @ initial, placed, trouble)
+
+
+def each_of(
+    work: Generator[events.Event, None, None], more: Callable[[events.Event], Iterator[events.Event]]
+) -> Generator[events.Event, None, None]:
+    """What `more` makes of each event of `work`, in turn.
+
+    An interruption (KeyboardInterrupt) that meets whoever takes an event is handed on to `work`, which may be moving an
+    arm: what it tells of that is told too, before the interruption goes on its way.
+    """
+    event = next(work, None)
+    while event is not None:
+        try:
+            yield from more(event)
+        except KeyboardInterrupt as interruption:
+            event = work.throw(interruption)
+        else:
+            event = next(work, None)
 
 
 def _told(reel: Film) -> Iterator[events.Filmed]:

@@ -27,7 +27,7 @@ class Planned(ArmEvent):
     """Grasps and motions for every object of an arrangement were found.
 
     Attributes:
-        arrangement: the arrangement's index in the ranked list.
+        arrangement: the arrangement's place in the ranked list, from 0.
         order: the objects' indices in the order in which they will be moved; one that is first moved aside comes twice.
         grasps: the kind of each one's grasp, in that order.
         seconds: how long the search took, over all arrangements so far.

@@ -51,7 +51,7 @@ def build_structure(
     planning_seconds: float = 60.0,
     hold: str = "weld",
     on_step: Callable[[], None] | None = None,
-) -> Iterator[ArmEvent]:
+) -> Generator[ArmEvent, None, None]:
     """Finds the first arrangement with a plan for every object, builds it, and tells each step.
 
     Args:

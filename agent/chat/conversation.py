@@ -99,7 +99,8 @@ class Conversation:
         self.question, self._words = None, None
         with self._turn("parse"):
             spec = answered(revision.spec, question.slot, value)
-            self._hear(replace(revision, spec=spec, status="ok", message="", question=None))
+            # The parser's guesses have become facts, and what it thought of them is of no interest any more.
+            self._hear(replace(revision, spec=spec, status="ok", message="", question=None, parse=None))
             return True
         return False
 
@@ -115,7 +116,8 @@ class Conversation:
         objects = meant_objects(revision, self.table, self.situation, loaded.encoder)
         across = self.options.reading.viewpoint == "opposite"
         spec = revision.spec.turned() if across else revision.spec
-        reading = self.options.reading
+        reading, before = self.options.reading, self.situation.wish
+        before = before.turned() if before is not None and across else before
         self._tell(
             events.Parsed(
                 spec,
@@ -128,7 +130,7 @@ class Conversation:
                 parse.prompt_sha256 if parse else None,
                 loaded.reader(reading).fallback,
                 time.perf_counter() - began,
-                self.situation.wish if revision.kind == "edit" else None,
+                before if revision.kind == "edit" else None,
             )
         )
         words = self._words if revision.kind == "new" and not across else None
@@ -195,7 +197,7 @@ class Conversation:
         proposal = self._proposed()
         rng = np.random.default_rng(self.options.seed)
         for event in plan_structure(proposal.scene, proposal.choice[:1], rng=rng):
-            self._tell(event)
+            self._tell(replace(event, arrangement=proposal.rank - 1))
 
     def go(self) -> bool:
         """Builds the chosen arrangement, and judges it; whether it stands as asked."""
@@ -206,19 +208,25 @@ class Conversation:
             with self._turn("build"):
                 arrangements = proposal.choice
                 if options.execute:
-                    building = steps.build(self.table, proposal.scene, proposal.spec, arrangements, options.seed)
+                    building = steps.build(
+                        self.table, proposal.scene, proposal.spec, arrangements, options.seed, ranks=proposal.ranks
+                    )
                 else:
                     building = steps.release(self.table, proposal.spec, arrangements[0])
-                for event in building:
-                    if isinstance(event, events.Pictured) and event.name == steps.LAST_PICTURE:
-                        self._step = "check"
-                    self._tell(event)
+                for _ in steps.each_of(building, self._watched):
+                    pass
                 built = True
         finally:
             self.situation = replace(self.situation, poses=self.table.poses(), proposal=None)
         if built:
             self._tell(events.Finished(True, DONE, self._busy))
         return built
+
+    def _watched(self, event: events.Event) -> Iterator[events.Event]:
+        if isinstance(event, events.Pictured) and event.name == steps.LAST_PICTURE:
+            self._step = "check"
+        self._tell(event)
+        yield event
 
     @contextmanager
     def _turn(self, step: str) -> Iterator[None]:
@@ -313,3 +321,7 @@ class Conversation:
     def read_with(self, parser: str) -> None:
         """Changes who reads the instructions."""
         self.options = replace(self.options, reading=replace(self.options.reading, parser=parser))
+
+    def seed_with(self, seed: int) -> None:
+        """Changes the seed of what is imagined and planned from now on; the table stays."""
+        self.options = replace(self.options, seed=seed)

@@ -40,11 +40,14 @@ class Proposal:
     rank: int = 1
 
     @property
-    def choice(self) -> list[Arrangement]:
+    def ranks(self) -> list[int]:
         """What to try, in this order: the chosen arrangement, then the others that are worth it."""
-        arrangements = self.imagined.arrangements
-        others = [each for rank, each in enumerate(arrangements[: self.worth], start=1) if rank != self.rank]
-        return [arrangements[self.rank - 1], *others]
+        return [self.rank, *(rank for rank in range(1, self.worth + 1) if rank != self.rank)]
+
+    @property
+    def choice(self) -> list[Arrangement]:
+        """The arrangements of these ranks."""
+        return [self.imagined.arrangements[rank - 1] for rank in self.ranks]
 
 
 @dataclass(frozen=True)

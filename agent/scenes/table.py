@@ -18,7 +18,7 @@ from structdiffusion.tabletop import TabletopWorld, unique_names
 
 
 _FALLEN = -0.02  # m; what lies lower is no longer on the table
-_MOVED = 1e-4  # m, and of a rotation's entries
+_MOVED = 0.002  # m, and of a rotation's entries: less is how things settle while others are moved
 _LEAST_STEP = 0.003  # m: what was lifted by less still stands on the table
 _STILL_STANDS = math.radians(10.0)  # what was tilted by more is looked at anew: another side of it is up
 

@@ -1,0 +1,139 @@
+"""Where a conversation's lines come from: a prompt with history and completion on a terminal, else standard input."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol, TextIO
+
+if TYPE_CHECKING:
+    from prompt_toolkit.completion import CompleteEvent, Completion
+    from prompt_toolkit.document import Document
+
+# Command -> its words, and the words that instructions are made of.
+Words = Callable[[], Sequence[str]]
+
+
+class Lines(Protocol):
+    """Whatever gives one line after another."""
+
+    def ask(self, prompt: str) -> str | None:
+        """The next line; `None` after the last.
+
+        Raises:
+            KeyboardInterrupt: when somebody interrupts it.
+        """
+
+
+class PipedLines:
+    """The lines of a file, each shown behind the prompt that it answers, so that the output reads as a conversation.
+
+    Args:
+        file: to read from.
+        show: takes a line of the conversation.
+    """
+
+    def __init__(self, file: TextIO, show: Callable[[str], None]) -> None:
+        self._file, self._show = file, show
+
+    def ask(self, prompt: str) -> str | None:
+        """See `Lines`."""
+        line = self._file.readline()
+        if not line:
+            return None
+        line = line.rstrip("\r\n")
+        self._show(f"{prompt}{line}")
+        return line
+
+
+class PromptedLines:
+    """A prompt: arrows go through the history, Tab completes, Alt-Enter begins another line, Ctrl-D ends.
+
+    Args:
+        commands: slash command -> the words that may follow it.
+        words: the words that instructions are made of, asked for each time.
+    """
+
+    def __init__(self, commands: dict[str, Sequence[str]], words: Words) -> None:
+        from prompt_toolkit import PromptSession
+        from prompt_toolkit.auto_suggest import AutoSuggestFromHistory
+        from prompt_toolkit.completion import Completer
+        from prompt_toolkit.key_binding import KeyBindings
+
+        class _Completing(Completer):
+            def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:
+                return completions(document.text_before_cursor, commands, words())
+
+        keys = KeyBindings()
+
+        @keys.add("enter")
+        def _(event) -> None:  # noqa: ANN001
+            event.current_buffer.validate_and_handle()
+
+        @keys.add("escape", "enter")
+        def _(event) -> None:  # noqa: ANN001
+            event.current_buffer.insert_text("\n")
+
+        self._session: PromptSession[str] = PromptSession(
+            history=_history(),
+            completer=_Completing(),
+            complete_while_typing=False,
+            auto_suggest=AutoSuggestFromHistory(),
+            key_bindings=keys,
+            multiline=True,
+            prompt_continuation=lambda width, number, wrapped: " " * width,
+        )
+
+    def ask(self, prompt: str) -> str | None:
+        """See `Lines`."""
+        try:
+            return self._session.prompt(prompt)
+        except EOFError:
+            return None
+
+
+def completions(text: str, commands: dict[str, Sequence[str]], words: Sequence[str]) -> Iterator[Completion]:
+    """What can stand where the cursor is.
+
+    Args:
+        text: before the cursor.
+        commands: slash command -> the words that may follow it.
+        words: the words that instructions are made of.
+    """
+    from prompt_toolkit.completion import Completion
+
+    head, space, rest = text.partition(" ")
+    begun = text.rsplit(" ", 1)[-1]
+    if text.startswith("/") and not space:
+        offered: Sequence[str] = list(commands)
+    elif text.startswith("/"):
+        offered = commands.get(head, ()) if " " not in rest else ()
+    else:
+        offered = words if begun else ()
+    for word in offered:
+        if word.startswith(begun) and word != begun:
+            yield Completion(word, start_position=-len(begun))
+
+
+def _history():  # noqa: ANN202
+    from prompt_toolkit.history import FileHistory, InMemoryHistory
+
+    path = history_file()
+    if path is None:
+        return InMemoryHistory()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch(mode=0o600)
+    except OSError:  # a home that cannot be written to is no reason not to talk
+        return InMemoryHistory()
+    return FileHistory(str(path))
+
+
+def history_file() -> Path | None:
+    """Where earlier lines are kept: structagent/history in XDG_STATE_HOME or ~/.local/state; `None` without a home."""
+    state = os.environ.get("XDG_STATE_HOME", "")
+    if state:
+        return Path(state) / "structagent" / "history"
+    home = os.path.expanduser("~")
+    return None if home == "~" else Path(home) / ".local" / "state" / "structagent" / "history"

@@ -1,0 +1,213 @@
+"""The chat itself: takes a line, sees what it is, has it done, and asks for the next."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from agent import events
+from agent.chat.commands import PARSERS, command_of, help_lines, one_of, whole_number
+from agent.chat.conversation import Conversation
+from agent.chat.lines import Lines
+from agent.chat.screen import SHOWN, ChatScreen
+from agent.errors import UsageError, exit_code_of, one_sentence
+from agent.replaying import write_page
+from agent.scenes.sources import SIMULATED
+from agent.telling import aligned
+from grounding.reading import VIEWPOINTS
+
+_YES = ("y", "yes", "yes please", "go", "go ahead", "do it", "build it", "ok", "okay", "sure")
+_NO = ("n", "no", "never mind", "nevermind", "cancel", "stop")
+_ANY = ("any", "either", "whatever", "i don't mind", "doesn't matter")
+
+
+class Chat:
+    """One chat.
+
+    Args:
+        conversation: what is talked about.
+        screen: where it is shown.
+        lines: where its lines come from.
+        tell: told the commands, and all that the conversation tells.
+        session: the file that keeps it.
+        yes: build without asking.
+    """
+
+    def __init__(
+        self,
+        conversation: Conversation,
+        screen: ChatScreen,
+        lines: Lines,
+        tell: Any,
+        session: Path,
+        yes: bool = False,
+    ) -> None:
+        self._talk, self._screen, self._lines, self._tell = conversation, screen, lines, tell
+        self._session, self._yes = session, yes
+        self._overwrites: Path | None = None
+
+    def run(self) -> None:
+        """Talks until the lines end, or somebody quits."""
+        self._screen.scene(self._talk.look().to_dict())
+        while True:
+            try:
+                self._screen.space()
+                line = self._lines.ask(self._prompt())
+                if line is None or not self._take(" ".join(line.split())):
+                    return
+            except KeyboardInterrupt:
+                self._screen.note("Ctrl-D or /quit ends")
+            except Exception as error:
+                if exit_code_of(error) is None:
+                    raise
+                self._screen.complain(one_sentence(error))
+            finally:
+                self._screen.idle()
+
+    def _prompt(self) -> str:
+        if self._talk.question is not None:
+            return f"1-{len(self._talk.question.options)}> "
+        return "build it? [y/n] > " if self._talk.situation.proposal is not None else "> "
+
+    def _take(self, line: str) -> bool:
+        """Has one line done; whether the chat goes on."""
+        if not line:
+            return True
+        found = command_of(line)
+        if found is not None:
+            command, rest = found
+            if command.name == "/quit":
+                return False
+            self._tell(events.Commanded(f"{command.name} {rest}".strip()))
+            self._command(command.name, rest)
+        elif self._talk.question is not None:
+            self._answer(line)
+        elif self._talk.situation.proposal is not None:
+            self._decide(line)
+        else:
+            self._say(line)
+        return True
+
+    # --- instructions, answers, decisions ----------------------------------------------------
+
+    def _say(self, line: str) -> None:
+        self._screen.busy("reading")
+        if self._talk.say(line):
+            self._proposed()
+
+    def _proposed(self) -> None:
+        if self._yes:
+            self._go()
+
+    def _answer(self, line: str) -> None:
+        question, said = self._talk.question, line.lower().rstrip(".!")
+        assert question is not None  # the caller has looked
+        options = {str(number): option for number, option in enumerate(question.options, start=1)}
+        options |= {option.lower(): option for option in question.options}
+        if said in _NO:
+            self._tell(events.Commanded(line))
+            self._talk.drop()
+        elif said in options or (said in _ANY and question.slot != "shape"):
+            self._tell(events.Commanded(line))
+            self._screen.busy("imagining")
+            if self._talk.answer(options.get(said)):
+                self._proposed()
+        elif said.isdecimal():
+            raise UsageError(f"there is no answer {said}; legal: 1 to {len(question.options)}")
+        else:
+            self._say(line)
+
+    def _decide(self, line: str) -> None:
+        said = line.lower().rstrip(".!")
+        if said in _YES:
+            self._tell(events.Commanded(line))
+            self._go()
+        elif said in _NO:
+            self._tell(events.Commanded(line))
+            self._talk.drop()
+            self._screen.note("nothing was moved; say what should be different")
+        elif said.isdecimal():
+            self._tell(events.Commanded(line))
+            self._talk.choose(int(said))
+        else:
+            self._say(line)
+
+    def _go(self) -> None:
+        self._screen.busy("looking for a plan")
+        self._talk.go()
+        self._screen.scene(self._talk.look().to_dict())
+
+    # --- commands ----------------------------------------------------------------------------
+
+    def _command(self, name: str, rest: str) -> None:
+        talk, screen = self._talk, self._screen
+        match name:
+            case "/scene":
+                self._scene(rest)
+            case "/objects":
+                screen.scene_read(talk.look().to_dict())
+            case "/candidates":
+                screen.candidates(whole_number(name, rest, 1) if rest else SHOWN)
+            case "/choose":
+                talk.choose(whole_number(name, rest, 1))
+            case "/why":
+                screen.why()
+            case "/plan":
+                screen.busy("looking for a plan")
+                talk.plan()
+            case "/go":
+                self._go()
+            case "/again":
+                screen.busy("imagining")
+                if talk.again():
+                    self._proposed()
+            case "/undo" | "/redo":
+                talk.undo() if name == "/undo" else talk.redo()
+                screen.scene(talk.look().to_dict())
+            case "/parser":
+                if rest:
+                    talk.read_with(one_of(name, rest, PARSERS))
+                screen.note(f"parser: {talk.options.reading.parser}")
+            case "/viewpoint":
+                if rest:
+                    talk.speak_from(one_of(name, rest, VIEWPOINTS))
+                screen.note(f"viewpoint: {talk.options.reading.viewpoint}")
+            case "/seed":
+                if rest:
+                    talk.seed_with(whole_number(name, rest, 0))
+                screen.note(f"seed: {talk.options.seed}")
+            case "/save":
+                self._save(Path(rest))
+            case "/load":
+                talk.another_table(rest, talk.options.seed)
+                screen.scene(talk.look().to_dict())
+            case "/report":
+                page = Path(rest) if rest else self._session.with_name("report.html")
+                screen.note(f"report: {write_page(self._session, page)}")
+            case "/help":
+                self._help()
+
+    def _scene(self, rest: str) -> None:
+        word, _, seed = rest.partition(" ")
+        if word:
+            one_of("/scene", word, ("new",))
+            number = whole_number("/scene new", seed.strip(), 0) if seed else self._talk.options.seed + 1
+            self._talk.another_table(SIMULATED, number)
+        self._screen.scene(self._talk.look().to_dict())
+
+    def _save(self, path: Path) -> None:
+        if path.exists() and path != self._overwrites:
+            self._overwrites = path
+            raise UsageError(f"there is already a file {str(path)!r}; the same command again overwrites it")
+        self._talk.save(path)
+        self._overwrites = path
+        self._screen.note(f"saved {path}; structagent chat --scene {path} goes on with it")
+
+    def _help(self) -> None:
+        for line in aligned(help_lines()).splitlines():
+            self._screen.note(line)
+        self._screen.note(
+            "Anything else is an instruction, or a correction of the last one: put the cups in a small circle on the "
+            "left; bigger; now a line; the other side; undo"
+        )
+        self._screen.note("Ctrl-C stops what is going on; Alt-Enter begins another line; Ctrl-D ends")

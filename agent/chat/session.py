@@ -1,0 +1,101 @@
+"""A chat from beginning to end: loads while one types, shows, keeps the session, and closes the table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from threading import Thread
+from typing import TextIO
+
+from rich.console import Console
+from rich.markup import escape
+
+from agent import events
+from agent.chat.commands import COMMANDS
+from agent.chat.conversation import Conversation
+from agent.chat.lines import Lines, PipedLines, PromptedLines
+from agent.chat.loop import Chat
+from agent.chat.screen import ChatScreen
+from agent.loaded import Loaded
+from agent.pipeline import RunOptions
+from agent.record import RunRecord
+from agent.session_file import SessionWriter
+from grounding.spec import LEGAL_VALUES
+
+_WELCOME = "Say what to build, as “put the cups in a small circle on the left”. /help lists what else there is."
+
+
+def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, yes: bool) -> Path:
+    """Talks until the lines end.
+
+    Args:
+        options: as of a run.
+        console: where the chat is shown.
+        session: the file that keeps it; one that is there is gone on with.
+        lines: what is typed; a prompt is shown where it is a terminal, as `console` must be then.
+        yes: build without asking.
+
+    Returns:
+        `session`.
+    """
+    loaded = Loaded()
+    screen = ChatScreen(console)
+    with SessionWriter(session, events.json_value(asdict(options))) as writer:
+        keep = _Keeping(writer)
+
+        def tell(event: events.Event) -> None:
+            screen(event)
+            keep(event)
+
+        with Conversation(options, loaded, tell) as conversation:
+            warming = Thread(target=_warm, args=(loaded, options), daemon=True)
+            warming.start()
+            try:
+                screen.note(_WELCOME)
+                source = _lines(lines, console, conversation)
+                Chat(conversation, screen, source, tell, session, yes).run()
+            finally:
+                warming.join()  # a process that ends while a library is being loaded dies of it
+    return session
+
+
+def _warm(loaded: Loaded, options: RunOptions) -> None:
+    """Loads the models; what goes wrong comes up again, and is told, where they are needed."""
+    import torch
+
+    from agent.errors import exit_code_of
+
+    torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
+    try:
+        loaded.warm(options.reading, options.model, options.weights)
+    except Exception as error:
+        if exit_code_of(error) is None:
+            raise
+
+
+def _lines(lines: TextIO, console: Console, conversation: Conversation) -> Lines:
+    if lines.isatty() and console.is_terminal and not console.is_dumb_terminal:
+        commands = {command.name: command.words for command in COMMANDS}
+        return PromptedLines(commands, lambda: _vocabulary(conversation))
+    return PipedLines(lines, lambda line: console.print(escape(line), highlight=False, soft_wrap=True))
+
+
+def _vocabulary(conversation: Conversation) -> Sequence[str]:
+    """The words that Tab offers: values of slots, and what stands on the table."""
+    values = [value for slot in LEGAL_VALUES.values() for value in slot]
+    nouns = {model.category for model in conversation.table.models}
+    return sorted({*values, *nouns, *(f"{noun}s" for noun in nouns)})
+
+
+class _Keeping:
+    """Keeps every event, with its pictures, in the session; each turn has a record of its own."""
+
+    def __init__(self, writer: SessionWriter) -> None:
+        self._writer = writer
+        self._record = RunRecord(writer)
+
+    def __call__(self, event: events.Event) -> None:
+        if isinstance(event, events.Started):
+            self._record = RunRecord(self._writer)
+        self._record(event)

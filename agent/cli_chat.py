@@ -1,0 +1,68 @@
+"""`structagent chat`: talking with the agent about one table."""
+
+from __future__ import annotations
+
+import sys
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from agent.cli_options import (
+    LLMModelOption,
+    LLMUrlOption,
+    ModelOption,
+    ObjectsOption,
+    ParserOption,
+    Parsers,
+    SeedOption,
+    Viewpoint,
+    ViewpointOption,
+    WeightsOption,
+)
+from agent.errors import UsageError
+from agent.streams import import_pybullet_silently, results_stream
+
+
+def chat(
+    scene: Annotated[
+        str, typer.Option(metavar="simulated|FILE", help="A table drawn from the seed, or a scene file (.yaml).")
+    ] = "simulated",
+    objects: ObjectsOption = "ycb",
+    model: ModelOption = "diffusion",
+    weights: WeightsOption = None,
+    seed: SeedOption = 0,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where the session is kept; by default out/TIME-chat.")
+    ] = None,
+    parser: ParserOption = Parsers.embedding,
+    viewpoint: ViewpointOption = Viewpoint.robot,
+    llm_model: LLMModelOption = None,
+    llm_url: LLMUrlOption = None,
+    execute: Annotated[
+        bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only try each goal without it.")
+    ] = True,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Build what is best without asking.")] = False,
+) -> None:
+    """Talk with the agent about one table: ask for a structure, correct it, have it built, take it back.
+
+    Reads standard input where that is no terminal, one line after another. /help inside says what else there is.
+
+    Example: structagent chat --scene desk.yaml
+    """
+    import_pybullet_silently()
+    from rich.console import Console
+
+    from agent.chat.session import talk
+    from agent.pipeline import RunOptions
+    from agent.reading import ReadingOptions
+
+    folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-chat"
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
+    reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
+    options = RunOptions(scene, objects, model, weights, seed, execute, reading)
+    with results_stream() as results:
+        path = talk(options, Console(file=results), folder / "session.jsonl", sys.stdin, yes)
+    print(f"session: {path}", file=sys.stderr)

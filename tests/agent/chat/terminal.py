@@ -1,0 +1,121 @@
+"""A terminal for tests: a real pseudo-terminal with a program in it, and a screen that shows what one would see."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pexpect
+import pyte
+
+ROOT = Path(__file__).parents[3]
+PROMPT = re.compile(r"^(?:>|build it\? \[y/n\] >|1-\d>)$")
+
+
+class Terminal:
+    """`structagent` with arguments, in a terminal of a size.
+
+    Attributes:
+        raw: everything that it has written, control sequences included.
+    """
+
+    def __init__(self, arguments: list[str], home: Path, columns: int = 80, rows: int = 50, **environment: str) -> None:
+        kept = {name: value for name, value in os.environ.items() if not name.startswith("STRUCTAGENT_")}
+        environment = {
+            **kept,
+            "TERM": "xterm-256color",
+            "COLORTERM": "truecolor",
+            "XDG_STATE_HOME": str(home),
+            "XDG_CONFIG_HOME": str(home),
+            "PROMPT_TOOLKIT_NO_CPR": "1",
+            "PYTHONPATH": str(ROOT),
+            **environment,
+        }
+        environment.pop("NO_COLOR", None)
+        self._child = pexpect.spawn(
+            sys.executable, ["-m", "agent", *arguments], dimensions=(rows, columns), env=environment,
+            encoding="utf-8", timeout=60, cwd=str(home),
+        )
+        self._screen = pyte.HistoryScreen(columns, rows, history=5000)
+        self._stream = pyte.Stream(self._screen)
+        self.raw = ""
+
+    def __enter__(self) -> Terminal:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._child.close(force=True)
+
+    def _read(self, seconds: float) -> bool:
+        try:
+            piece = self._child.read_nonblocking(65536, seconds)
+        except (pexpect.TIMEOUT, pexpect.EOF):
+            return False
+        self.raw += piece
+        self._stream.feed(piece)
+        return True
+
+    def lines(self) -> list[str]:
+        """Everything that was shown, what has scrolled away included, without colours."""
+        above = ["".join(row[column].data for column in range(self._screen.columns)) for row in self._screen.history.top]
+        return [line.rstrip() for line in (*above, *self._screen.display)]
+
+    def screen_rows(self) -> list[list[pyte.screens.Char]]:
+        """The same, as cells."""
+        rows = [*self._screen.history.top, *(self._screen.buffer[row] for row in range(self._screen.lines))]
+        return [[row[column] for column in range(self._screen.columns)] for row in rows]
+
+    def waits(self) -> bool:
+        """Whether the cursor stands behind a prompt with nothing typed."""
+        return PROMPT.match(self._screen.display[self._screen.cursor.y].rstrip()) is not None
+
+    def until_prompt(self, seconds: float = 90.0) -> list[str]:
+        """Reads until the next prompt waits; the lines shown since the last one."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            if not self._read(0.2) and self.waits():
+                return self.lines()
+        raise AssertionError("no prompt came; the end of the screen: " + "\n".join(self.lines()[-20:]))
+
+    def until(self, pattern: str, seconds: float = 90.0) -> None:
+        """Reads until a line of what is shown matches."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self._read(0.05)
+            if any(re.search(pattern, line) for line in self.lines()):
+                return
+        raise AssertionError(f"{pattern!r} was not shown; the end of the screen: " + "\n".join(self.lines()[-20:]))
+
+    def type(self, line: str) -> None:
+        """Types a line and Enter."""
+        self._child.send(line + "\r")
+
+    def seconds_to_reaction(self, line: str) -> float:
+        """Types a line and Enter; the seconds until anything but its echo is shown."""
+        self._child.send(line)
+        while self._read(0.5):
+            pass
+        began = time.monotonic()
+        self._child.send("\r")
+        seen = self.raw
+        while time.monotonic() < began + 20:
+            self._read(0.01)
+            if re.search(r"[^\W\d_]{3,}", re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", self.raw[len(seen):])):
+                return time.monotonic() - began
+        raise AssertionError("nothing was shown")
+
+    def interrupt(self) -> None:
+        """Ctrl-C."""
+        os.killpg(os.getpgid(self._child.pid), signal.SIGINT)
+
+    def end(self) -> int:
+        """Ctrl-D; the exit code."""
+        self._child.sendeof()
+        while self._read(0.5) or self._child.isalive():
+            pass
+        self._child.close()
+        return self._child.exitstatus if self._child.exitstatus is not None else -self._child.signalstatus
