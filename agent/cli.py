@@ -14,6 +14,9 @@ from typing import Annotated
 import typer
 
 from agent import __version__
+from agent.cli_batch import batch
+from agent.cli_chat import chat
+from agent.cli_completion import completion
 from agent.cli_config import ConfiguredGroup, config_app
 from agent.cli_doctor import doctor
 from agent.cli_evaluate import evaluate_app
@@ -32,6 +35,7 @@ from agent.cli_options import (
     WeightsOption,
     complain,
 )
+from agent.cli_report import replay, report
 from agent.cli_scene import scene_app
 from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, USAGE, UsageError, exit_code_of, one_sentence
 from agent.streams import import_pybullet_silently, results_stream
@@ -56,7 +60,12 @@ app = typer.Typer(
 app.add_typer(evaluate_app, name="evaluate")
 app.add_typer(scene_app, name="scene")
 app.add_typer(config_app, name="config")
+app.command("chat")(chat)
+app.command("batch")(batch)
+app.command("replay")(replay)
+app.command("report")(report)
 app.command("doctor")(doctor)
+app.command("completion")(completion)
 
 
 def _version(wanted: bool) -> None:

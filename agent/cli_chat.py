@@ -25,6 +25,9 @@ from agent.errors import UsageError
 from agent.streams import import_pybullet_silently, results_stream
 
 
+_WELCOME = "Say what to build, as “put the cups in a small circle on the left”. /help lists what else there is."
+
+
 def chat(
     scene: Annotated[
         str, typer.Option(metavar="simulated|FILE", help="A table drawn from the seed, or a scene file (.yaml).")
@@ -51,18 +54,21 @@ def chat(
 
     Example: structagent chat --scene desk.yaml
     """
-    import_pybullet_silently()
     from rich.console import Console
 
-    from agent.chat.session import talk
-    from agent.pipeline import RunOptions
     from agent.reading import ReadingOptions
 
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-chat"
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
     reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
-    options = RunOptions(scene, objects, model, weights, seed, execute, reading)
     with results_stream() as results:
-        path = talk(options, Console(file=results), folder / "session.jsonl", sys.stdin, yes)
+        console = Console(file=results)
+        console.print(_WELCOME, style="dim", highlight=False)  # before what follows is imported, which takes seconds
+        import_pybullet_silently()
+        from agent.chat.session import talk
+        from agent.pipeline import RunOptions
+
+        options = RunOptions(scene, objects, model, weights, seed, execute, reading)
+        path = talk(options, console, folder / "session.jsonl", sys.stdin, yes)
     print(f"session: {path}", file=sys.stderr)

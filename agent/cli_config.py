@@ -17,7 +17,7 @@ from agent.streams import results_stream
 config_app = typer.Typer(rich_markup_mode=None)
 
 # Verbs that work, and tell what is wrong, where the configuration does not.
-_WITHOUT = ("doctor", "config")
+_WITHOUT = ("doctor", "config", "completion")
 # Options that share a setting's name and mean something else: the nouns on the table, and what is trained on.
 _NOT_CONFIGURED = {("parse", "objects"), ("generate", "objects")}
 DEFAULT = "default"

@@ -35,7 +35,7 @@ class Viewpoint(str, Enum):
 ObjectsOption = Annotated[
     str, typer.Option(metavar="ycb|procedural|random_urdfs|DIR", help="The objects: a library, or a folder of meshes.")
 ]
-ModelOption = Annotated[str, typer.Option(metavar="NAME", help="diffusion, diffusion-tokens or geometric.")]
+ModelOption = Annotated[str, typer.Option(metavar="diffusion|diffusion-tokens|geometric", help="Who imagines.")]
 WeightsOption = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="Checkpoints diffusion/, structure/ and collision/; by default those shipped."),

@@ -23,8 +23,6 @@ from agent.record import RunRecord
 from agent.session_file import SessionWriter
 from grounding.spec import LEGAL_VALUES
 
-_WELCOME = "Say what to build, as “put the cups in a small circle on the left”. /help lists what else there is."
-
 
 def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, yes: bool) -> Path:
     """Talks until the lines end.
@@ -52,7 +50,6 @@ def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, ye
             warming = Thread(target=_warm, args=(loaded, options), daemon=True)
             warming.start()
             try:
-                screen.note(_WELCOME)
                 source = _lines(lines, console, conversation)
                 Chat(conversation, screen, source, tell, session, yes).run()
             finally:
