@@ -20,6 +20,7 @@ from structdiffusion.observation import Arrangement, ObjectCloud, Scene, Table
 _PIXELS_PER_METRE = 1500  # of the drawing, which is then halved so that its edges are smooth
 _MARGIN = 0.05
 _FONT_PIXELS = 30
+_LONGEST_NAME = 24  # characters of a name: a longer one would hide what is around it
 _POINTS = 2500  # of a cloud that are drawn
 _DIMMED = 0.45  # of the camera's picture that is left below a goal
 _PAPER, _WOOD, _EDGE, _QUIET = (255, 255, 255), (244, 236, 222), (203, 187, 160), (150, 150, 150)
@@ -63,6 +64,7 @@ class _Sheet:
 
     def label(self, text: str, points: np.ndarray, color: RGB) -> None:
         """A name on a light plate below what it names, and below the plates that are there already."""
+        text = text if len(text) <= _LONGEST_NAME else text[: _LONGEST_NAME - 1].rstrip() + "…"
         pixels = self.pixels(points)
         column, row = pixels[:, 0].mean(), pixels[:, 1].max() + _FONT_PIXELS * 0.8
         plate = self._plate(text, column, row)

@@ -137,6 +137,8 @@ def shortcoming(scores: Mapping[str, float | None], best: Mapping[str, float | N
         best: of the best candidate.
     """
     total, most = scores.get("total") or 0.0, best.get("total") or 0.0
+    if not most:  # so little that it was rounded away
+        return "next to nothing, as the best"
     if total >= _AS_GOOD * most:
         return "as good as the best"
     shares = {

@@ -11,6 +11,7 @@ from agent.telling import number, shortcoming
 
 CANDIDATES_SHOWN = 6
 _MARGIN = 0.03  # m around the table
+_ROBOT = 45  # mm: the radius of the mark that says where the robot is
 _MILLIMETRES = 1000
 _LETTER = 34  # mm
 
@@ -18,7 +19,7 @@ _LETTER = 34  # mm
 def legend(scene: Mapping[str, Any]) -> str:
     """Which letter is which object; `scene` is a report's."""
     entries = "".join(
-        f"<li>{swatch(marker)} {escape(marker.label)}</li>"
+        f"<li>{swatch(marker)}{escape(marker.label)}</li>"
         for marker in sorted(markers_of_scene(scene), key=lambda marker: (marker.faint, marker.letter))
     )
     return f'<ul class="legend">{entries}</ul>'
@@ -64,16 +65,22 @@ def _drawing(markers: Sequence[Marker], table: Sequence[float], words: str) -> s
         return round((y_max + _MARGIN - y) * _MILLIMETRES), round((x_max + _MARGIN - x) * _MILLIMETRES)
 
     width, height = place(x_min - _MARGIN, y_min - _MARGIN)
+    height += _ROBOT
     left, top = place(x_max, y_max)
     right, bottom = place(x_min, y_min)
     shapes = [f'<rect class="wood" x="{left}" y="{top}" width="{right - left}" height="{bottom - top}" rx="6"/>']
     middle = place(x_min, 0.0)[0]
-    shapes.append(f'<path class="robot" d="M{middle - 45} {bottom} a45 45 0 0 1 90 0z"/>')
+    robot = f"M{middle - _ROBOT} {bottom + _ROBOT + 15} a{_ROBOT} {_ROBOT} 0 0 1 {2 * _ROBOT} 0z"  # its base is farther off
+    shapes.append(f'<path class="robot" d="{robot}"/>')
     for marker in markers:
         corners = " ".join(f"{column},{row}" for column, row in (place(x, y) for x, y in marker.outline))
         kind = "object faint" if marker.faint else "object"
         shapes.append(f'<polygon class="{kind}" points="{corners}" style="--color:rgb{marker.color}"/>')
-    for marker in markers:
+    taken: list[tuple[int, int]] = []
+    for marker in reversed(markers):  # the letters of what lies below come below those of what lies upon it
         column, row = place(*marker.outline.mean(axis=0))
+        while any(abs(column - other) < _LETTER and abs(row - line) < _LETTER for other, line in taken):
+            row += _LETTER // 2
+        taken.append((column, row))
         shapes.append(f'<text x="{column}" y="{row}" dy="{_LETTER * 0.35:.0f}">{escape(marker.letter)}</text>')
     return f'<svg viewBox="0 0 {width} {height}" role="img" aria-label="{escape(words)}">{"".join(shapes)}</svg>'

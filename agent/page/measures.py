@@ -71,20 +71,23 @@ def timing(seconds: Mapping[str, float], total: float | None) -> str:
     Args:
         seconds: step -> time.
         total: of the whole run, where it came to its end.
+
+    Returns:
+        HTML; nothing where no step took any time.
     """
+    if not any(seconds.values()):
+        return ""
     parts = dict(seconds)
     rest = (total or 0.0) - sum(parts.values())
     if rest > 0.05:
         parts["everything else"] = rest
     whole = sum(parts.values())
-    if not whole:
-        return ""
     segments = "".join(
         f'<i class="part-{index % 7}" style="flex-grow:{value / whole:.4f}"></i>'
         for index, value in enumerate(parts.values())
     )
     entries = "".join(
-        f'<li><span class="key part-{index % 7}"></span>{escape(step)} <b>{duration(value)}</b></li>'
+        f'<li><span class="key part-{index % 7}"></span><span>{escape(step)} <b>{duration(value)}</b></span></li>'
         for index, (step, value) in enumerate(parts.items())
     )
     return f'<div class="timing" aria-hidden="true">{segments}</div><ul class="legend">{entries}</ul>'

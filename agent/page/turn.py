@@ -93,7 +93,7 @@ class Turn:
         marker_of = {marker.label: marker for marker in markers_of_scene(scene)}
         rows = [
             (
-                f"{swatch(marker_of[seen['name']])} {escape(seen['name'])}",
+                f"{swatch(marker_of[seen['name']])}{escape(seen['name'])}",
                 escape(seen["category"]),
                 "takes part" if seen["takes_part"] else '<span class="soft">stays where it is</span>',
                 ", ".join(number(100 * value) for value in seen["position"]),
@@ -147,10 +147,9 @@ class Turn:
         rows = [
             (
                 '<span class="good">✓ passed</span>' if check["passed"] else '<span class="bad">✗ failed</span>',
-                escape(check["name"]),
+                escape(check["name"]) + gauge(check["measured"], check["limit"]),
                 _measured(check["measured"]),
                 escape(check["limit"]),
-                gauge(check["measured"], check["limit"]),
             )
             for check in verdict["checks"]
         ]
@@ -158,7 +157,7 @@ class Turn:
         result = "It stands as asked" if verdict["success"] else f"{verdict['failure_class']}: {verdict['detail']}"
         content = f"{paragraph(result)}<p>Checked on the true objects at rest, {how}.</p>"
         if rows:
-            content += table(("", "check", "measured", "allowed", ""), rows)
+            content += table(("", "check", "measured", "allowed"), rows)
         return section("After", after + content, self._seconds("check"))
 
     def _time(self) -> str:

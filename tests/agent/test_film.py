@@ -28,7 +28,9 @@ def counted():
     return step, take
 
 
-@pytest.mark.parametrize(("steps_taken", "frames"), [(1, [0]), (7, [0, 2, 4, 6]), (12, [0, 4, 8]), (30, [0, 8, 16, 24])])
+@pytest.mark.parametrize(
+    ("steps_taken", "frames"), [(1, [0]), (7, [0, 2, 4, 6]), (12, [0, 4, 8]), (30, [0, 8, 16, 24])]
+)
 def test_film_stays_short_and_even(steps_taken, frames):
     step, take = counted()
     film = Film(take, interval=2 / 240, most=5)

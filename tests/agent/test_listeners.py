@@ -3,14 +3,20 @@
 import io
 import json
 import re
+from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 from PIL import Image
 from rich.console import Console
 
+from agent.arm.events import Stopped
 from agent.errors import UsageError
+from agent.events import Asked, Commanded, Failed, Filmed, Noted, Restored
+from agent.page.document import session_page
 from agent.record import SCHEMA_VERSION, RunRecord
 from agent.report import TerminalReport
+from agent.session_file import Session
 
 KEYS = {
     "schema_version", "version", "instruction", "options", "outcome", "parse", "scene", "imagination", "chosen", "arm",
@@ -80,6 +86,75 @@ def test_page_is_one_self_contained_file(told, tmp_path):
 def test_page_escapes_the_instruction(told, tmp_path):
     text = record_of(told).write(tmp_path).read_text(encoding="utf-8")
     assert "&lt;script&gt;" in text
+
+
+class _Nesting(HTMLParser):
+    """Whether every element is closed, and every picture and drawing has words."""
+
+    VOID = {"meta", "img", "br", "source", "rect", "polygon", "path", "link"}
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.wordless: list[str] = []
+
+    def handle_starttag(self, tag, attributes):
+        words = dict(attributes)
+        if (tag == "img" and not words.get("alt")) or (tag == "svg" and not words.get("aria-label")):
+            self.wordless.append(tag)
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert tag in self.VOID or self.open.pop() == tag
+
+
+def test_page_is_well_formed_and_its_pictures_have_words(told, tmp_path):
+    film = Filmed(0.8, np.zeros((3, 24, 32, 3), np.uint8))
+    page = record_of([*told[:-3], film, *told[-3:]]).write(tmp_path)
+    reader = _Nesting()
+    reader.feed(page.read_text(encoding="utf-8"))
+    assert not reader.open and not reader.wordless
+
+
+def test_page_shows_candidates_film_and_time(told, tmp_path):
+    film = Filmed(0.8, np.zeros((3, 24, 32, 3), np.uint8))
+    text = record_of([*told[:-3], film, *told[-3:]]).write(tmp_path).read_text(encoding="utf-8")
+    for part in ("candidate 1 from above", "10 times as fast", "Where the time went", "✗ failed", "Not built"):
+        assert part in text, part
+    assert text.count('<figure class="candidate') == 6
+
+
+def test_remarks_are_kept_and_told_in_order(told, tmp_path):
+    remarks = [
+        Asked("shape", "A circle or a line?", ("circle", "line")),
+        Noted("the bowl is ours <b>now</b>"),
+        Commanded("/undo"),
+        Restored("undo", None, ("cup 1", "cup 2"), ("cup 2",)),
+    ]
+    record = record_of([*told[:3], *remarks, Stopped(1, "cup 2", True, True), *told[-2:]])
+    assert [remark["kind"] for remark in record.report["remarks"]] == ["asked", "noted", "commanded", "restored"]
+    assert [entry["kind"] for entry in record.report["arm"]] == ["stopped"]
+    text, out = record.write(tmp_path).read_text(encoding="utf-8"), io.StringIO()
+    tell = TerminalReport(Console(file=out, width=100))
+    for event in (*told[:3], *remarks, Stopped(1, "cup 2", True, True)):
+        tell(event)
+    for part in ("A circle or a line? 1) circle, 2) line", "/undo", "undo: put back cup 2", "set the cup 2 down"):
+        assert part in text and part in out.getvalue(), part
+    assert "ours &lt;b&gt;now" in text and "ours <b>now</b>" in out.getvalue()
+
+
+def test_an_interrupted_run_has_its_exit_code(told):
+    record = record_of([*told[:3], Failed("run", "interrupted", 130)])
+    assert record.report["outcome"]["exit_code"] == 130
+
+
+def test_session_page_has_every_turn(told):
+    session = Session("0.1.0", "2025-01-31T09:30:00+00:00", "Python", {}, ())
+    text = session_page(session, [record_of(told).turn, record_of(told[:1]).turn, RunRecord().turn])
+    for number in (1, 2, 3):
+        assert text.count(f'href="#turn-{number}"') == text.count(f'id="turn-{number}"') == 1
+    assert "before the first instruction" in text and "3 turns" in text
 
 
 def test_page_of_a_run_that_saw_only_the_scene(told, tmp_path):

@@ -180,7 +180,7 @@ def test_verbs_show_a_session_and_make_its_page(path, capsys):
     replay_verb(path, speed=0.001)  # no terminal, no pauses
     shown = capsys.readouterr().out
     assert "\x1b" not in shown
-    for part in ("put the cups in a small circle", "3 cup 3", "picked cup 1", "built but does not stand as asked"):
+    for part in ("put the cups in a small circle", "3 cup 3", "picked cup 1", "largest gap over the mean: inf"):
         assert part in shown, part
     replay_verb(path, json_output=True)
     rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
