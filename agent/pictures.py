@@ -50,7 +50,8 @@ def pictures_of(event: events.Event) -> Iterator[Picture]:
             yield Picture(event.name, event.caption, webp_of(event.image))
         case events.Filmed() if len(event.frames):
             faster = event.interval * FILM_SPEED
-            yield Picture("film", f"the arm at work, seen from across the table, {faster:.0f} times as fast", film_of(event.frames))
+            caption = f"the arm at work, seen from across the table, {faster:.0f} times as fast"
+            yield Picture("film", caption, film_of(event.frames))
 
 
 def webp_of(image: np.ndarray) -> bytes:

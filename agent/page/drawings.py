@@ -70,7 +70,8 @@ def _drawing(markers: Sequence[Marker], table: Sequence[float], words: str) -> s
     right, bottom = place(x_min, y_min)
     shapes = [f'<rect class="wood" x="{left}" y="{top}" width="{right - left}" height="{bottom - top}" rx="6"/>']
     middle = place(x_min, 0.0)[0]
-    robot = f"M{middle - _ROBOT} {bottom + _ROBOT + 15} a{_ROBOT} {_ROBOT} 0 0 1 {2 * _ROBOT} 0z"  # its base is farther off
+    # Its base is farther off than the picture reaches.
+    robot = f"M{middle - _ROBOT} {bottom + _ROBOT + 15} a{_ROBOT} {_ROBOT} 0 0 1 {2 * _ROBOT} 0z"
     shapes.append(f'<path class="robot" d="{robot}"/>')
     for marker in markers:
         corners = " ".join(f"{column},{row}" for column, row in (place(x, y) for x, y in marker.outline))

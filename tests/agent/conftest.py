@@ -1,11 +1,16 @@
-"""A short invented run, told in the pipeline's own events, for tests of the listeners."""
+"""A short invented run, told in the pipeline's own events, and a small real table, for tests of the listeners."""
+
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
 
 from agent import events
 from agent.arm.events import Picked, Placed, Planned
+from agent.scenes.table import TableScene
 from grounding.spec import StructureSpec
+from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene
 from structdiffusion.success import Check
 
@@ -81,3 +86,12 @@ def told(scene: Scene) -> list[events.Event]:
         events.Failed("check", "the structure was built but does not stand as asked", 5),
         events.Finished(False, 5, 14.0),
     ]
+
+
+@pytest.fixture
+def table() -> Iterator[TableScene]:
+    """Two boxes on a table in physics, beside the arm."""
+    boxes = [model for model in procedural_objects(count=60, seed=0) if model.category == "box"][:2]
+    poses = np.array([pose_from_xyz_yaw(0.45, -0.15, 0.0, 0.0), pose_from_xyz_yaw(0.45, 0.2, 0.0, 0.0)])
+    with TableScene(boxes, poses, 2, np.random.default_rng(0)) as table:
+        yield table

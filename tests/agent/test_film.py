@@ -13,8 +13,6 @@ from agent.film import Film
 from agent.pictures import film_of, pictures_of
 from agent.scenes.table import TableScene
 from grounding.spec import StructureSpec
-from structdiffusion.geometry import pose_from_xyz_yaw
-from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.observation import Arrangement
 
 
@@ -58,15 +56,6 @@ def test_film_is_kept_as_an_animation():
         film.seek(3)
         shown = np.asarray(film.convert("L"))
     assert shown[:, 19:23].mean() > 200 > 60 > shown[:, :12].mean()
-
-
-@pytest.fixture
-def table():
-    """Two boxes on a table; the first goes 10 cm to the left."""
-    boxes = [model for model in procedural_objects(count=60, seed=0) if model.category == "box"][:2]
-    poses = np.array([pose_from_xyz_yaw(0.45, -0.15, 0.0, 0.0), pose_from_xyz_yaw(0.45, 0.2, 0.0, 0.0)])
-    with TableScene(boxes, poses, 2, np.random.default_rng(0)) as table:
-        yield table
 
 
 def test_an_interrupted_build_has_its_film_too(table):

@@ -1,0 +1,63 @@
+"""What the arm looks like, for those who draw it elsewhere: the cylinders and boxes of its links, and where these are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pybullet
+
+from agent.arm.kinematics import JacoArm
+from structdiffusion.geometry import pose_from_position_quaternion
+
+BASE = -1  # stands for the base wherever links are counted, as in PyBullet
+
+
+@dataclass(frozen=True)
+class LinkShape:
+    """A solid that belongs to a link.
+
+    Attributes:
+        link: the link's index, `BASE` for the base.
+        sides: (3,) of a box, metres; of a cylinder about z its diameter twice, then its length.
+        round: whether it is a cylinder.
+        position: (3,) its middle in the link's frame, metres.
+        quaternion: (4,) x, y, z, w: how it is turned in the link's frame.
+        color: RGB, 0 to 255.
+    """
+
+    link: int
+    sides: tuple[float, float, float]
+    round: bool
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+    color: tuple[int, int, int]
+
+
+def link_shapes(arm: JacoArm) -> list[LinkShape]:
+    """Every solid of the arm."""
+    shapes = []
+    for _, link, kind, size, _, position, quaternion, color, *_ in pybullet.getVisualShapeData(
+        arm.body, physicsClientId=arm.client
+    ):
+        is_round = kind == pybullet.GEOM_CYLINDER
+        length, radius, _ = size  # of a cylinder
+        sides = (2 * radius, 2 * radius, length) if is_round else tuple(size)
+        shapes.append(LinkShape(link, sides, is_round, position, quaternion, tuple(round(255 * c) for c in color[:3])))
+    return shapes
+
+
+def link_poses(arm: JacoArm) -> dict[int, np.ndarray]:
+    """world_from_link (4, 4) of every link now, `BASE` first."""
+    here = {"physicsClientId": arm.client}
+    world_from_inertial = pose_from_position_quaternion(
+        *map(np.array, pybullet.getBasePositionAndOrientation(arm.body, **here))
+    )
+    _, _, _, position, quaternion, *_ = pybullet.getDynamicsInfo(arm.body, BASE, **here)
+    base_from_inertial = pose_from_position_quaternion(np.array(position), np.array(quaternion))
+    poses = {BASE: world_from_inertial @ np.linalg.inv(base_from_inertial)}
+    links = range(pybullet.getNumJoints(arm.body, **here))
+    states = pybullet.getLinkStates(arm.body, list(links), computeForwardKinematics=True, **here)
+    for link, state in zip(links, states, strict=True):
+        poses[link] = pose_from_position_quaternion(np.array(state[4]), np.array(state[5]))
+    return poses
