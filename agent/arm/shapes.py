@@ -1,4 +1,4 @@
-"""What the arm looks like, for those who draw it elsewhere: the cylinders and boxes of its links, and where these are."""
+"""What the arm looks like, for those who draw it: the cylinders and boxes of its links, and where the links are."""
 
 from __future__ import annotations
 
