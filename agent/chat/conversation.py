@@ -151,7 +151,7 @@ class Conversation:
         self._tell(imagined)
         proposal = Proposal(spec, scene, imagined, len(worthwhile(imagined.arrangements)))
         self._remember(replace(situation, proposal=proposal))
-        self._tell(steps.chosen(1, imagined.arrangements[0], scene))
+        self._tell(proposal.chosen)
 
     def choose(self, rank: int) -> None:
         """Makes another arrangement the one that would be built.
@@ -162,8 +162,9 @@ class Conversation:
         proposal = self._proposed()
         if not 1 <= rank <= len(proposal.imagined.arrangements):
             raise UsageError(f"there is no candidate {rank}; legal: 1 to {len(proposal.imagined.arrangements)}")
-        self.situation = replace(self.situation, proposal=replace(proposal, rank=rank))
-        self._tell(steps.chosen(rank, proposal.imagined.arrangements[rank - 1], proposal.scene))
+        proposal = replace(proposal, rank=rank)
+        self.situation = replace(self.situation, proposal=proposal)
+        self._tell(proposal.chosen)
 
     def again(self) -> bool:
         """Imagines anew, from the next seed; as `say`."""

@@ -164,6 +164,10 @@ class Chat:
             case "/undo" | "/redo":
                 talk.undo() if name == "/undo" else talk.redo()
                 screen.scene(talk.look().to_dict())
+                proposal = talk.situation.proposal
+                if proposal is not None:  # shown again, not told: nothing new was imagined
+                    screen(proposal.imagined)
+                    screen(proposal.chosen)
             case "/parser":
                 if rest:
                     talk.read_with(one_of(name, rest, PARSERS))

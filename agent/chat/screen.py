@@ -15,7 +15,6 @@ from rich.text import Text
 
 from agent import blocks, events
 from agent.markers import Marker, markers_of_candidate, markers_of_scene
-from agent.report import TerminalReport
 from agent.telling import aligned, arm_sentence, duration, number, parse_notes, place, shortcoming, slot_label
 
 SHOWN = 3  # candidates side by side
@@ -36,7 +35,6 @@ class ChatScreen:
     def __init__(self, console: Console, echo: bool = False) -> None:
         self.console = console
         self._echo = echo
-        self._report = TerminalReport(console)
         self._colors = blocks.colors_of(console)
         self._live: Live | None = None
         self._scene: Mapping[str, Any] | None = None
@@ -85,7 +83,7 @@ class ChatScreen:
             case "chosen":
                 self._chosen(told)
             case "checked":
-                self._report.tell(told)
+                self._checked(told)
             case "failed":
                 if not failed_check:  # which has said it all
                     self.complain(told["message"])
@@ -240,6 +238,16 @@ class ChatScreen:
         for note in parse_notes({**told, "named": ()})[:-1]:
             self.note(f"  {note}")
 
+    def _checked(self, told: Mapping[str, Any]) -> None:
+        self._title("checked on the true objects" if told["how"] == "arm" else "tried without the arm", told["seconds"])
+        for check in told["checks"]:
+            line = f"{check['name']}: {number(check['measured'], 3)} ({check['limit']})"
+            self._print(f"  {'passed' if check['passed'] else 'failed'}  {line}", "" if check["passed"] else "red")
+        if told["success"]:
+            self._print("  It stands as it was asked for.", "bold green")
+        else:
+            self._print(f"  {told['failure_class']}: {told['detail']}", "bold red")
+
     def _asked(self, told: Mapping[str, Any]) -> None:
         self._print(told["question"], "bold")
         for place_, option in enumerate(told["options"], start=1):
@@ -295,7 +303,7 @@ class ChatScreen:
         if seconds is not None:
             line.append(f" {duration(seconds)}", "not bold dim default")
         self.console.print()
-        self.console.print(line, highlight=False, soft_wrap=True)
+        self.console.print(line, highlight=False)
 
     def _block(self, text: str) -> None:
         for line in text.splitlines():

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent import events
+from agent import events, steps
 from agent.errors import NotBuildable
 from agent.scenes.sources import FEWEST_OBJECTS, MOST_OBJECTS
 from grounding.dialogue import Revision
@@ -38,6 +38,11 @@ class Proposal:
     imagined: events.Imagined
     worth: int
     rank: int = 1
+
+    @property
+    def chosen(self) -> events.Chosen:
+        """The choice, as it is told."""
+        return steps.chosen(self.rank, self.imagined.arrangements[self.rank - 1], self.scene)
 
     @property
     def ranks(self) -> list[int]:

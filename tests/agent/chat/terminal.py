@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import signal
 import sys
 import time
 from pathlib import Path
@@ -110,7 +109,7 @@ class Terminal:
 
     def interrupt(self) -> None:
         """Ctrl-C."""
-        os.killpg(os.getpgid(self._child.pid), signal.SIGINT)
+        self._child.sendintr()
 
     def end(self) -> int:
         """Ctrl-D; the exit code."""

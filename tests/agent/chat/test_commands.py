@@ -1,0 +1,59 @@
+"""Slash commands are found, completed where they are clear, and refused in one sentence."""
+
+import pytest
+
+from agent.chat.commands import COMMANDS, command_of, help_lines, one_of, whole_number
+from agent.errors import UsageError
+
+
+@pytest.mark.parametrize("line", ["put the cups in a circle", "a / b", "undo the circle and make a line", "no"])
+def test_instructions_are_no_commands(line):
+    assert command_of(line) is None
+
+
+@pytest.mark.parametrize(
+    ("line", "name", "rest"),
+    [
+        ("/undo", "/undo", ""),
+        ("  /choose   3 ", "/choose", "3"),
+        ("/cand", "/candidates", ""),
+        ("/save my desk.yaml", "/save", "my desk.yaml"),
+        ("undo", "/undo", ""),
+        ("Undo!", "/undo", ""),
+        ("quit", "/quit", ""),
+    ],
+)
+def test_commands(line, name, rest):
+    command, what = command_of(line)
+    assert (command.name, what) == (name, rest)
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        ("/xyzzy", "there is no /xyzzy; see /help"),
+        ("/chose 3", "there is no /chose; did you mean /choose?"),
+        ("/re", "there is no /re; did you mean /redo or /report?"),
+        ("/", "there is no /"),
+        ("/undo 3", "/undo takes nothing, got '3'"),
+        ("/save", "/save needs FILE"),
+    ],
+)
+def test_what_is_wrong_is_said(line, sentence):
+    with pytest.raises(UsageError) as error:
+        command_of(line)
+    assert str(error.value).startswith(sentence)
+
+
+def test_values():
+    assert whole_number("/seed", "12", 0) == 12
+    for wrong in ("", "-1", "x", "1.5", "０x"):
+        with pytest.raises(UsageError, match="/choose takes a whole number from 1 on"):
+            whole_number("/choose", wrong, 1)
+    with pytest.raises(UsageError, match="/parser takes embedding or llm, got 'gpt'"):
+        one_of("/parser", "gpt", ("embedding", "llm"))
+
+
+def test_help_tells_every_command():
+    told = dict(help_lines())
+    assert len(told) == len(COMMANDS) and all(told.values())

@@ -1,0 +1,242 @@
+"""A conversation keeps its context: corrections, choices, building, and the way back, with real physics."""
+
+import numpy as np
+import pytest
+
+from agent import events
+from agent.arm.events import Picked, Placed, Stopped
+from agent.errors import INTERRUPTED, NOT_BUILDABLE, UsageError
+from agent.events import kind_of
+from grounding.spec import StructureSpec
+
+CUPS = ("cup 1", "cup 2", "cup 3")
+
+
+def kinds(heard) -> list[str]:
+    return [kind_of(event) for event in heard if not isinstance(event, events.Previewed)]
+
+
+def of(heard, kind):
+    return [event for event in heard if isinstance(event, kind)]
+
+
+def assert_stands_at(conversation, poses):
+    for name, pose in conversation.table.poses().items():
+        assert np.abs(pose - poses[name]).max() < 1e-6, name
+
+
+def test_an_instruction_becomes_a_proposal_and_moves_nothing(conversation, heard):
+    before = conversation.table.poses()
+    assert conversation.say("put the cups in a small circle on the left")
+    assert kinds(heard) == ["started", "parsed", "perceived", "imagined", "chosen"]
+    (parsed,) = of(heard, events.Parsed)
+    assert parsed.spec == StructureSpec("circle", "small", "left") and parsed.named == CUPS and parsed.before is None
+    (seen,) = of(heard, events.Perceived)
+    assert [one.takes_part for one in seen.objects] == [True] * 3 + [False] * 3
+    assert conversation.situation.proposal.rank == 1
+    assert_stands_at(conversation, before)
+
+
+def test_a_correction_changes_the_last_wish_with_the_same_objects(conversation, heard):
+    conversation.say("put the cups in a small circle on the left")
+    heard.clear()
+    assert conversation.say("bigger")
+    (parsed,) = of(heard, events.Parsed)
+    assert parsed.spec == StructureSpec("circle", "medium", "left")
+    assert parsed.before == StructureSpec("circle", "small", "left") and parsed.named == CUPS
+
+
+def test_objects_can_be_added_and_removed(conversation, heard):
+    conversation.say("put the cups in a row")
+    conversation.say("add the orange")
+    assert conversation.situation.objects == (*CUPS, "orange")
+    conversation.say("remove cup 2")
+    assert conversation.situation.objects == ("cup 1", "cup 3", "orange")
+    conversation.say("the same with the boxes")
+    assert conversation.situation.objects == ("box 1", "box 2")
+    assert [cloud.name for cloud in conversation.situation.proposal.scene.objects] == ["box 1", "box 2"]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("make the cups a pyramid", "cannot be built"),
+        ("put the bananas in a row", "banana"),
+        ("what a nice day", "no arrangement"),
+        ("put the orange in the middle of the table as a line", "1 objects would take part (orange); legal: 2 to 12"),
+    ],
+)
+def test_a_refusal_says_why_and_changes_nothing(conversation, heard, text, words):
+    conversation.say("put the cups in a small circle on the left")
+    before = conversation.situation
+    heard.clear()
+    assert not conversation.say(text)
+    failed, finished = heard[-2:]
+    assert words in failed.message and failed.exit_code == finished.exit_code == NOT_BUILDABLE
+    assert conversation.situation is before
+
+
+def test_a_question_is_answered_or_left_open(conversation, heard):
+    assert not conversation.say("make something nice with the cups")
+    assert kinds(heard) == ["started", "asked"] and conversation.question.slot == "shape"
+    assert conversation.answer("line")
+    assert conversation.question is None and conversation.situation.wish == StructureSpec("line")
+    assert not conversation.say("the other side")
+    assert conversation.question.slot == "x_position"
+    assert conversation.answer("right")
+    assert conversation.situation.wish == StructureSpec("line", x_position="right")
+    with pytest.raises(UsageError, match="nothing was asked"):
+        conversation.answer("left")
+
+
+def test_another_instruction_takes_the_place_of_a_question(conversation):
+    conversation.say("make something nice with the cups")
+    assert conversation.say("stack the boxes")
+    assert conversation.question is None and conversation.situation.objects == ("box 1", "box 2")
+
+
+def test_building_undoing_and_redoing(conversation, heard):
+    start = conversation.table.poses()
+    conversation.say("put the cups in a small circle on the left")
+    assert conversation.go()
+    assert of(heard, events.Checked)[0].success and kinds(heard)[-1] == "finished"
+    circle = conversation.table.poses()
+    conversation.say("now as a line")
+    assert conversation.situation.wish == StructureSpec("line", "small", "left")
+    assert conversation.go()
+    line = conversation.table.poses()
+    heard.clear()
+    conversation.undo()
+    (restored,) = heard
+    assert restored.spec == StructureSpec("circle", "small", "left") and set(restored.moved) <= set(CUPS)
+    assert_stands_at(conversation, circle)
+    conversation.undo()
+    assert conversation.situation.wish is None
+    assert_stands_at(conversation, start)
+    with pytest.raises(UsageError, match="nothing to undo"):
+        conversation.undo()
+    conversation.redo()
+    conversation.redo()
+    assert_stands_at(conversation, line)
+    with pytest.raises(UsageError, match="nothing to redo"):
+        conversation.redo()
+    conversation.undo()
+    conversation.undo()
+    conversation.say("stack the boxes")
+    with pytest.raises(UsageError, match="nothing to redo"):
+        conversation.redo()
+
+
+def test_a_tower_is_taken_down_again(conversation, heard):
+    conversation.say("stack the boxes on the right")
+    assert conversation.go()
+    assert max(cloud.bottom for cloud in conversation.table.look().objects) > 0.02
+    heard.clear()
+    conversation.say("now a line")
+    assert conversation.go(), of(heard, events.Failed)
+    assert all(cloud.bottom == 0.0 for cloud in conversation.table.look().objects)
+
+
+def test_what_others_stand_on_is_not_taken_away(conversation, heard):
+    conversation.say("stack the boxes on the right")
+    conversation.go()
+    poses = conversation.table.poses()
+    lower = min(("box 1", "box 2"), key=lambda name: poses[name][2, 3])
+    heard.clear()
+    assert not conversation.say(f"make a line of the cups and {lower}")
+    assert "stands on" in of(heard, events.Failed)[0].message
+
+
+def test_another_candidate_can_be_chosen(conversation, heard):
+    conversation.say("put the cups in a small circle on the left")
+    conversation.choose(3)
+    chosen = of(heard, events.Chosen)[-1]
+    assert chosen.rank == 3
+    conversation.plan()
+    assert heard[-1].arrangement == 2
+    conversation.go()
+    goals = {goal["name"]: goal["position"] for goal in chosen.goals}
+    for cloud in conversation.table.look().objects:
+        assert np.abs(cloud.centroid[:2] - goals[cloud.name][:2]).max() < 0.02
+    with pytest.raises(UsageError, match="there is no proposal"):
+        conversation.choose(1)
+
+
+def test_a_candidate_that_is_not_there(conversation):
+    conversation.say("put the cups in a small circle on the left")
+    for rank in (0, 65):
+        with pytest.raises(UsageError, match=f"there is no candidate {rank}; legal: 1 to 64"):
+            conversation.choose(rank)
+
+
+def test_again_imagines_from_the_next_seed(conversation):
+    conversation.say("put the cups in a circle")
+    first = conversation.situation.proposal.imagined
+    assert conversation.again()
+    assert conversation.options.seed == 1
+    assert conversation.situation.proposal.imagined.candidates[0] != first.candidates[0]
+    conversation.undo()
+    assert conversation.situation.proposal.imagined is first
+
+
+@pytest.mark.parametrize("kind", [Picked, Placed])
+def test_an_interruption_leaves_the_arm_safe_and_the_scene_as_it_is(loaded, conversation, heard, kind):
+    def interrupt(event):
+        heard.append(event)
+        if isinstance(event, kind):
+            raise KeyboardInterrupt
+
+    start = conversation.table.poses()
+    conversation.say("put the cups in a small circle on the left")
+    conversation._tell = interrupt
+    assert not conversation.go()
+    (stopped,) = of(heard, Stopped)
+    assert stopped.folded and (stopped.set_down if kind is Picked else stopped.object is None)
+    failed, finished = heard[-2:]
+    assert (failed.message, failed.exit_code, finished.success) == ("interrupted", INTERRUPTED, False)
+    poses = conversation.table.poses()
+    (at_work,) = of(heard, kind)
+    assert all(np.abs(pose - start[name]).max() < 0.01 for name, pose in poses.items() if name != at_work.name)
+    assert poses[at_work.name][2, 3] < 0.005 and poses[at_work.name][2, 2] > 0.99  # on the table, upright
+    conversation._tell = heard.append
+    assert conversation.say("again, please, as a line")
+    assert conversation.go()
+    conversation.undo()
+    conversation.undo()
+    assert_stands_at(conversation, start)
+
+
+def test_across_the_table_left_is_right(conversation, heard):
+    conversation.speak_from("opposite")
+    conversation.say("put the cups in a circle on the left")
+    assert of(heard, events.Parsed)[0].spec.x_position == "right"
+    conversation.speak_from("robot")
+    assert conversation.situation.wish.x_position == "right"
+    conversation.say("further left")
+    assert conversation.situation.wish.x_position == "center"
+
+
+def test_a_saved_table_is_a_scene(conversation, heard, tmp_path):
+    conversation.say("stack the boxes on the right")
+    conversation.go()
+    poses = conversation.table.poses()
+    conversation.save(tmp_path / "saved.yaml")
+    conversation.another_table(str(tmp_path / "saved.yaml"), 0)
+    assert conversation.situation.wish is None
+    for name, pose in conversation.table.poses().items():
+        assert np.abs(pose - poses[name]).max() < 2e-3
+    with pytest.raises(UsageError, match="nothing to undo"):
+        conversation.undo()
+    heard.clear()
+    conversation.say("put the boxes in a line on the left")
+    assert conversation.go(), of(heard, events.Failed)
+
+
+def test_a_table_that_cannot_be_set_leaves_the_old_one(conversation):
+    from agent.errors import BadInput
+
+    conversation.say("put the cups in a circle")
+    before = conversation.situation
+    with pytest.raises(BadInput):
+        conversation.another_table("missing.yaml", 0)
+    assert conversation.situation is before and conversation.say("bigger")

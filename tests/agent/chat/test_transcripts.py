@@ -1,0 +1,102 @@
+"""Whole conversations, through a pipe and in a real terminal, compared with how they should read.
+
+`python tests/agent/chat/test_transcripts.py` writes them anew, to be read before they are committed. Measured numbers
+and times are left out of the comparison: they are those of the machine.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+from terminal import ROOT, Terminal  # noqa: E402
+
+HERE = Path(__file__).parent
+TRANSCRIPTS = HERE / "transcripts"
+ARGUMENTS = ["chat", "--scene", str(HERE / "desk.yaml"), "--model", "geometric"]
+PIPED = """\
+/objects
+put the cups in a small circle on the left
+/why
+bigger
+/choose 2
+/plan
+y
+make something nice with the boxes
+tower
+n
+put the bananas in a row
+/viewpoint opposite
+/save
+undo
+/nonsense
+/quit
+"""
+
+
+def normalized(lines: list[str]) -> str:
+    """Without what depends on the machine: numbers with a point, and how many columns they take."""
+    out = []
+    for line in lines:
+        line = line.rstrip()
+        if not re.match(r"[|+▌▐▗▝]", line):  # a picture stays as it is
+            line = re.sub(r"\d+\.\d+", "#", line)
+            line = re.sub(r"\S*session\.jsonl", "SESSION", line)
+            line = re.sub(r"(?<=\S) {2,}", "  ", line)
+        out.append(line)
+    return re.sub(r"\n{3,}", "\n\n", "\n".join(out)).strip() + "\n"
+
+
+def through_a_pipe(folder: Path) -> str:
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("STRUCTAGENT_")}
+    done = subprocess.run(
+        [sys.executable, "-m", "agent", *ARGUMENTS, "--out", str(folder / "out")],
+        input=PIPED, capture_output=True, text=True, encoding="utf-8", timeout=300, cwd=folder,
+        env={**kept, "PYTHONPATH": str(ROOT), "XDG_CONFIG_HOME": str(folder), "COLUMNS": "80"},
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == f"session: {folder / 'out' / 'session.jsonl'}\n"
+    assert "\x1b" not in done.stdout
+    return normalized(done.stdout.splitlines())
+
+
+def in_a_terminal(folder: Path) -> str:
+    with Terminal([*ARGUMENTS, "--out", str(folder / "out")], folder) as terminal:
+        terminal.until_prompt()
+        for line in ("make something nice with the cups", "1", "smaller, and on the left"):
+            terminal.type(line)
+            terminal.until_prompt()
+        terminal.type("y")
+        terminal.until("picked cup")
+        terminal.interrupt()
+        terminal.until_prompt()
+        for line in ("undo", "y", "now as a line", "/undo", "/undo"):
+            terminal.type(line)
+            terminal.until_prompt()
+        assert terminal.end() == 0
+        lines = terminal.lines()
+    planned = next(number for number, line in enumerate(lines) if "planned candidate" in line)
+    stopped = next(number for number, line in enumerate(lines) if line.startswith("  stopped"))
+    # What the arm had done by then, and where that left the cups, is a matter of milliseconds.
+    until = next(number for number, line in enumerate(lines) if number > stopped and line.startswith("> "))
+    return normalized([*lines[: planned + 1], "  (stopped)", *lines[until:]])
+
+
+def test_a_conversation_through_a_pipe(tmp_path):
+    assert through_a_pipe(tmp_path) == (TRANSCRIPTS / "piped.txt").read_text(encoding="utf-8")
+
+
+def test_a_conversation_in_a_terminal(tmp_path):
+    assert in_a_terminal(tmp_path) == (TRANSCRIPTS / "terminal.txt").read_text(encoding="utf-8")
+
+
+if __name__ == "__main__":
+    TRANSCRIPTS.mkdir(exist_ok=True)
+    for name, make in (("piped", through_a_pipe), ("terminal", in_a_terminal)):
+        with tempfile.TemporaryDirectory() as made:
+            (TRANSCRIPTS / f"{name}.txt").write_text(make(Path(made)), encoding="utf-8")
