@@ -60,13 +60,19 @@ class Terminal:
 
     def lines(self) -> list[str]:
         """Everything that was shown, what has scrolled away included, without colours."""
-        above = ["".join(row[column].data for column in range(self._screen.columns)) for row in self._screen.history.top]
+        columns = range(self._screen.columns)
+        above = ["".join(row[column].data for column in columns) for row in self._screen.history.top]
         return [line.rstrip() for line in (*above, *self._screen.display)]
 
     def screen_rows(self) -> list[list[pyte.screens.Char]]:
         """The same, as cells."""
         rows = [*self._screen.history.top, *(self._screen.buffer[row] for row in range(self._screen.lines))]
         return [[row[column] for column in range(self._screen.columns)] for row in rows]
+
+    def clear(self) -> None:
+        """Forgets what was shown so far."""
+        self._screen.history.top.clear()
+        self._screen.erase_in_display(2)
 
     def waits(self) -> bool:
         """Whether the cursor stands behind a prompt with nothing typed."""

@@ -1,6 +1,6 @@
 """Whole conversations, through a pipe and in a real terminal, compared with how they should read.
 
-`python tests/agent/chat/test_transcripts.py` writes them anew, to be read before they are committed. Measured numbers
+`python -m tests.agent.chat.test_transcripts` writes them anew, to be read before they are committed. Measured numbers
 and times are left out of the comparison: they are those of the machine.
 """
 
@@ -13,8 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
-from terminal import ROOT, Terminal  # noqa: E402
+from tests.agent.chat.terminal import ROOT, Terminal
 
 HERE = Path(__file__).parent
 TRANSCRIPTS = HERE / "transcripts"
