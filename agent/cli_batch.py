@@ -67,7 +67,7 @@ def batch(
 
     \b
     DIR gets results.jsonl, a line per row, written as the rows end: a batch that is
-    stopped loses only the rows at work. rows/ID has the report of each row.
+    stopped loses only the rows at work. rows/ID has each row's report and session.
 
     The exit code is 0 when all rows succeeded, otherwise that of the most serious failure, in this order: 1 the tool
     broke down, 6, 2, 5, 4, 3.

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import re
 import signal
+import socket
 import tempfile
 import threading
 from collections import deque
@@ -24,7 +26,9 @@ from agent.errors import UsageError, one_sentence
 from agent.loaded import Loaded
 from agent.streams import import_pybullet_silently
 
-RAY_HERE = "local"
+RAY_HERE, RAY_FOUND = "local", "auto"
+_ADDRESS = re.compile(r"(ray://)?(?P<host>[^\s/:]+|\[[^\s/]+\]):(?P<port>\d{1,5})")
+_KNOCK_SECONDS = 5.0
 
 
 @dataclass(frozen=True)
@@ -134,7 +138,8 @@ def on_ray(jobs: Sequence[Job], address: str, workers: int | None) -> Iterator[d
 
     Args:
         jobs: the rows.
-        address: of the cluster, or "local" for one that is started here and ends with this process.
+        address: of the cluster, as HOST:PORT or ray://HOST:PORT; "auto" for the one that this machine is part of, and
+            "local" for one that is started here and ends with this process.
         workers: how many; `None` for one per core of the cluster.
 
     Raises:
@@ -147,6 +152,7 @@ def on_ray(jobs: Sequence[Job], address: str, workers: int | None) -> Iterator[d
     except ImportError as error:
         raise UsageError("--ray needs Ray, and it is not installed; pip install 'structagent[ray]' does it") from error
     own = {"num_cpus": workers, "include_dashboard": False} if address == RAY_HERE else {}
+    _knock(address)
     try:
         ray.init(address=address, log_to_driver=False, logging_level="ERROR", **own)
     except (ConnectionError, RuntimeError, ValueError) as error:
@@ -156,6 +162,24 @@ def on_ray(jobs: Sequence[Job], address: str, workers: int | None) -> Iterator[d
         yield from _by_actors(jobs, count)
     finally:
         ray.shutdown()
+
+
+def _knock(address: str) -> None:
+    """Asks whether somebody listens at the address of a cluster: Ray itself would try for many minutes.
+
+    Raises:
+        UsageError: when nobody does, or it is no address.
+    """
+    if address in (RAY_HERE, RAY_FOUND):
+        return
+    place = _ADDRESS.fullmatch(address)
+    if place is None:
+        legal = f"{RAY_HERE}, {RAY_FOUND} (the cluster of this machine), HOST:PORT, ray://HOST:PORT"
+        raise UsageError(f"--ray cannot be {address!r}; legal: {legal}")
+    try:
+        socket.create_connection((place["host"].strip("[]"), int(place["port"])), _KNOCK_SECONDS).close()
+    except (OSError, OverflowError) as error:
+        raise UsageError(f"--ray cannot be {address!r}: nobody answers there ({one_sentence(error)})") from error
 
 
 def _by_actors(jobs: Sequence[Job], count: int) -> Iterator[dict[str, Any]]:

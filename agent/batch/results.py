@@ -1,4 +1,4 @@
-"""The folder of a batch: `results.jsonl`, and a folder per row that saw something, `rows/ID`, with its report.
+"""The folder of a batch: `results.jsonl`, and `rows/ID` with report and session of every row that saw something.
 
 `results.jsonl` is a journal while the batch works: one process appends a whole line for every row that ends, and forces
 it to the disk; of two lines with one id the later holds. When all rows have ended it is replaced by one line per row in

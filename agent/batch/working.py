@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from agent.errors import exit_code_of, one_sentence
 from agent.loaded import Loaded
 from agent.pipeline import run_instruction
 from agent.record import RunRecord
+from agent.session_file import run_session
 
 CRASHED = 1
 TRACEBACK = "traceback.txt"
@@ -37,16 +39,18 @@ def carry_out(row: Row, folder: Path, loaded: Loaded) -> dict[str, Any]:
 
     Args:
         row: what to do.
-        folder: gets the report where something was seen, and the traceback of a defect; made where it is needed.
+        folder: gets the report and the session where something was seen, and the traceback of a defect; made where it
+            is needed.
         loaded: what rows share.
 
     Returns:
         The row's line of `results.jsonl`.
     """
-    record = RunRecord()
     try:
-        for event in run_instruction(row.text, row.options, loaded):
-            record(event)
+        with run_session(folder, {"id": row.id, "line": row.line, **asdict(row.options)}) as session:
+            record = RunRecord(session)
+            for event in run_instruction(row.text, row.options, loaded):
+                record(event)
         page = record.write(folder) if record.saw_something else None
     except Exception as error:  # the other rows go on, whatever it is
         code = exit_code_of(error)

@@ -1,0 +1,66 @@
+"""The end of a batch: its exit code and its table; and the lines on the way there."""
+
+import io
+from pathlib import Path
+
+import pytest
+
+from agent.batch import progress
+from agent.batch.summary import Summary
+
+
+def result(row_id: str, code: int, message: str | None = None, shape: str | None = None) -> dict:
+    return {
+        "id": row_id, "line": 1, "success": code == 0, "exit_code": code, "step": None, "message": message,
+        "spec": None if shape is None else {"shape": shape}, "seconds": {"total": 1.5},
+    }  # fmt: skip
+
+
+def table(results: list[dict], width: int | None = None) -> str:
+    out = io.StringIO()
+    Summary(results, 0, Path("out/results.jsonl")).tell(out, width)
+    return out.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("codes", "expected"),
+    [([0, 0], 0), ([0, 3], 3), ([3, 4], 4), ([4, 5, 3], 5), ([5, 2], 2), ([2, 6, 0], 6), ([6, 1, 5], 1)],
+)
+def test_exit_code_is_that_of_the_most_serious_failure(codes, expected):
+    results = [result(str(number), code, "") for number, code in enumerate(codes)]
+    assert Summary(results, 0, Path()).exit_code == expected
+    assert Summary(results[::-1], 0, Path()).exit_code == expected
+
+
+def test_table():
+    results = [result("a", 0, None, "tower"), result("b", 4, "it falls", "tower"), result("row-three", 6, "no JSON")]
+    assert table(results) == (
+        "outcome        rows\ndone              1\nbad input         1\nno valid goal     1\nall               3\n\n"
+        "shape  rows  done  mean time\ntower     2     1      1.5 s\n\n"
+        "failed     code  why\nb          4     it falls\nrow-three  6     no JSON\n\n"
+        "results: out/results.jsonl\n"
+    )
+
+
+@pytest.mark.parametrize("width", [40, 80, 120])
+def test_table_fits_into_the_terminal(width):
+    told = table([result("a", 6, "so " * 100), result("b", 0)], width)
+    assert max(map(len, told.splitlines())) <= width and "so so" in told and "..." in told
+
+
+def test_many_failures_are_counted():
+    assert "and 10 more" in table([result(f"row-{number}", 3, "why") for number in range(30)])
+
+
+def test_plain_lines_now_and_then(monkeypatch, capsys):
+    now = 0.0
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now)
+    with progress.progress(rows=10, failed=1) as tell:
+        for number in range(9):
+            now += 4.0
+            tell(number != 0)
+    assert capsys.readouterr().err.splitlines() == [
+        "4 of 10 rows, 2 failed, about 24 s left",
+        "7 of 10 rows, 2 failed, about 12 s left",
+        "10 of 10 rows, 2 failed in 36 s",
+    ]
