@@ -31,7 +31,7 @@ from agent import __version__, events
 from agent.errors import BadInput, UsageError
 from agent.pictures import FORMAT, Picture
 from agent.redaction import without_credentials
-from agent.told import complaint
+from agent.told import complaint, inconsistency
 
 SCHEMA_VERSION = 1
 _PASSING = frozenset({"previewed"})  # of interest while it happens alone
@@ -198,6 +198,7 @@ def read_session(path: Path) -> Session:
 
 def _lines(path: Path, entries: list[tuple[int, Any]]) -> Iterator[SessionLine]:
     before = latest = 0.0
+    part = 0  # how many objects of the scene take part
     for place, (number, entry) in enumerate(entries):
         where = f"line {number} of {str(path)!r}"
         if _is_start(entry):
@@ -211,6 +212,12 @@ def _lines(path: Path, entries: list[tuple[int, Any]]) -> Iterator[SessionLine]:
         else:
             line = _session_line(entry, where)
             latest = before + line.seconds
+            if line.event is not None:
+                problem = inconsistency(line.event, part)
+                if problem:
+                    raise BadInput(f"{where}: {problem}")
+                if line.event["kind"] == "perceived":
+                    part = sum(seen["takes_part"] for seen in line.event["objects"])
             yield SessionLine(latest, line.event, line.picture)
 
 

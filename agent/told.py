@@ -1,11 +1,15 @@
-"""Whether a JSON object is an event as `to_dict` tells it, judged by the fields of the events themselves."""
+"""Whether a JSON object is an event as `to_dict` tells it, judged by the fields of the events themselves.
+
+Whoever tells events again may then rely on every key, type and count.
+"""
 
 from __future__ import annotations
 
+import math
 import types
 import typing
 from collections.abc import Mapping
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any
 
@@ -14,6 +18,10 @@ import numpy as np
 from agent import events
 from agent.arm import events as arm_events
 from agent.arm.events import ArmEvent
+
+
+_LARGEST = 1e9  # of any length, angle or time; more is no measurement
+_MAY_BE_NULL = (".measured", ".scores.")  # numbers that may be none: nothing could be measured
 
 
 @cache
@@ -38,13 +46,41 @@ def complaint(told: object) -> str | None:
     return _misfit(told, event, told["kind"])
 
 
+def inconsistency(told: Mapping[str, Any], part: int) -> str | None:
+    """What in a told event, in which `complaint` finds nothing, does not go with what was seen before it.
+
+    Args:
+        told: the event.
+        part: how many of the objects that were seen last take part.
+    """
+    match told["kind"]:
+        case "imagined":
+            for number, candidate in enumerate(told["candidates"]):
+                for key in ("positions", "turns"):
+                    if len(candidate[key]) != part and (key == "positions" or candidate[key]):  # turns may be untold
+                        return f"imagined.candidates[{number}].{key} must have {part} entries, one for each object"
+        case "chosen":
+            for number, goal in enumerate(told["goals"]):
+                where = f"chosen.goals[{number}]"
+                position = _misfit(goal.get("position"), tuple[float, float, float], f"{where}.position")
+                problem = _misfit(goal.get("name"), str, f"{where}.name") or position
+                if problem:
+                    return problem
+        case "planned":
+            if len(told["order"]) != len(told["grasps"]):
+                return "planned.grasps must have as many entries as planned.order"
+            if not all(0 <= index < part for index in told["order"]):
+                return f"planned.order must have numbers from 0 that are less than {part}, the number of objects"
+    return None
+
+
 @cache
 def _hints(kind: type) -> dict[str, Any]:
     return typing.get_type_hints(kind)
 
 
 def _misfit(value: Any, hint: Any, where: str) -> str | None:
-    """What keeps a JSON value from being a `hint`; numbers that were not finite are `null`."""
+    """What keeps a JSON value from being a `hint`."""
     if is_dataclass(hint):
         if not isinstance(value, Mapping):
             return f"{where} must be an object"
@@ -56,7 +92,7 @@ def _misfit(value: Any, hint: Any, where: str) -> str | None:
                 problem = _misfit(value[entry.name], _hints(hint)[entry.name], inside)
                 if problem:
                     return problem
-            elif entry.default is MISSING and entry.default_factory is MISSING:
+            else:
                 return f"{inside} is missing"
         return None
     origin, inner = typing.get_origin(hint), typing.get_args(hint)
@@ -79,11 +115,15 @@ def _misfit(value: Any, hint: Any, where: str) -> str | None:
         return next((problem for problem in problems if problem), None)
     legal, named = _PLAIN[hint]
     fits = isinstance(value, legal) and (hint in (bool, Any) or not isinstance(value, bool))
+    if hint is float and value is None:
+        fits = any(part in f"{where}." for part in _MAY_BE_NULL)
+    elif hint is float and fits:
+        fits = math.isfinite(value) and abs(value) < _LARGEST
     return None if fits else f"{where} must be {named}"
 
 
 _PLAIN: dict[Any, tuple[Any, str]] = {
-    float: ((int, float, types.NoneType), "a number"),
+    float: ((int, float), "a number"),
     int: (int, "a whole number"),
     bool: (bool, "true or false"),
     str: (str, "a string"),

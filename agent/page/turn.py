@@ -46,7 +46,7 @@ class Turn:
     def sections(self) -> str:
         """All that there is to show, as HTML."""
         parts = (
-            self._parse(), self._remarks(), self._scene(), self._imagination(), self._arm(), self._verdict(),
+            self._parse(), self._scene(), self._imagination(), self._arm(), self._verdict(), self._remarks(),
             self._time(), self._options(),
         )  # fmt: skip
         return "\n".join(part for part in parts if part)

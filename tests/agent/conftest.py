@@ -16,6 +16,8 @@ from structdiffusion.success import Check
 
 INSTRUCTION = 'put the cups in a small circle <script>alert("x")</script>'
 
+_SQUARE = 0.03 * np.array(((1, 1), (1, -1), (-1, -1), (-1, 1)))
+
 
 def _cloud(name: str, category: str, x: float, y: float, rng: np.random.Generator) -> ObjectCloud:
     points = (rng.uniform(-0.03, 0.03, (300, 3)) + (x, y, 0.03)).astype(np.float32)
@@ -39,7 +41,15 @@ def told(scene: Scene) -> list[events.Event]:
     arrangement = Arrangement(motions, scores)
     places = tuple(tuple(cloud.centroid.tolist()) for cloud in scene.objects)
     seen = tuple(
-        events.SeenObject(cloud.name, cloud.category, i < 3, tuple(cloud.centroid.tolist()), len(cloud.points))
+        events.SeenObject(
+            cloud.name,
+            cloud.category,
+            i < 3,
+            tuple(cloud.centroid.tolist()),
+            len(cloud.points),
+            tuple(map(tuple, (cloud.centroid[:2] + _SQUARE).tolist())),
+            (120, 60, 30),
+        )
         for i, cloud in enumerate(scene.objects + scene.distractors)
     )
     return [
@@ -59,7 +69,7 @@ def told(scene: Scene) -> list[events.Event]:
         events.Perceived(seen, (0.18, 0.72, -0.45, 0.45), 1.0, scene=scene),
         events.Imagined(
             "diffusion",
-            tuple(events.Candidate(rank, scores, places) for rank in range(1, 13)),
+            tuple(events.Candidate(rank, scores, places, (0.0, 0.1, -0.1)) for rank in range(1, 13)),
             2.0,
             scene=scene,
             arrangements=(arrangement,) * 12,

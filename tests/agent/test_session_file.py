@@ -168,6 +168,28 @@ def test_told_events_are_told_from_others(told):
     assert "kind" in complaint(["noted"])
 
 
+@pytest.mark.parametrize(
+    ("kind", "change", "part"),
+    [
+        ("imagined", lambda told: told["candidates"][2]["positions"].pop(), "[2].positions must have 3 entries"),
+        ("imagined", lambda told: told["candidates"][1]["turns"].pop(), "candidates[1].turns must have 3 entries"),
+        ("imagined", lambda told: told.update(seconds=None), "imagined.seconds must be a number"),
+        ("imagined", lambda told: told.update(seconds=1e300), "imagined.seconds must be a number"),
+        ("chosen", lambda told: told["goals"][0].pop("name"), "chosen.goals[0].name must be a string"),
+        ("planned", lambda told: told["order"].append(1), "planned.grasps must have as many entries"),
+        ("planned", lambda told: told["order"].__setitem__(0, 3), "planned.order must have numbers from 0"),
+    ],
+)
+def test_what_does_not_go_with_the_scene_is_refused(path, kind, change, part):
+    lines = lines_of(path)
+    number = next(n for n, line in enumerate(lines) if line.get("event", {}).get("kind") == kind)
+    change(lines[number]["event"])
+    path.write_text("\n".join(map(json.dumps, lines)) + "\n")
+    with pytest.raises(BadInput) as caught:
+        read_session(path)
+    assert f"line {number + 1} of" in str(caught.value) and part in str(caught.value)
+
+
 def test_replay_tells_every_event_with_the_pauses_as_they_were(told, path):
     session, again, pauses = read_session(path), [], []
     replay(session, again.append, speed=2.0, sleep=pauses.append)
