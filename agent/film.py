@@ -10,7 +10,7 @@ from agent.events import Filmed
 from structdiffusion.tabletop import TIME_STEP
 
 VIEW, WIDTH, HEIGHT = "opposite", 320, 240
-INTERVAL = 0.8  # s of the arm's time: some 20 ms for a picture, an eighth of a run in all
+INTERVAL = 1.0  # s of the arm's time: a picture takes some 20 ms, all of them an eighth of a run
 MOST = 80
 
 
