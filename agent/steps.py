@@ -231,7 +231,8 @@ def build(
     initial = np.array(table.world.poses()[: table.count])
     rng = np.random.default_rng(seed)
     numbers = ranks or range(1, len(arrangements) + 1)
-    index, placed, trouble = 0, 0, "no arrangement could be planned"
+    placed: list[int] = []  # one that was pushed away may be placed twice
+    index, trouble = 0, "no arrangement could be planned"
     reel = Film(lambda: table.world.picture(VIEW, WIDTH, HEIGHT))
 
     def on_step() -> None:
@@ -241,7 +242,7 @@ def build(
             watch(table)
 
     def illustrated(event: events.Event) -> Iterator[events.Event]:
-        nonlocal index, placed, trouble
+        nonlocal index, trouble
         if isinstance(event, Planned) and event.arrangement != index:
             index = event.arrangement
             yield chosen(numbers[index], arrangements[index], scene)
@@ -252,11 +253,11 @@ def build(
             trouble = f"{event.name} could not be placed: {event.reason}"
         if isinstance(event, Picked):
             picture = table.picture("opposite")
-            yield events.Pictured(f"placement-{placed + 1}-picked", f"{event.name} in the hand", picture)
+            yield events.Pictured(f"placement-{len(placed) + 1}-picked", f"{event.name} in the hand", picture)
         if isinstance(event, Placed) and not event.aside:
-            placed += 1
-            caption = f"after placement {placed}: {event.name}"
-            yield events.Pictured(f"placement-{placed}-after", caption, table.picture())
+            placed.append(event.object)
+            caption = f"after placement {len(placed)}: {event.name}"
+            yield events.Pictured(f"placement-{len(placed)}-after", caption, table.picture())
 
     try:
         work = build_structure(table.world, table.arm, scene, arrangements, rng=rng, on_step=on_step)
@@ -265,7 +266,7 @@ def build(
         yield from _told(reel)
         raise
     yield from _told(reel)
-    yield from _judge(table, spec, arrangements[index].goal_from_initial @ initial, placed, trouble)
+    yield from _judge(table, spec, arrangements[index].goal_from_initial @ initial, len(set(placed)), trouble)
 
 
 def each_of(
