@@ -13,7 +13,7 @@ from agent.session_file import Session
 def run_page(turn: Turn) -> str:
     """The page (HTML) of one run."""
     body = (
-        f'<header><p class="kicker">structagent</p><h1>{escape(turn.title)}</h1>{_result(turn)}</header>\n'
+        f'<header><h1 class="kicker">structagent</h1><h2>{escape(turn.title)}</h2>{_result(turn)}</header>\n'
         f"<article>\n{turn.sections()}\n</article>\n"
         f"<footer><p>structagent {escape(turn.report['version'])}</p></footer>"
     )

@@ -11,6 +11,7 @@ from agent.cli_report import replay as replay_verb
 from agent.cli_report import report as report_verb
 from agent.errors import BadInput, UsageError
 from agent.record import RunRecord
+from agent.redaction import without_credentials
 from agent.replaying import records_of, replay
 from agent.session_file import SCHEMA_VERSION, SessionWriter, read_session, run_session
 from agent.told import complaint, kinds
@@ -115,6 +116,21 @@ def test_keys_and_passwords_are_in_no_file(told, tmp_path):
         assert "hunter" not in text and "someone" not in text
     assert record.report["options"]["reading"]["llm_url"] == "https://models.example:8080/v1"
     assert read_session(path).options == record.report["options"]
+
+
+@pytest.mark.parametrize(
+    ("address", "shown"),
+    [
+        ("https://models.example/v1", "https://models.example/v1"),
+        ("someone:hunter2@models.example/v1", "models.example/v1"),
+        ("http://someone:hunt@er2@[::1]:8080/v1#key", "http://[::1]:8080/v1"),
+        ("http://models.example?key=a@b", "http://models.example"),
+    ],
+)
+def test_addresses_are_shown_without_what_is_secret(address, shown):
+    given = {"options": [{"llm_url": address}, {"objects": "a@b/meshes", "llm_url": None}]}
+    expected = {"options": [{"llm_url": shown}, {"objects": "a@b/meshes", "llm_url": None}]}
+    assert without_credentials(given) == expected
 
 
 @pytest.mark.parametrize(
