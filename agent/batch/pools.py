@@ -199,6 +199,7 @@ def _by_actors(jobs: Sequence[Job], count: int) -> Iterator[dict[str, Any]]:
             try:
                 result, files = ray.get(awaited)
             except ray.exceptions.RayError as error:
+                ray.kill(actor)  # where it is only out of order, it would keep the core that the next one needs
                 actor = make()
                 result, files = failed(job.row, CRASHED, "crash", f"its Ray worker died: {_first_line(error)}"), {}
             for name, content in files.items():

@@ -20,20 +20,25 @@ def progress(rows: int, failed: int) -> Iterator[Callable[[bool], None]]:
         rows: how many there are to do, those that have failed already included.
         failed: how many have failed already, before any work.
     """
-    began = told = time.monotonic()
+    began = first = told = time.monotonic()
     at_once, done, bar = failed, failed, progress_bar()
     task = bar.add_task(_description(failed), total=rows, completed=done)
 
     def tell(success: bool) -> None:
-        nonlocal done, failed, told
+        nonlocal done, failed, first, told
         done, failed = done + 1, failed + (not success)
         bar.update(task, completed=done, description=_description(failed))
         now = time.monotonic()
+        if done == at_once + 1:
+            first = now
         if bar.disable and (now - told >= PLAIN_SECONDS or done == rows):
             told = now
-            left = (now - began) / (done - at_once) * (rows - done)
-            about = f", about {span(left)} left" if done < rows else f" in {span(now - began)}"
-            print(f"{done} of {rows} {_description(failed)}{about}", file=sys.stderr, flush=True)
+            said = f"{done} of {rows} {_description(failed)}"
+            if done == rows:
+                said += f" in {span(now - began)}"
+            elif now > first:  # the first row says little: workers load their networks before it
+                said += f", about {span((now - first) / (done - at_once - 1) * (rows - done))} left"
+            print(said, file=sys.stderr, flush=True)
 
     with bar:
         yield tell

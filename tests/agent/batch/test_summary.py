@@ -57,10 +57,11 @@ def test_plain_lines_now_and_then(monkeypatch, capsys):
     monkeypatch.setattr(progress.time, "monotonic", lambda: now)
     with progress.progress(rows=10, failed=1) as tell:
         for number in range(9):
-            now += 4.0
+            now += 4.0 if number else 40.0
             tell(number != 0)
     assert capsys.readouterr().err.splitlines() == [
-        "4 of 10 rows, 2 failed, about 24 s left",
-        "7 of 10 rows, 2 failed, about 12 s left",
-        "10 of 10 rows, 2 failed in 36 s",
+        "2 of 10 rows, 2 failed",
+        "5 of 10 rows, 2 failed, about 20 s left",
+        "8 of 10 rows, 2 failed, about 8 s left",
+        "10 of 10 rows, 2 failed in 72 s",
     ]
