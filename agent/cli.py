@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import ExitStack
+from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated
@@ -105,6 +107,9 @@ def run(
     execute: Annotated[
         bool, typer.Option("--execute/--no-execute", help="Build it with the arm, or stop at the imagined goal.")
     ] = True,
+    rerun: Annotated[
+        Path | None, typer.Option(metavar="FILE.rrd", help="Record the run for the Rerun viewer (extra `viz`).")
+    ] = None,
 ) -> None:
     """Read an instruction, look at the table, imagine, choose and build; then report.
 
@@ -118,19 +123,24 @@ def run(
     from agent.reading import ReadingOptions
     from agent.record import RunRecord
     from agent.report import TerminalReport
+    from agent.rerun_log import RerunLog
+    from agent.session_file import run_session
 
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-seed{seed}"
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
     reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
     options = RunOptions(scene, objects, model, weights, seed, execute, reading)
-    with results_stream() as results:
-        record = RunRecord()
+    with ExitStack() as open_files:
+        results = open_files.enter_context(results_stream())
+        record = RunRecord(open_files.enter_context(run_session(folder, asdict(options))))
+        viewer = open_files.enter_context(RerunLog(rerun)) if rerun is not None else None
         tell = TerminalReport(Console(file=sys.stderr if json_output else results))
+        listeners = [record, tell] + ([viewer] if viewer is not None else [])
         try:
-            for event in run_instruction(text, options):
-                record(event)
-                tell(event)
+            for event in run_instruction(text, options, watch=viewer and viewer.watch):
+                for listener in listeners:
+                    listener(event)
         except KeyboardInterrupt:
             record(Failed("run", "interrupted", INTERRUPTED))
             raise

@@ -7,7 +7,7 @@ the events is their own affair.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +18,7 @@ from agent.loaded import Loaded
 from agent.reading import ReadingOptions
 
 if TYPE_CHECKING:
+    from agent.scenes.table import TableScene
     from grounding.encoder import SentenceEncoder
     from grounding.spec import StructureSpec
     from structdiffusion.observation import Goal
@@ -46,16 +47,22 @@ class RunOptions:
     reading: ReadingOptions = ReadingOptions()
 
 
-def run_instruction(text: str, options: RunOptions, loaded: Loaded | None = None) -> Iterator[events.Event]:
+def run_instruction(
+    text: str,
+    options: RunOptions,
+    loaded: Loaded | None = None,
+    watch: Callable[[TableScene], None] | None = None,
+) -> Iterator[events.Event]:
     """Carries an instruction out; yields what happens, from `Started` to `Finished`.
 
     Args:
         text: the instruction.
         options: everything else.
         loaded: shares models and libraries with other runs; by default this run loads its own.
+        watch: called after every physics step while the arm is at work.
     """
     started = time.perf_counter()
-    run = _Run(text, options, loaded or Loaded())
+    run = _Run(text, options, loaded or Loaded(), watch)
     code = DONE
     yield events.Started(text, events.json_value(asdict(options)))
     try:
@@ -72,8 +79,10 @@ def run_instruction(text: str, options: RunOptions, loaded: Loaded | None = None
 class _Run:
     """One run and the step that it is in."""
 
-    def __init__(self, text: str, options: RunOptions, loaded: Loaded) -> None:
-        self.text, self.options, self.loaded = text, options, loaded
+    def __init__(
+        self, text: str, options: RunOptions, loaded: Loaded, watch: Callable[[TableScene], None] | None
+    ) -> None:
+        self.text, self.options, self.loaded, self.watch = text, options, loaded, watch
         self.step = "parse"
 
     def steps(self) -> Iterator[events.Event]:
@@ -111,7 +120,8 @@ class _Run:
             yield steps.chosen(1, arrangements[0], scene)
             if options.execute:
                 self.step = "build"
-                yield from self._checked_late(steps.build(table, scene, reading.spec, arrangements, options.seed))
+                building = steps.build(table, scene, reading.spec, arrangements, options.seed, watch=self.watch)
+                yield from self._checked_late(building)
             else:
                 self.step = "check"
                 yield from steps.release(table, reading.spec, arrangements[0])

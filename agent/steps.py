@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from structdiffusion.sampling import Planner
 
 CANDIDATES = 64
+FEWEST_IN_A_CIRCLE = 3
 LAST_PICTURE = "camera-after"  # taken when the arm is done and what it built is about to be judged
 PREVIEWED = 3  # samples whose way out of the noise is shown
 _OUTLINE_DETAIL = 0.002  # m: finer than a character, and than most of the pictures
@@ -92,7 +93,7 @@ def imagine(
         on_preview: told how the first samples come out of the noise, where the planner can show it.
 
     Raises:
-        NotBuildable: when something that has to stay stands on an object that takes part.
+        NotBuildable: when too few objects take part, or something that has to stay stands on one of them.
         NoValidGoal: when there is no arrangement at all.
     """
     import torch
@@ -106,6 +107,8 @@ def imagine(
         on_preview(events.Previewed(step, steps, positions, tuple(_turns(each) for each in shown)))  # type: ignore[misc]
 
     began = time.perf_counter()
+    if goal.spec.shape == "circle" and len(scene.objects) < FEWEST_IN_A_CIRCLE:
+        raise NotBuildable(f"a circle needs {FEWEST_IN_A_CIRCLE} objects or more, and {len(scene.objects)} take part")
     _refuse_loaded(scene)
     # The models were taught with objects that stand on the table; what stands on others is lowered for them.
     flat = scene.on_the_table()

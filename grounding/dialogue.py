@@ -43,6 +43,9 @@ _PRONOUNS = re.compile(r"\b(?:it|them|they)\b")
 _AGAIN = re.compile(r"\b(?:same|again)\b")
 _OTHER_OBJECTS = re.compile(r"\b(?:with|using|use|add|include)\b")
 _EVERYTHING = re.compile(r"\b(?:everything|all|anything)\b")
+_WHOLE_TABLE = re.compile(
+    r"\b(?:with|of|use|using|include|take) (?:everything|all (?:of )?(?:the )?(?:objects|things|items))\b"
+)
 _SWAPPING = re.compile(
     r"\b(?:swap|replace|exchange|substitute)\b(?: \w+){1,6}? (?:for|with|by) (?P<these>.+)"
 )
@@ -163,6 +166,7 @@ def _edited(
     last: StructureSpec, text: str, edits: list[Edit], rest: str, named: tuple[str, ...], read: Read
 ) -> Revision:
     objects_text, how = _objects(normalized(text), named, edits)
+    rest = _WHOLE_TABLE.sub("", rest).strip(" ,")
     parse = None if _SWAPPING.search(normalized(text)) else _absolute(text, rest, edits, named, how, read)
     if parse is not None and parse.status == "refused":
         if not (edits or how) or REFUSALS["idle"] not in parse.message:
@@ -196,7 +200,8 @@ def _edited(
 def _objects(sentence: str, named: tuple[str, ...], edits: list[Edit]) -> tuple[str | None, str]:
     """(what to select, how) where the objects change."""
     if not named:
-        return None, ""
+        # "Put everything on the right" speaks of what takes part already.
+        return ("everything", "replace") if _WHOLE_TABLE.search(sentence) and not edits else (None, "")
     if swapped := _SWAPPING.search(sentence):
         return " and ".join(mentioned(swapped.group("these"))) or None, "replace"
     without = [name for name in named if name.startswith(("not ", "everything but "))]
@@ -223,7 +228,7 @@ def _absolute(
         telling = (telling and not _FILLERS.issuperset(rest.split())) or _FRAGMENT.search(rest) is not None
     if not telling:
         return None
-    said = text if not edits else rest
+    said = text if not (edits or _WHOLE_TABLE.search(text.lower())) else rest
     parse = read(said)
     retried = ("idle",) if named else ("idle", "relation")
     if parse.status == "ask" or any(REFUSALS[reason] in parse.message for reason in retried):

@@ -18,8 +18,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from agent.arm.choosing import PLANNING_CHECKS, find_plan
 from agent.arm.driver import CARTESIAN_SPEED, ArmDriver
-from agent.arm.events import ArmEvent, PickFailed, Picked, Placed, PlaceFailed, Planned, PlanFailed, Stopped
+from agent.arm.events import ArmEvent, PickFailed, Picked, Placed, PlaceFailed, Stopped
 from agent.arm.grasps import Grasp
 from agent.arm.kinematics import FINGER_OPEN, FOLDED, JacoArm, forward_kinematics, inverse_kinematics, unwind
 from agent.arm.motion import PlanningScene, straight_line
@@ -32,7 +33,7 @@ from structdiffusion.tabletop import TabletopWorld
 
 HOLDS = ("weld", "friction")
 PICK_ATTEMPTS = 3
-REPLANNING_SECONDS = 15.0  # for one object, when the world is not as planned
+REPLANNING_CHECKS = PLANNING_CHECKS // 4  # for one object, when the world is not as planned
 REPLANNING_ATTEMPTS = 2
 STALE = 0.003  # m that an object may have moved before the plan around it is made anew
 LARGEST_SLIP, LARGEST_SLIP_ANGLE = 0.03, 0.25  # m, rad while the fingers close: more is no grasp
@@ -49,7 +50,7 @@ def build_structure(
     arrangements: Sequence[Arrangement],
     *,
     rng: np.random.Generator,
-    planning_seconds: float = 60.0,
+    planning_checks: int = PLANNING_CHECKS,
     hold: str = "weld",
     on_step: Callable[[], None] | None = None,
 ) -> Generator[ArmEvent, None, None]:
@@ -60,7 +61,7 @@ def build_structure(
         arm: the arm, loaded into `world.client`, folded.
         scene: what was perceived before anything moved.
         arrangements: imagined goals, best first.
-        planning_seconds: limit for the search over all arrangements.
+        planning_checks: limit for the search over all arrangements, in configurations that are checked.
         hold: "weld" (see the module's text) or "friction".
         on_step: called after every physics step.
 
@@ -75,9 +76,9 @@ def build_structure(
     """
     if hold not in HOLDS:
         raise ValueError(f"hold cannot be {hold!r}; legal values: {', '.join(HOLDS)}")
-    with PlanningScene() as planning:
+    with PlanningScene(rng.spawn(1)[0]) as planning:
         search = Search(planning, rng)
-        plans = yield from _plan(search, scene, arrangements, planning_seconds)
+        plans = yield from find_plan(search, scene, arrangements, planning_checks)
         if plans is None:
             return
         rank, steps = plans
@@ -93,41 +94,6 @@ def build_structure(
             raise
         finally:
             builder.driver.let_sleep(False)
-
-
-def plan_structure(
-    scene: Scene, arrangements: Sequence[Arrangement], *, rng: np.random.Generator, planning_seconds: float = 60.0
-) -> Iterator[ArmEvent]:
-    """Finds the first arrangement with a plan for every object, and moves nothing; with the same `rng`, the plan that
-    `build_structure` carries out.
-
-    Yields:
-        `PlanFailed` for every arrangement without a plan, and `Planned` for the first that has one.
-    """
-    with PlanningScene() as planning:
-        yield from _plan(Search(planning, rng), scene, arrangements, planning_seconds)
-
-
-def _plan(
-    search: Search, scene: Scene, arrangements: Sequence[Arrangement], planning_seconds: float
-) -> Generator[ArmEvent, None, tuple[int, list[ObjectPlan]] | None]:
-    """Tells what could be planned; returns the first arrangement with a plan, and the plan."""
-    began = time.monotonic()
-    clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
-    bottoms = [cloud.bottom for cloud in scene.objects]
-    distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
-    for rank, arrangement in enumerate(arrangements):
-        plans, blocked, reason = search.arrangement(
-            clouds, distractors, arrangement.goal_from_initial, began + planning_seconds, bottoms
-        )
-        if plans:
-            order, grasps = tuple(plan.object for plan in plans), tuple(plan.grasp.kind for plan in plans)
-            yield Planned(rank, order, grasps, time.monotonic() - began)
-            return rank, plans
-        yield PlanFailed(rank, blocked, "" if blocked is None else scene.objects[blocked].name, reason)
-        if time.monotonic() > began + planning_seconds:
-            break
-    return None
 
 
 def _angle(rotation: np.ndarray) -> float:
@@ -269,10 +235,10 @@ class _Builder:
         bottoms = [max(0.0, bottom_at(*each)) for each in zip(motions, self.start_clouds, self.start_bottoms)]
         goal_from_now = (self._goal(index) if target is None else target) @ np.linalg.inv(motions[index])
         start = unwind(self.arm.configuration(), FOLDED)
-        deadline = time.monotonic() + REPLANNING_SECONDS
+        limit = self.search.scene.checks + REPLANNING_CHECKS
         for _ in range(REPLANNING_ATTEMPTS):  # each draws other restarts
             plan, reason = self.search.object(
-                index, clouds, self.distractors, bottoms, goal_from_now, deadline, start, failed
+                index, clouds, self.distractors, bottoms, goal_from_now, limit, start, failed
             )
             if plan is not None:
                 break

@@ -68,9 +68,18 @@ def solid_hull(points: np.ndarray, support: float = 0.0) -> np.ndarray:
 
 
 class PlanningScene:
-    """A copy of the arm among the hulls of perceived objects. Close it, or use it as a context manager."""
+    """A copy of the arm among the hulls of perceived objects. Close it, or use it as a context manager.
 
-    def __init__(self) -> None:
+    Args:
+        rng: the searches draw from it.
+
+    Attributes:
+        checks: how many configurations were checked so far, which is what planning costs on any machine.
+    """
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self.checks = 0
         self.client = pybullet.connect(pybullet.DIRECT)
         self.arm = JacoArm(self.client)
         self._obstacles: dict[object, int] = {}
@@ -140,6 +149,7 @@ class PlanningScene:
             floor: the clearance to the floor, where it is another; fingers nearly touch it in a grasp.
             only_floor: objects in the way do not count.
         """
+        self.checks += 1
         floor = clearance if floor is None else floor
         arm = self.arm
         pybullet.resetJointStatesMultiDof(
@@ -199,6 +209,9 @@ class PlanningScene:
 
     def _search(self, start: np.ndarray, goal: np.ndarray, step: float, checks: int) -> np.ndarray | None:
         """One run of RRT-Connect whose motions are checked every `step` radians; a shortened path or `None`."""
+        # OMPL seeds by the clock, and takes a seed for its whole process alone; what a search draws with is made below,
+        # from this one. OMPL complains when it is seeded again, to nobody.
+        ompl_util.RNG.setSeed(int(self._rng.integers(1, 2**31)))
         lower = np.where(CONTINUOUS, np.minimum(start, goal) - math.pi, LOWER)
         upper = np.where(CONTINUOUS, np.maximum(start, goal) + math.pi, UPPER)
         space = base.RealVectorStateSpace(JOINTS)

@@ -7,7 +7,6 @@ collision-free motion to each; only perceived clouds are used.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -89,7 +88,7 @@ class Search:
         clouds: Sequence[np.ndarray],
         distractors: Sequence[np.ndarray],
         goal_from_initial: np.ndarray,
-        deadline: float,
+        limit: float,
         bottoms: Sequence[float] | None = None,
     ) -> tuple[list[ObjectPlan], int | None, str]:
         """Plans for all objects in an executable order.
@@ -97,7 +96,7 @@ class Search:
         Args:
             clouds, distractors: (P, 3) each, as they stand at first.
             goal_from_initial: (N, 4, 4).
-            deadline: on the clock of `time.monotonic`.
+            limit: of the scene's `checks`, beyond which the search is given up.
             bottoms: z of what each object stands on at first; by default the table.
 
         Returns:
@@ -125,9 +124,9 @@ class Search:
                 moved_aside += 1
             reason = "its goal is blocked, and there is no free place to move what blocks it"
             for i, motion, aside in steps:
-                if time.monotonic() > deadline:
-                    return [], None, "the time for planning ran out"
-                plan, reason = self.object(i, current, distractors, bottoms, motion, deadline=deadline)
+                if self.scene.checks > limit:
+                    return [], None, "the search was given up: it took too long"
+                plan, reason = self.object(i, current, distractors, bottoms, motion, limit)
                 if plan is None:
                     continue
                 plans.append(replace(plan, aside=aside))
@@ -150,7 +149,7 @@ class Search:
         distractors: Sequence[np.ndarray],
         bottoms: Sequence[float],
         goal_from_now: np.ndarray,
-        deadline: float = math.inf,
+        limit: float = math.inf,
         start: np.ndarray = FOLDED,
         avoid: Sequence[Grasp] = (),
     ) -> tuple[ObjectPlan | None, str]:
@@ -180,8 +179,8 @@ class Search:
         goal_hull = transform_points(goal_from_now, hull)
         reason = "every grasp within reach collides"
         for pick, goal_motion, q_pick, q_place in pairs[:PAIRS_TRIED]:
-            if time.monotonic() > deadline:
-                return None, "the time for planning ran out"
+            if scene.checks > limit:
+                return None, "the search was given up: it took too long"
             found, why = self._motions(index, hull, goal_hull, pick, goal_motion, q_pick, q_place, start)
             if found is not None:
                 return replace(found, spun=spun), ""

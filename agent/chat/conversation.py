@@ -193,7 +193,7 @@ class Conversation:
 
     def plan(self) -> None:
         """Tells the plan for the chosen arrangement, and moves nothing."""
-        from agent.arm.executor import plan_structure
+        from agent.arm.choosing import plan_structure
 
         proposal = self._proposed()
         rng = np.random.default_rng(self.options.seed)

@@ -313,7 +313,7 @@ def test_same_seed_same_report(tmp_path):
 
 
 def test_interruption(monkeypatch, capsys):
-    def interrupted(*_: object) -> None:
+    def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("agent.pipeline.run_instruction", interrupted)

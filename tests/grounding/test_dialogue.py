@@ -174,6 +174,8 @@ def test_questions(parser, last, text, slot, options):
         ("do it again with three cans", "three cans", "replace", {}),
         ("everything but the bowl, same thing", "everything but the bowl", "replace", {}),
         ("now the mugs", "mugs", "replace", {}),
+        ("now a line with everything", "everything", "replace", {"shape": "line"}),
+        ("use all the objects, on the right", "everything", "replace", {"x_position": "right"}),
         ("swap the cups for the mugs", "mugs", "replace", {}),
         ("replace the cups with three cans", "three cans", "replace", {}),
         ("add the mug", "mug", "add", {}),

@@ -17,7 +17,7 @@ def box(center, size):
 
 @pytest.fixture()
 def planning():
-    with PlanningScene() as scene:
+    with PlanningScene(np.random.default_rng(0)) as scene:
         yield scene
 
 
