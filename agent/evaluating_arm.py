@@ -103,15 +103,16 @@ def _built(candidates: int, planner: Planner, scene: EvaluationScene) -> dict[st
             arrangements = worthwhile(planner.propose(observed, goal, count=candidates, generator=generator))
         except (LayoutError, NoValidGoal) as error:
             return {**row, "trouble": [str(error)], "seconds": round(time.perf_counter() - started, 1)}
-        rank = 0
+        rank, placed = 0, set()  # what was pushed away may be placed twice
         for event in build_structure(world, arm, observed, arrangements, rng=rng):
             if isinstance(event, Planned):
                 row["planned"], rank = True, event.arrangement
             elif isinstance(event, Placed) and not event.aside:
-                row["placed"] += 1
+                placed.add(event.object)
             elif isinstance(event, (PlanFailed, PickFailed, PlaceFailed)):
                 row["trouble"].append(f"{type(event).__name__}: {event.name}: {event.reason}")
-        if row["placed"] == drawn.count:
+        row["placed"] = len(placed)
+        if len(placed) == drawn.count:
             goals = arrangements[rank].goal_from_initial @ initial
             failure, checks = judge_built(world, range(drawn.count), goals, scene.spec)
             row["stands"], row["failure"] = failure is None, failure
