@@ -63,11 +63,6 @@ app.add_typer(evaluate_app, name="evaluate")
 app.add_typer(scene_app, name="scene")
 app.add_typer(config_app, name="config")
 app.command("chat")(chat)
-app.command("batch")(batch)
-app.command("replay")(replay)
-app.command("report")(report)
-app.command("doctor")(doctor)
-app.command("completion")(completion)
 
 
 def _version(wanted: bool) -> None:
@@ -156,6 +151,11 @@ def run(
         raise typer.Exit(outcome["exit_code"])
 
 
+app.command("batch")(batch)
+app.command("replay")(replay)
+app.command("report")(report)
+
+
 @app.command()
 def parse(
     texts: Annotated[
@@ -238,6 +238,10 @@ def train(
     given = {"steps": steps, "learning_rate": learning_rate, "batch": batch}
     recipe = replace(RECIPES[kind.value], **{name: value for name, value in given.items() if value is not None})
     train_model(kind.value, data, out, recipe, device, seed)
+
+
+app.command("doctor")(doctor)
+app.command("completion")(completion)
 
 
 def _usage_sentence(error: Exception) -> str:
