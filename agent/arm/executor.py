@@ -38,7 +38,7 @@ REPLANNING_ATTEMPTS = 2
 STALE = 0.003  # m that an object may have moved before the plan around it is made anew
 LARGEST_SLIP, LARGEST_SLIP_ANGLE = 0.03, 0.25  # m, rad while the fingers close: more is no grasp
 SETTLE_SECONDS = 0.6
-PUSHED, FAR_AWAY = 0.02, 0.3  # m from its goal: worth another move, and beyond what a push does
+PUSHED, FALLEN = 0.02, -0.02  # m from its goal: worth another move; z of what is no longer on the table
 AT_HOME = 0.1  # rad, of every joint
 LARGEST_CORRECTION = 0.02  # m by which an object follows the real place of the one it will stand on
 
@@ -175,15 +175,15 @@ class _Builder:
         return Stopped(index, name, set_down, True)
 
     def displaced(self, plans: Sequence[ObjectPlan]) -> Iterator[ObjectPlan]:
-        """The plan of each object that was pushed from its goal since it was placed, to be carried out once more.
+        """The plan of each object that is not at its goal, because it was pushed since or could not be placed then.
 
-        Only of those that still stand upright, with nothing on them: the others cannot be put right by moving them.
+        Only of those that stand upright, with nothing to go on them: the others cannot be put right by moving them.
         """
         for plan in {plan.object: plan for plan in plans}.values():
             pose = self.world.pose(plan.object)
             goal = self.goal_from_initial[plan.object] @ self.start_poses[plan.object]
             distance = float(np.linalg.norm(pose[:3, 3] - goal[:3, 3]))
-            stands = tilt_between(pose, goal) < LARGEST_SLIP_ANGLE and distance < FAR_AWAY
+            stands = tilt_between(pose, goal) < LARGEST_SLIP_ANGLE and pose[2, 3] > FALLEN
             if distance > PUSHED and stands and plan.object not in self.stands_on:
                 yield plan
 
