@@ -183,3 +183,19 @@ def test_a_camera_of_another_size_sees_the_same_points():
     with TabletopWorld(camera=small) as world:
         points = world.look().points
         np.testing.assert_allclose(points[119:121, 159:161].mean(axis=(0, 1)), (0.45, 0, 0), atol=0.003)
+
+
+def test_objects_counted_anew_keep_their_places():
+    lopsided = solid("lamp", box(0.12, 0.08, 0.0, 0.02), box(0.02, 0.03, 0.02, 0.2, x=0.04, y=-0.02))
+    models, poses = [block(0.06, 0.06, 0.06), lopsided, vessel()], [at(0.3, -0.2), at(0.45, 0.0, 0.0, 0.8), at(0.6, 0.2)]
+    with TabletopWorld(models, poses) as world:
+        bodies = list(world.bodies)
+        world.reorder([1, 2, 0])
+        assert world.bodies == [bodies[1], bodies[2], bodies[0]] and world.models[2] is models[0]
+        np.testing.assert_allclose(world.poses(), [poses[1], poses[2], poses[0]], atol=1e-6)
+        world.set_pose(0, at(0.3, 0.3))
+        np.testing.assert_allclose(world.pose(0), at(0.3, 0.3), atol=1e-6)
+        assert [cloud.name for cloud in world.observe(np.random.default_rng(0)).objects] == ["lamp", "cup", "block"]
+        for wrong in ([0, 1], [0, 0, 1], [1, 2, 3]):
+            with pytest.raises(ValueError, match="no permutation of 3 objects"):
+                world.reorder(wrong)

@@ -1,8 +1,9 @@
 """The order in which objects can be placed."""
 
 import numpy as np
+from shapely import MultiPoint
 
-from agent.arm.order import asides, bottom_at, precedence
+from agent.arm.order import asides, bottom_at, precedence, stands_above
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 
 
@@ -42,3 +43,40 @@ def test_a_swap_needs_a_free_place():
 def test_bottom_after_a_motion():
     cloud = block(0.3, 0.2)
     assert bottom_at(pose_from_xyz_yaw(0.1, 0.0, 0.12, 0.5), cloud, 0.01) == 0.13
+
+
+def tower(count, x=0.4, y=0.0, height=0.08):
+    """The clouds of a tower from below, and what each block stands on."""
+    bottoms = [k * height for k in range(count)]
+    return [block(x, y) + (0.0, 0.0, bottom) for bottom in bottoms], bottoms
+
+
+def test_what_stands_on_another_is_higher_and_over_it():
+    clouds, bottoms = tower(3)
+    clouds, bottoms = [*clouds, block(0.4, 0.2) + (0.0, 0.0, 0.08)], [*bottoms, 0.08]
+    outlines = [MultiPoint(cloud[:, :2]).convex_hull for cloud in clouds]
+    found = {(j, i) for j in range(4) for i in range(4) if stands_above(j, i, outlines, bottoms)}
+    assert found == {(1, 0), (2, 0), (2, 1)}  # the fourth is as high as the second, but stands elsewhere
+    assert not stands_above(1, 0, outlines, [0.0, 0.002, 0.0, 0.0])  # two millimetres are the sensor's noise
+
+
+def test_a_tower_is_taken_down_from_the_top():
+    clouds, bottoms = tower(3)
+    motions = [pose_from_xyz_yaw(0.0, 0.2 * (k - 1), -bottoms[k], 0.0) for k in range(3)]
+    under, in_the_way, stands_on = precedence(clouds, motions, bottoms)
+    assert under == [set(), set(), set()] and stands_on == [None, None, None]
+    assert in_the_way[0] == {1, 2} and in_the_way[2] == set()
+    assert 2 in in_the_way[1]
+
+
+def test_only_what_carries_nothing_is_moved_aside_down_to_the_table():
+    clouds, bottoms = tower(2)
+    clouds, bottoms = [*clouds, block(0.6, 0.25)], [*bottoms, 0.0]
+    motions = [np.eye(4), np.eye(4), pose_from_xyz_yaw(-0.2, -0.25, 0.0, 0.0)]
+    motions[0][0, 3], motions[1][0, 3] = 0.15, 0.15
+    under, in_the_way, _ = precedence(clouds, motions, bottoms)
+    assert in_the_way[2] == {0, 1}
+    waiting, rng = [0, 1, 2], np.random.default_rng(0)
+    steps = asides(waiting, under, in_the_way, set(), clouds, [], motions, bottoms, rng)
+    assert [index for index, _, _ in steps] == [1]
+    assert transform_points(steps[0][1], clouds[1])[:, 2].min() == 0.0
