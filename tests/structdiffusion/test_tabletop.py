@@ -187,7 +187,8 @@ def test_a_camera_of_another_size_sees_the_same_points():
 
 def test_objects_counted_anew_keep_their_places():
     lopsided = solid("lamp", box(0.12, 0.08, 0.0, 0.02), box(0.02, 0.03, 0.02, 0.2, x=0.04, y=-0.02))
-    models, poses = [block(0.06, 0.06, 0.06), lopsided, vessel()], [at(0.3, -0.2), at(0.45, 0.0, 0.0, 0.8), at(0.6, 0.2)]
+    models = [block(0.06, 0.06, 0.06), lopsided, vessel()]
+    poses = [at(0.3, -0.2), at(0.45, 0.0, 0.0, 0.8), at(0.6, 0.2)]
     with TabletopWorld(models, poses) as world:
         bodies = list(world.bodies)
         world.reorder([1, 2, 0])
