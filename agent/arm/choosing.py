@@ -7,6 +7,7 @@ from collections.abc import Generator, Iterator, Sequence
 
 import numpy as np
 
+from agent.arm.completing import completed_clouds
 from agent.arm.events import ArmEvent, Planned, PlanFailed
 from agent.arm.motion import PlanningScene
 from agent.arm.search import ObjectPlan, Search
@@ -40,9 +41,9 @@ def find_plan(
 ) -> Generator[ArmEvent, None, tuple[int, list[ObjectPlan]] | None]:
     """Tells what could be planned; returns the place of the first arrangement with a plan, and the plan, or `None`."""
     began = time.monotonic()
-    clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
+    clouds = completed_clouds(scene.objects, scene)
     bottoms = [cloud.bottom for cloud in scene.objects]
-    distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
+    distractors = completed_clouds(scene.distractors, scene)
     for rank, arrangement in enumerate(arrangements):
         plans, blocked, reason = search.arrangement(
             clouds, distractors, arrangement.goal_from_initial, planning_checks, bottoms
