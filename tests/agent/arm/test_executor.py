@@ -1,17 +1,20 @@
 """Pick and place in physics, from what the camera saw."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from agent.arm.choosing import plan_structure
 from agent.arm.events import Picked, Placed, Planned, PlanFailed
 from agent.arm.executor import build_structure
 from agent.arm.kinematics import FOLDED, JacoArm
+from agent.scenes.table import TableScene
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.observation import Arrangement
-from structdiffusion.tabletop import TabletopWorld
+from structdiffusion.tabletop import TABLE, TabletopWorld
 
 
 def build(kinds, poses, goals, seed=0, distractors=0):
@@ -64,6 +67,52 @@ def test_an_unreachable_goal_moves_nothing():
     assert [type(event) for event in events] == [PlanFailed]
     assert events[0].object == 0 and "reach" in events[0].reason
     assert poses[0][:2, 3] == pytest.approx((0.42, -0.15), abs=0.002)
+
+
+def test_a_tower_is_taken_down_into_a_line():
+    """From the top, with the bottoms that were seen: the upper blocks end on the table."""
+    models = [procedural_object("block", index) for index in (0, 2, 1)]
+    bottoms = np.concatenate(([0.0], np.cumsum([model.height for model in models])))
+    stack = np.array([pose_from_xyz_yaw(0.45, -0.2, float(z), 0.0) for z in bottoms[:3]])
+    goals = np.array([pose_from_xyz_yaw(0.45, 0.16 * k, 0.0, 0.0) for k in range(3)])
+    with TableScene(models, stack, 3, np.random.default_rng(0)) as table:
+        table.world.settle()
+        scene = table.look()
+        assert [cloud.bottom for cloud in scene.objects] == pytest.approx(bottoms[:3], abs=0.002)
+        arrangement = Arrangement(goals @ np.linalg.inv(stack))
+        planned, *_ = plan_structure(scene, [arrangement], rng=np.random.default_rng(3))
+        built = list(build_structure(table.world, table.arm, scene, [arrangement], rng=np.random.default_rng(3)))
+        assert isinstance(planned, Planned) and replace(planned, seconds=0.0) == replace(built[0], seconds=0.0)
+        assert planned.order == (2, 1, 0)
+        assert [event.object for event in built if isinstance(event, Placed)] == [2, 1, 0]
+        table.world.step(0.5)
+        for pose, goal in zip(table.world.poses(), goals, strict=True):
+            assert np.linalg.norm(pose[:3, 3] - goal[:3, 3]) < 0.03 and pose[2, 3] == pytest.approx(0.0, abs=0.003)
+        assert table.world.supports() == [(TABLE,)] * 3
+        assert [cloud.bottom for cloud in table.look().objects] == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("fallen", [False, True])
+def test_what_was_pushed_from_its_place_is_put_back(fallen):
+    """Somebody pushes the first block away once the second has been placed; what fell off the table is left alone."""
+    models = [procedural_object("block", index) for index in range(2)]
+    start = np.array([pose_from_xyz_yaw(0.4, y, 0.0, 0.0) for y in (-0.25, -0.05)])
+    goals = np.array([pose_from_xyz_yaw(0.55, y, 0.0, 0.0) for y in (0.0, 0.2)])
+    pushed = pose_from_xyz_yaw(0.4, 0.3, -0.5 if fallen else 0.0, 0.0)
+    with TableScene(models, start, 2, np.random.default_rng(0)) as table:
+        scene, placed = table.look(), []
+        work = build_structure(
+            table.world, table.arm, scene, [Arrangement(goals @ np.linalg.inv(start))], rng=np.random.default_rng(0)
+        )
+        for event in work:
+            if isinstance(event, Placed):
+                placed.append(event.object)
+                if len(placed) == 2:
+                    table.world.set_pose(placed[0], pushed)
+        assert len(set(placed[:2])) == 2 and placed[2:] == ([] if fallen else placed[:1])
+        ends = np.array(table.world.poses())[:, :3, 3]
+        wrong = np.linalg.norm(ends - goals[:, :3, 3], axis=1) > 0.03
+        assert wrong[placed[0]] == fallen and not wrong[placed[1]]
 
 
 def test_unknown_hold():
