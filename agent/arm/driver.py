@@ -33,12 +33,11 @@ class ArmDriver:
         self, world: TabletopWorld, arm: JacoArm, weld: bool, on_step: Callable[[], None] | None = None
     ) -> None:
         self.world, self.arm, self.welds, self.on_step = world, arm, weld, on_step
-        self._weld: tuple[int, int] | None = None  # the constraint, and the body that it holds
 
     @property
     def holds(self) -> int | None:
         """The body that is welded to the hand, or `None`."""
-        return None if self._weld is None else self._weld[1]
+        return None if self.arm.weld is None else self.arm.weld[1]
 
     def halt(self) -> None:
         """Stops the joints where they are."""
@@ -115,18 +114,16 @@ class ArmDriver:
             physicsClientId=client,
         )
         pybullet.changeConstraint(constraint, maxForce=WELD_FORCE, physicsClientId=client)
-        self._weld = (constraint, body)
+        arm.weld = (constraint, body)
         arm.command_fingers(list(arm.finger_angles()))
 
     def let_go(self, opening: float) -> None:
         """Opens the fingers to the angle `opening`; a weld ends when none of them touches the object any more."""
         self.arm.command_fingers([opening] * 3)
-        if self._weld is not None:
-            constraint, body = self._weld
+        if self.arm.weld is not None:
             for _ in range(round(LETTING_GO_SECONDS / TIME_STEP)):
                 self.step()
-                if not self.arm.touching(body):
+                if not self.arm.touching(self.arm.weld[1]):
                     break
-            pybullet.removeConstraint(constraint, physicsClientId=self.world.client)
-            self._weld = None
+            self.arm.drop()
         self.wait(0.35)

@@ -27,7 +27,7 @@ from agent.arm.kinematics import FINGER_OPEN, FOLDED, JacoArm, forward_kinematic
 from agent.arm.motion import PlanningScene, straight_line
 from agent.arm.order import bottom_at, precedence
 from agent.arm.search import RELEASE_HEIGHT, SHORT_APPROACH, ObjectPlan, Search, raised
-from agent.arm.stopping import set_down_below, withdraw
+from agent.arm.stopping import SETTLE_SECONDS, fold, is_folded, set_down_below, withdraw
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.tabletop import TabletopWorld
@@ -38,9 +38,7 @@ REPLANNING_CHECKS = PLANNING_CHECKS // 4  # for one object, when the world is no
 REPLANNING_ATTEMPTS = 2
 STALE = 0.003  # m that an object may have moved before the plan around it is made anew
 LARGEST_SLIP, LARGEST_SLIP_ANGLE = 0.03, 0.25  # m, rad while the fingers close: more is no grasp
-SETTLE_SECONDS = 0.6
 PUSHED, FALLEN = 0.02, -0.02  # m from its goal: worth another move; z of what is no longer on the table
-AT_HOME = 0.1  # rad, of every joint
 LARGEST_CORRECTION = 0.02  # m by which an object follows the real place of the one it will stand on
 
 
@@ -155,8 +153,8 @@ class _Builder:
 
     def begin(self) -> None:
         """Folds the arm where an earlier build was cut short."""
-        if np.abs(unwind(self.arm.configuration(), FOLDED) - FOLDED).max() > AT_HOME:
-            self._go_home()
+        if not is_folded(self.arm):
+            fold(self.driver, self.search.scene)
 
     def stop(self) -> Stopped:
         """Stops the arm, sets down what is in the hand, and folds; stopped once more, it stays where it is."""
@@ -169,7 +167,7 @@ class _Builder:
                 set_down_below(self.driver, index)
                 set_down = True
             withdraw(self.driver)
-            self._go_home()
+            fold(self.driver, self.search.scene)
         except KeyboardInterrupt:
             self.driver.halt()
             return Stopped(index, name, set_down, False)
@@ -271,7 +269,7 @@ class _Builder:
                 reason = "it slipped out of the fingers"
         self.driver.let_go(plan.grasp.opening)
         self.driver.follow(plan.approach[::-1], CARTESIAN_SPEED)
-        self._go_home()
+        fold(self.driver, self.search.scene)
         return reason, None
 
     def _place(self, plan: ObjectPlan) -> None:
@@ -312,11 +310,3 @@ class _Builder:
         else:
             angle = _angle(goal[:3, :3].T @ pose[:3, :3])
         return Placed(index, name, plan.aside, error, angle, pose, seconds)
-
-    def _go_home(self) -> None:
-        """Back to the waiting pose, by a planned motion; straight up and over where none is found."""
-        start = self.arm.configuration()
-        home = unwind(FOLDED, start)
-        path = self.search.scene.plan(start, home)
-        self.driver.follow(np.stack((start, home)) if path is None else path)
-        self.driver.wait(SETTLE_SECONDS)

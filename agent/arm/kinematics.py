@@ -168,6 +168,7 @@ class JacoArm:
     Attributes:
         body: PyBullet body id. joints: the 7 arm joints. fingers, tips: 3 joints each.
         end_effector, hand: link indices. finger_links: links that may touch an object.
+        weld: the constraint that holds an object in the hand, and its body; `None` while it is empty.
     """
 
     def __init__(self, client: int, world_from_base: np.ndarray = WORLD_FROM_BASE) -> None:
@@ -190,6 +191,7 @@ class JacoArm:
         self.tips = [index[f"joint_finger_tip_{k}"] for k in (1, 2, 3)]
         self.hand, self.end_effector = self.joints[-1], index["joint_end_effector"]
         self.finger_links = frozenset(self.fingers + self.tips)
+        self.weld: tuple[int, int] | None = None
         for link in self.finger_links:
             # Rubber-like pads, as on the real fingers; and spinning friction, so that thin things do not turn.
             pybullet.changeDynamics(
@@ -209,6 +211,12 @@ class JacoArm:
         self.command(q)
         if finger is not None:
             self.command_fingers([finger] * 3)
+
+    def drop(self) -> None:
+        """Ends the weld at once; whatever it held falls."""
+        if self.weld is not None:
+            pybullet.removeConstraint(self.weld[0], physicsClientId=self.client)
+            self.weld = None
 
     def command(self, q: np.ndarray) -> None:
         """Let the position motors drive the arm joints towards q (7,)."""

@@ -96,6 +96,8 @@ def asides(
     # Only for those whose turn it would be: what they will stand on is there.
     blockers = {j for i in waiting if under[i] <= done for j in in_the_way[i]} - done
     now = taken[: len(clouds)]
+    # What stands on a blocker has to go first.
+    blockers |= {k for k in range(len(clouds)) if any(stands_above(k, j, now, bottoms) for j in blockers)} - done
     free = [j for j in blockers if not any(stands_above(k, j, now, bottoms) for k in range(len(clouds)))]
     steps = []
     for j in sorted(free, key=lambda j: taken[j].area):

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from agent.arm.driver import CARTESIAN_SPEED, ArmDriver
-from agent.arm.kinematics import FINGER_OPEN
-from agent.arm.motion import straight_line
+from agent.arm.kinematics import FINGER_OPEN, FOLDED, JacoArm, unwind
+from agent.arm.motion import PlanningScene, straight_line
 from agent.arm.search import raised
+from structdiffusion.tabletop import TabletopWorld
 
 LOWERING_STEP, TOUCHING = 0.005, 0.001  # m: an object is lowered in such steps until something is this near
 WITHDRAWAL = 0.12  # m
+AT_HOME = 0.1  # rad, of every joint
+SETTLE_SECONDS = 0.6
 
 
 def set_down_below(driver: ArmDriver, index: int) -> None:
@@ -42,3 +45,30 @@ def withdraw(driver: ArmDriver) -> None:
         path = straight_line(driver.arm.configuration(), (start, target))
         if path is not None:
             driver.follow(path, CARTESIAN_SPEED)
+
+
+def is_folded(arm: JacoArm) -> bool:
+    """Whether the arm is in its waiting pose."""
+    return bool(np.abs(unwind(arm.configuration(), FOLDED) - FOLDED).max() < AT_HOME)
+
+
+def fold(driver: ArmDriver, scene: PlanningScene) -> None:
+    """Back to the waiting pose, by a planned motion; straight there where none is found."""
+    start = driver.arm.configuration()
+    home = unwind(FOLDED, start)
+    path = scene.plan(start, home)
+    driver.follow(np.stack((start, home)) if path is None else path)
+    driver.wait(SETTLE_SECONDS)
+
+
+def tidy_up(world: TabletopWorld, arm: JacoArm, rng: np.random.Generator) -> bool:
+    """Empties the hand and folds the arm where somebody stopped it for good; whether there was anything to do."""
+    if arm.weld is None and is_folded(arm):
+        return False
+    driver = ArmDriver(world, arm, weld=True)
+    if driver.holds is not None:
+        set_down_below(driver, world.bodies.index(driver.holds))
+    withdraw(driver)
+    with PlanningScene(rng) as scene:
+        fold(driver, scene)
+    return True

@@ -147,6 +147,7 @@ class TableScene:
             if np.abs(now - poses[name]).max() > _MOVED:
                 moved.append(name)
             self.world.set_pose(index, poses[name])
+        self.arm.drop()
         self.arm.teleport(FOLDED, FINGER_OPEN)
         return tuple(moved)
 

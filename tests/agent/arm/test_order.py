@@ -80,3 +80,13 @@ def test_only_what_carries_nothing_is_moved_aside_down_to_the_table():
     steps = asides(waiting, under, in_the_way, set(), clouds, [], motions, bottoms, rng)
     assert [index for index, _, _ in steps] == [1]
     assert transform_points(steps[0][1], clouds[1])[:, 2].min() == 0.0
+
+
+def test_a_tower_built_upside_down_begins_with_the_top_moved_aside():
+    clouds, bottoms = tower(3)
+    motions = [pose_from_xyz_yaw(0.0, 0.0, bottoms[2 - k] - bottoms[k], 0.0) for k in range(3)]
+    under, in_the_way, stands_on = precedence(clouds, motions, bottoms)
+    assert under == [{1, 2}, {2}, set()] and stands_on == [1, 2, None]
+    assert in_the_way[2] == {0, 1} and in_the_way[0] >= {1, 2}
+    steps = asides([0, 1, 2], under, in_the_way, set(), clouds, [], motions, bottoms, np.random.default_rng(0))
+    assert [index for index, _, _ in steps] == [2]  # all that can be moved: it carries nothing
