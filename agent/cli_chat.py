@@ -21,9 +21,8 @@ from agent.cli_options import (
     ViewpointOption,
     WeightsOption,
 )
-from agent.errors import UsageError
+from agent.errors import DEFECT, UsageError
 from agent.streams import import_pybullet_silently, results_stream
-
 
 _WELCOME = "Say what to build, as “put the cups in a small circle on the left”. /help lists what else there is."
 
@@ -62,6 +61,9 @@ def chat(
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
     reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
+    if sys.stdin is None:
+        raise UsageError("chat needs standard input, and it is closed")
+    sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop
     with results_stream() as results:
         console = Console(file=results)
         console.print(_WELCOME, style="dim", highlight=False)  # before what follows is imported, which takes seconds
@@ -70,5 +72,8 @@ def chat(
         from agent.pipeline import RunOptions
 
         options = RunOptions(scene, objects, model, weights, seed, execute, reading)
-        path = talk(options, console, folder / "session.jsonl", sys.stdin, yes)
-    print(f"session: {path}", file=sys.stderr)
+        session = folder / "session.jsonl"
+        defects = talk(options, console, session, sys.stdin, yes)
+    print(f"session: {session}", file=sys.stderr)
+    if defects:
+        raise typer.Exit(DEFECT)

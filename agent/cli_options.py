@@ -40,7 +40,8 @@ WeightsOption = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="Checkpoints diffusion/, structure/ and collision/; by default those shipped."),
 ]
-SeedOption = Annotated[int, typer.Option(min=0, help="Everything drawn at random follows from it.")]
+MOST_SEED = 2**63 - 1  # what every generator takes
+SeedOption = Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Everything drawn at random follows from it.")]
 ParserOption = Annotated[Parsers, typer.Option(help="Who reads the instruction.")]
 ViewpointOption = Annotated[
     Viewpoint, typer.Option(help="Whose left and right is meant: the robot's, or that of somebody across the table.")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 
 DONE = 0
+DEFECT = 1  # of the program itself
 USAGE = 2
 NOT_BUILDABLE = 3
 NO_VALID_GOAL = 4

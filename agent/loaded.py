@@ -58,8 +58,9 @@ class Loaded:
 
         Raises: as the parts do.
         """
-        self.reader(reading).parse("a circle")
-        self.planner(model, weights)
+        with self._lock:  # whoever needs them meanwhile waits, and does not load them twice
+            self.reader(reading).parse("a circle")
+            self.planner(model, weights)
 
     def source(self, scene: str, objects: str) -> SceneSource:
         """As `agent.scenes.sources.scene_source`; scene files are read anew, because they can be edited."""

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import fcntl
 import json
 import platform
 import time
@@ -116,6 +117,9 @@ class SessionWriter:
                 self.path.unlink(missing_ok=True)
             torn = self.path.exists() and _is_torn(self.path)
             self._file = self.path.open("ab", buffering=0)
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise UsageError(f"another process writes the session {str(self.path)!r}; choose another folder") from error
         except OSError as error:
             raise UsageError(f"cannot write the session {str(self.path)!r}: {error.strerror}") from error
         self._put((b"\n" if torn else b"") + b"".join(self._waiting))

@@ -28,6 +28,7 @@ _SAY_INSTEAD = {
 }
 # Below this the best answer is as likely wrong as right, and asking costs less than building it.
 LEAST_CERTAINTY = 0.5
+OPEN = "open"  # how a question offers to leave a slot as it is
 # What may still be meant when the parser has to ask.
 WORTH_OFFERING = 0.1
 # A shape gives way to a slot that it cannot carry only where it was this much less certain.
@@ -41,7 +42,7 @@ class Question:
     Attributes:
         slot: the slot that is missing or in doubt.
         text: the question, with its options.
-        options: the values that may be meant, the likeliest first.
+        options: the values that may be meant, the likeliest first; `OPEN` where the slot may be meant to stay open.
     """
 
     slot: str
@@ -167,8 +168,9 @@ def _question(
     doubtful = [slot for slot in SLOTS if probabilities[slot][kept[slot]] < LEAST_CERTAINTY]
     for slot in doubtful[:1]:
         ranked = sorted(probabilities[slot].items(), key=lambda item: -item[1])
-        options = [value or "open" for value, share in ranked if share >= WORTH_OFFERING]
+        options = [value or OPEN for value, share in ranked if share >= WORTH_OFFERING]
         if len(options) > 1:
             said = " or ".join([", ".join(options[:-1]), options[-1]])
-            return Question(slot, f"{slot} in {shortened(text)!r} is not clear: {said}?", tuple(options))
+            name = slot.replace("_", " ")
+            return Question(slot, f"the {name} in {shortened(text)!r} is not clear: {said}?", tuple(options))
     return None

@@ -24,13 +24,13 @@ from typing import Any
 
 from agent.batch.results import ROWS
 from agent.batch.rows import BadRow, Row
-from agent.errors import exit_code_of, one_sentence
+from agent.errors import DEFECT, exit_code_of, one_sentence
 from agent.loaded import Loaded
 from agent.pipeline import run_instruction
 from agent.record import RunRecord
 from agent.session_file import run_session
 
-CRASHED = 1
+CRASHED = DEFECT
 TRACEBACK = "traceback.txt"
 
 

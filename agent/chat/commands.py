@@ -7,8 +7,11 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 
 from agent.errors import UsageError
+from grounding.parse import shortened
 from grounding.reading import VIEWPOINTS
 
+MOST_NUMBER = 10**9
+_MOST_DIGITS = 25
 PARSERS = ("embedding", "llm")
 
 
@@ -74,12 +77,13 @@ def command_of(line: str) -> tuple[Command, str] | None:
     if not line.startswith("/"):
         return None
     name, _, rest = line.partition(" ")
-    rest = rest.strip()
+    name, rest = name.lower(), rest.strip()
     names = [command.name for command in COMMANDS]
     if name not in names:
         begun = [each for each in names if each.startswith(name)]
         if len(begun) != 1 or len(name) < 2:
             close = begun[:3] or get_close_matches(name, names, 1)
+            name = shortened(name)
             hint = f"did you mean {' or '.join(close)}?" if close else "see /help"
             raise UsageError(f"there is no {name}; {hint}")
         name = begun[0]
@@ -91,14 +95,15 @@ def command_of(line: str) -> tuple[Command, str] | None:
     return command, rest
 
 
-def whole_number(command: str, text: str, least: int) -> int:
+def whole_number(command: str, text: str, least: int, most: int = MOST_NUMBER) -> int:
     """The number that follows a command.
 
     Raises:
-        UsageError: when it is none, or less than `least`.
+        UsageError: when it is none, or not from `least` to `most`.
     """
-    if not text.isdecimal() or int(text) < least:
-        raise UsageError(f"{command} takes a whole number from {least} on, got {text!r}")
+    if not text.isdecimal() or len(text) > _MOST_DIGITS or not least <= int(text) <= most:
+        legal = f"from {least} on" if most == MOST_NUMBER else f"from {least} to {most}"
+        raise UsageError(f"{command} takes a whole number {legal}, got {shortened(text)!r}")
     return int(text)
 
 

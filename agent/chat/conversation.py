@@ -16,14 +16,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent import events, steps
+from agent.chat.situation import Proposal, Situation, answered, completed, meant_objects
 from agent.errors import DONE, INTERRUPTED, NotBuildable, UsageError, exit_code_of, one_sentence
-from agent.chat.situation import Proposal, Situation, answered, meant_objects
 from agent.loaded import Loaded
 from agent.pipeline import RunOptions, wished
 from agent.planning import worthwhile
 from grounding.dialogue import Revision, revise
 from grounding.parse import Question
-from grounding.spec import StructureSpec
+from grounding.selection import mentioned
+from grounding.spec import SHAPES, StructureSpec
 
 if TYPE_CHECKING:
     from agent.scenes.sources import SceneSource
@@ -87,7 +88,7 @@ class Conversation:
             revision = revise(last, text, self._loaded.reader(self.options.reading), self.options.reading.viewpoint)
             if revision.status in ("refused", "unchanged"):
                 raise NotBuildable(revision.message)
-            self._hear(revision)
+            self._hear(_with_a_shape(revision, last))
             return self.question is None
         return False
 
@@ -104,8 +105,28 @@ class Conversation:
             return True
         return False
 
+    def answer_in_words(self, text: str) -> bool:
+        """An answer that is none of the options: it completes what was said before the question; as `say`.
+
+        Words that name objects are an instruction of their own. The question stands where the words say nothing.
+        """
+        question, asked = self.question, self._asked
+        if question is None or asked is None or mentioned(text):
+            return self.say(text)
+        said = revise(asked.spec, text, self._loaded.reader(self.options.reading), self.options.reading.viewpoint)
+        if said.status in ("refused", "unchanged"):
+            raise NotBuildable(f"{said.message}; {question.text}")
+        self.question, self._words = None, None
+        with self._turn("parse"):
+            spec = completed(said.spec, asked.spec)
+            still_open = question if question.slot == "shape" and spec.shape is None else said.question
+            self._hear(replace(asked, spec=spec, message=said.message, question=still_open))
+            return self.question is None
+        return False
+
     def _hear(self, revision: Revision) -> None:
         began, parse, loaded = time.perf_counter(), revision.parse, self._loaded
+        objects = meant_objects(revision, self.table, self.situation, loaded.encoder)  # before anything is asked
         if revision.question is not None:
             self.question, self._asked = revision.question, revision
             question = revision.question
@@ -113,7 +134,6 @@ class Conversation:
             return
         if revision.message:
             self._tell(events.Noted(revision.message))
-        objects = meant_objects(revision, self.table, self.situation, loaded.encoder)
         across = self.options.reading.viewpoint == "opposite"
         spec = revision.spec.turned() if across else revision.spec
         reading, before = self.options.reading, self.situation.wish
@@ -140,6 +160,9 @@ class Conversation:
 
     def _propose(self, situation: Situation, spec: StructureSpec) -> None:
         self._step, began = "scene", time.perf_counter()
+        if self.table.tidy_up():
+            self._tell(events.Noted("the arm emptied its hand and folded"))
+            situation = replace(situation, poses=self.table.poses())
         self.table.involve(situation.objects)
         scene = self.table.look()
         self._tell(steps.perceived(scene, time.perf_counter() - began))
@@ -326,3 +349,14 @@ class Conversation:
     def seed_with(self, seed: int) -> None:
         """Changes the seed of what is imagined and planned from now on; the table stays."""
         self.options = replace(self.options, seed=seed)
+
+
+def _with_a_shape(revision: Revision, last: StructureSpec) -> Revision:
+    """The revision with a question where nobody has said yet what is to be built, or anything at all."""
+    first_words = revision.kind == "edit" and last == StructureSpec()
+    if revision.status != "ok" or revision.spec.shape is not None:
+        return revision
+    if not first_words and revision.spec != StructureSpec():
+        return revision
+    question = Question("shape", f"which shape should it be: {', '.join(SHAPES)}?", SHAPES)
+    return replace(revision, status="ask", question=question)

@@ -26,24 +26,29 @@ class Lines(Protocol):
         """
 
 
-class PipedLines:
-    """The lines of a file, each shown behind the prompt that it answers, so that the output reads as a conversation.
+class PlainLines:
+    """The lines of a file or of a terminal without cursor control.
 
     Args:
         file: to read from.
-        show: takes a line of the conversation.
+        show: writes text, and nothing after it.
+        typed: whether somebody types at a terminal, which shows what is typed; else each line is shown behind its
+            prompt, so that the output reads as a conversation.
     """
 
-    def __init__(self, file: TextIO, show: Callable[[str], None]) -> None:
-        self._file, self._show = file, show
+    def __init__(self, file: TextIO, show: Callable[[str], None], typed: bool = False) -> None:
+        self._file, self._show, self._typed = file, show, typed
 
     def ask(self, prompt: str) -> str | None:
         """See `Lines`."""
+        if self._typed:
+            self._show(prompt)
         line = self._file.readline()
         if not line:
             return None
-        line = line.rstrip("\r\n")
-        self._show(f"{prompt}{line}")
+        line = "".join(char if char.isprintable() else " " for char in line.rstrip("\r\n"))
+        if not self._typed:
+            self._show(f"{prompt}{line}\n")
         return line
 
 

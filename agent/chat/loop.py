@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +11,18 @@ from agent.chat.commands import PARSERS, command_of, help_lines, one_of, whole_n
 from agent.chat.conversation import Conversation
 from agent.chat.lines import Lines
 from agent.chat.screen import SHOWN, ChatScreen
+from agent.cli_options import MOST_SEED
 from agent.errors import UsageError, exit_code_of, one_sentence
 from agent.replaying import write_page
+from agent.scenes.files import SUFFIXES
 from agent.scenes.sources import SIMULATED
 from agent.telling import aligned
+from grounding.parse import shortened
 from grounding.reading import VIEWPOINTS
 
 _YES = ("y", "yes", "yes please", "go", "go ahead", "do it", "build it", "ok", "okay", "sure")
 _NO = ("n", "no", "never mind", "nevermind", "cancel", "stop")
+_DROPPED = "the question is dropped; say it another way"
 _ANY = ("any", "either", "whatever", "i don't mind", "doesn't matter")
 
 
@@ -31,6 +36,9 @@ class Chat:
         tell: told the commands, and all that the conversation tells.
         session: the file that keeps it.
         yes: build without asking.
+
+    Attributes:
+        defects: how often the program itself was at fault.
     """
 
     def __init__(
@@ -45,6 +53,7 @@ class Chat:
         self._talk, self._screen, self._lines, self._tell = conversation, screen, lines, tell
         self._session, self._yes = session, yes
         self._overwrites: Path | None = None
+        self.defects = 0
 
     def run(self) -> None:
         """Talks until the lines end, or somebody quits."""
@@ -53,16 +62,34 @@ class Chat:
             try:
                 self._screen.space()
                 line = self._lines.ask(self._prompt())
+            except KeyboardInterrupt:
+                self._stop_asking()
+                continue
+            try:
                 if line is None or not self._take(" ".join(line.split())):
                     return
             except KeyboardInterrupt:
-                self._screen.note("Ctrl-D or /quit ends")
+                self._screen.complain("interrupted")
             except Exception as error:
-                if exit_code_of(error) is None:
-                    raise
-                self._screen.complain(one_sentence(error))
+                self._screen.complain(one_sentence(error) if exit_code_of(error) is not None else self._defect(error))
             finally:
                 self._screen.idle()
+
+    def _stop_asking(self) -> None:
+        if self._talk.question is not None:
+            self._talk.drop()
+            self._screen.note(_DROPPED)
+        else:
+            self._screen.note("Ctrl-D or /quit ends")
+
+    def _defect(self, error: Exception) -> str:
+        """Keeps what is wrong with this program beside the session, for a report; the chat goes on."""
+        path = self._session.with_name("traceback.txt")
+        with path.open("a", encoding="utf-8") as file:
+            traceback.print_exception(error, file=file)
+        self.defects += 1
+        what = f"{type(error).__name__}: {one_sentence(error)}"
+        return f"a defect of structagent, {what}; {path} says where, and the chat goes on"
 
     def _prompt(self) -> str:
         if self._talk.question is not None:
@@ -84,6 +111,8 @@ class Chat:
             self._answer(line)
         elif self._talk.situation.proposal is not None:
             self._decide(line)
+        elif line.isdecimal() or line.lower().rstrip(".!") in (*_YES, *_NO):
+            raise UsageError("there is no proposal; say what to build, or /again")
         else:
             self._say(line)
         return True
@@ -107,15 +136,18 @@ class Chat:
         if said in _NO:
             self._tell(events.Commanded(line))
             self._talk.drop()
+            self._screen.note(_DROPPED)
         elif said in options or (said in _ANY and question.slot != "shape"):
             self._tell(events.Commanded(line))
             self._screen.busy("imagining")
             if self._talk.answer(options.get(said)):
                 self._proposed()
-        elif said.isdecimal():
-            raise UsageError(f"there is no answer {said}; legal: 1 to {len(question.options)}")
+        elif said.isdecimal() or said in _YES:
+            raise UsageError(f"{line!r} is no answer; legal: 1 to {len(question.options)}, or say it differently")
         else:
-            self._say(line)
+            self._screen.busy("reading")
+            if self._talk.answer_in_words(line):
+                self._proposed()
 
     def _decide(self, line: str) -> None:
         said = line.lower().rstrip(".!")
@@ -178,7 +210,7 @@ class Chat:
                 screen.note(f"viewpoint: {talk.options.reading.viewpoint}")
             case "/seed":
                 if rest:
-                    talk.seed_with(whole_number(name, rest, 0))
+                    talk.seed_with(whole_number(name, rest, 0, MOST_SEED))
                 screen.note(f"seed: {talk.options.seed}")
             case "/save":
                 self._save(Path(rest))
@@ -195,11 +227,15 @@ class Chat:
         word, _, seed = rest.partition(" ")
         if word:
             one_of("/scene", word, ("new",))
-            number = whole_number("/scene new", seed.strip(), 0) if seed else self._talk.options.seed + 1
+            number = whole_number("/scene new", seed.strip(), 0, MOST_SEED) if seed else self._talk.options.seed + 1
             self._talk.another_table(SIMULATED, number)
         self._screen.scene(self._talk.look().to_dict())
 
     def _save(self, path: Path) -> None:
+        if path.suffix.lower() not in SUFFIXES:
+            raise UsageError(f"/save needs a file that ends in {' or '.join(SUFFIXES)}, got {shortened(str(path))!r}")
+        if path.is_dir():
+            raise UsageError(f"/save needs a file, and {str(path)!r} is a folder")
         if path.exists() and path != self._overwrites:
             self._overwrites = path
             raise UsageError(f"there is already a file {str(path)!r}; the same command again overwrites it")

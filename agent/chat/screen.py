@@ -19,6 +19,7 @@ from agent.telling import aligned, arm_sentence, duration, number, parse_notes, 
 
 SHOWN = 3  # candidates side by side
 _SCENE_COLUMNS, _CANDIDATE_COLUMNS, _PREVIEW_COLUMNS = 56, 38, 24
+_LEAST_COLUMNS = 18  # of a picture with a caption; where fewer fit beside each other, the next goes below
 _PREVIEW_EVERY = 4  # steps: drawing must not slow the model down
 _PLANNING = "looking for another plan"
 _AT_WORK = "the arm is at work; Ctrl-C stops it"
@@ -288,7 +289,8 @@ class ChatScreen:
         return [head, *(Text(line, "dim") for line in reason)]
 
     def _columns(self, most: int, count: int) -> int:
-        return max(blocks.LEAST_COLUMNS, min(most, (self.console.width - 2 * (count - 1)) // max(count, 1)))
+        fitting = (self.console.width - 2 * (count - 1)) // max(count, 1)
+        return min(max(_LEAST_COLUMNS, min(most, fitting)), max(self.console.width, blocks.LEAST_COLUMNS))
 
     def _drawn(self, markers: Sequence[Marker], columns: int) -> list[Text]:
         assert self._scene is not None  # the callers have looked

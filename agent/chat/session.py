@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from threading import Thread
@@ -14,7 +15,7 @@ from rich.markup import escape
 from agent import events
 from agent.chat.commands import COMMANDS
 from agent.chat.conversation import Conversation
-from agent.chat.lines import Lines, PipedLines, PromptedLines
+from agent.chat.lines import Lines, PlainLines, PromptedLines
 from agent.chat.loop import Chat
 from agent.chat.screen import ChatScreen
 from agent.loaded import Loaded
@@ -24,7 +25,7 @@ from agent.session_file import SessionWriter
 from grounding.spec import LEGAL_VALUES
 
 
-def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, yes: bool) -> Path:
+def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, yes: bool) -> int:
     """Talks until the lines end.
 
     Args:
@@ -35,7 +36,7 @@ def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, ye
         yes: build without asking.
 
     Returns:
-        `session`.
+        How often the program itself was at fault; each is told, and kept beside the session.
     """
     loaded = Loaded()
     screen = ChatScreen(console)
@@ -51,10 +52,30 @@ def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, ye
             warming.start()
             try:
                 source = _lines(lines, console, conversation)
-                Chat(conversation, screen, source, tell, session, yes).run()
+                chat = Chat(conversation, screen, source, tell, session, yes)
+                with _without_control_echo(lines):
+                    chat.run()
             finally:
                 warming.join()  # a process that ends while a library is being loaded dies of it
-    return session
+    return chat.defects
+
+
+@contextmanager
+def _without_control_echo(lines: TextIO) -> Iterator[None]:
+    """Keeps a terminal from writing ^C into a picture that is being drawn."""
+    if not lines.isatty():
+        yield
+        return
+    import termios
+
+    before = termios.tcgetattr(lines)
+    quiet = list(before)
+    quiet[3] &= ~termios.ECHOCTL
+    termios.tcsetattr(lines, termios.TCSANOW, quiet)
+    try:
+        yield
+    finally:
+        termios.tcsetattr(lines, termios.TCSANOW, before)
 
 
 def _warm(loaded: Loaded, options: RunOptions) -> None:
@@ -75,7 +96,12 @@ def _lines(lines: TextIO, console: Console, conversation: Conversation) -> Lines
     if lines.isatty() and console.is_terminal and not console.is_dumb_terminal:
         commands = {command.name: command.words for command in COMMANDS}
         return PromptedLines(commands, lambda: _vocabulary(conversation))
-    return PipedLines(lines, lambda line: console.print(escape(line), highlight=False, soft_wrap=True))
+
+    def show(text: str) -> None:
+        console.print(escape(text), highlight=False, soft_wrap=True, end="")
+        console.file.flush()
+
+    return PlainLines(lines, show, typed=lines.isatty())
 
 
 def _vocabulary(conversation: Conversation) -> Sequence[str]:

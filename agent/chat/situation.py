@@ -12,8 +12,9 @@ from agent import events, steps
 from agent.errors import NotBuildable
 from agent.scenes.sources import FEWEST_OBJECTS, MOST_OBJECTS
 from grounding.dialogue import Revision
+from grounding.parse import OPEN
 from grounding.selection import select_objects
-from grounding.spec import SLOTS_OF_SHAPE, StructureSpec
+from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
 
 if TYPE_CHECKING:
     from agent.scenes.table import TableScene
@@ -105,13 +106,22 @@ def meant_objects(
     meant = tuple(name for name in named if name not in fallen)
     if not FEWEST_OBJECTS <= len(meant) <= MOST_OBJECTS:
         which = f" ({', '.join(meant)})" if meant else ""
-        raise NotBuildable(f"{len(meant)} objects would take part{which}; legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}")
+        objects = "1 object" if len(meant) == 1 else f"{len(meant)} objects"
+        raise NotBuildable(f"{objects} would take part{which}; legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}")
     return meant
 
 
 def answered(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec:
     """The wish with an answer in it; what a shape that was answered cannot carry is left out."""
+    value = None if value == OPEN else value
     if slot != "shape":
         return replace(spec, **{slot: value})
     kept = {name: getattr(spec, name) for name in SLOTS_OF_SHAPE[value]}
     return StructureSpec(value, **kept)
+
+
+def completed(said: StructureSpec, before: StructureSpec) -> StructureSpec:
+    """What was said, and from before what it leaves open and can carry."""
+    legal = ("shape", *SLOTS_OF_SHAPE[said.shape or before.shape])
+    values = {slot: getattr(said, slot) or getattr(before, slot) for slot in SLOTS}
+    return StructureSpec(**{slot: value for slot, value in values.items() if slot in legal})

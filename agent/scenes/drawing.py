@@ -16,7 +16,6 @@ from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.scenes import DrawnScene, draw_scene, eligible
 
-
 _SEVERAL = 4  # objects of a noun that make it worth talking about
 _FEW, _MANY = 2, 3  # of the two nouns of an assortment
 

@@ -153,7 +153,8 @@ class _Reader:
         if listed is None:
             return []
         if not _is(listed, "sequence") or not listed.value:
-            self._note(listed, f"objects must be a list with at least one object, not {_shown(listed)}")
+            given = "an empty one" if _is(listed, "sequence") else _shown(listed)
+            self._note(listed, f"objects must be a list with at least one object, not {given}")
             return []
         if len(listed.value) > MOST_OBJECTS:
             too_many = listed.value[MOST_OBJECTS]

@@ -14,6 +14,7 @@ from agent.scenes.files import SUFFIXES, PlacedObject
 from agent.scenes.placing import StandingObject, drawn_objects, load_scene, saved_objects
 from agent.scenes.simulated import Select, SimulatedScene
 from agent.scenes.table import TableScene, drawing_and_noise
+from grounding.parse import shortened
 from grounding.spec import StructureSpec
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.scenes import SceneError
@@ -62,7 +63,7 @@ def scene_source(scene: str, objects: str) -> SceneSource:
     path = Path(scene)
     if path.suffix.lower() not in SUFFIXES and not path.is_file():
         files = " or ".join(SUFFIXES)
-        raise UsageError(f"--scene cannot be {scene!r}; legal: {SIMULATED}, or a file that ends in {files}")
+        raise UsageError(f"--scene cannot be {shortened(scene)!r}; legal: {SIMULATED}, or a file that ends in {files}")
     return FileSource(path)
 
 

@@ -11,11 +11,11 @@ from typing import Self
 import numpy as np
 
 from agent.arm.kinematics import FINGER_OPEN, FOLDED, JacoArm
-from structdiffusion.objects.model import ObjectModel
+from agent.arm.stopping import tidy_up
 from structdiffusion.geometry import tilt_between, transform_points
+from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import ObjectCloud, Scene, Table
 from structdiffusion.tabletop import TabletopWorld, unique_names
-
 
 _FALLEN = -0.02  # m; what lies lower is no longer on the table
 _MOVED = 0.002  # m, and of a rotation's entries: less is how things settle while others are moved
@@ -139,6 +139,10 @@ class TableScene:
     def poses(self) -> dict[str, np.ndarray]:
         """world_from_object (4, 4) of every object, by name."""
         return dict(zip(self.names, self.world.poses(), strict=True))
+
+    def tidy_up(self) -> bool:
+        """Has the arm set down what it holds, and fold, after it was stopped for good; whether there was a need."""
+        return tidy_up(self.world, self.arm, np.random.default_rng(0))
 
     def put_back(self, poses: Mapping[str, np.ndarray]) -> tuple[str, ...]:
         """Puts every object where `poses` says, at rest, and folds the arm; the names of those that had moved."""

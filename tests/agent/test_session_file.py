@@ -237,3 +237,11 @@ def test_verbs_refuse_what_makes_no_sense(path):
             report_verb(path, target)
     with pytest.raises(UsageError, match="cannot write the page"):
         report_verb(path, path / "page.html")
+
+
+def test_two_cannot_write_one_session(tmp_path):
+    path = tmp_path / "session.jsonl"
+    with SessionWriter(path, {}):
+        with pytest.raises(UsageError, match="another process writes the session"):
+            SessionWriter(path, {})
+    SessionWriter(path, {}).close()

@@ -5,7 +5,7 @@ import pytest
 
 from agent import events
 from agent.arm.events import Picked, Placed, Stopped
-from agent.errors import INTERRUPTED, NOT_BUILDABLE, UsageError
+from agent.errors import INTERRUPTED, NOT_BUILDABLE, NotBuildable, UsageError
 from agent.events import kind_of
 from grounding.spec import StructureSpec
 
@@ -63,7 +63,7 @@ def test_objects_can_be_added_and_removed(conversation, heard):
         ("make the cups a pyramid", "cannot be built"),
         ("put the bananas in a row", "banana"),
         ("what a nice day", "no arrangement"),
-        ("put the orange in the middle of the table as a line", "1 objects would take part (orange); legal: 2 to 12"),
+        ("put the orange in the middle of the table as a line", "1 object would take part (orange); legal: 2 to 12"),
     ],
 )
 def test_a_refusal_says_why_and_changes_nothing(conversation, heard, text, words):
@@ -93,6 +93,59 @@ def test_another_instruction_takes_the_place_of_a_question(conversation):
     conversation.say("make something nice with the cups")
     assert conversation.say("stack the boxes")
     assert conversation.question is None and conversation.situation.objects == ("box 1", "box 2")
+
+
+def test_words_can_answer_and_the_objects_stay(conversation, heard):
+    conversation.say("put the cups")
+    assert conversation.question.slot == "shape"
+    assert not conversation.answer_in_words("on the left")
+    assert conversation.question.slot == "shape"
+    with pytest.raises(NotBuildable, match="which shape"):
+        conversation.answer_in_words("blah blah")
+    assert conversation.answer_in_words("in a circle, please")
+    assert conversation.situation.wish == StructureSpec("circle", x_position="left")
+    assert conversation.situation.objects == CUPS
+
+
+def test_an_answer_that_names_objects_is_an_instruction(conversation):
+    conversation.say("put the cups")
+    assert conversation.answer_in_words("stack the boxes")
+    assert conversation.situation.objects == ("box 1", "box 2")
+
+
+@pytest.mark.parametrize("text", ["only the boxes", "bigger", "the other way round"])
+def test_a_correction_of_nothing_is_asked_for_its_shape(conversation, text):
+    assert not conversation.say(text)
+    assert conversation.situation.wish is None
+    assert conversation.question is None or conversation.question.slot in ("shape", "rotation", "x_position")
+
+
+def test_what_is_not_there_is_said_before_anything_is_asked(conversation, heard):
+    assert not conversation.say("put the bananas")
+    assert conversation.question is None and "banana" in of(heard, events.Failed)[0].message
+
+
+def test_a_second_stop_is_tidied_up_before_the_next_look(conversation, heard):
+    def interrupt_twice(event):
+        heard.append(event)
+        if isinstance(event, Picked):
+            conversation.table.arm.command = interrupted
+            raise KeyboardInterrupt
+
+    def interrupted(q):
+        del conversation.table.arm.command  # the method of the class again
+        raise KeyboardInterrupt
+
+    conversation.say("put the cups in a small circle on the left")
+    conversation._tell = interrupt_twice
+    assert not conversation.go()
+    (stopped,) = of(heard, Stopped)
+    assert not stopped.folded and conversation.table.arm.weld is not None
+    conversation._tell = heard.append
+    assert conversation.say("the same again")
+    assert "the arm emptied its hand and folded" in [event.message for event in of(heard, events.Noted)]
+    assert conversation.table.arm.weld is None
+    assert conversation.go(), of(heard, events.Failed)
 
 
 def test_building_undoing_and_redoing(conversation, heard):

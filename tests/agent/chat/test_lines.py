@@ -4,7 +4,7 @@ import io
 
 import pytest
 
-from agent.chat.lines import PipedLines, completions, history_file
+from agent.chat.lines import PlainLines, completions, history_file
 
 COMMANDS = {"/parser": ("embedding", "llm"), "/plan": (), "/help": ()}
 
@@ -39,9 +39,16 @@ def test_a_completion_takes_the_place_of_what_was_begun():
 
 def test_piped_lines_are_shown_behind_their_prompts():
     shown = []
-    lines = PipedLines(io.StringIO("a circle\r\ny"), shown.append)
-    assert [lines.ask("> "), lines.ask("build it? "), lines.ask("> ")] == ["a circle", "y", None]
-    assert shown == ["> a circle", "build it? y"]
+    lines = PlainLines(io.StringIO("a \x1b[31mcircle\r\ny"), shown.append)
+    assert [lines.ask("> "), lines.ask("build it? "), lines.ask("> ")] == ["a  [31mcircle", "y", None]
+    assert shown == ["> a  [31mcircle\n", "build it? y\n"]
+
+
+def test_a_terminal_without_cursor_control_gets_its_prompt_first():
+    shown = []
+    lines = PlainLines(io.StringIO("a circle\n"), shown.append, typed=True)
+    assert lines.ask("> ") == "a circle"
+    assert shown == ["> "]
 
 
 def test_history_has_a_place(monkeypatch, tmp_path):
