@@ -7,7 +7,6 @@ from collections.abc import Generator, Iterator, Sequence
 
 import numpy as np
 
-from agent.arm.completing import completed_clouds
 from agent.arm.events import ArmEvent, Planned, PlanFailed
 from agent.arm.motion import PlanningScene
 from agent.arm.search import ObjectPlan, Search
@@ -41,9 +40,9 @@ def find_plan(
 ) -> Generator[ArmEvent, None, tuple[int, list[ObjectPlan]] | None]:
     """Tells what could be planned; returns the place of the first arrangement with a plan, and the plan, or `None`."""
     began = time.monotonic()
-    clouds = completed_clouds(scene.objects, scene)
+    clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
     bottoms = [cloud.bottom for cloud in scene.objects]
-    distractors = completed_clouds(scene.distractors, scene)
+    distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
     for rank, arrangement in enumerate(arrangements):
         plans, blocked, reason = search.arrangement(
             clouds, distractors, arrangement.goal_from_initial, planning_checks, bottoms

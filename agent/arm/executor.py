@@ -19,7 +19,6 @@ from dataclasses import replace
 import numpy as np
 
 from agent.arm.choosing import PLANNING_CHECKS, find_plan
-from agent.arm.completing import completed_clouds
 from agent.arm.driver import CARTESIAN_SPEED, ArmDriver
 from agent.arm.events import ArmEvent, PickFailed, Picked, Placed, PlaceFailed, Stopped
 from agent.arm.grasps import Grasp
@@ -114,12 +113,12 @@ class _Builder:
         on_step: Callable[[], None] | None,
     ) -> None:
         self.world, self.arm, self.scene, self.search = world, arm, scene, search
-        self.distractors = completed_clouds(scene.distractors, scene)
+        self.distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
         self.hold = hold
         self.driver = ArmDriver(world, arm, hold == "weld", on_step)
         self.goal_from_initial = arrangement.goal_from_initial
         self.count = len(scene.objects)
-        self.start_clouds = completed_clouds(scene.objects, scene)
+        self.start_clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
         self.start_bottoms = [cloud.bottom for cloud in scene.objects]
         self.start_poses = world.poses()[: self.count]
         *_, self.stands_on = precedence(self.start_clouds, list(self.goal_from_initial), self.start_bottoms)
