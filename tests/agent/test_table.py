@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from agent.arm.driver import ArmDriver
 from agent.arm.kinematics import FOLDED
 from agent.scenes.drawing import assortment
 from agent.scenes.files import write_scene
@@ -145,7 +146,19 @@ def test_putting_back_names_what_had_moved_and_folds_the_arm(stacked):
     assert all(np.allclose(stacked.poses()[name], pose, atol=1e-6) for name, pose in before.items())
     np.testing.assert_allclose(stacked.arm.configuration(), FOLDED, atol=1e-6)
     stacked.world.step(0.5)
+    np.testing.assert_allclose(stacked.arm.configuration(), FOLDED, atol=0.01)  # and it stays folded
     assert stacked.put_back(before) == ()  # at rest: nothing moved meanwhile
+
+
+def test_putting_back_takes_what_the_arm_holds_out_of_its_hand(stacked):
+    before = stacked.poses()
+    stacked.world.set_pose(1, pose_from_xyz_yaw(0.3, 0.0, 0.2, 0.0))
+    ArmDriver(stacked.world, stacked.arm, weld=True).weld(stacked.world.bodies[1])
+    assert stacked.put_back(before) == ("block 2",) and stacked.arm.weld is None
+    stacked.arm.command(FOLDED + 0.3)  # a hand that still held it would take it along
+    stacked.world.step(1.0)
+    assert np.abs(stacked.arm.configuration() - FOLDED).max() > 0.2
+    assert stacked.put_back(before) == ()
 
 
 def test_an_assortment_has_a_few_of_two_nouns_and_one_other():

@@ -12,7 +12,7 @@ from agent.arm.executor import build_structure
 from agent.arm.grasps import hand_pose
 from agent.arm.kinematics import FINGER_OPEN, FOLDED, JacoArm, solve, unwind
 from agent.arm.search import Search
-from agent.arm.stopping import WITHDRAWAL, withdraw
+from agent.arm.stopping import WITHDRAWAL, is_folded, tidy_up, withdraw
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.observation import Arrangement, Scene
@@ -136,6 +136,21 @@ def test_stopped_again_while_it_sets_down_the_arm_stays(bench):
     assert bench.away > 0.3
     bench.world.step(0.5)
     np.testing.assert_allclose(bench.arm.configuration(), there, atol=0.01)
+
+
+def test_what_a_second_stop_left_in_the_hand_is_set_down_by_tidying_up(bench):
+    bench.when = [lambda: bench.height > 0.1, lambda: bench.height < 0.09]
+    with pytest.raises(KeyboardInterrupt):
+        bench.build()
+    assert bench.arm.weld is not None and bench.arm.weld[1] == bench.body
+    assert bench.height > 0.02 and not is_folded(bench.arm)
+    assert tidy_up(bench.world, bench.arm, np.random.default_rng(0))
+    assert bench.arm.weld is None and is_folded(bench.arm) and bench.stands()
+    tidy = bench.arm.configuration()
+    assert not tidy_up(bench.world, bench.arm, np.random.default_rng(0))  # nothing is left to do, and nothing moves
+    np.testing.assert_array_equal(bench.arm.configuration(), tidy)
+    bench.build()
+    assert isinstance(bench.told[-1], Placed) and np.linalg.norm(bench.world.pose(0)[:2, 3] - GOAL[:2, 3]) < 0.03
 
 
 def test_stopped_again_while_it_folds_the_next_build_folds_first(bench):
