@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent import events, steps
-from agent.chat.situation import Proposal, Situation, answered, completed, meant_objects
+from agent.chat.situation import Proposal, Situation, answered, completed, meant_objects, with_a_shape
 from agent.errors import DONE, INTERRUPTED, NotBuildable, UsageError, exit_code_of, one_sentence
 from agent.loaded import Loaded
 from agent.pipeline import RunOptions, wished
@@ -24,7 +24,7 @@ from agent.planning import worthwhile
 from grounding.dialogue import Revision, revise
 from grounding.parse import Question
 from grounding.selection import mentioned
-from grounding.spec import SHAPES, StructureSpec
+from grounding.spec import StructureSpec
 
 if TYPE_CHECKING:
     from agent.scenes.sources import SceneSource
@@ -88,7 +88,7 @@ class Conversation:
             revision = revise(last, text, self._loaded.reader(self.options.reading), self.options.reading.viewpoint)
             if revision.status in ("refused", "unchanged"):
                 raise NotBuildable(revision.message)
-            self._hear(_with_a_shape(revision, last))
+            self._hear(with_a_shape(revision, last))
             return self.question is None
         return False
 
@@ -310,11 +310,7 @@ class Conversation:
         return steps.perceived(self.table.look(), time.perf_counter() - began)
 
     def another_table(self, scene: str, seed: int) -> None:
-        """Clears the table and sets another one; the conversation about the old one ends.
-
-        Args:
-            scene: "simulated" or a scene file.
-            seed: what is drawn follows from it.
+        """Clears the table and sets another one, "simulated" or of a scene file; the talk about the old one ends.
 
         Raises:
             UsageError, BadInput, SceneError: when there is no such scene; the old table stays.
@@ -349,14 +345,3 @@ class Conversation:
     def seed_with(self, seed: int) -> None:
         """Changes the seed of what is imagined and planned from now on; the table stays."""
         self.options = replace(self.options, seed=seed)
-
-
-def _with_a_shape(revision: Revision, last: StructureSpec) -> Revision:
-    """The revision with a question where nobody has said yet what is to be built, or anything at all."""
-    first_words = revision.kind == "edit" and last == StructureSpec()
-    if revision.status != "ok" or revision.spec.shape is not None:
-        return revision
-    if not first_words and revision.spec != StructureSpec():
-        return revision
-    question = Question("shape", f"which shape should it be: {', '.join(SHAPES)}?", SHAPES)
-    return replace(revision, status="ask", question=question)

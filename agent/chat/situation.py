@@ -12,9 +12,9 @@ from agent import events, steps
 from agent.errors import NotBuildable
 from agent.scenes.sources import FEWEST_OBJECTS, MOST_OBJECTS
 from grounding.dialogue import Revision
-from grounding.parse import OPEN
+from grounding.parse import OPEN, Question
 from grounding.selection import select_objects
-from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
+from grounding.spec import SHAPES, SLOTS, SLOTS_OF_SHAPE, StructureSpec
 
 if TYPE_CHECKING:
     from agent.scenes.table import TableScene
@@ -125,3 +125,19 @@ def completed(said: StructureSpec, before: StructureSpec) -> StructureSpec:
     legal = ("shape", *SLOTS_OF_SHAPE[said.shape or before.shape])
     values = {slot: getattr(said, slot) or getattr(before, slot) for slot in SLOTS}
     return StructureSpec(**{slot: value for slot, value in values.items() if slot in legal})
+
+
+def with_a_shape(revision: Revision, last: StructureSpec) -> Revision:
+    """The revision, with a question where nobody has said yet what is to be built, or anything at all.
+
+    Args:
+        revision: what was said.
+        last: the wish before; nothing specified where there was none.
+    """
+    first_words = revision.kind == "edit" and last == StructureSpec()
+    if revision.status != "ok" or revision.spec.shape is not None:
+        return revision
+    if not first_words and revision.spec != StructureSpec():
+        return revision
+    question = Question("shape", f"which shape should it be: {', '.join(SHAPES)}?", SHAPES)
+    return replace(revision, status="ask", question=question)

@@ -14,6 +14,7 @@ from agent.page.markup import album, bar, figure, paragraph, section, table
 from agent.page.measures import gauge, timing
 from agent.telling import arm_sentence, number, parse_notes, remark_sentence, slot_label
 
+
 @dataclass(frozen=True)
 class Turn:
     """What is known of one turn.
