@@ -56,7 +56,7 @@ def build_structure(
 
     Args:
         world: the true objects; `world.bodies[i]` is `scene.objects[i]`. Planning never looks at its models.
-        arm: the arm, loaded into `world.client`, folded.
+        arm: the arm, loaded into `world.client`, its hand empty (`agent.arm.stopping.tidy_up` sees to that).
         scene: what was perceived before anything moved.
         arrangements: imagined goals, best first.
         planning_checks: limit for the search over all arrangements, in configurations that are checked.
