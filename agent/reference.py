@@ -43,6 +43,7 @@ _EXIT_CODES = """\
 | code | meaning |
 |---|---|
 | 0 | done |
+| 1 | a defect of structagent itself, in a chat or a batch that went on; the traceback is kept beside the results |
 | 2 | usage: an option or a value that is not legal |
 | 3 | the instruction was not understood, or cannot be built with these objects |
 | 4 | no valid goal was found |

@@ -68,8 +68,8 @@ def test_help_answers_at_once():
 @pytest.mark.parametrize(
     ("arguments", "parts"),
     [
-        ([], ("command", "run, parse, generate, train, evaluate, scene")),
-        (["bulid"], ("'bulid'", "run, parse, generate, train, evaluate, scene")),
+        ([], ("command", "chat, run, batch, replay, report, parse")),
+        (["bulid"], ("'bulid'", "chat, run, batch, replay, report, parse")),
         (["train", "everything"], ("'everything'", "'diffusion', 'structure', 'collision'")),
         (["run"], ("text",)),
         (["run", CIRCLE, "--scene", "bag"], ("'bag'", "simulated")),

@@ -87,7 +87,8 @@ def test_verbs_get_what_is_configured(project, monkeypatch, capsys):
     (project.parent / "desk.yaml").write_text("")
     project.write_text('objects = "meshes"\nmodel = "geometric"\nexecute = false\nworkers = 3\nseed = 7\n')
     taken = {}
-    monkeypatch.setattr("agent.pipeline.run_instruction", lambda text, options: taken.update(run=options) or iter(()))
+    run = lambda text, options, **_: taken.update(run=options) or iter(())  # noqa: E731
+    monkeypatch.setattr("agent.pipeline.run_instruction", run)
     monkeypatch.setattr("agent.training.generate_scenes", lambda *given: taken.update(generate=given))
     monkeypatch.setattr("agent.evaluating.measure_success", lambda *given: taken.update(success=given) or {})
     monkeypatch.setattr("agent.evaluating.tell_success", lambda *_: None)

@@ -77,8 +77,9 @@ def in_a_terminal(folder: Path) -> str:
         for line in ("undo", "y", "now as a line", "/undo", "/undo"):
             terminal.type(line)
             terminal.until_prompt()
-        assert terminal.end() == 0
         lines = terminal.lines()
+        assert terminal.end() == 0
+        assert "session: " in "".join(terminal.lines())  # where, depends on the folder
     planned = next(number for number, line in enumerate(lines) if "planned candidate" in line)
     stopped = next(number for number, line in enumerate(lines) if line.startswith("  stopped"))
     # What the arm had done by then, and where that left the cups, is a matter of milliseconds.
