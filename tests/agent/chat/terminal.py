@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import sys
 import time
 from pathlib import Path
@@ -38,6 +39,8 @@ class Terminal:
         self._child = pexpect.spawn(
             sys.executable, ["-m", "agent", *arguments], dimensions=(rows, columns), env=environment,
             encoding="utf-8", timeout=60, cwd=str(home),
+            # Whoever runs the tests in the background ignores Ctrl-C, and so would everything that they start.
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         )
         self._screen = pyte.HistoryScreen(columns, rows, history=5000)
         self._stream = pyte.Stream(self._screen)
