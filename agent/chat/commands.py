@@ -58,6 +58,8 @@ SPOKEN = {
     "undo that": "/undo",
     "take that back": "/undo",
     "redo": "/redo",
+    "again": "/again",
+    "try again": "/again",
     "help": "/help",
     "?": "/help",
     "quit": "/quit",

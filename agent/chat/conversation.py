@@ -74,7 +74,8 @@ class Conversation:
         return source, source.set_out(options.seed)
 
     def _fresh(self) -> Situation:
-        return Situation(None, None, self.table.names, self.table.poses())
+        poses = self.table.poses()
+        return Situation(None, None, self.table.names, poses, viewpoint=self.options.reading.viewpoint)
 
     # --- what is said ------------------------------------------------------------------------
 
@@ -154,7 +155,8 @@ class Conversation:
             )
         )
         words = self._words if revision.kind == "new" and not across else None
-        self._propose(Situation(revision.spec, words, objects, self.table.poses()), spec)
+        poses, viewpoint = self.table.poses(), reading.viewpoint
+        self._propose(Situation(revision.spec, words, objects, poses, viewpoint=viewpoint), spec)
 
     # --- what is proposed --------------------------------------------------------------------
 
@@ -296,7 +298,7 @@ class Conversation:
         if not source:
             raise UsageError(f"there is nothing to {how}")
         other.append(self.situation)
-        self.situation = source.pop()
+        self.situation = source.pop().seen_from(self.options.reading.viewpoint)
         self.question = None
         moved = self.table.put_back(self.situation.poses)
         self.table.involve(self.situation.objects)
@@ -334,8 +336,7 @@ class Conversation:
 
     def speak_from(self, viewpoint: str) -> None:
         """Changes whose left and right is meant; the wish so far is turned with it."""
-        if viewpoint != self.options.reading.viewpoint and self.situation.wish is not None:
-            self.situation = replace(self.situation, wish=self.situation.wish.turned(), words=None)
+        self.situation = self.situation.seen_from(viewpoint)
         self.options = replace(self.options, reading=replace(self.options.reading, viewpoint=viewpoint))
 
     def read_with(self, parser: str) -> None:

@@ -16,7 +16,13 @@ Words = Callable[[], Sequence[str]]
 
 
 class Lines(Protocol):
-    """Whatever gives one line after another."""
+    """Whatever gives one line after another.
+
+    Attributes:
+        typed: whether somebody types them.
+    """
+
+    typed: bool
 
     def ask(self, prompt: str) -> str | None:
         """The next line; `None` after the last.
@@ -37,17 +43,17 @@ class PlainLines:
     """
 
     def __init__(self, file: TextIO, show: Callable[[str], None], typed: bool = False) -> None:
-        self._file, self._show, self._typed = file, show, typed
+        self._file, self._show, self.typed = file, show, typed
 
     def ask(self, prompt: str) -> str | None:
         """See `Lines`."""
-        if self._typed:
+        if self.typed:
             self._show(prompt)
         line = self._file.readline()
         if not line:
             return None
         line = "".join(char if char.isprintable() else " " for char in line.rstrip("\r\n"))
-        if not self._typed:
+        if not self.typed:
             self._show(f"{prompt}{line}\n")
         return line
 
@@ -59,6 +65,8 @@ class PromptedLines:
         commands: slash command -> the words that may follow it.
         words: the words that instructions are made of, asked for each time.
     """
+
+    typed = True
 
     def __init__(self, commands: dict[str, Sequence[str]], words: Words) -> None:
         from prompt_toolkit import PromptSession

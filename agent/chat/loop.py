@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
 import traceback
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +71,8 @@ class Chat:
                 if line is None or not self._take(" ".join(line.split())):
                     return
             except KeyboardInterrupt:
+                if not self._lines.typed:  # nobody is there who could say how to go on
+                    raise
                 self._screen.complain("interrupted")
             except Exception as error:
                 self._screen.complain(one_sentence(error) if exit_code_of(error) is not None else self._defect(error))
@@ -178,6 +182,8 @@ class Chat:
                 self._scene(rest)
             case "/objects":
                 screen.scene_read(talk.look().to_dict())
+                if talk.table.held is not None:
+                    screen.note(f"in the hand: {talk.table.held}")
             case "/candidates":
                 screen.candidates(whole_number(name, rest, 1) if rest else SHOWN)
             case "/choose":
@@ -213,12 +219,12 @@ class Chat:
                     talk.seed_with(whole_number(name, rest, 0, MOST_SEED))
                 screen.note(f"seed: {talk.options.seed}")
             case "/save":
-                self._save(Path(rest))
+                self._save(_path(rest))
             case "/load":
-                talk.another_table(rest, talk.options.seed)
-                screen.scene(talk.look().to_dict())
+                self._set_table(str(_path(rest)), talk.options.seed)
             case "/report":
-                page = Path(rest) if rest else self._session.with_name("report.html")
+                page = self._file(name, _path(rest), (".html",)) if rest else self._session.with_name("report.html")
+                screen.busy("writing the page")
                 screen.note(f"report: {write_page(self._session, page)}")
             case "/help":
                 self._help()
@@ -228,20 +234,33 @@ class Chat:
         if word:
             one_of("/scene", word, ("new",))
             number = whole_number("/scene new", seed.strip(), 0, MOST_SEED) if seed else self._talk.options.seed + 1
-            self._talk.another_table(SIMULATED, number)
+            self._set_table(SIMULATED, number)
+        else:
+            self._screen.scene(self._talk.look().to_dict())
+
+    def _set_table(self, scene: str, seed: int) -> None:
+        self._screen.busy("setting the table")
+        self._talk.another_table(scene, seed)
+        self._screen.forget()
         self._screen.scene(self._talk.look().to_dict())
 
     def _save(self, path: Path) -> None:
-        if path.suffix.lower() not in SUFFIXES:
-            raise UsageError(f"/save needs a file that ends in {' or '.join(SUFFIXES)}, got {shortened(str(path))!r}")
+        if self._talk.table.held is not None:
+            raise UsageError(f"the arm holds {self._talk.table.held}; undo, or say what to build, before you save")
+        self._talk.save(self._file("/save", path, SUFFIXES))
+        self._screen.note(f"saved {path}; structagent chat --scene {shlex.quote(str(path))} goes on with it")
+
+    def _file(self, command: str, path: Path, suffixes: Sequence[str]) -> Path:
+        """The path, where it may be written to: a file that is there must be asked for twice."""
+        if path.suffix.lower() not in suffixes:
+            legal = " or ".join(suffixes)
+            raise UsageError(f"{command} needs a file that ends in {legal}, got {shortened(str(path))!r}")
         if path.is_dir():
-            raise UsageError(f"/save needs a file, and {str(path)!r} is a folder")
-        if path.exists() and path != self._overwrites:
-            self._overwrites = path
+            raise UsageError(f"{command} needs a file, and {str(path)!r} is a folder")
+        known, self._overwrites = path == self._overwrites, path
+        if path.exists() and not known:
             raise UsageError(f"there is already a file {str(path)!r}; the same command again overwrites it")
-        self._talk.save(path)
-        self._overwrites = path
-        self._screen.note(f"saved {path}; structagent chat --scene {path} goes on with it")
+        return path
 
     def _help(self) -> None:
         for line in aligned(help_lines()).splitlines():
@@ -251,3 +270,8 @@ class Chat:
             "left; bigger; now a line; the other side; undo"
         )
         self._screen.note("Ctrl-C stops what is going on; Alt-Enter begins another line; Ctrl-D ends")
+
+
+def _path(text: str) -> Path:
+    """What somebody types as a file, who is used to a shell."""
+    return Path(text).expanduser() if text.startswith("~/") else Path(text)

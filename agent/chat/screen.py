@@ -157,6 +157,10 @@ class ChatScreen:
         self._lines(self._drawn(markers, min(_SCENE_COLUMNS, self.console.width)))
         self._lines(blocks.legend(markers, self.console.width, self._colors))
 
+    def forget(self) -> None:
+        """Another table was set: what was imagined on the old one is of no use."""
+        self._scene, self._imagined, self._rank = None, None, 1
+
     def scene_read(self, told: Mapping[str, Any]) -> None:
         """What stands where, in words; takes an event `Perceived` in its JSON form."""
         self.idle()

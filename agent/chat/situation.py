@@ -66,6 +66,7 @@ class Situation:
         objects: the names of those that take part.
         poses: name -> world_from_object (4, 4) of everything on the table.
         proposal: what would be built; `None` where there is nothing to decide.
+        viewpoint: whose left and right the wish speaks of.
     """
 
     wish: StructureSpec | None
@@ -73,6 +74,13 @@ class Situation:
     objects: tuple[str, ...]
     poses: Mapping[str, np.ndarray]
     proposal: Proposal | None = None
+    viewpoint: str = "robot"
+
+    def seen_from(self, viewpoint: str) -> Situation:
+        """The same situation, its wish in the words of somebody at this side of the table."""
+        if viewpoint == self.viewpoint:
+            return self
+        return replace(self, wish=self.wish and self.wish.turned(), words=None, viewpoint=viewpoint)
 
 
 def meant_objects(

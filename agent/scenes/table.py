@@ -140,6 +140,11 @@ class TableScene:
         """world_from_object (4, 4) of every object, by name."""
         return dict(zip(self.names, self.world.poses(), strict=True))
 
+    @property
+    def held(self) -> str | None:
+        """The name of what is in the hand, between builds only after the arm was stopped for good."""
+        return None if self.arm.weld is None else self.names[self.world.bodies.index(self.arm.weld[1])]
+
     def tidy_up(self) -> bool:
         """Has the arm set down what it holds, and fold, after it was stopped for good; whether there was a need."""
         return tidy_up(self.world, self.arm, np.random.default_rng(0))

@@ -269,6 +269,16 @@ def test_across_the_table_left_is_right(conversation, heard):
     assert conversation.situation.wish.x_position == "center"
 
 
+def test_undo_keeps_its_side_of_the_table(conversation, heard):
+    conversation.say("put the cups in a circle on the left")
+    conversation.say("bigger")
+    conversation.speak_from("opposite")
+    conversation.undo()
+    assert conversation.situation.wish.x_position == "right"  # as seen from across
+    conversation.say("make it a line")
+    assert of(heard, events.Parsed)[-1].spec.x_position == "left"
+
+
 def test_a_saved_table_is_a_scene(conversation, heard, tmp_path):
     conversation.say("stack the boxes on the right")
     conversation.go()

@@ -91,3 +91,17 @@ def test_a_defect_costs_a_line_and_is_kept(chat_of, conversation, tmp_path):
     shown, chat = chat_of("put the cups in a line", "/seed")
     assert "a defect of structagent, RuntimeError: out of order" in shown and "seed: 0" in shown
     assert chat.defects == 1 and "RuntimeError: out of order" in (tmp_path / "traceback.txt").read_text()
+
+
+def test_a_page_does_not_overwrite_what_is_no_page(chat_of, tmp_path):
+    scene, page = tmp_path / "mine.yaml", tmp_path / "mine.html"
+    scene.write_text("mine")
+    page.write_text("mine")
+    shown, _ = chat_of(f"/report {scene}", f"/report {page}")
+    assert "/report needs a file that ends in .html" in shown and "overwrites it" in " ".join(shown.split())
+    assert scene.read_text() == page.read_text() == "mine"
+
+
+def test_another_table_is_another_talk(chat_of):
+    shown, chat = chat_of("put the cups in a row", "/scene new 5", "/why", "/candidates")
+    assert shown.count("nothing was imagined yet") == 2 and chat.defects == 0
