@@ -11,11 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from grounding.editing import Editing, changed_slots
-from grounding.parse import REFUSALS, Parse, Parser, Question
+from grounding.parse import REFUSALS, WHICH_SHAPE, Parse, Parser, Question
 from grounding.reading import turned
 from grounding.relative import Edit, normalized, relative_edits
 from grounding.selection import mentioned
-from grounding.spec import SHAPES, StructureSpec
+from grounding.spec import StructureSpec
 
 Read = Callable[[str], Parse]
 REVISION_STATUSES = ("ok", "ask", "refused", "unchanged")
@@ -187,9 +187,7 @@ def _edited(
         parse = read(text)
         if parse.status == "refused":
             return Revision(last, "refused", "new", parse.message, parse=parse)
-        question = parse.question or Question(
-            "shape", f"which shape should it be: {', '.join(SHAPES)}?", SHAPES
-        )
+        question = parse.question or WHICH_SHAPE
         return Revision(last, "ask", "edit", question.text, (), question, parse=parse)
     again = _AGAIN.search(rest) is not None
     status = "ok" if changed or how or (again and not editing.notes) else "unchanged"

@@ -50,6 +50,9 @@ class Question:
     options: tuple[str, ...]
 
 
+WHICH_SHAPE = Question("shape", f"which shape should it be: {', '.join(SHAPES)}?", SHAPES)
+
+
 @dataclass(frozen=True)
 class Parse:
     """What was understood, as spoken: positions and headings are the speaker's own.
@@ -164,7 +167,7 @@ def _question(
     text: str, kept: Mapping[str, str | None], probabilities: Mapping[str, Mapping[str | None, float]]
 ) -> Question | None:
     if not any(kept.values()):
-        return Question("shape", f"which shape should it be: {', '.join(SHAPES)}?", SHAPES)
+        return WHICH_SHAPE
     doubtful = [slot for slot in SLOTS if probabilities[slot][kept[slot]] < LEAST_CERTAINTY]
     for slot in doubtful[:1]:
         ranked = sorted(probabilities[slot].items(), key=lambda item: -item[1])

@@ -22,6 +22,7 @@ from structdiffusion.rigid_body import hulls_file, mass_properties, mesh_file
 
 TABLE = -1  # stands for the table wherever indices of objects are given
 TIME_STEP = 1.0 / 240.0
+FALLEN = -0.02  # m; what lies lower is no longer on the table
 TABLE_THICKNESS = 0.04
 # PyBullet rounds convex parts outward by this much; its default of 1 mm would spoil millimetre checks.
 MARGIN = 0.0002

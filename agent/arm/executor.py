@@ -29,7 +29,7 @@ from agent.arm.search import RELEASE_HEIGHT, SHORT_APPROACH, ObjectPlan, Search,
 from agent.arm.stopping import SETTLE_SECONDS, fold, is_folded, set_down_below, withdraw
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.observation import Arrangement, Scene
-from structdiffusion.tabletop import TabletopWorld
+from structdiffusion.tabletop import FALLEN, TabletopWorld
 
 HOLDS = ("weld", "friction")
 PICK_ATTEMPTS = 3
@@ -37,7 +37,7 @@ REPLANNING_CHECKS = PLANNING_CHECKS // 4  # for one object, when the world is no
 REPLANNING_ATTEMPTS = 2
 STALE = 0.003  # m that an object may have moved before the plan around it is made anew
 LARGEST_SLIP, LARGEST_SLIP_ANGLE = 0.03, 0.25  # m, rad while the fingers close: more is no grasp
-PUSHED, FALLEN = 0.02, -0.02  # m from its goal: worth another move; z of what is no longer on the table
+PUSHED = 0.02  # m from its goal: worth another move
 LARGEST_CORRECTION = 0.02  # m by which an object follows the real place of the one it will stand on
 
 

@@ -135,13 +135,12 @@ class Conversation:
             return
         if revision.message:
             self._tell(events.Noted(revision.message))
-        across = self.options.reading.viewpoint == "opposite"
-        spec = revision.spec.turned() if across else revision.spec
-        reading, before = self.options.reading, self.situation.wish
-        before = before.turned() if before is not None and across else before
+        reading = self.options.reading
+        words = self._words if revision.kind == "new" and reading.viewpoint == "robot" else None
+        situation = Situation(revision.spec, words, objects, self.table.poses(), viewpoint=reading.viewpoint)
         self._tell(
             events.Parsed(
-                spec,
+                situation.spec,
                 parse.confidence if parse else {},
                 parse.evidence if parse else {},
                 parse.parser if parse else "",
@@ -151,16 +150,14 @@ class Conversation:
                 parse.prompt_sha256 if parse else None,
                 loaded.reader(reading).fallback,
                 time.perf_counter() - began,
-                before if revision.kind == "edit" else None,
+                self.situation.spec if revision.kind == "edit" else None,
             )
         )
-        words = self._words if revision.kind == "new" and not across else None
-        poses, viewpoint = self.table.poses(), reading.viewpoint
-        self._propose(Situation(revision.spec, words, objects, poses, viewpoint=viewpoint), spec)
+        self._propose(situation)
 
     # --- what is proposed --------------------------------------------------------------------
 
-    def _propose(self, situation: Situation, spec: StructureSpec) -> None:
+    def _propose(self, situation: Situation) -> None:
         self._step, began = "scene", time.perf_counter()
         if self.table.tidy_up():
             self._tell(events.Noted("the arm emptied its hand and folded"))
@@ -171,10 +168,10 @@ class Conversation:
         self._step = "imagination"
         options, loaded = self.options, self._loaded
         planner = loaded.planner(options.model, options.weights)
-        goal = wished(spec, situation.words, loaded.encoder)
+        goal = wished(situation.spec, situation.words, loaded.encoder)
         imagined = steps.imagine(planner, options.model, scene, goal, options.seed, self._tell)
         self._tell(imagined)
-        proposal = Proposal(spec, scene, imagined, len(worthwhile(imagined.arrangements)))
+        proposal = Proposal(situation.spec, scene, imagined, len(worthwhile(imagined.arrangements)))
         self._remember(replace(situation, proposal=proposal))
         self._tell(proposal.chosen)
 
@@ -193,13 +190,11 @@ class Conversation:
 
     def again(self) -> bool:
         """Imagines anew, from the next seed; as `say`."""
-        wish = self.situation.wish
-        if wish is None:
+        if self.situation.wish is None:
             raise UsageError("nothing was asked for yet")
         self.options = replace(self.options, seed=self.options.seed + 1)
-        spec = wish.turned() if self.options.reading.viewpoint == "opposite" else wish
         with self._turn("scene"):
-            self._propose(replace(self.situation, poses=self.table.poses()), spec)
+            self._propose(replace(self.situation, poses=self.table.poses()))
             return True
         return False
 

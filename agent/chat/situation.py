@@ -12,9 +12,9 @@ from agent import events, steps
 from agent.errors import NotBuildable
 from agent.scenes.sources import FEWEST_OBJECTS, MOST_OBJECTS
 from grounding.dialogue import Revision
-from grounding.parse import OPEN, Question
+from grounding.parse import OPEN, WHICH_SHAPE
 from grounding.selection import select_objects
-from grounding.spec import SHAPES, SLOTS, SLOTS_OF_SHAPE, StructureSpec
+from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
 
 if TYPE_CHECKING:
     from agent.scenes.table import TableScene
@@ -75,6 +75,11 @@ class Situation:
     poses: Mapping[str, np.ndarray]
     proposal: Proposal | None = None
     viewpoint: str = "robot"
+
+    @property
+    def spec(self) -> StructureSpec | None:
+        """The wish in the world's frame."""
+        return self.wish.turned() if self.wish and self.viewpoint == "opposite" else self.wish
 
     def seen_from(self, viewpoint: str) -> Situation:
         """The same situation, its wish in the words of somebody at this side of the table."""
@@ -147,5 +152,4 @@ def with_a_shape(revision: Revision, last: StructureSpec) -> Revision:
         return revision
     if not first_words and revision.spec != StructureSpec():
         return revision
-    question = Question("shape", f"which shape should it be: {', '.join(SHAPES)}?", SHAPES)
-    return replace(revision, status="ask", question=question)
+    return replace(revision, status="ask", question=WHICH_SHAPE)

@@ -21,12 +21,11 @@ from structdiffusion.objects.folder import FORMATS, object_from_file
 from structdiffusion.objects.libraries import LIBRARIES
 from structdiffusion.objects.model import ObjectError, ObjectModel
 from structdiffusion.observation import Table
-from structdiffusion.tabletop import TabletopWorld, unique_names
+from structdiffusion.tabletop import FALLEN, TabletopWorld, unique_names
 
 _TOUCHING = 0.001  # m: what physics has set on something, or beside it, sinks in by less
 _LOOK_SECONDS = 1.0  # s of physics in which what does not stand falls
 _MOST_MOVED, _MOST_TILTED = 0.02, math.radians(15.0)
-_FALLEN = -0.02  # m; what lies lower is no longer on the table
 _DIGITS, _ANGLE_DIGITS = 6, 4  # of metres and degrees in files: a micrometre is far below what matters
 _NUMBERED = re.compile(r"^\d+(-[a-z])?_")  # as the YCB scans are: "025_mug", "065-a_cups"
 
@@ -165,7 +164,7 @@ def pose_of(placed: PlacedObject, model: ObjectModel) -> np.ndarray:
         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
         [-sp, cp * sr, cp * cr],
     ]
-    lowest = _lowest(model, pose) if roll or pitch else 0.0  # an upright object's lowest point is its origin
+    lowest = lowest_point(model, pose) if roll or pitch else 0.0  # an upright object's lowest point is its origin
     pose[:3, 3] = placed.x, placed.y, placed.z - lowest
     return pose
 
@@ -183,7 +182,7 @@ def placement_of(model: ObjectModel, world_from_object: np.ndarray) -> dict[str,
     numbers = {key: round(math.degrees(angle), _ANGLE_DIGITS) + 0.0 for key, angle in angles.items()}
     x, y, z = world_from_object[:3, 3].tolist()
     if numbers["roll"] or numbers["pitch"]:
-        z += _lowest(model, world_from_object)
+        z += lowest_point(model, world_from_object)
     # + 0.0 makes -0.0 a zero
     return numbers | {key: round(length, _DIGITS) + 0.0 for key, length in {"x": x, "y": y, "z": z}.items()}
 
@@ -220,7 +219,7 @@ def saved_objects(
     """
     lines = []
     for entry, pose in zip(standing, world_from_objects, strict=True):
-        if pose[2, 3] + _lowest(entry.model, pose) < _FALLEN:
+        if pose[2, 3] + lowest_point(entry.model, pose) < FALLEN:
             continue
         mesh = entry.source
         if isinstance(mesh, Path):
@@ -238,7 +237,7 @@ def _source_of(model: ObjectModel, objects: str) -> str | Path:
     return next(path for path in meshes if model.name in (path.name, path.stem)).resolve()
 
 
-def _lowest(model: ObjectModel, pose: np.ndarray) -> float:
+def lowest_point(model: ObjectModel, pose: np.ndarray) -> float:
     """The height of the lowest point of a turned object, metres above its origin."""
     return float((np.concatenate(model.hulls) @ pose[2, :3]).min())
 

@@ -12,12 +12,12 @@ import numpy as np
 
 from agent.arm.kinematics import FINGER_OPEN, FOLDED, JacoArm
 from agent.arm.stopping import tidy_up
+from agent.scenes.placing import lowest_point
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import ObjectCloud, Scene, Table
-from structdiffusion.tabletop import TabletopWorld, unique_names
+from structdiffusion.tabletop import FALLEN, TabletopWorld, unique_names
 
-_FALLEN = -0.02  # m; what lies lower is no longer on the table
 _MOVED = 0.002  # m, and of a rotation's entries: less is how things settle while others are moved
 _LEAST_STEP = 0.003  # m: what was lifted by less still stands on the table
 _STILL_STANDS = math.radians(10.0)  # what was tilted by more is looked at anew: another side of it is up
@@ -111,13 +111,13 @@ class TableScene:
 
     def _bottom(self, index: int, pose: np.ndarray) -> float:
         """z of what an object at the pose stands on, from its true shape: a scene file may stack things."""
-        lowest = float((np.concatenate(self.models[index].hulls) @ pose[2, :3]).min() + pose[2, 3])
+        lowest = float(pose[2, 3]) + lowest_point(self.models[index], pose)
         return lowest if lowest > _LEAST_STEP else 0.0
 
     @property
     def fallen(self) -> tuple[str, ...]:
         """The names of the objects that are no longer on the table."""
-        return tuple(name for name, pose in zip(self.names, self.world.poses(), strict=True) if pose[2, 3] < _FALLEN)
+        return tuple(name for name, pose in zip(self.names, self.world.poses(), strict=True) if pose[2, 3] < FALLEN)
 
     def involve(self, names: Sequence[str]) -> None:
         """Says which objects take part from now on; they come first, each in the order of the beginning.
@@ -167,7 +167,7 @@ class TableScene:
 
 def _moved(seen: _Seen, pose: np.ndarray) -> ObjectCloud | None:
     """The cloud where it is now, or `None` where another side of the object is up, or it is gone."""
-    if tilt_between(pose, seen.pose) > _STILL_STANDS or pose[2, 3] < _FALLEN:
+    if tilt_between(pose, seen.pose) > _STILL_STANDS or pose[2, 3] < FALLEN:
         return None
     motion = pose @ np.linalg.inv(seen.pose)
     bottom = seen.cloud.bottom + float(pose[2, 3] - seen.pose[2, 3])
