@@ -20,7 +20,8 @@ find_python() {
 missing_libraries() {
     local known pair
     known=$(PATH="$PATH:/sbin:/usr/sbin" ldconfig -p)
-    for pair in libstdc++.so.6=libstdc++6 libgomp.so.1=libgomp1; do
+    for pair in libstdc++.so.6=libstdc++6 libgomp.so.1=libgomp1 libusb-1.0.so.0=libusb-1.0-0 \
+        libGL.so.1=libgl1 libEGL.so.1=libegl1 libX11.so.6=libx11-6; do
         grep -qF "${pair%%=*} " <<<"$known" || echo "${pair##*=}"
     done
 }

@@ -1,0 +1,53 @@
+"""What perception finds: a table, and the objects on it, each with what it is called until somebody names it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from structdiffusion.observation import Table
+
+NOTHING, TABLE, ARM = -1, 0, -2  # in `Segments.labels`; object k of the list has the label k + 1
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One object as it was found.
+
+    Attributes:
+        name: "object 3", unique; numbered from the robot's side, from left to right.
+        called: what an instruction can call it: "object 3, red, tall".
+        points: (P, 3) float32, world frame, metres; every point that was seen of it.
+        colors: (P, 3) uint8 RGB, or `None`.
+        world_from_box: (4, 4) its oriented box: z up, x along the longer side, the origin in the middle.
+        sides: (3,) of that box, metres.
+    """
+
+    name: str
+    called: str
+    points: np.ndarray
+    colors: np.ndarray | None
+    world_from_box: np.ndarray
+    sides: np.ndarray
+
+
+@dataclass(frozen=True)
+class Segments:
+    """A table and its objects, in the project's world frame: z = 0 is the table's surface, x points away from the robot.
+
+    Attributes:
+        objects: in the order of their numbers.
+        table: the rectangle of the table's surface that was seen and that the arm can use.
+        world_from_camera: (4, 4).
+        world_from_base: (4, 4) where the arm's `link_base` stands.
+        labels: (H, W) int16 for every pixel of the frame: `NOTHING`, `TABLE`, `ARM`, or 1 + the object's place.
+        notes: what was assumed about frames, table and objects, each a sentence for the report.
+    """
+
+    objects: tuple[Segment, ...]
+    table: Table
+    world_from_camera: np.ndarray
+    world_from_base: np.ndarray
+    labels: np.ndarray
+    notes: tuple[str, ...] = ()
