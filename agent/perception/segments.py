@@ -38,7 +38,8 @@ class Segments:
 
     Attributes:
         objects: in the order of their numbers.
-        table: the rectangle of the table's surface that was seen and that the arm can use.
+        table: the rectangle that structures are built on: of the surface that was seen, what the arm reaches.
+        surface: the rectangle of the whole surface that was seen; it holds `table`, and every object.
         world_from_camera: (4, 4).
         world_from_base: (4, 4) where the arm's `link_base` stands.
         labels: (H, W) int16 for every pixel of the frame: `NOTHING`, `TABLE`, `ARM`, or 1 + the object's place.
@@ -47,6 +48,7 @@ class Segments:
 
     objects: tuple[Segment, ...]
     table: Table
+    surface: Table
     world_from_camera: np.ndarray
     world_from_base: np.ndarray
     labels: np.ndarray
