@@ -6,14 +6,14 @@ As the speaker sees it from the robot's side: up is +x (away), left is +y.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from scipy.spatial import ConvexHull, QhullError
 
 from agent.colors import RGB, color_of
-from structdiffusion.camera import VIEWS
+from structdiffusion.camera import project
 from structdiffusion.geometry import transform_points
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene, Table
 
@@ -143,19 +143,21 @@ def goal_overlay(scene: Scene, arrangement: Arrangement) -> np.ndarray:
     """The goal over the camera's picture, which is dimmed: (H, W, 3) uint8.
 
     Args:
-        scene: with its picture, taken by the fixed camera.
+        scene: with its picture, and the camera's pose and intrinsics.
         arrangement: where every cloud goes.
 
     Raises:
-        ValueError: for a scene without a picture.
+        ValueError: for a scene without a picture, or whose camera is not known.
     """
-    if scene.color is None:
-        raise ValueError("a scene without a picture has nothing to draw a goal upon")
+    if scene.color is None or scene.intrinsics is None or scene.world_from_camera is None:
+        raise ValueError("a scene without a picture of a known camera has nothing to draw a goal upon")
     height, width = scene.color.shape[:2]
-    camera = replace(VIEWS["robot"], width=2 * width, height=2 * height)
+    pixels = partial(
+        project, world_from_camera=scene.world_from_camera, intrinsics=np.diag((2.0, 2.0, 1.0)) @ scene.intrinsics
+    )
     picture = Image.fromarray(np.ascontiguousarray(scene.color[..., :3])).resize((2 * width, 2 * height))
     picture = Image.blend(Image.new("RGB", picture.size, _PAPER), picture, _DIMMED)
-    sheet = _Sheet(picture, camera.pixels)
+    sheet = _Sheet(picture, pixels)
     _goals(sheet, scene, _moved(scene, arrangement), 90)
     return sheet.finish()
 

@@ -41,7 +41,7 @@ def pictures_of(event: events.Event) -> Iterator[Picture]:
                 yield Picture("camera-before", "the scene before, through the camera", webp_of(event.scene.color))
             yield Picture("scene-before", "the scene before, from above", webp_of(from_above(event.scene)))
         case events.Chosen():
-            if event.scene.color is not None:
+            if event.scene.color is not None and event.scene.intrinsics is not None:
                 overlay = goal_overlay(event.scene, event.arrangement)
                 yield Picture("goal-overlay", "the imagined goal over what the camera saw", webp_of(overlay))
             image = imagined(event.scene, event.arrangement)

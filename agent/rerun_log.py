@@ -27,7 +27,6 @@ from agent import events
 from agent.colors import color_of
 from agent.errors import UsageError
 from agent.telling import arm_sentence
-from structdiffusion.camera import VIEWS
 from structdiffusion.geometry import transform_points
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene
 
@@ -154,14 +153,13 @@ class RerunLog:
             self._log(path, self._transform(np.eye(4)))
             colors = _QUIET if cloud.colors is None else cloud.colors
             self._log(path, rerun.Points3D(cloud.points, colors=colors, radii=_POINT))
-        if scene.color is not None:
-            camera = VIEWS["robot"]
+        if scene.color is not None and scene.intrinsics is not None and scene.world_from_camera is not None:
             height, width = scene.color.shape[:2]
             pinhole = rerun.Pinhole(
-                focal_length=camera.focal * height / camera.height, width=width, height=height,
+                image_from_camera=scene.intrinsics, width=width, height=height,
                 camera_xyz=rerun.ViewCoordinates.RDF, image_plane_distance=0.2,
             )  # fmt: skip
-            self._log("world/camera", self._transform(camera.world_from_camera))
+            self._log("world/camera", self._transform(scene.world_from_camera))
             picture = np.ascontiguousarray(scene.color[..., :3])
             self._log("world/camera/image", pinhole, rerun.Image(picture).compress(jpeg_quality=90))
 

@@ -87,12 +87,44 @@ class DepthCamera:
         pose = self.world_from_camera
         return camera @ pose[:3, :3].T + pose[:3, 3]
 
+    @property
+    def intrinsics(self) -> np.ndarray:
+        """(3, 3) pinhole matrix, pixels."""
+        return np.array([[self.focal, 0.0, self.width / 2], [0.0, self.focal, self.height / 2], [0.0, 0.0, 1.0]])
+
     def pixels(self, points: np.ndarray) -> np.ndarray:
         """Where world points (..., 3) appear: (..., 2) column and row, in pixels."""
-        pose = self.world_from_camera
-        camera = (points - pose[:3, 3]) @ pose[:3, :3]
-        middle = (self.width / 2, self.height / 2)
-        return camera[..., :2] / camera[..., 2:] * self.focal + middle
+        return project(points, self.world_from_camera, self.intrinsics)
+
+
+def project(points: np.ndarray, world_from_camera: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
+    """Where world points (..., 3) appear in a pinhole camera's picture: (..., 2) column and row, in pixels.
+
+    Args:
+        points: world frame, metres.
+        world_from_camera: (4, 4), the camera's frame: z forward, x right, y down.
+        intrinsics: (3, 3), pixels.
+    """
+    camera = (points - world_from_camera[:3, 3]) @ world_from_camera[:3, :3]
+    pixels = camera @ np.asarray(intrinsics).T
+    return pixels[..., :2] / pixels[..., 2:]
+
+
+def camera_at(
+    world_from_camera: np.ndarray, width: int = 640, height: int = 480, focal: float | None = None
+) -> DepthCamera:
+    """The camera at a pose (4, 4), its axis through the middle of the picture; by default of the usual field of view.
+
+    Args:
+        width, height: pixels.
+        focal: the focal length, pixels.
+    """
+    rotation, eye = world_from_camera[:3, :3], world_from_camera[:3, 3]
+    field = DepthCamera.vertical_field if focal is None else 2 * math.atan(height / 2 / focal)
+    return DepthCamera(
+        tuple(eye.tolist()), tuple((eye + rotation[:, 2]).tolist()), tuple((-rotation[:, 1]).tolist()), width, height,
+        field,
+    )  # fmt: skip
 
 
 # Where pictures for reports are taken from: the camera's own place, above the table, and across it.

@@ -8,6 +8,7 @@
 | `ObjectCloud.bottom` | float | world, m | z of what it stands on; 0 is the table |
 | `Scene.world_from_camera` | float64 (4, 4) | camera: z forward, x right, y down | |
 | `Scene.color` | uint8 (H, W, 3) | RGB | 0 to 255 |
+| `Scene.intrinsics` | float64 (3, 3) | pixels | of the pinhole camera that took `color` |
 | `Arrangement.goal_from_initial` | float64 (N, 4, 4) | world to world, m | rigid motion of each object |
 
 The world frame: the Jaco's mounting point projected on the table top; x away from the robot,
@@ -75,6 +76,7 @@ class Scene:
         distractors: objects that stay where they are and must not be touched.
         world_from_camera: (4, 4), or `None` for a cloud without a known camera.
         color: (H, W, 3) uint8 camera image, or `None`.
+        intrinsics: (3, 3) of that image, pixels, or `None`.
     """
 
     objects: tuple[ObjectCloud, ...]
@@ -82,6 +84,7 @@ class Scene:
     distractors: tuple[ObjectCloud, ...] = ()
     world_from_camera: np.ndarray | None = None
     color: np.ndarray | None = None
+    intrinsics: np.ndarray | None = None
 
     def on_the_table(self) -> Scene:
         """The scene as if everything stood on the table: what stands on something is lowered straight down."""

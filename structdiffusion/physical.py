@@ -106,6 +106,7 @@ def place_and_check(
     table: Table = Table(),
     others: Sequence[tuple[ObjectModel, np.ndarray]] = (),
     names: Sequence[str] | None = None,
+    ground: Table | None = None,
 ) -> Verdict:
     """Places an arrangement under the protocol and judges it. Deterministic.
 
@@ -117,6 +118,7 @@ def place_and_check(
         table: the table top.
         others: distractors with their poses (4, 4); they are in the world all the time.
         names: what the verdict calls the objects, then the others; by default their nouns, numbered.
+        ground: the whole surface that carries things, where it is more than the table top.
     """
     started = time.perf_counter()
     world_from_goal = np.asarray(goal_from_initial) @ np.asarray(world_from_initial)
@@ -125,7 +127,7 @@ def place_and_check(
         raise ValueError(f"the motions of {len(models)} objects are {expected}, got {world_from_goal.shape}")
     order = executable_order(models, world_from_goal)
     distractors, distractor_poses = [model for model, _ in others], [pose for _, pose in others]
-    with TabletopWorld(distractors, distractor_poses, table) as world:
+    with TabletopWorld(distractors, distractor_poses, table, ground=ground) as world:
         trial = _Trial(world, models, world_from_goal, names)
         checks: tuple[Check, ...] = ()
         failure: _Failure | None = None
@@ -254,7 +256,7 @@ class _Trial:
         self.world.settle(seconds, watch, until_rest)
 
     def _check_places(self) -> None:
-        table = self.world.table
+        table = self.world.ground
         for index, center in enumerate(self.world.centers_of_mass()):
             on_table = table.x_min <= center[0] <= table.x_max and table.y_min <= center[1] <= table.y_max
             if center[2] < 0 or not on_table:

@@ -56,13 +56,16 @@ class TabletopWorld:
         bodies: the PyBullet body id of each object.
         models: the model of each object.
         table: the table top.
+        ground: the whole surface that carries things, `table` or more.
         camera: the fixed depth camera.
 
     Args:
         models: the objects.
         world_from_objects: a pose (4, 4) for each of them.
-        table: the table top's rectangle; objects fall off beyond it.
+        table: the table top's rectangle that structures are built on.
         camera: the camera that `look` and `observe` use.
+        ground: the rectangle beyond which objects fall off, by default `table`; where one was measured it reaches
+            farther than the arm does.
     """
 
     def __init__(
@@ -71,6 +74,7 @@ class TabletopWorld:
         world_from_objects: Sequence[np.ndarray] = (),
         table: Table = Table(),
         camera: DepthCamera = DepthCamera(),
+        ground: Table | None = None,
     ) -> None:
         if len(models) != len(world_from_objects):
             raise ValueError(f"{len(models)} objects need as many poses, got {len(world_from_objects)}")
@@ -79,6 +83,7 @@ class TabletopWorld:
             raise RuntimeError("PyBullet could not start a physics client; close other worlds first")
         self._here = {"physicsClientId": self.client}
         self.table = table
+        self.ground = table if ground is None else ground
         self.camera = camera
         self.models: list[ObjectModel] = []
         self.bodies: list[int] = []
@@ -104,7 +109,7 @@ class TabletopWorld:
             self.client = -1
 
     def _add_table(self) -> int:
-        table = self.table
+        table = self.ground
         half = ((table.x_max - table.x_min) / 2, (table.y_max - table.y_min) / 2, TABLE_THICKNESS / 2)
         center = ((table.x_min + table.x_max) / 2, (table.y_min + table.y_max) / 2, -TABLE_THICKNESS / 2)
         shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, **self._here)
@@ -298,7 +303,7 @@ class TabletopWorld:
                 what = f"fewer than {min_points} points of the {names[index]}"
                 raise ObservationError(f"the camera sees {what}: it is hidden or out of view")
         others = tuple(found for found in map(cloud, distractors) if found is not None)
-        return Scene(tuple(clouds), self.table, others, image.world_from_camera, image.color)
+        return Scene(tuple(clouds), self.table, others, image.world_from_camera, image.color, self.camera.intrinsics)
 
     def picture(self, view: str = "robot", width: int = 640, height: int = 480) -> np.ndarray:
         """An RGB picture (height, width, 3) uint8.
@@ -308,4 +313,5 @@ class TabletopWorld:
         """
         if view not in VIEWS:
             raise ValueError(f"unknown view {view!r}; legal views: {', '.join(VIEWS)}")
-        return self._render(replace(VIEWS[view], width=width, height=height))[0]
+        camera = self.camera if view == "robot" else VIEWS[view]
+        return self._render(replace(camera, width=width, height=height))[0]

@@ -9,6 +9,7 @@ from agent import events
 from agent.arm.events import Picked, Placed, Planned
 from agent.scenes.table import TableScene
 from grounding.spec import StructureSpec
+from structdiffusion.camera import DepthCamera
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene
@@ -29,7 +30,15 @@ def scene() -> Scene:
     rng = np.random.default_rng(0)
     cups = [_cloud(f"cup {i + 1}", "cup", 0.3 + 0.1 * i, -0.2 + 0.2 * i, rng) for i in range(3)]
     banana = _cloud("banana", "banana", 0.6, -0.3, rng)
-    return Scene(tuple(cups), distractors=(banana,), color=np.full((48, 64, 3), 120, np.uint8))
+    camera = DepthCamera(width=64, height=48)
+    picture = np.full((48, 64, 3), 120, np.uint8)
+    return Scene(
+        tuple(cups),
+        distractors=(banana,),
+        world_from_camera=camera.world_from_camera,
+        color=picture,
+        intrinsics=camera.intrinsics,
+    )
 
 
 @pytest.fixture

@@ -31,7 +31,8 @@ def near(image: np.ndarray, column: float, row: float, color: tuple[int, int, in
 def large(scene):
     """The scene as the real camera sees it: 640 x 480, the clouds without colours of their own."""
     plain = tuple(replace(cloud, colors=None) for cloud in scene.objects)
-    return replace(scene, objects=plain, color=np.full((480, 640, 3), 120, np.uint8))
+    lens = VIEWS["robot"].intrinsics
+    return replace(scene, objects=plain, color=np.full((480, 640, 3), 120, np.uint8), intrinsics=lens)
 
 
 def test_goal_is_drawn_where_the_camera_would_see_it(large):
