@@ -29,7 +29,7 @@ def _import(name: str) -> str:
 def _physics(_: str) -> str:
     import pybullet
 
-    urdf = Path(__file__).parent / "arm" / "jaco.urdf"
+    urdf = Path(__file__).parent / "arm" / "j2s7s300.urdf"
     client = pybullet.connect(pybullet.DIRECT)
     try:
         arm = pybullet.loadURDF(str(urdf), physicsClientId=client)

@@ -35,7 +35,7 @@ FINGER_OPEN = 0.2  # rad
 @cache
 def joint_origins() -> dict[str, np.ndarray]:
     """Each joint's fixed transform (4, 4) from its parent link, by joint name, as the URDF has it."""
-    root = ElementTree.fromstring(resources.files("agent.arm").joinpath("jaco.urdf").read_text())
+    root = ElementTree.fromstring(resources.files("agent.arm").joinpath("j2s7s300.urdf").read_text())
     origins = {}
     for joint in root.iter("joint"):
         origin = joint.find("origin")
@@ -173,7 +173,7 @@ class JacoArm:
 
     def __init__(self, client: int, world_from_base: np.ndarray = WORLD_FROM_BASE) -> None:
         self.client = client
-        with resources.as_file(resources.files("agent.arm").joinpath("jaco.urdf")) as path:
+        with resources.as_file(resources.files("agent.arm").joinpath("j2s7s300.urdf")) as path:
             self.body = pybullet.loadURDF(
                 str(path),
                 basePosition=world_from_base[:3, 3].tolist(),

@@ -1,0 +1,168 @@
+"""The Kinova Jaco 2 arms that are known, each as its URDF describes it: joints, limits, links and their solids.
+
+All three carry the same hand with three fingers. Metres, radians, seconds, newton metres.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from importlib.resources.abc import Traversable
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from agent.errors import BadInput
+from structdiffusion.geometry import pose_from_position_quaternion
+
+# Waiting poses: the upper arm leans back and the forearm is folded down behind it, so that the table stays in view.
+_FOLDED = {
+    "j2s7s300": (1.571, 3.93, 0.0, 5.04, 3.142, 5.06, 1.571),
+    "j2n6s300": (1.571, 3.93, 5.04, 3.142, 1.571, 1.571),
+    "j2s6s300": (1.571, 3.93, 5.04, 3.142, 5.06, 1.571),
+}
+ARM_MODELS = tuple(_FOLDED)
+DEFAULT_MODEL = "j2s7s300"
+FINGERS = tuple(f"joint_finger_{k}" for k in (1, 2, 3))  # the thumb first
+FINGER_TIPS = tuple(f"joint_finger_tip_{k}" for k in (1, 2, 3))
+END_EFFECTOR = "joint_end_effector"
+FINGER_EFFORT = 2.0  # Nm
+FINGER_SPEED = 1.0  # rad/s
+FINGER_OPEN = 0.2  # rad
+FINGER_CLOSED = 1.51  # rad
+FINGER_TIP_CLOSED = 2.0  # rad
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """Where a link hangs: turned about z of `parent_from_joint` by the joint's angle.
+
+    Attributes:
+        name: of the joint. parent, child: of its links.
+        parent_from_joint: (4, 4) at the angle 0.
+    """
+
+    name: str
+    parent: str
+    child: str
+    parent_from_joint: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A cylinder or a box that belongs to a link.
+
+    Attributes:
+        link: the link's name.
+        round: whether it is a cylinder, about z.
+        sides: (3,) of the box; of the cylinder its diameter twice, then its length.
+        link_from_solid: (4, 4) its middle.
+    """
+
+    link: str
+    round: bool
+    sides: np.ndarray
+    link_from_solid: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class ArmModel:
+    """One kind of Jaco. Arrays have one entry for each of its n joints, from the base on.
+
+    Attributes:
+        name: as the maker calls it.
+        joints: the joints' names, without the hand's.
+        lower, upper: (n,) the range; two turns each way for a continuous joint, so that it may wind but not forever.
+        continuous: (n,) bool: whether it turns without end.
+        velocity, effort: (n,) the maker's limits.
+        folded: (n,) the waiting pose.
+        chain: every joint, the hand's too; a parent comes before its children.
+        solids: what collides.
+        urdf: the file.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    lower: np.ndarray
+    upper: np.ndarray
+    continuous: np.ndarray
+    velocity: np.ndarray
+    effort: np.ndarray
+    folded: np.ndarray
+    chain: tuple[Joint, ...]
+    solids: tuple[Solid, ...]
+    urdf: Traversable
+
+    def origin(self, joint: str) -> np.ndarray:
+        """parent_from_joint (4, 4) of the joint of that name."""
+        return next(each.parent_from_joint for each in self.chain if each.name == joint)
+
+    def link_poses(self, angles: Mapping[str, float]) -> dict[str, np.ndarray]:
+        """base_from_link (4, 4) of every link by name; a joint that `angles` leaves out is at 0."""
+        poses = {self.chain[0].parent: np.eye(4)}
+        for joint in self.chain:
+            turned = np.eye(4)
+            turned[:3, :3] = Rotation.from_rotvec((0.0, 0.0, angles.get(joint.name, 0.0))).as_matrix()
+            poses[joint.child] = poses[joint.parent] @ joint.parent_from_joint @ turned
+        return poses
+
+
+@cache
+def arm_model(name: str) -> ArmModel:
+    """The model of that name.
+
+    Raises:
+        BadInput: for a name that is none of `ARM_MODELS`.
+    """
+    if name not in ARM_MODELS:
+        raise BadInput(f"there is no arm model {name!r}; legal: {', '.join(ARM_MODELS)}")
+    urdf = resources.files("agent.arm").joinpath(f"{name}.urdf")
+    root = ElementTree.fromstring(urdf.read_text(encoding="utf-8"))
+    driven = [joint for joint in root.iter("joint") if joint.get("name").removeprefix("joint_").isdigit()]
+    continuous = np.array([joint.get("type") == "continuous" for joint in driven])
+
+    def limits(key: str) -> np.ndarray:
+        return np.array([float(joint.find("limit").get(key, "nan")) for joint in driven])
+
+    return ArmModel(
+        name,
+        tuple(joint.get("name") for joint in driven),
+        np.where(continuous, -2 * math.pi, limits("lower")),
+        np.where(continuous, 4 * math.pi, limits("upper")),
+        continuous,
+        limits("velocity"),
+        limits("effort"),
+        np.array(_FOLDED[name]),
+        tuple(
+            Joint(
+                joint.get("name"), joint.find("parent").get("link"), joint.find("child").get("link"), _origin(joint)
+            )
+            for joint in root.iter("joint")
+        ),
+        tuple(_solid(link.get("name"), shape) for link in root.iter("link") for shape in link.iter("collision")),
+        urdf,
+    )
+
+
+def _numbers(text: str) -> np.ndarray:
+    return np.array([float(value) for value in text.split()])
+
+
+def _origin(element: ElementTree.Element) -> np.ndarray:
+    origin = element.find("origin")
+    turned = Rotation.from_euler("xyz", _numbers(origin.get("rpy"))).as_quat()
+    return pose_from_position_quaternion(_numbers(origin.get("xyz")), turned)
+
+
+def _solid(link: str, collision: ElementTree.Element) -> Solid:
+    shape = collision.find("geometry")[0]
+    if shape.tag == "cylinder":
+        diameter = 2 * float(shape.get("radius"))
+        sides = np.array([diameter, diameter, float(shape.get("length"))])
+    else:
+        sides = _numbers(shape.get("size"))
+    return Solid(link, shape.tag == "cylinder", sides, _origin(collision))
