@@ -1,0 +1,165 @@
+"""Bags are written here: messages go to a new file or folder, which is whole at the end or not there at all."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+from rosbags.rosbag2 import Writer as Writer2
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from agent.errors import BadInput, UsageError
+
+SUFFIXES = (".bag", ".mcap", "")  # ROS 1, ROS 2 in one file, ROS 2 as a folder
+START = 1_700_000_000.0  # s since 1970 at which sessions begin that have no time of their own: equal seeds, equal bags
+
+# What the driver of the arm and ROS 1 say beyond the common types.
+_MORE_TYPES = {
+    "kinova_msgs/msg/JointAngles": "".join(f"float32 joint{k}\n" for k in range(1, 8)),
+    "kinova_msgs/msg/FingerPosition": "".join(f"float32 finger{k}\n" for k in range(1, 4)),
+}
+_MORE_TYPES_1 = {"tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms\n"}
+_NO_TIME = QosTime(0, 0)
+_LATCHED = Qos(
+    QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, _NO_TIME, _NO_TIME,
+    QosLiveliness.SYSTEM_DEFAULT, _NO_TIME, False,
+)  # fmt: skip
+
+
+def check_new(path: Path, force: bool = False) -> None:
+    """Says early what would keep a bag from being written there.
+
+    Args:
+        path: the file, or the folder of a ROS 2 bag.
+        force: whether a bag that is there may be overwritten.
+
+    Raises:
+        UsageError: for a suffix that names no bag, or something that is there and must not be overwritten.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise UsageError(
+            f"--out cannot be {str(path)!r}; legal: a file that ends in .bag (ROS 1) or .mcap (ROS 2), or the name of "
+            "a folder (ROS 2)"
+        )
+    if not os.path.lexists(path):
+        return
+    if path.is_dir() and (path.suffix or not _is_bag_folder(path)):
+        raise UsageError(f"--out must be a new bag, and {str(path)!r} is a folder that is none")
+    if path.is_file() and not path.suffix:
+        raise UsageError(f"--out must be a new bag, and {str(path)!r} is a file that is none")
+    if not force:
+        raise UsageError(f"--out must be a new bag, and {str(path)!r} is there; --force overwrites it")
+
+
+def _is_bag_folder(path: Path) -> bool:
+    """Whether a folder holds a ROS 2 bag and nothing else, so that nothing but a bag is lost with it."""
+    names = [entry.name for entry in path.iterdir()]
+    return "metadata.yaml" in names and all(name == "metadata.yaml" or ".db3" in name for name in names)
+
+
+class BagWriter:
+    """A new bag; use it in a `with` block. What an error interrupts leaves nothing behind.
+
+    Args:
+        path: .bag for ROS 1, .mcap for ROS 2 in one file, no suffix for a ROS 2 folder; folders on the way are made.
+        force: overwrite a bag that is there.
+
+    Attributes:
+        ros1: whether messages are those of ROS 1: their headers count, and matrices of cameras have capital letters.
+
+    Raises:
+        UsageError: for a path that cannot be a new bag.
+        BadInput: where nothing can be written.
+    """
+
+    def __init__(self, path: Path, force: bool = False) -> None:
+        check_new(path, force)
+        self._path = path
+        self.ros1 = path.suffix.lower() == ".bag"
+        self._types = get_typestore(Stores.ROS1_NOETIC if self.ros1 else Stores.ROS2_HUMBLE)
+        for name, definition in (_MORE_TYPES | (_MORE_TYPES_1 if self.ros1 else {})).items():
+            self._types.register(get_types_from_msg(definition, name))
+        self._topics: dict[str, tuple[Any, str, int]] = {}
+
+    def __enter__(self) -> Self:
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._folder = Path(tempfile.mkdtemp(prefix=".bag-", dir=self._path.parent))
+        except OSError as error:
+            raise BadInput(f"cannot write {str(self._path)!r}: {error.strerror}") from error
+        self._unfinished = self._folder / (self._path.stem if self._path.suffix.lower() == ".mcap" else self._path.name)
+        if self.ros1:
+            self._writer: Writer1 | Writer2 = Writer1(self._unfinished)
+            self._writer.set_compression(Writer1.CompressionFormat.LZ4)
+        elif self._path.suffix:
+            self._writer = Writer2(self._unfinished, version=8, storage_plugin=StoragePlugin.MCAP)
+            self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        else:
+            self._writer = Writer2(self._unfinished, version=8)
+        self._writer.open()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            if kind is not None:
+                self._writer.abort()
+                return
+            self._writer.close()
+            finished = self._unfinished
+            if self._path.suffix.lower() == ".mcap":
+                finished = next(self._unfinished.glob("*.mcap"))
+            if self._path.is_dir():
+                shutil.rmtree(self._path)
+            os.replace(finished, self._path)
+        finally:
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+    def message(self, kind: str, **fields: Any) -> Any:
+        """A message of the type "package/msg/Name" with its fields, each given."""
+        return self._types.types[kind](**fields)
+
+    def header(self, seconds: float, frame: str = "") -> Any:
+        """A header: the time since `START`, and the frame that the message speaks of."""
+        count = {"seq": 0} if self.ros1 else {}
+        seconds_part, nanoseconds = divmod(_nanoseconds(seconds), 10**9)
+        stamp = self.message("builtin_interfaces/msg/Time", sec=seconds_part, nanosec=nanoseconds)
+        return self.message("std_msgs/msg/Header", **count, stamp=stamp, frame_id=frame)
+
+    def write(self, topic: str, message: Any, seconds: float, latched: bool = False) -> None:
+        """Writes a message.
+
+        Args:
+            topic: where it was heard; all messages of a topic are of one type.
+            message: what `message` made; its header counts up by topic.
+            seconds: since `START`, when it was heard.
+            latched: whether whoever listens later hears the topic's last message.
+        """
+        kind = message.__msgtype__
+        connection, known, count = self._topics.get(topic) or (self._connect(topic, kind, latched), kind, 0)
+        if known != kind:
+            raise ValueError(f"the topic {topic!r} carries {known}, not {kind}")
+        self._topics[topic] = connection, kind, count + 1
+        if self.ros1 and hasattr(message, "header"):
+            message.header.seq = count
+        serialize = self._types.serialize_ros1 if self.ros1 else self._types.serialize_cdr
+        self._writer.write(connection, _nanoseconds(seconds), serialize(message, kind))
+
+    def _connect(self, topic: str, kind: str, latched: bool) -> Any:
+        if isinstance(self._writer, Writer1):
+            latching = 1 if latched else None
+            return self._writer.add_connection(topic, kind, typestore=self._types, latching=latching)
+        profiles = [_LATCHED] if latched else []
+        return self._writer.add_connection(topic, kind, typestore=self._types, offered_qos_profiles=profiles)
+
+
+def _nanoseconds(seconds: float) -> int:
+    return round(START) * 10**9 + round(seconds * 1e9)
