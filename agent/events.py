@@ -173,13 +173,17 @@ class Perceived(_Told):
     Attributes:
         objects: those that take part first, in the order of every arrangement, then the distractors.
         table: (x_min, x_max, y_min, y_max), world frame.
+        notes: what had to be assumed, a sentence each.
         scene: the clouds and the picture.
+        labelled: a picture (H, W, 3) uint8 with the objects marked and named, or `None`.
     """
 
     objects: tuple[SeenObject, ...]
     table: tuple[float, float, float, float]
     seconds: float
-    scene: Scene = _untold()
+    notes: tuple[str, ...] = ()
+    scene: Scene = _untold(kw_only=True)
+    labelled: np.ndarray | None = _untold(default=None)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING
 
+from agent.bags.recording import RecordedOptions
 from agent.reading import ReadingOptions, make_reader
 
 if TYPE_CHECKING:
@@ -62,12 +63,12 @@ class Loaded:
             self.reader(reading).parse("a circle")
             self.planner(model, weights)
 
-    def source(self, scene: str, objects: str) -> SceneSource:
-        """As `agent.scenes.sources.scene_source`; scene files are read anew, because they can be edited."""
+    def source(self, scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
+        """As `agent.scenes.sources.scene_source`; files are read anew, because they can be edited."""
         from agent.scenes.sources import SIMULATED, scene_source
 
         if scene != SIMULATED:
-            return scene_source(scene, objects)
+            return scene_source(scene, objects, recorded)
         with self._lock:
             if objects not in self._libraries:
                 self._libraries[objects] = scene_source(scene, objects)

@@ -39,6 +39,8 @@ def pictures_of(event: events.Event) -> Iterator[Picture]:
         case events.Perceived():
             if event.scene.color is not None:
                 yield Picture("camera-before", "the scene before, through the camera", webp_of(event.scene.color))
+            if event.labelled is not None:
+                yield Picture("objects-found", "the objects that were found", webp_of(event.labelled))
             yield Picture("scene-before", "the scene before, from above", webp_of(from_above(event.scene)))
         case events.Chosen():
             if event.scene.color is not None and event.scene.intrinsics is not None:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from agent import events, steps
+from agent.bags.recording import RecordedOptions
 from agent.errors import DONE, NotBuildable, exit_code_of, one_sentence
 from agent.loaded import Loaded
 from agent.reading import ReadingOptions
@@ -29,13 +30,14 @@ class RunOptions:
     """What decides a run besides its instruction.
 
     Attributes:
-        scene: where the scene comes from: "simulated", or the path of a scene file.
+        scene: where the scene comes from: "simulated", "example", or the path of a scene file or a recording.
         objects: for a simulated scene "ycb", "procedural", "random_urdfs" or a folder of meshes.
         model: the planner's name, as `structdiffusion.sampling` has it.
         weights: the folder of its checkpoints, or `None` for those shipped.
         seed: everything drawn at random follows from it.
         execute: build with the arm, or stop at the imagined goal and only try it in physics.
         reading: how the instruction is read.
+        recorded: how a recording is taken.
     """
 
     scene: str = "simulated"
@@ -45,6 +47,7 @@ class RunOptions:
     seed: int = 0
     execute: bool = True
     reading: ReadingOptions = ReadingOptions()
+    recorded: RecordedOptions = RecordedOptions()
 
 
 def run_instruction(
@@ -102,7 +105,7 @@ class _Run:
         self.step = "model"  # early, because a wrong name or a broken checkpoint should not cost a minute
         planner = loaded.planner(options.model, options.weights)
         self.step, began = "scene", time.perf_counter()
-        source = loaded.source(options.scene, options.objects)
+        source = loaded.source(options.scene, options.objects, options.recorded)
         selection = select_objects(self.text, source.called, encoder)
         yield steps.parsed(reading, selection.named, seconds)
 
@@ -111,7 +114,7 @@ class _Run:
 
         with source.open(reading.spec, meant, options.seed) as table:
             scene = table.look()
-            yield steps.perceived(scene, time.perf_counter() - began)
+            yield steps.perceived(scene, time.perf_counter() - began, table.notes, table.labelled)
             self.step = "imagination"
             goal = wished(reading.spec, self.text if reading.spec == reading.parse.spec else None, encoder)
             imagined = steps.imagine(planner, options.model, scene, goal, options.seed)

@@ -96,6 +96,8 @@ class TerminalReport:
         self._columns(
             [(one["name"], place(one["position"]), "" if one["takes_part"] else "stays where it is") for one in seen]
         )
+        for note in told.get("notes", ()):
+            self._line(note)
 
     def _imagined(self, told: Mapping[str, Any]) -> None:
         self._step("Imagined", told["seconds"])

@@ -48,8 +48,10 @@ def parsed(reading: Reading, named: Sequence[str], seconds: float) -> events.Par
     )
 
 
-def perceived(scene: Scene, seconds: float) -> events.Perceived:
-    """What the camera saw."""
+def perceived(
+    scene: Scene, seconds: float, notes: Sequence[str] = (), labelled: np.ndarray | None = None
+) -> events.Perceived:
+    """What the camera saw, what had to be assumed, and a picture (H, W, 3) uint8 with the objects marked, if any."""
     seen = [
         events.SeenObject(
             cloud.name,
@@ -63,7 +65,8 @@ def perceived(scene: Scene, seconds: float) -> events.Perceived:
         for number, cloud in enumerate((*scene.objects, *scene.distractors))
     ]
     table = scene.table
-    return events.Perceived(tuple(seen), (table.x_min, table.x_max, table.y_min, table.y_max), seconds, scene=scene)
+    rectangle = (table.x_min, table.x_max, table.y_min, table.y_max)
+    return events.Perceived(tuple(seen), rectangle, seconds, tuple(notes), scene=scene, labelled=labelled)
 
 
 def _outline(cloud: ObjectCloud) -> tuple[tuple[float, float], ...]:
@@ -193,6 +196,7 @@ def release(
         table.world.table,
         list(zip(table.models, poses, strict=True))[table.count :],
         table.names,
+        table.world.ground,
     )
     seconds = time.perf_counter() - began
     yield events.Checked(verdict.success, verdict.failure, verdict.checks, verdict.detail, "released", seconds)

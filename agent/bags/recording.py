@@ -101,3 +101,16 @@ class ReadingOf:
     topics: Mapping[str, str] = field(default_factory=dict)
     looks: int = 5
     world_from_camera: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class RecordedOptions:
+    """What decides how a recorded scene is taken.
+
+    Attributes:
+        reading: how it is read.
+        nouns: "object 3" -> what people call it, such as "mug".
+    """
+
+    reading: ReadingOf = ReadingOf()
+    nouns: Mapping[str, str] = field(default_factory=dict)

@@ -70,7 +70,7 @@ class Conversation:
         self.table.world.close()
 
     def _set_out(self, options: RunOptions) -> tuple[SceneSource, TableScene]:
-        source = self._loaded.source(options.scene, options.objects)
+        source = self._loaded.source(options.scene, options.objects, options.recorded)
         return source, source.set_out(options.seed)
 
     def _fresh(self) -> Situation:
@@ -164,7 +164,8 @@ class Conversation:
             situation = replace(situation, poses=self.table.poses())
         self.table.involve(situation.objects)
         scene = self.table.look()
-        self._tell(steps.perceived(scene, time.perf_counter() - began))
+        seconds = time.perf_counter() - began
+        self._tell(steps.perceived(scene, seconds, self.table.notes, self.table.labelled))
         self._step = "imagination"
         options, loaded = self.options, self._loaded
         planner = loaded.planner(options.model, options.weights)
@@ -304,7 +305,8 @@ class Conversation:
     def look(self) -> events.Perceived:
         """The table as it is now; told to nobody."""
         began = time.perf_counter()
-        return steps.perceived(self.table.look(), time.perf_counter() - began)
+        scene = self.table.look()
+        return steps.perceived(scene, time.perf_counter() - began, self.table.notes, self.table.labelled)
 
     def another_table(self, scene: str, seed: int) -> None:
         """Clears the table and sets another one, "simulated" or of a scene file; the talk about the old one ends.

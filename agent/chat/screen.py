@@ -156,6 +156,8 @@ class ChatScreen:
         markers = markers_of_scene(told)
         self._lines(self._drawn(markers, min(_SCENE_COLUMNS, self.console.width)))
         self._lines(blocks.legend(markers, self.console.width, self._colors))
+        for note in told.get("notes", ()):
+            self.note(note)
 
     def forget(self) -> None:
         """Another table was set: what was imagined on the old one is of no use."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from agent import events, steps
 from agent.errors import NotBuildable
-from agent.scenes.sources import FEWEST_OBJECTS, MOST_OBJECTS
+from agent.scenes.taking_part import FEWEST_OBJECTS, MOST_OBJECTS
 from grounding.dialogue import Revision
 from grounding.parse import OPEN, WHICH_SHAPE
 from grounding.selection import select_objects
@@ -103,8 +103,8 @@ def meant_objects(
         SelectionError: when something is named that is not there.
         NotBuildable: when too few or too many take part.
     """
-    fallen = table.fallen
-    there = [i for i, name in enumerate(table.names) if name not in fallen]
+    gone = {*table.fallen, *table.out_of_reach}
+    there = [i for i, name in enumerate(table.names) if name not in gone]
     named = table.names if before.wish is None else before.objects
     if revision.objects_text is not None:
         indices = select_objects(revision.objects_text, [table.called[i] for i in there], encoder).indices
@@ -116,7 +116,7 @@ def meant_objects(
                 named = tuple(name for name in before.objects if name not in chosen)
             case _:
                 named = chosen
-    meant = tuple(name for name in named if name not in fallen)
+    meant = tuple(name for name in named if name not in gone)
     if not FEWEST_OBJECTS <= len(meant) <= MOST_OBJECTS:
         which = f" ({', '.join(meant)})" if meant else ""
         objects = "1 object" if len(meant) == 1 else f"{len(meant)} objects"

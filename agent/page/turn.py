@@ -103,8 +103,10 @@ class Turn:
             for seen in scene["objects"]
         ]
         seen = table(("object", "noun", "role", "mean seen position x, y, z (cm)", "points seen"), rows)
-        pictures = album([self._figures.get("camera-before"), self._figures.get("scene-before")])
-        return section("The scene before", pictures + seen, self._seconds("scene"))
+        names = ("camera-before", "objects-found", "scene-before")
+        pictures = album([self._figures.get(name) for name in names])
+        notes = "".join(map(paragraph, scene.get("notes", ())))
+        return section("The scene before", pictures + seen + notes, self._seconds("scene"))
 
     def _imagination(self) -> str:
         imagination = self.report["imagination"]

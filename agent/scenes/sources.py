@@ -1,4 +1,4 @@
-"""Where the pipeline gets its table from: a scene that is drawn for the instruction, or one that a file places."""
+"""Where the pipeline gets its table from: drawn for the instruction, placed by a file, or recorded."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ from typing import Protocol
 
 import numpy as np
 
+from agent.bags.recording import RecordedOptions
 from agent.errors import UsageError
 from agent.scenes.drawing import assortment
 from agent.scenes.files import SUFFIXES, PlacedObject
 from agent.scenes.placing import StandingObject, drawn_objects, load_scene, saved_objects
 from agent.scenes.simulated import Select, SimulatedScene
 from agent.scenes.table import TableScene, drawing_and_noise
+from agent.scenes.taking_part import check_count
 from grounding.parse import shortened
 from grounding.spec import StructureSpec
 from structdiffusion.objects.libraries import load_objects
-from structdiffusion.scenes import SceneError
 
-SIMULATED = "simulated"
-FEWEST_OBJECTS, MOST_OBJECTS = 2, 12  # that take part: what makes a structure, and what the models know
+SIMULATED, EXAMPLE = "simulated", "example"
+RECORDINGS = (".bag", ".db3", ".mcap", ".ply", ".pcd")
 
 
 class SceneSource(Protocol):
@@ -28,9 +29,11 @@ class SceneSource(Protocol):
 
     Attributes:
         called: what the instruction can call each object that there is, or that can be drawn.
+        hint: what may help where it calls them something else; empty where nothing does.
     """
 
     called: Sequence[str]
+    hint: str
 
     def open(self, spec: StructureSpec, select: Select, seed: int) -> TableScene:
         """The table, with the objects that `select` picks by what they are called; close it.
@@ -46,29 +49,44 @@ class SceneSource(Protocol):
         """The table as it stands now, as the lines of a scene file in `folder`."""
 
 
-def scene_source(scene: str, objects: str) -> SceneSource:
+def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
     """The source that a run asks for.
 
     Args:
-        scene: "simulated", or the path of a scene file.
+        scene: "simulated", "example", or the path of a scene file or a recording.
         objects: the library of a simulated scene, as `load_objects` takes it.
+        recorded: how a recording is taken.
 
     Raises:
-        UsageError: for a scene that is neither.
-        BadInput: for a scene file that is not there or cannot be used.
+        UsageError: for a scene that is neither, and for options of recordings where there is none.
+        BadInput: for a file or folder that is not there or cannot be used.
         ObjectError: for objects that are not there.
     """
+    path = Path(scene)
+    if scene == EXAMPLE or path.suffix.lower() in RECORDINGS or path.is_dir():
+        from agent.bags import example_path
+        from agent.scenes.recorded import RecordedSource
+
+        return RecordedSource(example_path() if scene == EXAMPLE else path, recorded)
+    if recorded != RecordedOptions():
+        raise UsageError(
+            f"--at, --topic, --camera-pose and --call are for recordings, and --scene is {shortened(scene)!r}"
+        )
     if scene == SIMULATED:
         return DrawnSource(objects)
-    path = Path(scene)
     if path.suffix.lower() not in SUFFIXES and not path.is_file():
-        files = " or ".join(SUFFIXES)
-        raise UsageError(f"--scene cannot be {shortened(scene)!r}; legal: {SIMULATED}, or a file that ends in {files}")
+        files = ", ".join((*SUFFIXES, *RECORDINGS))
+        raise UsageError(
+            f"--scene cannot be {shortened(scene)!r}; legal: {SIMULATED}, {EXAMPLE}, a folder, or a file that ends in "
+            f"one of {files}"
+        )
     return FileSource(path)
 
 
 class DrawnSource:
     """Scenes drawn from a library so that the wish can come true."""
+
+    hint = ""
 
     def __init__(self, objects: str) -> None:
         self._objects = objects
@@ -97,6 +115,8 @@ class DrawnSource:
 
 class FileSource:
     """The scene of a file."""
+
+    hint = ""
 
     def __init__(self, path: Path) -> None:
         self.standing = load_scene(path)
@@ -134,12 +154,7 @@ class FileScene(TableScene):
 
     def __init__(self, standing: Sequence[StandingObject], spec: StructureSpec, select: Select, seed: int) -> None:
         meant = sorted(set(select([entry.called for entry in standing])))
-        if not FEWEST_OBJECTS <= len(meant) <= MOST_OBJECTS:
-            which = ", ".join(repr(standing[index].name) for index in meant)
-            raise SceneError(
-                f"cannot make a {spec.shape or 'structure'}: the instruction means {len(meant)} of the scene's "
-                f"{len(standing)} objects ({which}); legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}"
-            )
+        check_count([standing[index].name for index in meant], len(standing), spec)
         ordered = [standing[index] for index in (*meant, *(k for k in range(len(standing)) if k not in meant))]
         _, noise = drawing_and_noise(seed)
         super().__init__(

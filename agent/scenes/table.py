@@ -13,6 +13,7 @@ import numpy as np
 from agent.arm.kinematics import FINGER_OPEN, FOLDED, JacoArm
 from agent.arm.stopping import tidy_up
 from agent.scenes.placing import lowest_point
+from structdiffusion.camera import DepthCamera
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import ObjectCloud, Scene, Table
@@ -42,12 +43,21 @@ class TableScene:
         table: the table top.
         names: what the objects are called, unique; by default their nouns, numbered.
         called: what an instruction can call them; by default their names.
+        ground: the whole surface that carries things, where it is more than the table top.
+        camera: what looks at the table.
 
     Attributes:
         models, world_from_initial, count, names, called: as given.
+        out_of_reach: the names of objects that the arm cannot take.
+        notes: what had to be assumed of the table, a sentence each.
+        labelled: a picture (H, W, 3) uint8 with the objects marked and named, or `None`.
         world: the physics that the arm acts in, its bodies in the same order.
         arm: the folded arm.
     """
+
+    out_of_reach: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    labelled: np.ndarray | None = None
 
     def __init__(
         self,
@@ -58,6 +68,8 @@ class TableScene:
         table: Table = Table(),
         names: Sequence[str] | None = None,
         called: Sequence[str] | None = None,
+        ground: Table | None = None,
+        camera: DepthCamera = DepthCamera(),
     ) -> None:
         self.models = tuple(models)
         self.world_from_initial = world_from_initial
@@ -67,7 +79,7 @@ class TableScene:
         self._place = {name: place for place, name in enumerate(self.names)}
         self._noise = noise
         self._seen: dict[str, _Seen] = {}
-        self.world = TabletopWorld(self.models, self.world_from_initial, table)
+        self.world = TabletopWorld(self.models, self.world_from_initial, table, camera, ground)
         self.arm = JacoArm(self.world.client)
 
     def __enter__(self) -> Self:
@@ -118,6 +130,17 @@ class TableScene:
     def fallen(self) -> tuple[str, ...]:
         """The names of the objects that are no longer on the table."""
         return tuple(name for name, pose in zip(self.names, self.world.poses(), strict=True) if pose[2, 3] < FALLEN)
+
+    @property
+    def untouched(self) -> bool:
+        """Whether everything is still where it was seen first."""
+        poses = self.poses()
+        return all(np.abs(poses[name] - seen.pose).max() <= _MOVED for name, seen in self._seen.items())
+
+    def remember(self, clouds: Mapping[str, ObjectCloud]) -> None:
+        """Takes clouds, by the names of objects, as what was seen of them where they stand now."""
+        poses = self.poses()
+        self._seen |= {name: _Seen(cloud, poses[name]) for name, cloud in clouds.items()}
 
     def involve(self, names: Sequence[str]) -> None:
         """Says which objects take part from now on; they come first, each in the order of the beginning.

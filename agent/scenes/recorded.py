@@ -1,0 +1,206 @@
+"""A twin of a recorded scene: the objects as they were seen, completed into bodies, before an arm that stands as it did.
+
+What is seen first is the recording itself: its clouds and its picture. From then on the twin is looked at, and the
+clouds move along with its bodies.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from agent.bags.reading import read_recording
+from agent.bags.recording import RecordedOptions, Recording
+from agent.errors import UsageError
+from agent.perception.picture import labelled_picture
+from agent.perception.segmenting import segment
+from agent.perception.segments import Segments
+from agent.scenes.files import PlacedObject
+from agent.scenes.placing import StandingObject, placement_of, saved_objects
+from agent.scenes.simulated import Select
+from agent.scenes.table import TableScene, drawing_and_noise
+from agent.scenes.taking_part import check_count
+from agent.twin.bodies import bodies_of
+from grounding.names import read_name
+from grounding.spec import StructureSpec
+from structdiffusion.camera import camera_at
+from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel
+from structdiffusion.observation import ObjectCloud, Scene
+
+_UNKNOWN = "object"
+_MESHES = "meshes"  # the folder beside a saved scene file
+_SETTLE_SECONDS = 1.0
+_STAYS = 0.01  # m: a body that moves farther while the twin comes to rest was completed badly, and that is said
+
+
+@dataclass(frozen=True)
+class RecordedObject:
+    """One object of a recording and its body in the twin.
+
+    Attributes:
+        name: "object 3", or "mug 3" where somebody said what it is.
+        called: what an instruction can call it: "mug 3, red, tall".
+        cloud: what was seen of it.
+        model: its completed body.
+        world_from_object: (4, 4) where that stands.
+        reachable: whether it stands where the arm can take it.
+    """
+
+    name: str
+    called: str
+    cloud: ObjectCloud
+    model: ObjectModel
+    world_from_object: np.ndarray
+    reachable: bool
+
+
+class RecordedSource:
+    """The scene of a recording.
+
+    Args:
+        path: whatever `agent.bags.reading.read_recording` takes.
+        options: how it is taken.
+
+    Attributes:
+        recording, segments: what was read, and what was found in it.
+        objects: in the order of their numbers.
+        called: of those that the arm can reach.
+
+    Raises:
+        BadInput: for a recording that cannot be read, or without a table or objects.
+        UsageError: for a noun of an object that there is not.
+    """
+
+    def __init__(self, path: Path, options: RecordedOptions = RecordedOptions()) -> None:
+        self.recording = read_recording(path, options.reading)
+        self.segments = segment(self.recording)
+        self.objects = _objects(self.segments, options)
+        self.called = [each.called for each in self.objects if each.reachable]
+
+    @property
+    def hint(self) -> str:
+        """See `SceneSource`."""
+        unnamed = next((each.name for each in self.objects if each.model.category == _UNKNOWN), None)
+        return "" if unnamed is None else f"--call {unnamed!r}=cup says what an object is"
+
+    def open(self, spec: StructureSpec, select: Select, seed: int) -> RecordedScene:
+        """See `SceneSource`; from the seed follows the sensor's noise in later looks."""
+        reachable = [each for each in self.objects if each.reachable]
+        meant = [reachable[index] for index in sorted(set(select([each.called for each in reachable])))]
+        check_count([each.name for each in meant], len(self.objects), spec)
+        return RecordedScene(self, [*meant, *(each for each in self.objects if each not in meant)], len(meant), seed)
+
+    def set_out(self, seed: int) -> RecordedScene:
+        """See `SceneSource`."""
+        ordered = sorted(self.objects, key=lambda each: not each.reachable)
+        return RecordedScene(self, ordered, len(self.called), seed)
+
+    def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
+        """See `SceneSource`; the bodies go into a folder of meshes beside the scene file."""
+        meshes = folder / _MESHES
+        meshes.mkdir(parents=True, exist_ok=True)
+        pose_of = table.poses()
+        standing = []
+        for each in self.objects:
+            file = meshes / f"{re.sub(r'[^a-z0-9]+', '-', each.name.lower())}.ply"
+            trimesh.Trimesh(each.model.mesh_vertices, each.model.mesh_faces, process=False).export(file)
+            color = "#" + "".join(f"{round(255 * share):02x}" for share in each.model.color)
+            placed = PlacedObject(
+                str(file), name=each.name, noun=each.model.category, color=color,
+                **placement_of(each.model, pose_of[each.name]),
+            )  # fmt: skip
+            standing.append(StandingObject(placed, each.name, each.model, pose_of[each.name], file.resolve()))
+        return saved_objects(standing, [pose_of[each.name] for each in standing], folder)
+
+
+def _objects(segments: Segments, options: RecordedOptions) -> tuple[RecordedObject, ...]:
+    """What was found, as bodies that stand on the table and not in each other."""
+    names = [found.name for found in segments.objects]
+    if unknown := sorted(set(options.nouns) - set(names)):
+        raise UsageError(f"--call names {unknown[0]!r}, which was not found; there are: {', '.join(names)}")
+    clouds, called = [], []
+    for found in segments.objects:
+        said = options.nouns.get(found.name, _UNKNOWN)
+        noun = read_name(said).head or said
+        name = found.name.replace(_UNKNOWN, said, 1)
+        clouds.append(ObjectCloud(name, noun, found.points, found.colors))
+        called.append(found.called.replace(_UNKNOWN, said, 1))
+    bodies = bodies_of(clouds, segments.world_from_camera)
+    return tuple(
+        RecordedObject(cloud.name, words, cloud, model, pose, segments.table.overhang(pose[None, :2, 3]) == 0.0)
+        for cloud, words, (model, pose) in zip(clouds, called, bodies, strict=True)
+    )
+
+
+class RecordedScene(TableScene):
+    """The twin of a recorded scene, before the arm has moved anything.
+
+    Args:
+        source: the recording and what was found in it.
+        ordered: its objects, those that take part first.
+        count: how many take part.
+        seed: the sensor's noise in later looks, and which points are kept of large clouds, follow from it.
+    """
+
+    def __init__(self, source: RecordedSource, ordered: Sequence[RecordedObject], count: int, seed: int) -> None:
+        segments, frame = source.segments, source.recording.frame
+        thinning, noise = drawing_and_noise(seed)
+        height, width = frame.points.shape[:2] if frame.organised else (480, 640)
+        focal = None if frame.intrinsics is None else float(frame.intrinsics[1, 1])
+        super().__init__(
+            [each.model for each in ordered],
+            np.array([each.world_from_object for each in ordered]),
+            count,
+            noise,
+            segments.table,
+            names=[each.name for each in ordered],
+            called=[each.called for each in ordered],
+            ground=segments.surface,
+            camera=camera_at(segments.world_from_camera, width, height, focal),
+            arm=source.recording.arm,
+            world_from_base=segments.world_from_base,
+        )
+        self.out_of_reach = tuple(each.name for each in ordered if not each.reachable)
+        self.labelled = labelled_picture(source.recording, segments)
+        self._picture = frame.color if frame.organised else None
+        self._intrinsics = frame.intrinsics
+        self._world_from_camera = segments.world_from_camera
+        self.notes = (*source.recording.notes, *segments.notes, *self._come_to_rest())
+        self.remember({each.name: _thinned(each.cloud, thinning) for each in ordered})
+
+    def _come_to_rest(self) -> list[str]:
+        """Lets the bodies settle; a note for each that does not stay where it was seen."""
+        self.world.settle(_SETTLE_SECONDS)
+        notes = []
+        if self.out_of_reach:
+            notes.append(f"out of the arm's reach, and left where they are: {', '.join(self.out_of_reach)}")
+        for name, before, now in zip(self.names, self.world_from_initial, self.world.poses(), strict=True):
+            moved = float(np.linalg.norm(now[:3, 3] - before[:3, 3]))
+            if moved > _STAYS:
+                notes.append(f"{name} moved by {100 * moved:.0f} cm as the twin came to rest: its far side was not seen")
+        return notes
+
+    def look(self) -> Scene:
+        """As any table, but what the recording's camera saw as long as nothing has moved."""
+        scene = super().look()
+        if self._picture is None or not self.untouched:
+            return scene
+        return replace(
+            scene,
+            color=self._picture,
+            intrinsics=self._intrinsics,
+            world_from_camera=self._world_from_camera,
+        )
+
+
+def _thinned(cloud: ObjectCloud, rng: np.random.Generator) -> ObjectCloud:
+    """At most as many points as the models know."""
+    if len(cloud.points) <= SURFACE_POINTS:
+        return cloud
+    kept = np.sort(rng.choice(len(cloud.points), SURFACE_POINTS, replace=False))
+    return replace(cloud, points=cloud.points[kept], colors=None if cloud.colors is None else cloud.colors[kept])
