@@ -1,0 +1,151 @@
+"""What a camera could not see of an object, guessed from what it saw: the far side, the inside, the bottom.
+
+| method | body |
+|---|---|
+| "hull" | the convex hull of what was seen, and of its lowest points set down on the support |
+| "extrude" | what was seen, continued straight down to the support, as one convex hull |
+| "columns" | the same, in as many convex parts as its outline and its steps need |
+| "mirror" | the far side by the likeliest mirror plane or half turn, where the object itself hides it; then as "extrude" |
+| "symmetry" | round things turned about their axis, and hollow where the camera saw into them; others mirrored, then "columns" |
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from agent.twin.columns import column_parts, solid
+from agent.twin.roundness import turned_body
+from agent.twin.seeing import View, without_strays
+from structdiffusion.objects.solids import sample_surface
+from structdiffusion.observation import ObjectCloud
+
+METHODS = ("hull", "extrude", "columns", "mirror", "symmetry")
+BEST = "columns"
+
+_FLAT = 0.015  # m: what is lower shows its whole outline to a camera above
+_FEWEST = 12  # points that tell a symmetry
+_MOST = 1500  # points that are looked at
+_LOW = 0.15  # of the height: what belongs to the lowest points
+_TRIED = 200  # points that are mirrored to try a symmetry
+_CERTAIN = 0.15  # how plausible a symmetry has to be at least
+_APPENDAGE = 25  # points besides a round body that make a handle
+_SURFACE = 400  # points on a completed surface
+
+
+@dataclass(frozen=True)
+class CompletedShape:
+    """A whole body, guessed from a partial view. World frame, metres.
+
+    Attributes:
+        parts: convex parts, each (V, 3); their union is the body, and its lowest point is on the support.
+        seen: (P, 3) the points it was guessed from, strays left out and noise smoothed.
+        symmetry: "turned", "ball", "half turn", "mirror" or "": how the far side was guessed.
+        hollow: whether it is open from above.
+    """
+
+    parts: tuple[np.ndarray, ...]
+    seen: np.ndarray
+    symmetry: str = ""
+    hollow: bool = False
+
+
+def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: str = BEST) -> CompletedShape:
+    """The whole body of a partly seen object.
+
+    Args:
+        cloud: what was seen of it; any number of points.
+        world_from_camera: (4, 4); without it nothing is known of what was hidden, and nothing is mirrored.
+        method: one of `METHODS`.
+
+    Raises:
+        ValueError: for another method, or a cloud without a point.
+    """
+    if method not in METHODS:
+        raise ValueError(f"a method of completion cannot be {method!r}; legal: {', '.join(METHODS)}")
+    points = np.asarray(cloud.points, dtype=np.float64)
+    points = points[np.isfinite(points).all(axis=1)]
+    if not len(points):
+        raise ValueError(f"nothing was seen of the {cloud.name}")
+    points = without_strays(points[:: math.ceil(len(points) / _MOST)])
+    points[:, 2] = np.maximum(points[:, 2], cloud.bottom)
+    view = None
+    if world_from_camera is not None and len(points) >= _FEWEST:
+        view = View(points, world_from_camera[:3, 3])
+        points = view.points
+        points[:, 2] = np.maximum(points[:, 2], cloud.bottom)
+    if method == "hull":
+        return CompletedShape((_lowered_hull(points, cloud.bottom),), points)
+    if method == "extrude" or (view is None and method == "mirror"):
+        return CompletedShape((solid(points, cloud.bottom),), points)
+    if method == "columns" or view is None:
+        return CompletedShape(column_parts(points, cloud.bottom), points)
+    if method == "symmetry" and (turned := turned_body(view, cloud.bottom)) is not None:
+        body, own = turned
+        parts = body.parts()
+        if (~own).sum() >= _APPENDAGE:
+            parts += column_parts(points[~own], cloud.bottom)
+        return CompletedShape(parts, points, "ball" if body.ball else "turned", body.hollow)
+    far, symmetry = mirrored(view, cloud.bottom)
+    whole = np.concatenate((points, far))
+    if method == "mirror":
+        return CompletedShape((solid(whole, cloud.bottom),), points, symmetry)
+    return CompletedShape(column_parts(whole, cloud.bottom), points, symmetry)
+
+
+def obstacle_points(cloud: ObjectCloud, world_from_camera: np.ndarray | None) -> np.ndarray:
+    """What the arm has to keep clear of: what was seen, and the surface of the completed body, (P, 3), world frame."""
+    shape = complete(cloud, world_from_camera)
+    guessed, _ = sample_surface(shape.parts, _SURFACE, np.random.default_rng(0))
+    return np.concatenate((shape.seen, guessed.astype(np.float64)))
+
+
+def mirrored(view: View, support: float) -> tuple[np.ndarray, str]:
+    """The points (Q, 3) of the far side, by the likeliest symmetry of what was seen, and which that is.
+
+    Half turns about an upright axis and mirrorings in upright planes are tried: one is likely where what was seen comes
+    to lie on what was seen, or behind it, and nothing comes to lie where the camera saw that nothing is.
+    """
+    points = view.points
+    none = np.empty((0, 3)), ""
+    if np.ptp(points[:, 2]) < _FLAT or points[:, 2].max() - support < _FLAT:
+        return none
+    few = points[:: math.ceil(len(points) / _TRIED)]
+    away = points[:, :2].mean(axis=0) - view.eye[:2]
+    away = away / max(1e-9, float(np.linalg.norm(away)))
+    beside = np.array([-away[1], away[0]])
+    along, across = points[:, :2] @ away, points[:, :2] @ beside
+    depth, width = np.quantile(along, [0.01, 0.99]), np.quantile(across, [0.01, 0.99])
+    best, found = _CERTAIN, None
+    for d in np.linspace(0.4, 0.75, 8):
+        for w in (0.45, 0.5, 0.55):
+            middle = (depth[0] + d * (depth[1] - depth[0])) * away + (width[0] + w * (width[1] - width[0])) * beside
+            for kind in (None, *np.linspace(-math.pi / 2, math.pi / 2, 8, endpoint=False)):
+                score = view.plausibility(_reflected(few, middle, kind)) + (0.03 if kind is None else 0.0)
+                if score > best:
+                    best, found = score, (middle, kind)
+    if found is None:
+        return none
+    middle, kind = found
+    far = _reflected(points, middle, kind)
+    return far[view.hidden(far)], "half turn" if kind is None else "mirror"
+
+
+def _reflected(points: np.ndarray, middle: np.ndarray, heading: float | None) -> np.ndarray:
+    """Points (P, 3) after half a turn about the upright axis at `middle` (2,), or mirrored in the plane facing `heading`."""
+    offset = points[:, :2] - middle
+    if heading is None:
+        return np.column_stack((middle - offset, points[:, 2]))
+    normal = np.array([math.cos(heading), math.sin(heading)])
+    return np.column_stack((points[:, :2] - 2 * (offset @ normal)[:, None] * normal, points[:, 2]))
+
+
+def _lowered_hull(points: np.ndarray, support: float) -> np.ndarray:
+    """The convex hull (V, 3) of points and of the shadow of the lowest of them."""
+    low = points[points[:, 2] <= np.quantile(points[:, 2], 0.02) + _LOW * np.ptp(points[:, 2])]
+    feet = solid(low, support)
+    whole = np.concatenate((points, feet))
+    return whole[ConvexHull(whole).vertices]

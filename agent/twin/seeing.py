@@ -1,0 +1,103 @@
+"""What a camera's view of one object tells: its points without noise, and which guessed points it rules out."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+_STRAYS = 3.0  # times the typical distance of neighbours: what lies farther from all others flew there
+_FEWEST = 12  # points from which neighbours tell anything
+_NEIGHBOURS = 10
+_SAME_SURFACE = 0.010  # m between the depths of neighbours in the picture that lie on one surface
+_SILHOUETTE = 2.5  # times the typical distance of neighbours: so near to a seen point belongs to the silhouette
+_WITHIN = 0.004  # m of depth between points that count as the same
+
+
+def without_strays(points: np.ndarray) -> np.ndarray:
+    """The points (P, 3) but for those that are alone: depth cameras let some fly between an edge and what is behind."""
+    if len(points) < _FEWEST:
+        return points
+    distance = cKDTree(points).query(points, k=5)[0][:, 4]
+    return points[distance < np.median(distance) * (1 + _STRAYS)]
+
+
+class View:
+    """One object's points as a camera at `eye` saw them.
+
+    Args:
+        points: (P, 3) world frame, metres.
+        eye: (3,) where the camera is.
+
+    Attributes:
+        points: (P, 3) float64, moved along their rays onto a plane through their neighbours.
+        eye: as given.
+    """
+
+    def __init__(self, points: np.ndarray, eye: np.ndarray) -> None:
+        self.eye = np.asarray(eye, dtype=np.float64)
+        rays = np.asarray(points, dtype=np.float64) - self.eye
+        depths = np.linalg.norm(rays, axis=1)
+        rays /= depths[:, None]
+        self._tree = cKDTree(rays)
+        count = min(_NEIGHBOURS, len(rays))
+        apart, near = self._tree.query(rays, k=count)
+        spacing = float(np.median(apart[:, min(4, count - 1)])) if count > 1 else 0.0
+        self._reach = _SILHOUETTE * spacing
+        self._depths = _smoothed(rays, depths, near)
+        self.points = self.eye + rays * self._depths[:, None]
+
+    def behind(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How far points (Q, 3) lie behind what was seen in their direction, metres, and where nothing was seen there.
+
+        Returns:
+            (Q,) metres, negative in front, and (Q,) bool: outside the object's silhouette.
+        """
+        rays = points - self.eye
+        depths = np.linalg.norm(rays, axis=1)
+        apart, nearest = self._tree.query(rays / depths[:, None])
+        return depths - self._depths[nearest], apart > self._reach
+
+    def hidden(self, points: np.ndarray) -> np.ndarray:
+        """Which of the points (Q, 3) the object itself hides: the camera could not have seen them."""
+        behind, outside = self.behind(points)
+        return ~outside & (behind > _WITHIN)
+
+    def plausibility(self, points: np.ndarray) -> float:
+        """How well points (Q, 3) agree with the view: those on seen surface count for, those in the open against."""
+        behind, outside = self.behind(points)
+        same = ~outside & (np.abs(behind) <= _WITHIN)
+        against = outside | (behind < -2 * _WITHIN)
+        return float(same.mean() - 1.5 * against.mean())
+
+
+def _smoothed(rays: np.ndarray, depths: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Depths (P,) by a plane through those of the neighbours `near` (P, K) that lie on the same surface."""
+    if near.shape[1] < 6:
+        return depths
+    forward = rays.mean(axis=0)
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right = right / np.linalg.norm(right) if np.linalg.norm(right) > 1e-3 else np.array([1.0, 0.0, 0.0])
+    flat = np.stack((rays @ right, rays @ np.cross(forward, right)), axis=1)
+    offset, deviation = flat[near] - flat[:, None], depths[near] - depths[:, None]
+    weight = (np.abs(deviation - np.median(deviation, axis=1, keepdims=True)) < _SAME_SURFACE).astype(float)
+    scale = max(float(np.abs(offset).max()), 1e-9)
+    terms = np.concatenate((np.ones((*near.shape, 1)), offset / scale), axis=2)
+    normal = np.einsum("pk,pki,pkj->pij", weight, terms, terms) + 0.05 * np.eye(3) * [0.0, 1.0, 1.0]
+    normal[:, 0, 0] += 1e-9
+    right_side = np.einsum("pk,pki,pk->pi", weight, terms, deviation)
+    shift = np.linalg.solve(normal, right_side[..., None])[:, 0, 0]
+    return depths + np.clip(shift, -_SAME_SURFACE, _SAME_SURFACE)
+
+
+def level_top(heights: np.ndarray) -> float:
+    """The height of a level top, metres, from the heights (P,) of all points: noise lifts the highest above it."""
+    top = float(np.quantile(heights, 0.97)) - 0.006
+    return float(np.median(heights[heights >= top]))
+
+
+def heading(vector: np.ndarray) -> float:
+    """The angle about z, radians, of a vector's (2,) or (3,) level part."""
+    return math.atan2(vector[1], vector[0])
