@@ -92,7 +92,7 @@ class _Run:
         import torch
 
         from agent.planning import worthwhile
-        from grounding.selection import select_objects
+        from grounding.selection import SelectionError, select_objects
 
         options, loaded = self.options, self.loaded
         torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
@@ -106,7 +106,10 @@ class _Run:
         planner = loaded.planner(options.model, options.weights)
         self.step, began = "scene", time.perf_counter()
         source = loaded.source(options.scene, options.objects, options.recorded)
-        selection = select_objects(self.text, source.called, encoder)
+        try:
+            selection = select_objects(self.text, source.called, encoder)
+        except SelectionError as error:
+            raise NotBuildable("; ".join(filter(None, (str(error), source.hint)))) from error
         yield steps.parsed(reading, selection.named, seconds)
 
         def meant(nouns: Sequence[str]) -> Sequence[int]:

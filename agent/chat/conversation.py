@@ -23,7 +23,7 @@ from agent.pipeline import RunOptions, wished
 from agent.planning import worthwhile
 from grounding.dialogue import Revision, revise
 from grounding.parse import Question
-from grounding.selection import mentioned
+from grounding.selection import SelectionError, mentioned
 from grounding.spec import StructureSpec
 
 if TYPE_CHECKING:
@@ -127,7 +127,10 @@ class Conversation:
 
     def _hear(self, revision: Revision) -> None:
         began, parse, loaded = time.perf_counter(), revision.parse, self._loaded
-        objects = meant_objects(revision, self.table, self.situation, loaded.encoder)  # before anything is asked
+        try:  # before anything is asked
+            objects = meant_objects(revision, self.table, self.situation, loaded.encoder)
+        except SelectionError as error:
+            raise NotBuildable("; ".join(filter(None, (str(error), self.source.hint)))) from error
         if revision.question is not None:
             self.question, self._asked = revision.question, revision
             question = revision.question
