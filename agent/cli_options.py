@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import math
 import sys
+from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from agent.errors import UsageError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from agent.bags.recording import ReadingOf
 
 
 class ModelKind(str, Enum):
@@ -40,6 +49,7 @@ WeightsOption = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="Checkpoints diffusion/, structure/ and collision/; by default those shipped."),
 ]
+_WHAT = ("points", "depth", "depth_info", "color", "joints")  # that a recording is read from
 MOST_SEED = 2**63 - 1  # what every generator takes
 SeedOption = Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Everything drawn at random follows from it.")]
 ParserOption = Annotated[Parsers, typer.Option(help="Who reads the instruction.")]
@@ -54,9 +64,81 @@ LLMUrlOption = Annotated[
     str | None,
     typer.Option(metavar="URL", help="An OpenAI-compatible endpoint; its key is read from STRUCTAGENT_LLM_KEY."),
 ]
+AtOption = Annotated[
+    float | None,
+    typer.Option(metavar="SECONDS", help="The moment of a recording; by default the first with everything there."),
+]
+TopicOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="WHAT=TOPIC",
+        help="Which topic has a recording's points, depth, depth_info, color or joints; may be given several times.",
+    ),
+]
+CameraPoseOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="X,Y,Z,ROLL,PITCH,YAW",
+        help="Where the recording's camera stood: its optical frame (z forward, x right, y down) in the world; m, rad.",
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON to standard output, and nothing else.")]
 
 
 def complain(message: str) -> None:
     """One sentence on standard error."""
     print(f"structagent: {message}", file=sys.stderr)
+
+
+def reading_of(
+    at: float | None = None, topics: Sequence[str] | None = None, camera_pose: str | None = None
+) -> ReadingOf:
+    """How a recording is read, from the options that say it.
+
+    Args:
+        at: seconds after the first message.
+        topics: each "WHAT=TOPIC".
+        camera_pose: "X,Y,Z,ROLL,PITCH,YAW" of the camera's optical frame in the world, metres and radians; roll, pitch
+            and yaw turn about the world's x, then y, then z, as in a URDF.
+
+    Raises:
+        UsageError: for a value that is not legal.
+    """
+    from agent.bags.recording import ReadingOf
+
+    if at is not None and not (math.isfinite(at) and at >= 0):
+        raise UsageError(f"--at cannot be {at}; legal: seconds after the first message, 0 or more")
+    chosen: dict[str, str] = {}
+    for text in topics or ():
+        what, _, topic = text.partition("=")
+        if what not in _WHAT or not topic.strip() or what in chosen:
+            again = f", and {what} only once" if what in chosen else ""
+            raise UsageError(f"--topic cannot be {text!r}; legal: {'=/TOPIC, '.join(_WHAT)}=/TOPIC{again}")
+        chosen[what] = topic.strip()
+    return ReadingOf(at, chosen, world_from_camera=None if camera_pose is None else _pose(camera_pose))
+
+
+def _pose(text: str) -> np.ndarray:
+    """The pose (4, 4) of `--camera-pose`."""
+    import numpy as np
+    from scipy.spatial.transform import Rotation
+
+    numbers = numbers_of(text, 6)
+    if numbers is None:
+        raise UsageError(
+            f"--camera-pose cannot be {text!r}; legal: six numbers X,Y,Z,ROLL,PITCH,YAW in metres and radians, such as "
+            "0.02,0,1.05,-2.753,0,-1.571"
+        )
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_euler("xyz", numbers[3:]).as_matrix()
+    pose[:3, 3] = numbers[:3]
+    return pose
+
+
+def numbers_of(text: str, count: int) -> list[float] | None:
+    """So many finite numbers, separated by commas; `None` where the text is anything else."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        return None
+    return numbers if len(numbers) == count and all(map(math.isfinite, numbers)) else None

@@ -97,7 +97,7 @@ def pose_message(writer: BagWriter, pose: np.ndarray, seconds: float, frame: str
     return writer.message("geometry_msgs/msg/PoseStamped", header=writer.header(seconds, frame), pose=here)
 
 
-def joints_message(writer: BagWriter, names: Sequence[str], angles: np.ndarray, seconds: float) -> Any:
+def joints_message(writer: BagWriter, names: Sequence[str], angles: Sequence[float], seconds: float) -> Any:
     """Joints at rest at their angles, radians, as sensor_msgs/JointState of the arm's driver, which names no frame."""
     return writer.message(
         "sensor_msgs/msg/JointState", header=writer.header(seconds), name=list(names),

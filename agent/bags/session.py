@@ -23,8 +23,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pybullet
 
+from agent.arm.models import DEFAULT_MODEL, END_EFFECTOR, FINGER_TIPS, FINGERS, ArmModel, arm_model
 from agent.arm.shapes import BASE, link_poses
 from agent.bags.composing import (
     color_message,
@@ -38,12 +38,10 @@ from agent.bags.writing import BagWriter
 from structdiffusion.camera import DepthCamera, measured_depth
 
 if TYPE_CHECKING:
-    from agent.arm.kinematics import JacoArm
     from agent.scenes.table import TableScene
 
-MODEL = "j2s7s300"
-DRIVER_RATE = 10.0  # Hz
 CAMERA_RATE = 6.0  # Hz, the lowest that such cameras have
+_DRIVER_RATE = 10.0  # Hz
 _DEGREES_A_TURN = 80.0 / 6800.0  # of a finger, in the driver's unit
 _OPTICAL = "camera_color_optical_frame"
 # Where the colour lens sits in the camera's body (x forward, y left, z up), and how the optical frame is turned in it.
@@ -74,28 +72,26 @@ def record_session(
         UsageError: for a path that cannot be a new bag.
         BadInput: where nothing can be written.
     """
-    camera, arm = table.world.camera, table.arm
-    seen = table.world.look()
+    camera, seen = table.world.camera, table.world.look()
     lens, size = ros_intrinsics(camera), (camera.height, camera.width)
-    poses, names = link_poses(arm), _link_names(arm)
+    driver = _Driver(table)
     with BagWriter(out, force) as writer:
-        fixed = _fixed_transforms(arm, names, poses, camera)
+        fixed = driver.fixed() | _mounted(driver.base_from_world @ camera.world_from_camera)
         writer.write("/tf_static", transforms_message(writer, fixed, 0.0), 0.0, latched=True)
         pictures = [(k / rate, True) for k in range(_count(seconds, rate))]
-        states = [(k / DRIVER_RATE, False) for k in range(_count(seconds, DRIVER_RATE))]
+        states = [(k / _DRIVER_RATE, False) for k in range(_count(seconds, _DRIVER_RATE))]
         # The driver speaks first where both do, so that from the first picture on everything is there.
         for when, picture in sorted(states + pictures):
             if not picture:
-                _write_driver(writer, arm, names, poses, when)
+                driver.say(writer, when)
                 continue
             depth = measured_depth(seen.depth, noise)
             for name, image in (
                 ("color", color_message(writer, seen.color, when, _OPTICAL)),
                 ("aligned_depth_to_color", depth_message(writer, depth, when, _OPTICAL)),
             ):
-                info = lens_message(writer, lens, size, when, _OPTICAL)
                 writer.write(f"/camera/{name}/image_raw", image, when)
-                writer.write(f"/camera/{name}/camera_info", info, when)
+                writer.write(f"/camera/{name}/camera_info", lens_message(writer, lens, size, when, _OPTICAL), when)
 
 
 def _count(seconds: float, rate: float) -> int:
@@ -110,60 +106,59 @@ def ros_intrinsics(camera: DepthCamera) -> np.ndarray:
     return lens
 
 
-def _link_names(arm: JacoArm) -> dict[int, tuple[str, int]]:
-    """Each link's name in a session, and its parent, `BASE` where that is the base."""
-    names = {}
-    for link in range(pybullet.getNumJoints(arm.body, physicsClientId=arm.client)):
-        info = pybullet.getJointInfo(arm.body, link, physicsClientId=arm.client)
-        names[link] = f"{MODEL}_{info[12].decode()}", info[16]
-    return names
-
-
-def _fixed_transforms(
-    arm: JacoArm, names: dict[int, tuple[str, int]], poses: dict[int, np.ndarray], camera: DepthCamera
-) -> dict[tuple[str, str], np.ndarray]:
-    """What never moves: the base, the hand's end, and the camera."""
-    base_from_optical = np.linalg.inv(poses[BASE]) @ camera.world_from_camera
+def _mounted(base_from_optical: np.ndarray) -> dict[tuple[str, str], np.ndarray]:
+    """The camera's frames, and where somebody has measured that it stands before the arm."""
     body_from_optical = _BODY_FROM_COLOR @ _COLOR_FROM_OPTICAL
-    links = _relative(names, poses)
-    end = names[arm.end_effector][0]
     return {
-        ("world", "root"): np.eye(4),
-        ("root", f"{MODEL}_link_base"): np.eye(4),
-        **{pair: pose for pair, pose in links.items() if pair[1] == end},
         ("world", "camera_link"): base_from_optical @ np.linalg.inv(body_from_optical),
         ("camera_link", "camera_color_frame"): _BODY_FROM_COLOR,
         ("camera_color_frame", _OPTICAL): _COLOR_FROM_OPTICAL,
     }
 
 
-def _relative(
-    names: dict[int, tuple[str, int]], poses: dict[int, np.ndarray]
-) -> dict[tuple[str, str], np.ndarray]:
-    """(parent, child) -> parent_from_child (4, 4) of every link."""
-    return {
-        (f"{MODEL}_link_base" if parent == BASE else names[parent][0], name):
-        np.linalg.inv(poses[parent]) @ poses[link]
-        for link, (name, parent) in names.items()
-    }  # fmt: skip
+class _Driver:
+    """What the arm's driver and the publisher of its links say of an arm that stands still."""
 
+    def __init__(self, table: TableScene) -> None:
+        model: ArmModel = arm_model(DEFAULT_MODEL)
+        self._joints, self._fingers = table.arm.configuration(), table.arm.finger_angles()
+        # The driver cannot measure the finger tips.
+        names = (*model.joints, *FINGERS, *FINGER_TIPS)
+        angles = dict(zip(names, (*self._joints, *self._fingers, 0.0, 0.0, 0.0), strict=True))
+        links = model.link_poses(angles)
+        self._prefix, self._out = f"{model.name}_", f"/{model.name}_driver/out"
+        self._angles = {self._prefix + name: angle for name, angle in angles.items()}
+        hung = {
+            joint.name: (
+                (self._prefix + joint.parent, self._prefix + joint.child),
+                np.linalg.inv(links[joint.parent]) @ links[joint.child],
+            )
+            for joint in model.chain
+        }
+        self._end = dict([hung.pop(END_EFFECTOR)])
+        self._moving = dict(hung.values())
+        self._base = self._prefix + model.chain[0].parent
+        self._base_from_hand = links[next(joint.child for joint in model.chain if joint.name == END_EFFECTOR)]
+        self.base_from_world = np.linalg.inv(link_poses(table.arm)[BASE])
 
-def _write_driver(
-    writer: BagWriter, arm: JacoArm, names: dict[int, tuple[str, int]], poses: dict[int, np.ndarray], when: float
-) -> None:
-    """What the arm's driver says at one moment, and the links that follow from it."""
-    driver, base = f"/{MODEL}_driver/out", f"{MODEL}_link_base"
-    joints, fingers = arm.configuration(), arm.finger_angles()
-    arms = [f"{MODEL}_joint_{k + 1}" for k in range(len(joints))]
-    hand = [f"{MODEL}_joint_{part}_{k}" for part in ("finger", "finger_tip") for k in (1, 2, 3)]
-    angles = np.concatenate((joints, fingers, np.zeros(3)))  # the driver cannot measure the tips
-    writer.write(f"{driver}/joint_state", joints_message(writer, arms + hand, angles, when), when)
-    degrees = {f"joint{k + 1}": float(np.degrees(joints[k])) if k < len(joints) else 0.0 for k in range(7)}
-    writer.write(f"{driver}/joint_angles", writer.message("kinova_msgs/msg/JointAngles", **degrees), when)
-    turns = {f"finger{k + 1}": float(np.degrees(angle) / _DEGREES_A_TURN) for k, angle in enumerate(fingers)}
-    writer.write(f"{driver}/finger_position", writer.message("kinova_msgs/msg/FingerPosition", **turns), when)
-    base_from_hand = np.linalg.inv(poses[BASE]) @ poses[arm.end_effector]
-    writer.write(f"{driver}/tool_pose", pose_message(writer, base_from_hand, when, base), when)
-    end = names[arm.end_effector][0]
-    moving = {pair: pose for pair, pose in _relative(names, poses).items() if pair[1] != end}
-    writer.write("/tf", transforms_message(writer, moving, when), when)
+    def fixed(self) -> dict[tuple[str, str], np.ndarray]:
+        """The links that no joint moves."""
+        return {("world", "root"): np.eye(4), ("root", self._base): np.eye(4), **self._end}
+
+    def say(self, writer: BagWriter, when: float) -> None:
+        """Everything that is said at one moment."""
+        degrees, turns = np.zeros(7), np.degrees(self._fingers) / _DEGREES_A_TURN
+        degrees[: len(self._joints)] = np.degrees(self._joints)
+        said = {
+            f"{self._out}/joint_state": joints_message(writer, tuple(self._angles), [*self._angles.values()], when),
+            f"{self._out}/joint_angles": writer.message(
+                "kinova_msgs/msg/JointAngles", **{f"joint{k}": angle for k, angle in enumerate(degrees.tolist(), 1)}
+            ),
+            f"{self._out}/finger_position": writer.message(
+                "kinova_msgs/msg/FingerPosition", **{f"finger{k}": turn for k, turn in enumerate(turns.tolist(), 1)}
+            ),
+            f"{self._out}/tool_pose": pose_message(writer, self._base_from_hand, when, self._base),
+            "/tf": transforms_message(writer, self._moving, when),
+        }
+        for topic, message in said.items():
+            writer.write(topic, message, when)
