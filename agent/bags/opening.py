@@ -1,0 +1,209 @@
+"""Bags of every kind behind one door: ROS 1 files, ROS 2 folders, .db3 and .mcap files, read as a stream.
+
+Whatever a damaged file does to the library that reads it ends here, in one sentence. Messages are decoded by the
+definitions that ROS itself publishes and never by those in the bag: the types that are used have not changed in any
+release, and what comes with a file from somebody else should not become code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from textwrap import shorten
+from typing import Any
+
+from rosbags.interfaces import Connection
+from rosbags.rosbag1 import Reader as Reader1
+from rosbags.rosbag2 import Reader as Reader2
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from agent.errors import AgentError, BadInput, one_sentence
+
+STORAGES = (".db3", ".mcap")  # of ROS 2
+SUFFIXES = (".bag", *STORAGES)
+METADATA = "metadata.yaml"
+
+# Published with packages that are not in the library's collections.
+_MORE_TYPES = {
+    "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms",
+    "kinova_msgs/msg/JointAngles": "\n".join(f"float32 joint{number}" for number in range(1, 8)),
+}
+_SAME_AS = {"tf/msg/tfMessage": "tf2_msgs/msg/TFMessage"}  # before ROS had a second tf
+
+
+@dataclass(frozen=True)
+class Stream:
+    """The messages of one type on one topic; a topic may carry several types.
+
+    Attributes:
+        topic: its name.
+        type: such as "sensor_msgs/msg/Image".
+        count: how many there are, as the bag says.
+        connections: the bag's own entries for it.
+    """
+
+    topic: str
+    type: str
+    count: int
+    connections: tuple[Connection, ...] = field(repr=False)
+
+    def __str__(self) -> str:
+        return f"{self.topic} ({self.type})"
+
+
+@dataclass(frozen=True)
+class Message:
+    """One message, not yet decoded.
+
+    Attributes:
+        stream: where it was.
+        recorded: when it was recorded, nanoseconds.
+        raw: its bytes.
+    """
+
+    stream: Stream
+    recorded: int
+    raw: bytes
+
+
+class Bag:
+    """An open bag.
+
+    Attributes:
+        path: the file or folder.
+        start, end: when its first and its last message were recorded, nanoseconds.
+        streams: what it holds, by topic and type.
+        notes: what was mended to read it, each a sentence.
+    """
+
+    def __init__(self, path: Path, reader: Reader1 | Reader2, notes: Sequence[str]) -> None:
+        self.path, self.notes, self._reader = path, tuple(notes), reader
+        by_name: dict[tuple[str, str], list[Connection]] = {}
+        for connection in reader.connections:
+            by_name.setdefault((connection.topic, connection.msgtype), []).append(connection)
+        self.streams = tuple(
+            Stream(topic, kind, sum(connection.msgcount for connection in connections), tuple(connections))
+            for (topic, kind), connections in sorted(by_name.items())
+        )
+        if not any(stream.count for stream in self.streams):
+            raise BadInput(f"{str(path)!r} holds no messages")
+        self.start, self.end = reader.start_time, reader.end_time - 1
+        self._types = _known_types(ros1=isinstance(reader, Reader1))
+
+    @property
+    def seconds(self) -> float:
+        """How long it was recorded."""
+        return (self.end - self.start) / 1e9
+
+    def messages(
+        self, streams: Sequence[Stream], start: int | None = None, stop: int | None = None
+    ) -> Iterator[Message]:
+        """The messages of `streams` that were recorded from `start` to before `stop` (nanoseconds), in that order.
+
+        Raises:
+            BadInput: where the bag turns out to be damaged.
+        """
+        stream_of = {connection[:3]: stream for stream in streams for connection in stream.connections}
+        if not stream_of:
+            return
+        connections = [connection for stream in streams for connection in stream.connections]
+        found = self._reader.messages(connections, start, stop)
+        while True:
+            with _told(f"{str(self.path)!r} is damaged or cut short"):
+                item = next(found, None)
+                if item is None:
+                    return
+                connection, recorded, raw = item
+                message = Message(stream_of[connection[:3]], recorded, raw)
+            yield message
+
+    def decoded(self, message: Message) -> Any:
+        """A message with the fields that its type has.
+
+        Raises:
+            BadInput: where its bytes are not of that type.
+        """
+        kind = _SAME_AS.get(message.stream.type, message.stream.type)
+        with _told(f"a message on {message.stream.topic} of {str(self.path)!r} is no {message.stream.type}"):
+            if isinstance(self._reader, Reader1):
+                return self._types.deserialize_ros1(message.raw, kind)
+            return self._types.deserialize_cdr(message.raw, kind)
+
+
+@contextmanager
+def open_bag(path: Path) -> Iterator[Bag]:
+    """The bag at `path`, open meanwhile.
+
+    Raises:
+        BadInput: where it is none, or too damaged to be read.
+    """
+    reader, notes = _opened(path)
+    try:
+        yield Bag(path, reader, notes)
+    finally:
+        reader.close()
+
+
+def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
+    """An open reader of the bag, and what was mended for it."""
+    if not path.exists():
+        raise BadInput(f"there is no {str(path)!r}")
+    if path.is_dir():
+        return _opened_folder(path)
+    if path.suffix not in SUFFIXES:
+        raise BadInput(f"{str(path)!r} is no bag: legal are {', '.join(SUFFIXES)}, and the folder of a ROS 2 bag")
+    if path.stat().st_size == 0:
+        raise BadInput(f"{str(path)!r} is empty")
+    kind = {".bag": "ROS 1 bag", ".db3": "ROS 2 database", ".mcap": "ROS 2 MCAP file"}[path.suffix]
+    with _told(f"cannot read {str(path)!r} as a {kind}"):
+        reader = Reader1(path) if path.suffix == ".bag" else Reader2(path)
+        reader.open()
+    return reader, []
+
+
+def _opened_folder(path: Path) -> tuple[Reader2, list[str]]:
+    """A ROS 2 folder by its metadata, or by its only file where that cannot be used."""
+    reason = f"it has no {METADATA}"
+    if (path / METADATA).exists():
+        try:
+            with _told(f"its {METADATA} cannot be used"):
+                reader = Reader2(path)
+                reader.open()
+            return reader, []
+        except BadInput as error:
+            reason = str(error)
+    files = sorted(file for file in path.iterdir() if file.suffix in STORAGES)
+    if len(files) != 1:
+        there = f"{len(files)} files that end in {' or '.join(STORAGES)}"
+        raise BadInput(f"cannot read the folder {str(path)!r} as a ROS 2 bag: {reason}; besides, it has {there}")
+    opened, notes = _opened(files[0])
+    return opened, [f"of the folder {files[0].name} was read alone: {reason}", *notes]
+
+
+def _known_types(ros1: bool) -> Typestore:
+    """The types that messages are decoded by."""
+    types = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
+    for name, definition in _MORE_TYPES.items():
+        if name not in types.fielddefs:
+            types.register(get_types_from_msg(definition, name))
+    return types
+
+
+@contextmanager
+def _told(what: str) -> Iterator[None]:
+    """Turns whatever the library raises on damaged data into one sentence that begins with `what`.
+
+    It promises no kind of error: files cut short and bytes turned round were seen to raise nearly everything.
+    """
+    try:
+        yield
+    except AgentError:
+        raise
+    except OSError as error:
+        raise BadInput(f"{what}: {error.strerror or one_sentence(error)}") from error
+    except Exception as error:
+        reason = shorten(one_sentence(error), 160, placeholder=" ...").rstrip(".")
+        raise BadInput(f"{what}: {reason}") from error
