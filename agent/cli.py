@@ -23,6 +23,9 @@ from agent.cli_config import ConfiguredGroup, config_app
 from agent.cli_doctor import doctor
 from agent.cli_evaluate import evaluate_app
 from agent.cli_options import (
+    AtOption,
+    CallOption,
+    CameraPoseOption,
     JsonOption,
     LLMModelOption,
     LLMUrlOption,
@@ -31,11 +34,14 @@ from agent.cli_options import (
     ObjectsOption,
     ParserOption,
     Parsers,
+    SceneOption,
     SeedOption,
+    TopicOption,
     Viewpoint,
     ViewpointOption,
     WeightsOption,
     complain,
+    recorded_options,
 )
 from agent.cli_report import replay, report
 from agent.cli_scene import scene_app
@@ -83,10 +89,7 @@ def _common(
 @app.command()
 def run(
     text: Annotated[str, typer.Argument(help="The instruction.", show_default=False)],
-    scene: Annotated[
-        str,
-        typer.Option(metavar="simulated|FILE", help="Drawn for the instruction, or placed by a scene file (.yaml)."),
-    ] = "simulated",
+    scene: SceneOption = "simulated",
     objects: ObjectsOption = "ycb",
     model: ModelOption = "diffusion",
     weights: WeightsOption = None,
@@ -105,6 +108,10 @@ def run(
     rerun: Annotated[
         Path | None, typer.Option(metavar="FILE.rrd", help="Record the run for the Rerun viewer (extra `viz`).")
     ] = None,
+    at: AtOption = None,
+    topic: TopicOption = None,
+    camera_pose: CameraPoseOption = None,
+    call: CallOption = None,
 ) -> None:
     """Read an instruction, look at the table, imagine, choose and build; then report.
 
@@ -125,7 +132,8 @@ def run(
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
     reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
-    options = RunOptions(scene, objects, model, weights, seed, execute, reading)
+    recorded = recorded_options(at, topic, camera_pose, call)
+    options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded)
     with ExitStack() as open_files:
         results = open_files.enter_context(results_stream())
         record = RunRecord(open_files.enter_context(run_session(folder, asdict(options))))

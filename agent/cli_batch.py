@@ -10,6 +10,9 @@ from typing import Annotated
 import typer
 
 from agent.cli_options import (
+    AtOption,
+    CallOption,
+    CameraPoseOption,
     JsonOption,
     LLMModelOption,
     LLMUrlOption,
@@ -17,11 +20,14 @@ from agent.cli_options import (
     ObjectsOption,
     ParserOption,
     Parsers,
+    SceneOption,
     SeedOption,
+    TopicOption,
     Viewpoint,
     ViewpointOption,
     WeightsOption,
     complain,
+    recorded_options,
 )
 from agent.streams import results_stream
 
@@ -31,10 +37,7 @@ def batch(
         str, typer.Argument(metavar="FILE", help="JSON lines or plain text; - is standard input.", show_default=False)
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Results and reports; what succeeded there is kept.")],
-    scene: Annotated[
-        str,
-        typer.Option(metavar="simulated|FILE", help="Drawn for the instruction, or placed by a scene file (.yaml)."),
-    ] = "simulated",
+    scene: SceneOption = "simulated",
     objects: ObjectsOption = "ycb",
     model: ModelOption = "diffusion",
     weights: WeightsOption = None,
@@ -54,6 +57,10 @@ def batch(
     execute: Annotated[
         bool, typer.Option("--execute/--no-execute", help="Build with the arm, or stop at the imagined goals.")
     ] = True,
+    at: AtOption = None,
+    topic: TopicOption = None,
+    camera_pose: CameraPoseOption = None,
+    call: CallOption = None,
 ) -> None:
     """Carry out many instructions; called again, it redoes what failed, is missing or has changed.
 
@@ -79,7 +86,8 @@ def batch(
     from agent.reading import ReadingOptions
 
     reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
-    defaults = RunOptions(scene, objects, model, weights, seed, execute, reading)
+    recorded = recorded_options(at, topic, camera_pose, call)
+    defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded)
     with results_stream() as results:
         summary = run_batch(file, out, defaults, workers, ray)
         if json_output:

@@ -10,16 +10,22 @@ from typing import Annotated
 import typer
 
 from agent.cli_options import (
+    AtOption,
+    CallOption,
+    CameraPoseOption,
     LLMModelOption,
     LLMUrlOption,
     ModelOption,
     ObjectsOption,
     ParserOption,
     Parsers,
+    SceneOption,
     SeedOption,
+    TopicOption,
     Viewpoint,
     ViewpointOption,
     WeightsOption,
+    recorded_options,
 )
 from agent.errors import DEFECT, UsageError
 from agent.streams import import_pybullet_silently, results_stream
@@ -28,9 +34,7 @@ _WELCOME = "Say what to build, as â€œput the cups in a small circle on the leftâ
 
 
 def chat(
-    scene: Annotated[
-        str, typer.Option(metavar="simulated|FILE", help="A table drawn from the seed, or a scene file (.yaml).")
-    ] = "simulated",
+    scene: SceneOption = "simulated",
     objects: ObjectsOption = "ycb",
     model: ModelOption = "diffusion",
     weights: WeightsOption = None,
@@ -46,6 +50,10 @@ def chat(
         bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only try each goal without it.")
     ] = True,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Build what is best without asking.")] = False,
+    at: AtOption = None,
+    topic: TopicOption = None,
+    camera_pose: CameraPoseOption = None,
+    call: CallOption = None,
 ) -> None:
     """Talk with the agent about one table: ask for a structure, correct it, have it built, take it back.
 
@@ -61,6 +69,7 @@ def chat(
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
     reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
+    recorded = recorded_options(at, topic, camera_pose, call)
     if sys.stdin is None:
         raise UsageError("chat needs standard input, and it is closed")
     sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop
@@ -71,7 +80,7 @@ def chat(
         from agent.chat.session import talk
         from agent.pipeline import RunOptions
 
-        options = RunOptions(scene, objects, model, weights, seed, execute, reading)
+        options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded)
         session = folder / "session.jsonl"
         defects = talk(options, console, session, sys.stdin, yes)
     print(f"session: {session}", file=sys.stderr)

@@ -16,7 +16,7 @@ from agent.errors import UsageError
 if TYPE_CHECKING:
     import numpy as np
 
-    from agent.bags.recording import ReadingOf
+    from agent.bags.recording import ReadingOf, RecordedOptions
 
 
 class ModelKind(str, Enum):
@@ -43,6 +43,14 @@ class Viewpoint(str, Enum):
 
 ObjectsOption = Annotated[
     str, typer.Option(metavar="ycb|procedural|random_urdfs|DIR", help="The objects: a library, or a folder of meshes.")
+]
+SceneOption = Annotated[
+    str,
+    typer.Option(
+        metavar="simulated|example|FILE|DIR",
+        help="Drawn from the objects; the recording that comes along; a scene file (.yaml); or a recording: a bag "
+        "(.bag, .db3, .mcap, a ROS 2 folder), a cloud (.ply, .pcd) or a folder of colour and depth pictures.",
+    ),
 ]
 ModelOption = Annotated[str, typer.Option(metavar="diffusion|diffusion-tokens|geometric", help="Who imagines.")]
 WeightsOption = Annotated[
@@ -82,6 +90,13 @@ CameraPoseOption = Annotated[
         help="Where the recording's camera stood: its optical frame (z forward, x right, y down) in the world; m, rad.",
     ),
 ]
+CallOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="OBJECT=NOUN",
+        help="What an object of a recording is, as 'object 3=mug'; may be given several times.",
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON to standard output, and nothing else.")]
 
 
@@ -116,6 +131,31 @@ def reading_of(
             raise UsageError(f"--topic cannot be {text!r}; legal: {'=/TOPIC, '.join(_WHAT)}=/TOPIC{again}")
         chosen[what] = topic.strip()
     return ReadingOf(at, chosen, world_from_camera=None if camera_pose is None else _pose(camera_pose))
+
+
+def recorded_options(
+    at: float | None, topics: Sequence[str] | None, camera_pose: str | None, calls: Sequence[str] | None
+) -> RecordedOptions:
+    """How a recorded scene is taken, from the options that say it.
+
+    Args:
+        at, topics, camera_pose: as `reading_of`.
+        calls: each "OBJECT=NOUN"; the object by its name, "object 3", or its number alone.
+
+    Raises:
+        UsageError: for a value that is not legal.
+    """
+    from agent.bags.recording import RecordedOptions
+
+    nouns: dict[str, str] = {}
+    for text in calls or ():
+        name, _, noun = (part.strip() for part in text.partition("="))
+        name = f"object {name}" if name.isdecimal() else name
+        if not name or not noun or name in nouns:
+            again = ", and each object only once" if name in nouns else ""
+            raise UsageError(f"--call cannot be {text!r}; legal: an object and its noun, such as 'object 3=mug'{again}")
+        nouns[name] = noun
+    return RecordedOptions(reading_of(at, topics, camera_pose), nouns)
 
 
 def _pose(text: str) -> np.ndarray:

@@ -88,10 +88,12 @@ def _objects(value: str, folder: Path) -> str:
 
 
 def _scene(value: str, folder: Path) -> str:
+    if value in ("simulated", "example"):
+        return value
     path = _path(value, folder)
-    if value != "simulated" and not path.is_file():
+    if not value or not path.exists():
         raise ValueError(value)
-    return value if value == "simulated" else str(path)
+    return str(path)
 
 
 def _model_name(value: str, folder: Path) -> str:
@@ -109,7 +111,7 @@ def _web_address(value: str, folder: Path) -> str:
 
 
 SETTINGS = (
-    Setting("scene", str, "simulated, or an existing scene file", _scene),
+    Setting("scene", str, "simulated, example, or an existing scene file or recording", _scene),
     Setting("objects", str, f"{', '.join(LIBRARIES)}, or an existing folder of meshes", _objects),
     Setting(
         "model", str, "diffusion, diffusion-tokens, geometric", _one_of("diffusion", "diffusion-tokens", "geometric")

@@ -1,4 +1,4 @@
-"""A twin of a recorded scene: the objects as they were seen, completed into bodies, before an arm that stands as it did.
+"""A twin of a recorded scene: the objects that were seen, completed into bodies, and the arm as it stood.
 
 What is seen first is the recording itself: its clouds and its picture. From then on the twin is looked at, and the
 clouds move along with its bodies.
@@ -15,7 +15,7 @@ import numpy as np
 import trimesh
 
 from agent.bags.reading import read_recording
-from agent.bags.recording import RecordedOptions, Recording
+from agent.bags.recording import RecordedOptions
 from agent.errors import UsageError
 from agent.perception.picture import labelled_picture
 from agent.perception.segmenting import segment
@@ -182,7 +182,8 @@ class RecordedScene(TableScene):
         for name, before, now in zip(self.names, self.world_from_initial, self.world.poses(), strict=True):
             moved = float(np.linalg.norm(now[:3, 3] - before[:3, 3]))
             if moved > _STAYS:
-                notes.append(f"{name} moved by {100 * moved:.0f} cm as the twin came to rest: its far side was not seen")
+                how = f"moved by {100 * moved:.0f} cm as the twin came to rest"
+                notes.append(f"{name} {how}: what was not seen of it may be completed badly")
         return notes
 
     def look(self) -> Scene:
