@@ -1,0 +1,209 @@
+"""`structagent evaluate recordings`: what is found in bags of simulated scenes, and whether it changes how runs end.
+
+Each scene is simulated, recorded into a bag, and perceived from there: the masks of the objects are compared with the
+simulation's own. Then the same instruction is carried out twice: in simulation, on the true objects, and over the
+recording, on the twin that is made of it. Everything on the table takes part, so that no name has to be known; only
+the objects of a table setting are named for the recording, as a person would with `--call`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, TextIO
+
+import numpy as np
+
+from agent import __version__, events
+from agent.bags.recording import RecordedOptions
+from agent.bags.session import record_session
+from agent.errors import exit_code_of, one_sentence
+from agent.evaluating import SCHEMA_VERSION
+from agent.loaded import Loaded
+from agent.pipeline import RunOptions, run_instruction
+from agent.scenes.files import write_scene
+from agent.scenes.placing import drawn_objects, saved_objects
+from agent.scenes.recorded import RecordedSource
+from agent.scenes.sources import FileSource
+from agent.telling import aligned
+from agent.training import progress_bar
+from grounding.corpus import sentences
+from grounding.spec import SHAPES
+from structdiffusion.evaluation import wilson_interval
+from structdiffusion.objects.libraries import load_objects
+from structdiffusion.scenes import DrawnScene, SceneError, draw_scene, full_spec
+from structdiffusion.tabletop import MIN_POINTS
+from structdiffusion.workers import in_parallel
+
+_MATCHED = 0.5  # of intersection over union: a mask that has less in common with an object is none of it
+_DRAWS = 200
+
+
+@dataclass(frozen=True)
+class _Job:
+    structure: str
+    number: int
+    seed: int
+    drawn: DrawnScene
+
+
+def measure_recordings(
+    objects: str, model: str, weights: Path | None, count: int, seed: int, execute: bool, workers: int
+) -> dict[str, Any]:
+    """Masks and verdicts over `count` scenes of each of the four structures, JSON-ready.
+
+    Args:
+        objects: as `load_objects` takes it.
+        model: the planner.
+        weights: the folder of its checkpoints, or `None` for those shipped.
+        count: scenes per structure.
+        seed: of scenes, sensor noise, sampling and planning.
+        execute: build with the arm, or only try each goal without it.
+        workers: processes.
+    """
+    jobs = list(_jobs(objects, count, seed))
+    rows = []
+    with progress_bar() as progress:
+        task = progress.add_task("recorded", total=len(jobs))
+        for row in in_parallel(partial(_round_trip, objects, model, weights, execute), Loaded, (), jobs, workers):
+            rows.append(row)
+            progress.update(task, completed=len(rows))
+    command = f"structagent evaluate recordings --objects {objects} --scenes {count} --seed {seed} --model {model}"
+    command += f" --weights {weights}" if weights else ""
+    command += "" if execute else " --no-execute"
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "version": __version__,
+        "command": command,
+        "rows": rows,
+        "aggregate": {
+            structure: _rates([row for row in rows if structure in ("all", row["structure"])])
+            for structure in (*dict.fromkeys(row["structure"] for row in rows), "all")
+        },
+    }
+
+
+def tell_recordings(report: dict[str, Any], results: TextIO) -> None:
+    """The table for people."""
+    table = [["structure", "n", "exact", "mask IoU", "simulated", "recorded", "same", "95 %", "seconds to objects"]]
+    for structure, rates in report["aggregate"].items():
+        same = rates["same"]
+        table.append(
+            [
+                structure,
+                str(rates["n"]),
+                str(rates["exact"]["count"]),
+                f"{rates['iou']:.3f}",
+                str(rates["simulated"]["count"]),
+                str(rates["recorded"]["count"]),
+                str(same["count"]),
+                f"{100 * same['low']:.0f} to {100 * same['high']:.0f}",
+                f"{rates['seconds']:.2f}",
+            ]
+        )
+    print(aligned(table, left=1), file=results)
+    print(f"\n{report['command']}", file=results)
+
+
+def _jobs(objects: str, count: int, seed: int) -> Iterator[_Job]:
+    """Scenes in which everything takes part and the camera sees all of it."""
+    library = load_objects(objects)
+    for place, structure in enumerate(SHAPES):
+        for number in range(count):
+            for draw in range(_DRAWS):
+                rng = np.random.default_rng((seed, place, number, draw))
+                try:
+                    drawn = draw_scene(library, full_spec(structure, rng), rng, distractors=0)
+                except SceneError:
+                    continue
+                yield _Job(structure, number, seed, drawn)
+                break
+            else:
+                raise SceneError(f"no {structure} could be drawn from {objects} in {_DRAWS} attempts")
+
+
+def _round_trip(
+    objects: str, model: str, weights: Path | None, execute: bool, loaded: Loaded, job: _Job
+) -> dict[str, Any]:
+    """One scene, recorded, perceived, and built twice; the row of the report."""
+    drawn, seed = job.drawn, job.seed * 10_000 + job.number
+    words = sentences(drawn.spec)[job.number % len(sentences(drawn.spec))]
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        scene, bag = folder / "scene.yaml", folder / "recording.bag"
+        poses = list(drawn.world_from_initial)
+        write_scene(saved_objects(drawn_objects(drawn.models, poses, objects), poses, folder), scene)
+        with FileSource(scene).set_out(seed) as table:
+            record_session(table, bag, np.random.default_rng(seed))
+            truth = table.world.look().segmentation
+            masks = {name: truth == body for name, body in zip(table.names, table.world.bodies, strict=True)}
+            nouns = dict(zip(table.names, (each.category for each in table.models), strict=True))
+        masks = {name: mask for name, mask in masks.items() if mask.sum() >= MIN_POINTS}
+        row: dict[str, Any] = {
+            "structure": job.structure,
+            "number": job.number,
+            "seed": seed,
+            "words": words,
+            "objects": [each.name for each in drawn.models],
+        }
+        options = RunOptions(str(scene), model=model, weights=weights, seed=seed, execute=execute)
+        row["simulated"] = _ended(words, options, loaded)
+        began = time.perf_counter()
+        try:
+            source = RecordedSource(bag)
+        except Exception as error:
+            if exit_code_of(error) is None:
+                raise
+            return row | {"found": 0, "exact": False, "iou": 0.0, "recorded": one_sentence(error), "same": False}
+        row["seconds"] = round(time.perf_counter() - began, 3)
+        overlaps = _overlaps(masks, source.segments.labels)
+        best = overlaps.max(axis=1, initial=0.0)  # of each true object
+        found = len(source.segments.objects)
+        exact = found == len(masks) and bool((best > _MATCHED).all())
+        row |= {"found": found, "exact": exact, "iou": round(float(best.mean()), 4), "ious": best.round(3).tolist()}
+        names = list(masks)
+        called = {
+            each.name: nouns[names[int(overlaps[:, k].argmax())]] for k, each in enumerate(source.segments.objects)
+        }
+        recorded = RecordedOptions(nouns=called if job.structure == "table setting" else {})
+        options = RunOptions(
+            str(bag), model=model, weights=weights, seed=seed, execute=execute, recorded=recorded
+        )
+        row["recorded"] = _ended(words, options, loaded)
+    return row | {"same": (row["simulated"] is None) == (row["recorded"] is None)}
+
+
+def _ended(words: str, options: RunOptions, loaded: Loaded) -> str | None:
+    """How a run ended: `None` where it succeeded, otherwise why not."""
+    for event in run_instruction(words, options, loaded):
+        if isinstance(event, events.Failed):
+            return event.message
+    return None
+
+
+def _overlaps(masks: dict[str, np.ndarray], labels: np.ndarray) -> np.ndarray:
+    """(true objects, found objects) intersection over union of the masks."""
+    found = [labels == k + 1 for k in range(max(0, int(labels.max())))]
+    return np.array(
+        [[(mask & other).sum() / max(1, (mask | other).sum()) for other in found] for mask in masks.values()]
+    ).reshape(len(masks), len(found))
+
+
+def _rates(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    def rate(count: int) -> dict[str, float]:
+        low, high = wilson_interval(count, len(rows))
+        return {"count": count, "rate": count / len(rows), "low": low, "high": high}
+
+    return {
+        "n": len(rows),
+        "exact": rate(sum(row["exact"] for row in rows)),
+        "iou": float(np.mean([row["iou"] for row in rows])),
+        "simulated": rate(sum(row["simulated"] is None for row in rows)),
+        "recorded": rate(sum(row["recorded"] is None for row in rows)),
+        "same": rate(sum(row["same"] for row in rows)),
+        "seconds": float(np.mean([row.get("seconds", np.nan) for row in rows])),
+    }
