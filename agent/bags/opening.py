@@ -48,7 +48,7 @@ class Stream:
     topic: str
     type: str
     count: int
-    connections: tuple[Connection, ...] = field(repr=False)
+    connections: tuple[Connection, ...] = field(repr=False, compare=False)
 
     def __str__(self) -> str:
         return f"{self.topic} ({self.type})"
