@@ -1,0 +1,97 @@
+"""Euclidean clusters: which of the points that stand above the table belong together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import open3d
+from scipy.spatial import cKDTree
+
+VOXEL = 0.004  # m
+_STEEP = 5.7  # depth by width: a surface seen at ten degrees, at which no camera measures it well
+_STEP = 0.004  # m of depth at 1 m: the noise and the steps of a Kinect, which grow with the square of the distance
+_REACH = 2.5  # voxels within which two of them are neighbours; less than the finger's width between objects
+_WIDEST_REACH = 0.018  # m
+_STRAY = 3.0  # standard deviations of the distance to the neighbours, beyond which a voxel is a flying pixel
+_NEIGHBOURS = 12
+_PATCH = 0.015  # m about a voxel, in which its surface is flat
+
+
+@dataclass(frozen=True)
+class Voxels:
+    """Points gathered in cubes.
+
+    Attributes:
+        positions: (V, 3) the mean of the points in each.
+        of_point: (P,) the voxel of each point.
+        count: (V,) how many points lie in each.
+        reach: metres within which two voxels are neighbours.
+    """
+
+    positions: np.ndarray
+    of_point: np.ndarray
+    count: np.ndarray
+    reach: float
+
+    def mean(self, values: np.ndarray) -> np.ndarray:
+        """The mean (V,) or (V, K) over each voxel of a value of every point."""
+        if values.ndim == 1:
+            return np.bincount(self.of_point, values, len(self.count)) / self.count
+        return np.stack([self.mean(values[:, k]) for k in range(values.shape[1])], axis=1)
+
+
+def gather(points: np.ndarray) -> Voxels:
+    """The voxels of points (P, 3), metres: 4 mm, or coarser where the points are farther apart than that."""
+    some = points[:: max(1, len(points) // 2000)]
+    apart = float(np.median(cKDTree(points).query(some, k=2)[0][:, 1]))
+    size = max(VOXEL, 1.3 * apart)
+    keys = np.floor((points - points.min(axis=0)) / size).astype(np.int64)
+    extent = keys.max(axis=0) + 1
+    _, of_point, count = np.unique(
+        (keys[:, 0] * extent[1] + keys[:, 1]) * extent[2] + keys[:, 2], return_inverse=True, return_counts=True
+    )
+    positions = np.stack([np.bincount(of_point, points[:, k]) / count for k in range(3)], axis=1)
+    return Voxels(positions, of_point, count, min(_REACH * size, max(_WIDEST_REACH, 1.5 * size)))
+
+
+def bridging(points: np.ndarray) -> np.ndarray:
+    """Pixels (H, W) at which the depth changes as steeply as it does where one surface ends before another.
+
+    What a camera measures there is often a slope that joins the two, and whatever they belong to.
+
+    Args:
+        points: (H, W, 3) camera frame, metres, NaN where nothing was measured.
+    """
+    steep = np.zeros(points.shape[:2], dtype=bool)
+    for axis in (0, 1):
+        ahead, behind = np.roll(points, -1, axis), np.roll(points, 1, axis)
+        across = np.linalg.norm((ahead - behind)[..., :2], axis=-1)
+        with np.errstate(invalid="ignore"):
+            steep |= np.abs(ahead[..., 2] - behind[..., 2]) > _STEEP * across + _STEP * points[..., 2] ** 2
+    return steep
+
+
+def strays(voxels: Voxels) -> np.ndarray:
+    """Voxels (V,) that lie much farther from their neighbours than the others do."""
+    if len(voxels.positions) <= _NEIGHBOURS:
+        return np.zeros(len(voxels.positions), dtype=bool)
+    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(voxels.positions))
+    _, kept = cloud.remove_statistical_outlier(_NEIGHBOURS, _STRAY)
+    lost = np.ones(len(voxels.positions), dtype=bool)
+    lost[kept] = False
+    return lost
+
+
+def clusters(positions: np.ndarray, reach: float) -> np.ndarray:
+    """The cluster (V,) of each voxel, counted from 0; -1 where there are too few about it."""
+    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(positions))
+    return np.asarray(cloud.cluster_dbscan(reach, 4), dtype=np.int64)
+
+
+def normals(positions: np.ndarray, eye: np.ndarray) -> np.ndarray:
+    """Unit normals (V, 3) of the surface at voxels (V, 3), toward the camera at `eye` (3,)."""
+    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(positions))
+    cloud.estimate_normals(open3d.geometry.KDTreeSearchParamHybrid(_PATCH, 30))
+    cloud.orient_normals_towards_camera_location(eye)
+    return np.asarray(cloud.normals)

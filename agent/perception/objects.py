@@ -1,0 +1,117 @@
+"""Which points above the table are objects: what stands out from it, and hangs together, and stands on it.
+
+What rises more than a centimetre is clustered first, then what is lower: a table's waves are never that high, and the
+low points between two objects would join them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from agent.perception.clusters import Voxels, clusters, gather, normals, strays
+from agent.perception.joining import joined
+from agent.perception.relief import Relief
+
+_SEED, _GROW = 3.0, 1.5  # sigma above the table: an object holds points of the first kind, and ends with the second
+_LEAST_SEED, _LEAST_GROW = 0.0025, 0.0012  # m
+_RISEN = 0.010  # m
+_NEAR_TABLE = 0.03  # m: up to there the neighbours' mean tells the height
+_TALLEST = 0.6  # m above the table; a person stands there, or the arm
+_ASIDE = 0.15  # m beyond the table, within which clusters are followed
+_EDGE = 0.02  # m that things may stand over the table's edge, as far as it is seen
+_FOOT = 0.008  # m from what has risen: the lower points that belong to it
+_WHOLE = 100  # voxels of 4 mm make an object; so much is what a cube of 2.5 cm shows
+_FLAT = 40  # are enough for one that is low: a knife shows little more
+_CLEAR = 6.0  # sigma that a low thing stands above the table: a table's waves are not
+_WIDEST = 0.5  # m: more is a wall, a person, or the edge of something else
+_SUPPORTED = 0.7  # of an object's voxels lie over the table
+
+
+@dataclass(frozen=True)
+class Found:
+    """The objects among P points.
+
+    Attributes:
+        labels: (P,) the object of each point, counted from 0; -1 where there is none.
+        count: how many objects.
+        left_out: (K, 4) x, y, width and height, level frame, metres, of what is too wide for one.
+    """
+
+    labels: np.ndarray
+    count: int
+    left_out: np.ndarray
+
+
+def find_objects(level: np.ndarray, eye: np.ndarray, relief: Relief, steep: np.ndarray) -> Found:
+    """The objects on the table.
+
+    Args:
+        level: (P, 3) points in the frame of the table's plane, metres, without the arm's.
+        eye: (3,) where the camera is, in that frame.
+        relief: their heights.
+        steep: (P,) those that may join what does not belong together; given to objects only at the end.
+    """
+    height = np.where(relief.heights > _NEAR_TABLE, relief.heights, relief.smooth)
+    above = (height > np.maximum(_GROW * relief.sigma, _LEAST_GROW)) & (relief.heights < _TALLEST)
+    above[above] = shapely.contains_xy(relief.outline.buffer(_ASIDE), level[above, 0], level[above, 1])
+    labels = np.full(len(level), -1)
+    solid = above & ~steep
+    if solid.sum() < _FLAT:
+        return Found(labels, 0, np.empty((0, 4)))
+    voxels = gather(level[solid])
+    tall, sigma = voxels.mean(height[solid]), voxels.mean(relief.sigma[solid])
+    of_voxel = _parts(voxels, tall, sigma)
+    of_voxel = joined(of_voxel, voxels.positions, normals(voxels.positions, eye))
+    of_voxel, left_out = _objects(of_voxel, voxels, tall, relief.outline)
+    known = of_voxel >= 0
+    if known.any():
+        _, nearest = cKDTree(voxels.positions[known]).query(level[above], distance_upper_bound=voxels.reach)
+        labels[above] = np.append(of_voxel[known], -1)[nearest]
+    return Found(labels, int(of_voxel.max()) + 1, left_out)
+
+
+def _parts(voxels: Voxels, tall: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """The part (V,) that each voxel belongs to, -1 for none: what has risen, with its feet, and what is low."""
+    part = np.full(len(tall), -1)
+    risen = (tall > np.maximum(_RISEN, _SEED * sigma)) & ~strays(voxels)
+    if risen.any():
+        part[risen] = clusters(voxels.positions[risen], voxels.reach)
+        risen = part >= 0
+    if risen.any() and not risen.all():
+        reach = max(_FOOT, voxels.reach)
+        _, nearest = cKDTree(voxels.positions[risen]).query(voxels.positions[~risen], distance_upper_bound=reach)
+        part[~risen] = np.append(part[risen], -1)[nearest]
+    low = (part < 0) & (tall > np.maximum(_LEAST_SEED, _SEED * sigma))
+    if low.any():
+        found = clusters(voxels.positions[low], voxels.reach)
+        clear = np.maximum(_LEAST_SEED, _CLEAR * sigma[low])
+        for index in range(int(found.max()) + 1):
+            members = found == index
+            if members.sum() < _FLAT / 4 or np.median(tall[low][members] / clear[members]) < 1.0:
+                found[members] = -1
+        part[low] = np.where(found >= 0, found + part.max() + 1, -1)
+    return part
+
+
+def _objects(
+    part: np.ndarray, voxels: Voxels, tall: np.ndarray, outline: shapely.Polygon
+) -> tuple[np.ndarray, np.ndarray]:
+    """The parts that are objects, counted anew, and what is too large for one."""
+    of_voxel, left_out = np.full(len(part), -1), []
+    supported = shapely.contains_xy(outline.buffer(_EDGE), voxels.positions[:, 0], voxels.positions[:, 1])
+    for index in np.unique(part[part >= 0]):
+        members = part == index
+        enough = _WHOLE if np.percentile(tall[members], 90) > _RISEN else _FLAT
+        if members.sum() < enough or supported[members].mean() < _SUPPORTED:
+            continue
+        positions = voxels.positions[members]
+        width = float(np.ptp(positions[:, :2], axis=0).max())
+        if width > _WIDEST:
+            left_out.append((*positions[:, :2].mean(axis=0), width, tall[members].max()))
+        else:
+            of_voxel[members] = of_voxel.max() + 1
+    return of_voxel, np.array(left_out).reshape(-1, 4)

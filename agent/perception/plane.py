@@ -1,0 +1,152 @@
+"""The plane of the table among all that a depth camera sees: floors, walls and the tops of boxes are planes too."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import open3d
+
+from agent.errors import BadInput
+from structdiffusion.geometry import transform_points
+
+FARTHEST = 2.5  # m; depth cameras measure to a centimetre up to there, and no Jaco reaches beyond
+_CELL = 0.01  # m, of the thinned cloud: areas are counted in its cells
+_INLIER = 0.012  # m: three sigma of a Kinect at 1.2 m
+_HYPOTHESES = 400  # of RANSAC for each plane: finds one that holds a quarter of the points with near certainty
+_MOST_PLANES = 6
+_LEAST_AREA = 0.015  # m2 of table that must be seen: a sheet of A6
+_NEAR = 1.2  # m; planes farther away count less
+_TALLEST = 0.4  # m above a table: what stands on it
+_LOWEST_CAMERA = 0.08  # m above the table
+_UPRIGHT = math.cos(math.radians(25.0))  # a table may lean from a known up by a bad calibration's error
+IMAGE_UP = np.array([0.0, -1.0, 0.0])  # camera frame
+
+
+@dataclass(frozen=True)
+class TablePlane:
+    """The table's plane.
+
+    Attributes:
+        level_from_camera: (4, 4) to a frame in the plane below the camera: z up, x where the camera looks.
+        planes: how many planes were seen.
+    """
+
+    level_from_camera: np.ndarray
+    planes: int
+
+    @property
+    def up(self) -> np.ndarray:
+        """The plane's normal (3,), camera frame, toward the camera."""
+        return self.level_from_camera[2, :3]
+
+
+def table_plane(points: np.ndarray, up: np.ndarray | None = None) -> TablePlane:
+    """The plane that most probably is the table's: near, level, large, with things on it.
+
+    Args:
+        points: (P, 3) camera frame, metres, all finite.
+        up: (3,) the world's up in the camera frame where it is known; otherwise the camera is held upright, or looks
+            straight down.
+
+    Raises:
+        BadInput: when no plane can be a table.
+    """
+    near = points[np.linalg.norm(points, axis=1) < FARTHEST]
+    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(near.astype(np.float64)))
+    thin = np.asarray(cloud.voxel_down_sample(_CELL).points)
+    if len(thin) * _CELL**2 < _LEAST_AREA:
+        raise BadInput(
+            f"there is no table to see: {len(near)} of {len(points)} measured points lie within {FARTHEST} m of the "
+            f"camera and cover {len(thin) * _CELL**2 * 1e4:.0f} cm2; a table needs {_LEAST_AREA * 1e4:.0f} cm2"
+        )
+    candidates = _planes(thin)
+    scores = [_score(plane, thin, up) for plane in candidates]
+    if not scores or max(scores) <= 0.0:
+        how = "upright by its known pose" if up is not None else "held upright or looking down"
+        seen = ", ".join(_told(plane, thin, up) for plane in candidates) or "none"
+        raise BadInput(
+            f"there is no table to see: no plane of at least {_LEAST_AREA * 1e4:.0f} cm2 lies level below the camera "
+            f"({how}); planes seen: {seen}"
+        )
+    best = candidates[int(np.argmax(scores))]
+    return TablePlane(_level(_refined(best, near)), len(candidates))
+
+
+def _planes(thin: np.ndarray) -> list[np.ndarray]:
+    """Planes (4,), n . p + d = 0 with n toward the camera, the one with the most points first."""
+    # Open3D has one generator for everybody; from here on the same cloud gives the same planes.
+    open3d.utility.random.seed(0)
+    found, rest = [], thin
+    while len(found) < _MOST_PLANES and len(rest) * _CELL**2 >= _LEAST_AREA:
+        cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(rest))
+        plane, inliers = cloud.segment_plane(_INLIER, 3, _HYPOTHESES)
+        if len(inliers) * _CELL**2 < _LEAST_AREA:
+            break
+        found.append(plane if plane[3] > 0 else -plane)
+        rest = np.delete(rest, inliers, axis=0)
+    return found
+
+
+def _score(plane: np.ndarray, thin: np.ndarray, up: np.ndarray | None) -> float:
+    """How much a plane is like a table; 0 where it cannot be one."""
+    normal, height = plane[:3], plane[3]
+    levelness = float(normal @ (IMAGE_UP if up is None else up))
+    if height < _LOWEST_CAMERA or levelness < (-0.3 if up is None else _UPRIGHT):
+        return 0.0
+    above = thin @ normal + height
+    flat = np.abs(above) < _INLIER
+    # A wall in front of a level camera and a table below one that looks straight down have the same normal in the
+    # picture, at right angles to its up: such a plane counts only where there is no other.
+    upright = float(np.clip((levelness + 0.1) / 0.35, 0.05, 1.0)) if up is None else 1.0
+    # Beyond half a square metre more is no better: the floor is always the largest.
+    area = min(flat.sum() * _CELL**2, 0.5)
+    lies = _level(plane)
+    low, high = np.percentile(transform_points(lies, thin[flat])[:, :2], (2, 98), axis=0)
+    on_it = transform_points(lies, thin[(above > _INLIER) & (above < _TALLEST)])[:, :2]
+    things = int(((on_it > low) & (on_it < high)).all(axis=1).sum())
+    nearness = 1.0 / (1.0 + (np.median(np.linalg.norm(thin[flat], axis=1)) / _NEAR) ** 2)
+    # What lies below a table is hidden by it; what is seen through a plane makes it none.
+    below = transform_points(lies, thin[above < -2 * _INLIER])[:, :2]
+    through = ((below > low) & (below < high)).all(axis=1).sum() / flat.sum()
+    return upright * area * nearness * (0.2 + min(things, 400) / 400) / (1.0 + 3.0 * through)
+
+
+def _told(plane: np.ndarray, thin: np.ndarray, up: np.ndarray | None) -> str:
+    flat = np.abs(thin @ plane[:3] + plane[3]) < _INLIER
+    lean = math.degrees(math.acos(float(np.clip(plane[:3] @ (IMAGE_UP if up is None else up), -1.0, 1.0))))
+    which = "the picture's up" if up is None else "up"
+    return (
+        f"one of {flat.sum() * _CELL**2 * 1e4:.0f} cm2, {plane[3]:.2f} m from the camera, its normal {lean:.0f} "
+        f"degrees from {which}"
+    )
+
+
+def _refined(plane: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """The least-squares plane of the points near it, found anew with fewer and fewer outliers."""
+    for reach in (2 * _INLIER, 1.5 * _INLIER, _INLIER):
+        heights = points @ plane[:3] + plane[3]
+        flat = points[np.abs(heights) < reach]
+        spread = 1.48 * float(np.median(np.abs(flat @ plane[:3] + plane[3])))
+        flat = points[np.abs(heights) < min(reach, max(3 * spread, 0.003))].astype(np.float64)
+        center = flat.mean(axis=0)
+        normal = np.linalg.eigh((flat - center).T @ (flat - center))[1][:, 0]
+        plane = np.append(normal, -normal @ center)
+        plane = plane if plane[3] > 0 else -plane
+    return plane
+
+
+def _level(plane: np.ndarray) -> np.ndarray:
+    """(4, 4) level_from_camera of a plane (4,)."""
+    up, height = plane[:3], plane[3]
+    forward = np.array([0.0, 0.0, 1.0])
+    # Looking straight down, forward is what is up in the picture.
+    ahead = forward - (forward @ up) * up
+    if np.linalg.norm(ahead) < 0.2:
+        ahead = IMAGE_UP - (IMAGE_UP @ up) * up
+    ahead /= np.linalg.norm(ahead)
+    pose = np.eye(4)
+    pose[:3, :3] = np.stack((ahead, np.cross(up, ahead), up))
+    pose[2, 3] = height
+    return pose

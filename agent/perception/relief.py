@@ -1,0 +1,136 @@
+"""How high every point lies above the table, how sure that is, and how far the table reaches.
+
+No depth camera sees a plane as a plane: the depth of a RealSense waves by millimetres over decimetres, that of a Kinect
+comes in steps. So the table is a smooth surface near its plane, and the noise is measured on the table itself, as it is
+left after averaging over neighbours: cutlery is lost in a single pixel's noise, but not in the mean of twenty.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy import ndimage
+from scipy.spatial import cKDTree
+
+_BAND = 0.025  # m about the plane: the table's points, and those that may be flat things on it
+_CELL = 0.02  # m, of the grid in which the table's surface is told
+_DEGREE = 3  # of that surface: waves of decimetres, and nothing as small as a plate
+_ROUNDS = 5
+_WINDOW = 5  # pixels across the neighbourhood of an organised cloud
+_NEIGHBOURS = 20  # of an unorganised one
+_BINS = 8  # of distance, in which the noise is measured
+_LEAST_SIGMA = 0.0004  # m; no depth camera is better
+_BRIDGED = 3  # cells between parts of one table: what a thing hides
+_ALONGSIDE = 0.1  # m about the largest part of the table, within which the other parts lie
+
+
+@dataclass(frozen=True)
+class Relief:
+    """Heights above the table of P points.
+
+    Attributes:
+        heights: (P,) metres, each by itself.
+        smooth: (P,) metres, the mean over the neighbours that are about as high.
+        sigma: (P,) the standard deviation of `smooth` where there is nothing but table.
+        outline: the table as far as it was seen, level frame; convex.
+    """
+
+    heights: np.ndarray
+    smooth: np.ndarray
+    sigma: np.ndarray
+    outline: shapely.Polygon
+
+
+def table_relief(level: np.ndarray, distances: np.ndarray, pixels: np.ndarray, shape: tuple[int, int]) -> Relief:
+    """The heights of points above the table.
+
+    Args:
+        level: (P, 3) in the frame of the table's plane, metres.
+        distances: (P,) from the camera, metres.
+        pixels: (P,) where each lies in the flattened picture.
+        shape: of the picture; an unorganised cloud has one row.
+    """
+    outline = _outline(level)
+    surface = _surface(level, outline)
+    heights = level[:, 2] - surface
+    smooth = heights.copy()
+    near = np.abs(heights) < _BAND
+    if shape[0] > 1:
+        smooth[near] = _mean_in_picture(heights[near], pixels[near], shape)
+    else:
+        _, neighbours = cKDTree(level[near]).query(level[near], k=min(_NEIGHBOURS, int(near.sum())))
+        smooth[near] = heights[near][neighbours].mean(axis=1)
+    on_table = near & shapely.contains_xy(outline, level[:, 0], level[:, 1])
+    sigma = _sigma(smooth[on_table], distances[on_table], distances)
+    return Relief(heights, smooth, sigma, outline)
+
+
+def _outline(level: np.ndarray) -> shapely.Polygon:
+    """The convex outline of the parts of the table that were seen."""
+    flat = level[np.abs(level[:, 2]) < _BAND, :2]
+    low = flat.min(axis=0)
+    cells = np.zeros(np.ceil((flat.max(axis=0) - low) / _CELL).astype(int) + 1 + 2 * _BRIDGED, dtype=bool)
+    place = ((flat - low) / _CELL).astype(int) + _BRIDGED
+    cells[place[:, 0], place[:, 1]] = True
+    # A cell without neighbours is noise.
+    cells &= ndimage.uniform_filter(cells.astype(np.float32), 3) > 3.5 / 9
+    parts, _ = ndimage.label(ndimage.binary_dilation(cells, iterations=_BRIDGED), np.ones((3, 3)))
+    part = np.where(cells, parts, 0)[place[:, 0], place[:, 1]]
+    # Things that hide the table cut it into parts. What is about as high but stands apart, a chair's seat, is none.
+    chosen = part == np.bincount(part[part > 0]).argmax()
+    reach = _hull(flat[chosen]).buffer(_ALONGSIDE)
+    inside = np.bincount(part, shapely.contains_xy(reach, flat[:, 0], flat[:, 1])) / np.maximum(np.bincount(part), 1)
+    return _hull(flat[(part > 0) & (inside[part] > 0.8)])
+
+
+def _hull(points: np.ndarray) -> shapely.Polygon:
+    return shapely.MultiPoint(points[:: max(1, len(points) // 20000)]).convex_hull
+
+
+def _surface(level: np.ndarray, outline: shapely.Polygon) -> np.ndarray:
+    """z (P,) of the table at each point: a polynomial in x and y through the cells' means, without what is on them."""
+    x_low, y_low, x_high, y_high = outline.bounds
+    near = (np.abs(level[:, 2]) < _BAND) & shapely.contains_xy(outline, level[:, 0], level[:, 1])
+    columns = int((y_high - y_low) / _CELL) + 1
+    cell = ((level[near, 0] - x_low) / _CELL).astype(int) * columns + ((level[near, 1] - y_low) / _CELL).astype(int)
+    _, inverse, count = np.unique(cell, return_inverse=True, return_counts=True)
+    means = np.stack([np.bincount(inverse, level[near, k]) / count for k in range(3)], axis=1)[count >= 3]
+    middle, half = np.array([x_low + x_high, y_low + y_high]) / 2, np.array([x_high - x_low, y_high - y_low]) / 2
+
+    def terms(points: np.ndarray) -> np.ndarray:
+        # Beyond the table a polynomial runs away; there it stays what it is at the edge.
+        x, y = np.clip((points[:, :2] - middle) / half, -1.0, 1.0).T
+        return np.stack([x**i * y**j for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - i)], axis=1)
+
+    basis, kept = terms(means), np.ones(len(means), dtype=bool)
+    left = means[:, 2] - np.median(means[:, 2])
+    for _ in range(_ROUNDS):
+        spread = 1.48 * float(np.median(np.abs(left[kept])))
+        # Things stand on a table, nothing hangs into it: what lies above is doubted sooner.
+        kept = (left < max(2.0 * spread, 0.001)) & (left > -max(3.0 * spread, 0.001))
+        if kept.sum() < 3 * basis.shape[1]:
+            return np.zeros(len(level))
+        left = means[:, 2] - basis @ np.linalg.lstsq(basis[kept], means[kept, 2], rcond=None)[0]
+    return terms(level) @ np.linalg.lstsq(basis[kept], means[kept, 2], rcond=None)[0]
+
+
+def _mean_in_picture(values: np.ndarray, pixels: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """The mean over those of the neighbouring pixels that are given."""
+    picture, there = np.zeros(shape[0] * shape[1], np.float32), np.zeros(shape[0] * shape[1], np.float32)
+    picture[pixels], there[pixels] = values, 1.0
+    total = ndimage.uniform_filter(picture.reshape(shape), _WINDOW, mode="constant").ravel()[pixels]
+    return total / ndimage.uniform_filter(there.reshape(shape), _WINDOW, mode="constant").ravel()[pixels]
+
+
+def _sigma(smooth: np.ndarray, distances: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """The standard deviation of the table's smoothed heights at distances `at` (P,): what lies below it tells."""
+    below = smooth < 0
+    edges = np.quantile(distances[below], np.linspace(0, 1, _BINS + 1))
+    middles, spreads = [], []
+    for low, high in zip(edges[:-1], edges[1:], strict=True):
+        chosen = below & (distances >= low) & (distances <= high)
+        middles.append((low + high) / 2)
+        spreads.append(1.48 * float(np.median(-smooth[chosen])))
+    return np.maximum(np.interp(at, middles, spreads), _LEAST_SIGMA)
