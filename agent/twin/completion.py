@@ -5,8 +5,8 @@
 | "hull" | the convex hull of what was seen, and of its lowest points set down on the support |
 | "extrude" | what was seen, continued straight down to the support, as one convex hull |
 | "columns" | the same, in as many convex parts as its outline and its steps need |
-| "mirror" | the far side by the likeliest mirror plane or half turn, where the object itself hides it; then as "extrude" |
-| "symmetry" | round things turned about their axis, and hollow where the camera saw into them; others mirrored, then "columns" |
+| "mirror" | the far side by the likeliest mirror plane or half turn, where the object itself hides it; then "extrude" |
+| "symmetry" | round things turned about their axis, hollow where the camera saw into them; others mirrored, "columns" |
 """
 
 from __future__ import annotations
@@ -15,18 +15,19 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from agent.twin.columns import column_parts, solid
 from agent.twin.roundness import turned_body
-from agent.twin.seeing import View, without_strays
+from agent.twin.seeing import View, level_top, levelled, without_strays
 from structdiffusion.objects.solids import sample_surface
 from structdiffusion.observation import ObjectCloud
 
 METHODS = ("hull", "extrude", "columns", "mirror", "symmetry")
-BEST = "columns"
+BEST = "symmetry"
 
 _FLAT = 0.015  # m: what is lower shows its whole outline to a camera above
+_TOP, _BROAD = 0.008, 0.85  # m below the top that belong to it; of the outline's area
 _FEWEST = 12  # points that tell a symmetry
 _MOST = 1500  # points that are looked at
 _LOW = 0.15  # of the height: what belongs to the lowest points
@@ -77,6 +78,7 @@ def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: s
         view = View(points, world_from_camera[:3, 3])
         points = view.points
         points[:, 2] = np.maximum(points[:, 2], cloud.bottom)
+    points = levelled(points)
     if method == "hull":
         return CompletedShape((_lowered_hull(points, cloud.bottom),), points)
     if method == "extrude" or (view is None and method == "mirror"):
@@ -111,7 +113,7 @@ def mirrored(view: View, support: float) -> tuple[np.ndarray, str]:
     """
     points = view.points
     none = np.empty((0, 3)), ""
-    if np.ptp(points[:, 2]) < _FLAT or points[:, 2].max() - support < _FLAT:
+    if np.ptp(points[:, 2]) < _FLAT or points[:, 2].max() - support < _FLAT or _shows_outline(points):
         return none
     few = points[:: math.ceil(len(points) / _TRIED)]
     away = points[:, :2].mean(axis=0) - view.eye[:2]
@@ -134,8 +136,17 @@ def mirrored(view: View, support: float) -> tuple[np.ndarray, str]:
     return far[view.hidden(far)], "half turn" if kind is None else "mirror"
 
 
+def _shows_outline(points: np.ndarray) -> bool:
+    """Whether the top of what was seen (P, 3) is level and as broad as the whole: then nothing sticks out behind it."""
+    top = points[points[:, 2] > level_top(points[:, 2]) - _TOP]
+    try:
+        return ConvexHull(top[:, :2]).volume > _BROAD * ConvexHull(points[:, :2]).volume  # in 2-d, volume is area
+    except (QhullError, ValueError):
+        return False
+
+
 def _reflected(points: np.ndarray, middle: np.ndarray, heading: float | None) -> np.ndarray:
-    """Points (P, 3) after half a turn about the upright axis at `middle` (2,), or mirrored in the plane facing `heading`."""
+    """Points (P, 3) after half a turn about the axis at `middle` (2,), or mirrored in the plane facing `heading`."""
     offset = points[:, :2] - middle
     if heading is None:
         return np.column_stack((middle - offset, points[:, 2]))

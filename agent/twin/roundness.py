@@ -8,18 +8,24 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.spatial import ConvexHull, QhullError, cKDTree
+from scipy.spatial import ConvexHull, cKDTree
 
 from agent.twin.seeing import View, level_top
-from structdiffusion.objects.solids import frustum, shell
+from structdiffusion.objects.solids import frustum
 
 _FITTED = 300  # points that the axis is fitted to
 _OPPOSITE = math.radians(40.0)  # seen from the axis, points so far apart tell whether the outline turns
 _FAR = 0.008  # m: what deviates more is a handle, and counts no further
-_ROUND = 0.0017  # m of mean deviation up to which a thing of 4 cm radius is round
-_OPEN = 0.35  # of the turned points in the open, or where the camera saw something else: not round
-_HOLLOW = 0.010  # m that the inside lies below the rim
-_WALL = (0.0025, 0.008)  # m, the thinnest and the thickest wall
+_ROUND = 0.0015  # m of mean deviation up to which a thing may be round
+_LOWEST = 0.006  # m: what is flatter need not be turned
+_SECTORS = 24
+_STRAIGHT_AROUND = 0.002  # m that a round outline may deviate, or 5 %
+_ROUND_SHARE = 0.62  # of the outline that has to be round
+_HANDLE = 0.004  # m beyond the outline where handles begin
+_OWN = 0.7  # of the points that have to belong to the round body
+_OPEN = 0.2  # of the turned points in the open: then it is not round
+_TOP = 0.008  # m below the highest points that belong to a rim or a top
+_WALL, _THINNEST_WALL = 0.0035, 0.002  # m, where its thickness cannot be seen, and at least
 _BAND = 0.006  # m of height whose points give one radius
 _STRAIGHT = 0.0015  # m that a profile may deviate from a straight line
 _SIDES = 16
@@ -32,56 +38,66 @@ class Turned:
 
     Attributes:
         middle: (2,) where the axis stands.
-        profile: (K, 2) outer radius and height, from the support up.
-        wall: how thick the wall of a hollow thing is; 0 for a solid one.
-        floor: z of a hollow thing's inside.
-        ball: whether it is a ball: radius and middle's height follow from the profile's extent.
+        outer: (K, 2) radius and height of the outside, from the support up.
+        inner: (L, 2) the same of a hollow thing's inside, from its floor up; empty for a solid one.
+        ball: whether it is a ball that reaches from the lowest to the highest of `outer`.
     """
 
     middle: np.ndarray
-    profile: np.ndarray
-    wall: float = 0.0
-    floor: float = 0.0
+    outer: np.ndarray
+    inner: np.ndarray
     ball: bool = False
 
     @property
     def hollow(self) -> bool:
         """Whether the camera saw into it."""
-        return self.wall > 0
+        return len(self.inner) > 0
 
     def parts(self) -> tuple[np.ndarray, ...]:
         """Convex parts, each (V, 3)."""
         at = np.array([*self.middle, 0.0])
         if self.ball:
-            low, high = self.profile[0, 1], self.profile[-1, 1]
-            radius = (high - low) / 2
-            return (_ball(radius) + at + [0.0, 0.0, low + radius],)
-        if not self.hollow:
-            # A polygon's sides lie within its corners' circle: half of what is lost is added.
-            grown = [(radius * (1 + _lost(24) / 2), z) for radius, z in self.profile]
-            pieces = [frustum(a, b, low, high) for (a, low), (b, high) in itertools.pairwise(grown)]
-            whole = np.concatenate(pieces)
-            hull = ConvexHull(whole)
-            if hull.volume < 1.04 * sum(ConvexHull(piece).volume for piece in pieces):
-                pieces = [whole[hull.vertices]]
-            return tuple(piece + at for piece in pieces)
-        grown = [(radius * (1 + _lost(_SIDES) / 2), z) for radius, z in self.profile]
-        bottom = grown[0][1]
-        above = [(float(np.interp(self.floor, *_columns(grown))), self.floor), *(p for p in grown if p[1] > self.floor + 0.001)]
-        below = [p for p in grown if p[1] < self.floor - 0.001] or [(grown[0][0], bottom)]
-        walls = shell(above, self.wall, _SIDES)
-        base = np.concatenate([frustum(a, b, low, high) for (a, low), (b, high) in itertools.pairwise([*below, above[0]])])
-        return tuple(part + at for part in (base, *walls))
+            low, high = self.outer[0, 1], self.outer[-1, 1]
+            return (_ball((high - low) / 2) + at + [0.0, 0.0, (low + high) / 2],)
+        if self.hollow:
+            floor = self.inner[0, 1]
+            below = self.outer[self.outer[:, 1] < floor - 5e-4]
+            base = np.vstack((below, [np.interp(floor, self.outer[:, 1], self.outer[:, 0]), floor]))
+            return tuple(part + at for part in (np.concatenate(_stack(base)), *self._walls()))
+        pieces = _stack(self.outer)
+        whole = np.concatenate(pieces)
+        hull = ConvexHull(whole)
+        if hull.volume < 1.04 * sum(ConvexHull(piece).volume for piece in pieces):
+            pieces = [whole[hull.vertices]]
+        return tuple(piece + at for piece in pieces)
+
+    def _walls(self) -> list[np.ndarray]:
+        """The wall in pieces (8, 3) that each span a part of the circle and of the height."""
+        angles = np.arange(_SIDES + 1) * 2 * math.pi / _SIDES
+        around = np.stack((np.cos(angles), np.sin(angles)), axis=1)
+        heights = self.inner[:, 1]
+        rings = (self.inner[:, 0], np.interp(heights, self.outer[:, 1], self.outer[:, 0]))
+        rings = [_round_radius(ring, _SIDES) for ring in rings]
+        corners = np.array([
+            [np.column_stack((ring[k] * around, np.full(_SIDES + 1, z))) for ring in rings]
+            for k, z in enumerate(heights)
+        ])  # (L, inner and outer, around, 3)  # fmt: skip
+        return [
+            corners[k : k + 2, :, side : side + 2].reshape(-1, 3)
+            for k in range(len(heights) - 1)
+            for side in range(_SIDES)
+        ]
 
 
-def _columns(profile: list[tuple[float, float]]) -> tuple[list[float], list[float]]:
-    """Heights and radii of a profile, as `np.interp` takes them."""
-    return [z for _, z in profile], [radius for radius, _ in profile]
+def _stack(profile: np.ndarray) -> list[np.ndarray]:
+    """Truncated cones between the radii and heights (K, 2) of a profile."""
+    grown = np.column_stack((_round_radius(profile[:, 0], 24), profile[:, 1])).tolist()
+    return [frustum(a, b, low, high) for (a, low), (b, high) in itertools.pairwise(grown)]
 
 
-def _lost(sides: int) -> float:
-    """What share of the corner radius the middle of a side lies within it."""
-    return 1 - math.cos(math.pi / sides)
+def _round_radius(radius: np.ndarray, sides: int) -> np.ndarray:
+    """The corner radius of a polygon that lies as much outside a circle as inside it."""
+    return radius * (1 + 0.5 * (1 - math.cos(math.pi / sides)))
 
 
 def _ball(radius: float) -> np.ndarray:
@@ -101,19 +117,52 @@ def turned_body(view: View, support: float) -> tuple[Turned, np.ndarray] | None:
         support: z of what it stands on.
     """
     points = view.points
-    if len(points) < 20 or np.ptp(points[:, 2]) < 0.006:
+    if len(points) < 20 or np.ptp(points[:, 2]) < _LOWEST:
         return None
     few = points[:: math.ceil(len(points) / _FITTED)]
-    middle, deviation = _axis(few)
-    radii = np.linalg.norm(points[:, :2] - middle, axis=1)
-    radius = float(np.quantile(radii, 0.95))
-    if not _SIZE[0] < radius < _SIZE[1] or deviation > _ROUND * max(0.6, min(1.5, radius / 0.04)):
+    middle, deviation = _axis(few, view.eye)
+    if deviation > _ROUND:
         return None
+    outline, share = _outline(points, middle, view.eye)
+    if share < _ROUND_SHARE or not _SIZE[0] < np.quantile(outline, 0.9) < _SIZE[1]:
+        return None
+    own = np.linalg.norm(points[:, :2] - middle, axis=1) < outline + _HANDLE
+    if own.mean() < _OWN:
+        return None
+    few = points[own][:: math.ceil(own.sum() / _FITTED)]
     turns = np.array([math.pi, 2 * math.pi / 3, -2 * math.pi / 3, math.pi / 2, -math.pi / 2])
     behind, outside = view.behind(np.concatenate([_turn(few, middle, turn) for turn in turns]))
     if (outside | (behind < -_FAR)).mean() > _OPEN:
         return None
-    return _profile(view, middle, support)
+    body = _profile(points[own], view.eye, middle, support)
+    return None if body is None else (body, own)
+
+
+def _outline(points: np.ndarray, middle: np.ndarray, eye: np.ndarray) -> tuple[np.ndarray, float]:
+    """The radius (P,) of the outline at each point's height and side, and which share of the outline is round.
+
+    The side toward the camera shows the outside, the other one the inside of hollow things: they are told apart. Of
+    each sector around the middle the outermost point counts, so that a handle is one sector of many.
+    """
+    offset = points[:, :2] - middle
+    radii = np.linalg.norm(offset, axis=1)
+    sector = ((np.arctan2(offset[:, 1], offset[:, 0]) / (2 * math.pi) + 0.5) * _SECTORS).astype(int) % _SECTORS
+    band = ((points[:, 2] - points[:, 2].min()) / (1.5 * _BAND)).astype(int)
+    group = 2 * band + (offset @ (eye[:2] - middle) > 0)
+    outermost = np.zeros((group.max() + 1, _SECTORS))
+    np.maximum.at(outermost, (group, sector), radii)
+    count = np.zeros_like(outermost)
+    np.add.at(count, (group, sector), 1)
+    known = np.where(count > 0, outermost, np.nan)
+    few = (count > 0).sum(axis=1) < 3
+    typical = np.full(len(known), np.nan)
+    typical[~few] = np.nanmedian(known[~few], axis=1)
+    round_ = np.abs(known - typical[:, None]) < np.maximum(_STRAIGHT_AROUND, 0.05 * typical)[:, None]
+    counted = ~np.isnan(known) & ~few[:, None]
+    if not counted.any():
+        return radii, 0.0
+    typical[few] = np.nanmax(typical)
+    return typical[group], float(round_[counted].mean())
 
 
 def _turn(points: np.ndarray, middle: np.ndarray, turn: float) -> np.ndarray:
@@ -122,64 +171,78 @@ def _turn(points: np.ndarray, middle: np.ndarray, turn: float) -> np.ndarray:
     return np.column_stack(((points[:, :2] - middle) @ np.array([[c, s], [-s, c]]) + middle, points[:, 2]))
 
 
-def _axis(points: np.ndarray) -> tuple[np.ndarray, float]:
-    """Where the axis (2,) stands about which points (P, 3) turn best, and how far they deviate, metres."""
+def _axis(points: np.ndarray, eye: np.ndarray) -> tuple[np.ndarray, float]:
+    """Where the axis (2,) stands about which points (P, 3) turn best, and how far most of them deviate, metres."""
+    start = _common_middle(points)
+    # Of a wall, the far side shows the inside, the near side the outside.
+    two_sides = float(_opens_above(np.linalg.norm(points[:, :2] - start, axis=1), points[:, 2]))
 
     def deviation(middle: np.ndarray) -> float:
         offset = points[:, :2] - middle
-        curve = np.stack((np.linalg.norm(offset, axis=1), points[:, 2]), axis=1)
+        far = two_sides * (offset @ (eye[:2] - middle) > 0)
+        curve = np.stack((np.linalg.norm(offset, axis=1), points[:, 2], far), axis=1)
         around = np.arctan2(offset[:, 1], offset[:, 0])
         apart, near = cKDTree(curve).query(curve, k=min(12, len(points)))
         turn = np.abs((around[near] - around[:, None] + math.pi) % (2 * math.pi) - math.pi)
         apart[(turn < _OPPOSITE) & (curve[:, :1] > 0.01)] = _FAR
-        return float(np.minimum(apart[:, 1:].min(axis=1), _FAR).mean())
+        nearest = np.sort(np.minimum(apart[:, 1:].min(axis=1), _FAR))
+        return float(nearest[: math.ceil(_OWN * len(nearest))].mean())
 
     low, high = np.quantile(points[:, :2], [0.01, 0.99], axis=0)
-    starts = [0.5 * (low + high), _common_middle(points)]
     top = points[points[:, 2] > level_top(points[:, 2]) - 0.01, :2]
-    starts.append(0.5 * (top.min(axis=0) + top.max(axis=0)))
+    starts = [start, 0.5 * (low + high), 0.5 * (top.min(axis=0) + top.max(axis=0))]
     best = min(starts, key=deviation)
-    found = minimize(
-        deviation, best, method="Nelder-Mead",
-        options={"initial_simplex": best + 0.006 * np.array([[0, 0], [1, 0], [0, 1]]), "maxfev": 60, "xatol": 3e-4, "fatol": 1e-5},
-    )  # fmt: skip
+    simplex = best + 0.006 * np.array([[0, 0], [1, 0], [0, 1]])
+    options = {"initial_simplex": simplex, "maxfev": 60, "xatol": 3e-4, "fatol": 1e-5}
+    found = minimize(deviation, best, method="Nelder-Mead", options=options)
     return found.x, float(found.fun)
 
 
+def _opens_above(radii: np.ndarray, heights: np.ndarray) -> bool:
+    """Whether the highest points form a rim, with nothing but lower ones within, from radii and heights (P,)."""
+    high = heights > np.quantile(heights, 0.985) - _TOP
+    inside = radii < 0.6 * np.quantile(radii[high], 0.9)
+    within = high & inside
+    if within.sum() > 0.1 * high.sum():
+        return False
+    return not inside.any() or bool(heights[high].mean() - np.median(heights[inside]) > _TOP)
+
+
 def _common_middle(points: np.ndarray) -> np.ndarray:
-    """The middle (2,) of circles, one per band of height, fitted to points (P, 3) by least squares."""
-    middle, flat = points[:, :2].mean(axis=0), points[:, :2] - points[:, :2].mean(axis=0)
+    """The middle (2,) of circles, one per band of height, fitted to points (P, 3) without their outliers."""
+    mean = points[:, :2].mean(axis=0)
+    flat = points[:, :2] - mean
     band = ((points[:, 2] - points[:, 2].min()) / 0.012).astype(int)
     terms = np.concatenate((2 * flat, np.eye(band.max() + 1)[band]), axis=1)
-    solution = np.linalg.lstsq(terms, (flat**2).sum(axis=1), rcond=None)[0]
+    squares, weights = (flat**2).sum(axis=1), np.ones(len(flat))
+    for _ in range(6):
+        root = np.sqrt(weights)
+        solution = np.linalg.lstsq(terms * root[:, None], squares * root, rcond=None)[0]
+        error = np.abs(terms @ solution - squares)
+        weights = 1 / (1 + (error / max(1e-9, float(np.median(error)))) ** 2)
     reach = np.ptp(flat, axis=0)
-    return middle + np.clip(solution[:2], -reach, reach)
+    return mean + np.clip(solution[:2], -reach, reach)
 
 
-def _profile(view: View, middle: np.ndarray, support: float) -> tuple[Turned, np.ndarray] | None:
-    """The body turned about `middle`, and which points belong to it."""
-    points = view.points
+def _profile(points: np.ndarray, eye: np.ndarray, middle: np.ndarray, support: float) -> Turned | None:
+    """The body of which points (P, 3) were seen, turned about `middle`."""
     offset = points[:, :2] - middle
     radii, heights = np.linalg.norm(offset, axis=1), points[:, 2] - support
-    toward = view.eye[:2] - middle
+    toward = eye[:2] - middle
     toward = toward / max(1e-9, float(np.linalg.norm(toward)))
     front = offset @ toward > 0.3 * radii
-    top = level_top(heights)
     rim = float(np.quantile(heights, 0.985)) - 0.0015
-    outermost = float(np.quantile(radii[heights > rim - 0.006], 0.9))
-    inside = radii < 0.5 * outermost
-    if inside.sum() >= max(5, 0.01 * len(radii)) and rim - float(np.median(heights[inside])) > _HOLLOW:
+    outermost = float(np.quantile(radii[heights > rim - 0.006], 0.95))
+    if _opens_above(radii, heights):
         return _hollow(middle, radii, heights, front, rim, outermost, support)
+    if (radius := _ball_radius(radii, heights)) is not None:
+        return Turned(middle, np.array([[0.0, support], [0.0, support + 2 * radius]]), np.empty((0, 2)), ball=True)
+    top = level_top(heights)
     curve = _radii_by_height(radii, heights, top)
     if curve is None:
         return None
-    # Only the front shows the sides below the widest place; the top shows all around.
-    body = np.abs(radii - np.interp(heights, curve[:, 1], curve[:, 0])) < _FAR
-    body |= radii < np.interp(heights, curve[:, 1], curve[:, 0])
-    if (radius := _ball_radius(radii, heights)) is not None:
-        return Turned(middle, np.array([[0.0, support], [0.0, support + 2 * radius]]), ball=True), body
     profile = _simplified(np.vstack(([curve[0, 0], 0.0], curve, [curve[-1, 0], top])))
-    return Turned(middle, profile + [0.0, support]), body
+    return Turned(middle, profile + [0.0, support], np.empty((0, 2)))
 
 
 def _radii_by_height(radii: np.ndarray, heights: np.ndarray, top: float) -> np.ndarray | None:
@@ -209,31 +272,55 @@ def _ball_radius(radii: np.ndarray, heights: np.ndarray) -> float | None:
 
 
 def _hollow(
-    middle: np.ndarray, radii: np.ndarray, heights: np.ndarray, front: np.ndarray, rim: float, outermost: float, support: float
-) -> tuple[Turned, np.ndarray]:
-    """A vessel: its wall from the inside that the far side shows, and the outside that the near side shows."""
+    middle: np.ndarray,
+    radii: np.ndarray,
+    heights: np.ndarray,
+    front: np.ndarray,
+    rim: float,
+    outermost: float,
+    support: float,
+) -> Turned:
+    """A vessel: the far side shows the inside of its wall, the near side the outside.
+
+    Args:
+        radii, heights: (P,) of the points, above the support.
+        front: (P,) which of them are on the near side.
+        rim: its height. outermost: its radius.
+    """
     lowest = radii < 0.35 * outermost
-    floor = float(np.median(heights[lowest])) if lowest.sum() >= 4 else float(np.quantile(heights[~front], 0.05))
+    floor = float(np.median(heights[lowest])) if lowest.sum() >= 4 else float(np.quantile(heights[~front], 0.02))
     floor = float(np.clip(floor, 0.002, rim - 0.004))
-    edges = np.linspace(floor, rim, max(2, min(12, round((rim - floor) / _BAND))) + 1)
-    inner, outer = [], []
-    for low, high in itertools.pairwise(edges):
-        band = (heights >= low - 0.001) & (heights < high + 0.001)
-        z = 0.5 * (low + high)
-        for points, curve in ((band & ~front, inner), (band & front, outer)):
-            if points.sum() >= 3:
-                curve.append((float(np.median(radii[points])), z))
-    thick = [r - np.interp(z, [b for _, b in inner], [a for a, _ in inner]) for r, z in outer] if inner else []
-    wall = float(np.clip(np.median(thick), *_WALL)) if len(thick) else _WALL[0]
-    shown = outer if len(outer) >= len(inner) else [(r + wall, z) for r, z in inner]
-    if not shown:
-        shown = [(outermost, rim)]
-    near = radii[(heights < floor + 0.004) & front & (radii > 0.35 * outermost)]
-    base = float(np.median(near)) if len(near) >= 5 else shown[0][0]
-    curve = np.vstack(([min(base, shown[0][0]), 0.0], shown, [max(outermost, shown[-1][0]), rim]))
-    profile = _simplified(curve)
-    body = radii < np.interp(heights, curve[:, 1], curve[:, 0]) + _FAR
-    return Turned(middle, profile + [0.0, support], wall, floor + support), body
+    wall = heights > floor + min(0.004, 0.3 * (rim - floor))
+    far = wall & ~front & (radii > 0.3 * outermost)
+    inside = _curve(radii[far], heights[far])
+    levels = np.linspace(floor, rim, 5)
+    inner = np.minimum(inside(levels) if inside else outermost - _WALL, outermost - _THINNEST_WALL)
+    inner = np.clip(inner, 0.25 * outermost, None)
+    near = front & (heights > 0.002) & (radii > np.interp(heights, levels, inner)) & (heights < rim)
+    slope = np.gradient(inner, levels)
+    outer = np.minimum(inner + _WALL * np.sqrt(1 + slope**2), inner + 0.3 * outermost)
+    if near.sum() >= 12 and np.ptp(heights[near]) > 0.4 * rim and (outside := _curve(radii[near], heights[near])):
+        levels_seen = np.clip(levels, np.quantile(heights[near], 0.05), rim)
+        outer = np.maximum(outside(levels_seen), inner + _THINNEST_WALL)
+        base = float(outside(np.array([max(0.0, np.quantile(heights[near], 0.02))]))[0])
+    else:
+        base = outer[0] - slope[0] * floor if slope[0] > 0 else outer[0]
+    base = float(np.clip(base, 0.3 * outermost, outer[0]))
+    outside_curve = np.vstack(([base, 0.0], np.column_stack((outer, levels))))
+    inside_curve = _simplified(np.column_stack((inner, levels)))
+    return Turned(middle, outside_curve + [0.0, support], inside_curve + [0.0, support])
+
+
+def _curve(radii: np.ndarray, heights: np.ndarray) -> np.polynomial.Polynomial | None:
+    """The radius as a parabola over the height, by least squares with outliers left out; `None` of too few points."""
+    if len(radii) < 8 or np.ptp(heights) < 0.004:
+        return None
+    keep = np.ones(len(radii), dtype=bool)
+    for _ in range(3):
+        curve = np.polynomial.Polynomial.fit(heights[keep], radii[keep], 2 if np.ptp(heights[keep]) > 0.02 else 1)
+        error = np.abs(curve(heights) - radii)
+        keep = error <= max(0.002, 2.5 * float(np.median(error)))
+    return curve
 
 
 def _simplified(curve: np.ndarray) -> np.ndarray:

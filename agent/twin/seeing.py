@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -12,6 +10,7 @@ _FEWEST = 12  # points from which neighbours tell anything
 _NEIGHBOURS = 10
 _SAME_SURFACE = 0.010  # m between the depths of neighbours in the picture that lie on one surface
 _SILHOUETTE = 2.5  # times the typical distance of neighbours: so near to a seen point belongs to the silhouette
+_LEVEL = 0.003  # m below a level top that belong to it
 _WITHIN = 0.004  # m of depth between points that count as the same
 
 
@@ -94,10 +93,19 @@ def _smoothed(rays: np.ndarray, depths: np.ndarray, near: np.ndarray) -> np.ndar
 
 def level_top(heights: np.ndarray) -> float:
     """The height of a level top, metres, from the heights (P,) of all points: noise lifts the highest above it."""
-    top = float(np.quantile(heights, 0.97)) - 0.006
-    return float(np.median(heights[heights >= top]))
+    near_top = min(2 * _LEVEL, 0.35 * float(np.ptp(heights)))
+    high = heights[heights >= np.quantile(heights, 0.97) - near_top]
+    return max(float(np.median(high)), float(np.quantile(heights, 0.985)) - _LEVEL)
 
 
-def heading(vector: np.ndarray) -> float:
-    """The angle about z, radians, of a vector's (2,) or (3,) level part."""
-    return math.atan2(vector[1], vector[0])
+def levelled(points: np.ndarray) -> np.ndarray:
+    """The points (P, 3), those near the top of a level one lowered or raised to it, so that others can stand there."""
+    top = level_top(points[:, 2])
+    near = points[:, 2] > top - _LEVEL
+    points = points.copy()
+    # What slants or bends has as many points farther below its top as near it.
+    if near.sum() > 0.6 * (points[:, 2] > top - 3 * _LEVEL).sum() and np.ptp(points[:, 2]) > 6 * _LEVEL:
+        points[near, 2] = top
+    else:
+        points[:, 2] = np.minimum(points[:, 2], np.quantile(points[:, 2], 0.99))
+    return points
