@@ -19,6 +19,7 @@ TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 
 _FIELD_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}  # of sensor_msgs/PointField
 _FARTHEST = 100.0  # m; beyond it nothing of a table is measured, and some drivers write 1e10 for "nothing"
+_MOST_PIXELS = 1e5  # of a focal length, and from a picture's corner to its middle
 _CLOCKS_APART = 5e9  # ns; a stamp that is further from the time of recording is of another clock
 
 
@@ -124,7 +125,8 @@ class Lens:
             raise BadInput(
                 f"a CameraInfo for {self.width} x {self.height} pixels does not fit a picture of {width} x {height}"
             )
-        matrix = np.diag((across, down, 1.0)) @ self.matrix
+        half = np.array(((1.0, 0, 0.5), (0, 1, 0.5), (0, 0, 1)))  # a picture begins half a pixel before its first middle
+        matrix = np.linalg.inv(half) @ np.diag((across, down, 1.0)) @ half @ self.matrix
         return Lens(matrix, self.distortion, width, height, self.frame, self.note)
 
     def rays(self, width: int, height: int) -> np.ndarray:
@@ -134,17 +136,18 @@ class Lens:
         if not self.distortion.any():
             return seen.astype(np.float32)
         rays = seen.copy()
-        for _ in range(10):  # the inverse has no closed form; this halves the error of any usual lens each time
-            factor, shift = self._bent(rays)
-            rays = (seen - shift) / factor
-        return rays.astype(np.float32)
+        with np.errstate(all="ignore"):  # what no lens can show becomes infinite
+            for _ in range(10):  # the inverse has no closed form; this halves the error of any usual lens each time
+                factor, shift = self._bent(rays)
+                rays = (seen - shift) / factor
+            return rays.astype(np.float32)
 
     def pixels(self, points: np.ndarray) -> np.ndarray:
         """(..., 2): the column and row at which points (..., 3) of the optical frame appear; NaN behind the camera."""
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(all="ignore"):
             rays = np.where(points[..., 2:] > 0, points[..., :2] / points[..., 2:], np.nan)
-        factor, shift = self._bent(rays)
-        return (rays * factor + shift) * self.matrix[(0, 1), (0, 1)] + self.matrix[:2, 2]
+            factor, shift = self._bent(rays)
+            return (rays * factor + shift) * self.matrix[(0, 1), (0, 1)] + self.matrix[:2, 2]
 
     def _bent(self, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What the lens multiplies and adds to rays (..., 2): ROS's "plumb_bob" and "rational_polynomial"."""
@@ -188,4 +191,5 @@ def lens_of(message: Any, rectified: bool) -> Lens:
 
 def _is_lens(matrix: np.ndarray) -> bool:
     """Whether (3, 3) has two focal lengths that can be."""
-    return bool(np.isfinite(matrix).all() and matrix[0, 0] > 1 and matrix[1, 1] > 1)
+    focal, middle = matrix[(0, 1), (0, 1)], matrix[:2, 2]
+    return bool(((focal > 1) & (focal < _MOST_PIXELS) & (np.abs(middle) < _MOST_PIXELS)).all())

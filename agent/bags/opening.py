@@ -25,6 +25,11 @@ from agent.errors import AgentError, BadInput, one_sentence
 STORAGES = (".db3", ".mcap")  # of ROS 2
 SUFFIXES = (".bag", *STORAGES)
 METADATA = "metadata.yaml"
+_BEGINNINGS = {
+    ".bag": ("ROS 1 bag", b"#ROSBAG V2.0\n"),
+    ".db3": ("ROS 2 database", b"SQLite format 3\0"),
+    ".mcap": ("ROS 2 MCAP file", b"\x89MCAP0\r\n"),
+}
 
 # Published with packages that are not in the library's collections.
 _MORE_TYPES = {
@@ -90,7 +95,8 @@ class Bag:
         )
         if not any(stream.count for stream in self.streams):
             raise BadInput(f"{str(path)!r} holds no messages")
-        self.start, self.end = reader.start_time, reader.end_time - 1
+        with _told(f"cannot tell when {str(path)!r} was recorded"):
+            self.start, self.end = int(reader.start_time), int(reader.end_time) - 1
         self._types = _known_types(ros1=isinstance(reader, Reader1))
 
     @property
@@ -112,12 +118,12 @@ class Bag:
         connections = [connection for stream in streams for connection in stream.connections]
         found = self._reader.messages(connections, start, stop)
         while True:
-            with _told(f"{str(self.path)!r} is damaged or cut short"):
+            with _told(f"cannot read on in {str(self.path)!r}"):
                 item = next(found, None)
                 if item is None:
                     return
                 connection, recorded, raw = item
-                message = Message(stream_of[connection[:3]], recorded, raw)
+                message = Message(stream_of[connection[:3]], int(recorded), bytes(raw))
             yield message
 
     def decoded(self, message: Message) -> Any:
@@ -127,7 +133,7 @@ class Bag:
             BadInput: where its bytes are not of that type.
         """
         kind = _SAME_AS.get(message.stream.type, message.stream.type)
-        with _told(f"a message on {message.stream.topic} of {str(self.path)!r} is no {message.stream.type}"):
+        with _told(f"cannot decode a message on {message.stream.topic} as {message.stream.type}"):
             if isinstance(self._reader, Reader1):
                 return self._types.deserialize_ros1(message.raw, kind)
             return self._types.deserialize_cdr(message.raw, kind)
@@ -157,8 +163,12 @@ def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
         raise BadInput(f"{str(path)!r} is no bag: legal are {', '.join(SUFFIXES)}, and the folder of a ROS 2 bag")
     if path.stat().st_size == 0:
         raise BadInput(f"{str(path)!r} is empty")
-    kind = {".bag": "ROS 1 bag", ".db3": "ROS 2 database", ".mcap": "ROS 2 MCAP file"}[path.suffix]
+    kind, beginning = _BEGINNINGS[path.suffix]
     with _told(f"cannot read {str(path)!r} as a {kind}"):
+        with path.open("rb") as file:
+            begins = file.read(len(beginning))
+        if begins != beginning:
+            raise BadInput(f"{str(path)!r} is no {kind}: it begins with {begins!r}, and one begins with {beginning!r}")
         reader = Reader1(path) if path.suffix == ".bag" else Reader2(path)
         reader.open()
     return reader, []
@@ -205,5 +215,8 @@ def _told(what: str) -> Iterator[None]:
     except OSError as error:
         raise BadInput(f"{what}: {error.strerror or one_sentence(error)}") from error
     except Exception as error:
-        reason = shorten(one_sentence(error), 160, placeholder=" ...").rstrip(".")
-        raise BadInput(f"{what}: {reason}") from error
+        said = one_sentence(error)
+        if not type(error).__module__.startswith("rosbags"):
+            said = f"{type(error).__name__}: {said}"
+        reason = shorten(said, 160, placeholder=" ...").rstrip(".")
+        raise BadInput(f"{what}: it is damaged or cut short ({reason})") from error
