@@ -16,6 +16,7 @@ from typing import Annotated
 import typer
 
 from agent import __version__
+from agent.cli_bag import bag_app
 from agent.cli_batch import batch
 from agent.cli_chat import chat
 from agent.cli_completion import completion
@@ -68,6 +69,7 @@ app = typer.Typer(
 app.add_typer(evaluate_app, name="evaluate")
 app.add_typer(scene_app, name="scene")
 app.add_typer(config_app, name="config")
+app.add_typer(bag_app, name="bag")
 app.command("chat")(chat)
 
 

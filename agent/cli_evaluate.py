@@ -91,6 +91,35 @@ def evaluate_arm(
         _tell(report, json_output, tell_arm, results)
 
 
+@evaluate_app.command("recordings")
+def evaluate_recordings(
+    objects: ObjectsOption = "ycb",
+    model: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "diffusion",
+    weights: WeightsOption = None,
+    scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 8,
+    seed: SeedOption = 0,
+    execute: Annotated[
+        bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only try each goal without it.")
+    ] = True,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    json_output: JsonOption = False,
+) -> None:
+    """What is found in bags of simulated scenes, and whether runs over them end as in simulation.
+
+    Example: structagent evaluate recordings --objects ycb --scenes 8
+    """
+    import_pybullet_silently()
+    from agent.evaluating import write_report
+    from agent.evaluating_recordings import measure_recordings, tell_recordings
+
+    with results_stream() as results:
+        report = measure_recordings(objects, model, weights, scenes, seed, execute, workers)
+        if out is not None:
+            write_report(report, out)
+        _tell(report, json_output, tell_recordings, results)
+
+
 @evaluate_app.command("parse")
 def evaluate_parse(
     parser: Annotated[

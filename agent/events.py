@@ -155,6 +155,7 @@ class SeenObject:
         points: how many points the cloud has.
         outline: the corners (x, y) of the cloud seen from above, world frame; empty where it spans no area.
         color: its mean colour (RGB, 0 to 255), or `None`.
+        called: what an instruction can call it, such as "object 3, red, tall".
     """
 
     name: str
@@ -164,6 +165,7 @@ class SeenObject:
     points: int
     outline: tuple[tuple[float, float], ...] = ()
     color: tuple[int, int, int] | None = None
+    called: str = ""
 
 
 @dataclass(frozen=True)

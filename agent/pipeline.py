@@ -92,7 +92,7 @@ class _Run:
         import torch
 
         from agent.planning import worthwhile
-        from grounding.selection import SelectionError, select_objects
+        from grounding.selection import SelectionError, mentioned, select_objects
 
         options, loaded = self.options, self.loaded
         torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
@@ -110,14 +110,15 @@ class _Run:
             selection = select_objects(self.text, source.called, encoder)
         except SelectionError as error:
             raise NotBuildable("; ".join(filter(None, (str(error), source.hint)))) from error
-        yield steps.parsed(reading, selection.named, seconds)
+        some = len(selection.indices) < len(source.called)
+        yield steps.parsed(reading, selection.named or (mentioned(self.text) if some else ()), seconds)
 
         def meant(nouns: Sequence[str]) -> Sequence[int]:
             return select_objects(self.text, nouns, encoder).indices
 
         with source.open(reading.spec, meant, options.seed) as table:
             scene = table.look()
-            yield steps.perceived(scene, time.perf_counter() - began, table.notes, table.labelled)
+            yield steps.perceived(scene, time.perf_counter() - began, table)
             self.step = "imagination"
             goal = wished(reading.spec, self.text if reading.spec == reading.parse.spec else None, encoder)
             imagined = steps.imagine(planner, options.model, scene, goal, options.seed)

@@ -17,6 +17,7 @@ from agent.telling import (
     parse_notes,
     place,
     remark_sentence,
+    seen_row,
     slot_label,
 )
 
@@ -93,9 +94,7 @@ class TerminalReport:
         self._names = [one["name"] for one in seen]
         self._step("Looked at the table", told["seconds"])
         self._line(f"{len(seen)} objects, {sum(one['takes_part'] for one in seen)} take part")
-        self._columns(
-            [(one["name"], place(one["position"]), "" if one["takes_part"] else "stays where it is") for one in seen]
-        )
+        self._columns([seen_row(one) for one in seen])
         for note in told.get("notes", ()):
             self._line(note)
 

@@ -48,10 +48,9 @@ def parsed(reading: Reading, named: Sequence[str], seconds: float) -> events.Par
     )
 
 
-def perceived(
-    scene: Scene, seconds: float, notes: Sequence[str] = (), labelled: np.ndarray | None = None
-) -> events.Perceived:
-    """What the camera saw, what had to be assumed, and a picture (H, W, 3) uint8 with the objects marked, if any."""
+def perceived(scene: Scene, seconds: float, table: TableScene | None = None) -> events.Perceived:
+    """What the camera saw, and what the table that it looked at has to say of that."""
+    called = {} if table is None else dict(zip(table.names, table.called, strict=True))
     seen = [
         events.SeenObject(
             cloud.name,
@@ -61,12 +60,14 @@ def perceived(
             len(cloud.points),
             _outline(cloud),
             None if cloud.colors is None else tuple(cloud.colors.mean(axis=0).round().astype(int).tolist()),
+            called.get(cloud.name, cloud.name),
         )
         for number, cloud in enumerate((*scene.objects, *scene.distractors))
     ]
-    table = scene.table
-    rectangle = (table.x_min, table.x_max, table.y_min, table.y_max)
-    return events.Perceived(tuple(seen), rectangle, seconds, tuple(notes), scene=scene, labelled=labelled)
+    top = scene.table
+    rectangle = (top.x_min, top.x_max, top.y_min, top.y_max)
+    notes, labelled = ((), None) if table is None else (table.notes, table.labelled)
+    return events.Perceived(tuple(seen), rectangle, seconds, notes, scene=scene, labelled=labelled)
 
 
 def _outline(cloud: ObjectCloud) -> tuple[tuple[float, float], ...]:

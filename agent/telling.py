@@ -44,6 +44,21 @@ def place(position: Any) -> str:
     return f"{x} cm ahead, {side}" if y else f"{x} cm {side}"
 
 
+def seen_row(one: Mapping[str, Any]) -> tuple[str, str, str]:
+    """What is said of an object that was seen: what it is called, where it is, and whether it stays there.
+
+    Args:
+        one: a `SeenObject` in its JSON form.
+    """
+    return described(one), place(one["position"]), "" if one["takes_part"] else "stays where it is"
+
+
+def described(one: Mapping[str, Any]) -> str:
+    """The name of an object that was seen, with its description where it has one: "object 3, red, tall"."""
+    called = one.get("called") or ""
+    return called if called.startswith(f"{one['name']},") else one["name"]
+
+
 def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:
     """One sentence for an event of the arm.
 

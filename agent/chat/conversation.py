@@ -167,8 +167,7 @@ class Conversation:
             situation = replace(situation, poses=self.table.poses())
         self.table.involve(situation.objects)
         scene = self.table.look()
-        seconds = time.perf_counter() - began
-        self._tell(steps.perceived(scene, seconds, self.table.notes, self.table.labelled))
+        self._tell(steps.perceived(scene, time.perf_counter() - began, self.table))
         self._step = "imagination"
         options, loaded = self.options, self._loaded
         planner = loaded.planner(options.model, options.weights)
@@ -309,7 +308,7 @@ class Conversation:
         """The table as it is now; told to nobody."""
         began = time.perf_counter()
         scene = self.table.look()
-        return steps.perceived(scene, time.perf_counter() - began, self.table.notes, self.table.labelled)
+        return steps.perceived(scene, time.perf_counter() - began, self.table)
 
     def another_table(self, scene: str, seed: int) -> None:
         """Clears the table and sets another one, "simulated" or of a scene file; the talk about the old one ends.

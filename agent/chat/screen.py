@@ -15,7 +15,7 @@ from rich.text import Text
 
 from agent import blocks, events
 from agent.markers import Marker, markers_of_candidate, markers_of_scene
-from agent.telling import aligned, arm_sentence, duration, number, parse_notes, place, shortcoming, slot_label
+from agent.telling import aligned, arm_sentence, duration, number, parse_notes, seen_row, shortcoming, slot_label
 
 SHOWN = 3  # candidates side by side
 _SCENE_COLUMNS, _CANDIDATE_COLUMNS, _PREVIEW_COLUMNS = 56, 38, 24
@@ -167,11 +167,7 @@ class ChatScreen:
         """What stands where, in words; takes an event `Perceived` in its JSON form."""
         self.idle()
         self._scene = told
-        rows = [
-            (one["name"], place(one["position"]), "" if one["takes_part"] else "stays where it is")
-            for one in told["objects"]
-        ]
-        self._block(aligned(rows))
+        self._block(aligned([seen_row(one) for one in told["objects"]]))
 
     def candidates(self, count: int) -> None:
         """The best candidates side by side, with their scores and what the lower ones lack."""

@@ -12,7 +12,7 @@ from agent.markers import markers_of_scene
 from agent.page.drawings import candidates, legend, swatch
 from agent.page.markup import album, bar, figure, paragraph, section, table
 from agent.page.measures import gauge, timing
-from agent.telling import arm_sentence, number, parse_notes, remark_sentence, slot_label
+from agent.telling import arm_sentence, described, number, parse_notes, remark_sentence, slot_label
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Turn:
         marker_of = {marker.label: marker for marker in markers_of_scene(scene)}
         rows = [
             (
-                f"{swatch(marker_of[seen['name']])}{escape(seen['name'])}",
+                f"{swatch(marker_of[seen['name']])}{escape(described(seen))}",
                 escape(seen["category"]),
                 "takes part" if seen["takes_part"] else '<span class="soft">stays where it is</span>',
                 ", ".join(number(100 * value) for value in seen["position"]),

@@ -170,7 +170,7 @@ class RecordedScene(TableScene):
         self._picture = frame.color if frame.organised else None
         self._intrinsics = frame.intrinsics
         self._world_from_camera = segments.world_from_camera
-        self.notes = (*source.recording.notes, *segments.notes, *self._come_to_rest())
+        self.notes = (*source.recording.notes, *segments.notes, *self.notes, *self._come_to_rest())
         self.remember({each.name: _thinned(each.cloud, thinning) for each in ordered})
 
     def _come_to_rest(self) -> list[str]:
