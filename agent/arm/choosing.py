@@ -8,6 +8,7 @@ from collections.abc import Generator, Iterator, Sequence
 import numpy as np
 
 from agent.arm.events import ArmEvent, Planned, PlanFailed
+from agent.arm.kinematics import Kinematics
 from agent.arm.motion import PlanningScene
 from agent.arm.search import ObjectPlan, Search
 from structdiffusion.observation import Arrangement, Scene
@@ -23,6 +24,7 @@ def plan_structure(
     *,
     rng: np.random.Generator,
     planning_checks: int = PLANNING_CHECKS,
+    kinematics: Kinematics = Kinematics(),
 ) -> Iterator[ArmEvent]:
     """Finds the first arrangement with a plan for every object, and moves nothing.
 
@@ -31,8 +33,8 @@ def plan_structure(
     Yields:
         `PlanFailed` for every arrangement without a plan, and `Planned` for the first that has one.
     """
-    with PlanningScene(rng.spawn(1)[0]) as planning:
-        yield from find_plan(Search(planning, rng), scene, arrangements, planning_checks)
+    with PlanningScene(rng.spawn(1)[0], kinematics) as planning:
+        yield from find_plan(Search(planning, rng, scene.table), scene, arrangements, planning_checks)
 
 
 def find_plan(

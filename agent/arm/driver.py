@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 import pybullet
 
 from agent.arm.hand import ANGLES
-from agent.arm.kinematics import CONTINUOUS, FINGER_SPEED, JacoArm
-from agent.arm.motion import trajectory
+from agent.arm.kinematics import JacoArm
+from agent.arm.models import FINGER_SPEED
+from agent.arm.paths import trajectory
 from structdiffusion.tabletop import TIME_STEP, TabletopWorld
 
 CARTESIAN_SPEED = 0.5  # of the joints' limits, near objects
@@ -17,6 +19,16 @@ WELD_FORCE = 200.0  # N, as strong as a rigid attachment needs to be
 HALTING_SECONDS = 0.2
 LETTING_GO_SECONDS = 0.5  # within which the fingers must be clear of the object
 SQUEEZE = 0.15  # rad beyond contact that the finger motors aim for in a grasp held by friction
+
+
+class MotionListener(Protocol):
+    """Whoever wants to know what the arm is told to do."""
+
+    def begin(self, doing: str, arm: JacoArm) -> None:
+        """A motion begins; `doing` says what for."""
+
+    def step(self, arm: JacoArm) -> None:
+        """A step of physics is done."""
 
 
 class ArmDriver:
@@ -27,12 +39,18 @@ class ArmDriver:
         arm: the arm, in `world.client`.
         weld: whether a grasp is held by a fixed constraint, or by the fingers' friction alone.
         on_step: called after every physics step, or `None`.
+        log: told of every motion, or `None`.
     """
 
     def __init__(
-        self, world: TabletopWorld, arm: JacoArm, weld: bool, on_step: Callable[[], None] | None = None
+        self,
+        world: TabletopWorld,
+        arm: JacoArm,
+        weld: bool,
+        on_step: Callable[[], None] | None = None,
+        log: MotionListener | None = None,
     ) -> None:
-        self.world, self.arm, self.welds, self.on_step = world, arm, weld, on_step
+        self.world, self.arm, self.welds, self.on_step, self.log = world, arm, weld, on_step, log
 
     @property
     def holds(self) -> int | None:
@@ -41,6 +59,7 @@ class ArmDriver:
 
     def halt(self) -> None:
         """Stops the joints where they are."""
+        self._begin("stop")
         self.arm.command(self.arm.configuration())
         self.wait(HALTING_SECONDS)
 
@@ -60,26 +79,40 @@ class ArmDriver:
     def step(self) -> None:
         """One step of physics."""
         self.world.step(TIME_STEP)
+        if self.log is not None:
+            self.log.step(self.arm)
         if self.on_step is not None:
             self.on_step()
+
+    def _begin(self, doing: str) -> None:
+        if self.log is not None:
+            self.log.begin(doing, self.arm)
 
     def wait(self, seconds: float) -> None:
         """Lets physics run while the arm holds still."""
         for _ in range(round(seconds / TIME_STEP)):
             self.step()
 
-    def follow(self, path: np.ndarray, speed: float = 0.9) -> None:
-        """Drives the joints along a path (T, 7), from wherever its continuous joints have wound to."""
-        now = self.arm.configuration()
+    def follow(self, path: np.ndarray, doing: str, speed: float = 0.9) -> None:
+        """Drives the joints along a path (T, n), from wherever its continuous joints have wound to.
+
+        Args:
+            path: joint angles.
+            doing: what for, as a listener is told.
+            speed: of the joints' limits.
+        """
+        self._begin(doing)
+        now, model = self.arm.configuration(), self.arm.kinematics.model
         turns = 2 * np.pi * np.round((now - path[0]) / (2 * np.pi))
-        path = path + np.where(CONTINUOUS, turns, 0.0)
-        for q in trajectory(np.concatenate((now[None], path)), TIME_STEP, speed):
+        path = path + np.where(model.continuous, turns, 0.0)
+        for q in trajectory(np.concatenate((now[None], path)), TIME_STEP, model.velocity * speed):
             self.arm.command(q)
             self.step()
         self.wait(0.08)
 
     def close(self, body: int) -> set[int]:
         """Closes each finger until it touches `body`; which fingers touch."""
+        self._begin("close hand")
         arm = self.arm
         targets = arm.finger_angles()
         touched: set[int] = set()
@@ -117,9 +150,14 @@ class ArmDriver:
         arm.weld = (constraint, body)
         arm.command_fingers(list(arm.finger_angles()))
 
+    def open(self, opening: float) -> None:
+        """Tells the fingers to go to the angle `opening`, and does not wait for them."""
+        self._begin("open hand")
+        self.arm.command_fingers([opening] * 3)
+
     def let_go(self, opening: float) -> None:
         """Opens the fingers to the angle `opening`; a weld ends when none of them touches the object any more."""
-        self.arm.command_fingers([opening] * 3)
+        self.open(opening)
         if self.arm.weld is not None:
             for _ in range(round(LETTING_GO_SECONDS / TIME_STEP)):
                 self.step()

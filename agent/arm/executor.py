@@ -19,14 +19,17 @@ from dataclasses import replace
 import numpy as np
 
 from agent.arm.choosing import PLANNING_CHECKS, find_plan
-from agent.arm.driver import CARTESIAN_SPEED, ArmDriver
+from agent.arm.driver import CARTESIAN_SPEED, ArmDriver, MotionListener
 from agent.arm.events import ArmEvent, PickFailed, Picked, Placed, PlaceFailed, Stopped
 from agent.arm.grasps import Grasp
-from agent.arm.kinematics import FINGER_OPEN, FOLDED, JacoArm, forward_kinematics, inverse_kinematics, unwind
-from agent.arm.motion import PlanningScene, straight_line
+from agent.arm.kinematics import JacoArm
+from agent.arm.models import FINGER_OPEN
+from agent.arm.motion import PlanningScene
 from agent.arm.order import bottom_at, precedence
-from agent.arm.search import RELEASE_HEIGHT, SHORT_APPROACH, ObjectPlan, Search, raised
-from agent.arm.stopping import SETTLE_SECONDS, fold, is_folded, set_down_below, withdraw
+from agent.arm.paths import straight_line
+from agent.arm.poses import raised, turn_of
+from agent.arm.search import RELEASE_HEIGHT, SHORT_APPROACH, ObjectPlan, Search
+from agent.arm.stopping import SETTLE_SECONDS, fold, is_folded, leave_start, set_down_below, withdraw
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.tabletop import FALLEN, TabletopWorld
@@ -51,6 +54,7 @@ def build_structure(
     planning_checks: int = PLANNING_CHECKS,
     hold: str = "weld",
     on_step: Callable[[], None] | None = None,
+    log: MotionListener | None = None,
 ) -> Generator[ArmEvent, None, None]:
     """Finds the first arrangement with a plan for every object, builds it, and tells each step.
 
@@ -62,6 +66,7 @@ def build_structure(
         planning_checks: limit for the search over all arrangements, in configurations that are checked.
         hold: "weld" (see the module's text) or "friction".
         on_step: called after every physics step.
+        log: told of every motion of the arm.
 
     Yields:
         `PlanFailed` for every arrangement without a plan, `Planned` for the one that is built, then per
@@ -74,13 +79,14 @@ def build_structure(
     """
     if hold not in HOLDS:
         raise ValueError(f"hold cannot be {hold!r}; legal values: {', '.join(HOLDS)}")
-    with PlanningScene(rng.spawn(1)[0]) as planning:
-        search = Search(planning, rng)
+    with PlanningScene(rng.spawn(1)[0], arm.kinematics) as planning:
+        search = Search(planning, rng, scene.table)
         plans = yield from find_plan(search, scene, arrangements, planning_checks)
         if plans is None:
             return
         rank, steps = plans
-        builder = _Builder(world, arm, scene, arrangements[rank], search, hold, on_step)
+        driver = ArmDriver(world, arm, hold == "weld", on_step, log)
+        builder = _Builder(driver, scene, arrangements[rank], search)
         try:
             builder.begin()
             for step in steps:
@@ -94,33 +100,18 @@ def build_structure(
             builder.driver.let_sleep(False)
 
 
-def _angle(rotation: np.ndarray) -> float:
-    """How far a rotation matrix (3, 3) turns, radians."""
-    return float(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1, 1)))
-
-
 class _Builder:
     """Executes the plans of one arrangement, and plans anew where the world has changed."""
 
-    def __init__(
-        self,
-        world: TabletopWorld,
-        arm: JacoArm,
-        scene: Scene,
-        arrangement: Arrangement,
-        search: Search,
-        hold: str,
-        on_step: Callable[[], None] | None,
-    ) -> None:
-        self.world, self.arm, self.scene, self.search = world, arm, scene, search
+    def __init__(self, driver: ArmDriver, scene: Scene, arrangement: Arrangement, search: Search) -> None:
+        self.driver, self.scene, self.search = driver, scene, search
+        self.world, self.arm = driver.world, driver.arm
         self.distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
-        self.hold = hold
-        self.driver = ArmDriver(world, arm, hold == "weld", on_step)
         self.goal_from_initial = arrangement.goal_from_initial
         self.count = len(scene.objects)
         self.start_clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
         self.start_bottoms = [cloud.bottom for cloud in scene.objects]
-        self.start_poses = world.poses()[: self.count]
+        self.start_poses = self.world.poses()[: self.count]
         *_, self.stands_on = precedence(self.start_clouds, list(self.goal_from_initial), self.start_bottoms)
         self.expected = [np.eye(4)] * self.count  # now_from_initial as planned so far
         self.driver.let_sleep(True)
@@ -130,9 +121,7 @@ class _Builder:
 
     def _motions_so_far(self) -> list[np.ndarray]:
         """now_from_initial (4, 4) of every object, by a look."""
-        return [
-            self.world.pose(i) @ np.linalg.inv(self.start_poses[i]) for i in range(self.count)
-        ]
+        return [self.world.pose(i) @ np.linalg.inv(self.start_poses[i]) for i in range(self.count)]
 
     def _goal(self, index: int) -> np.ndarray:
         """goal_from_initial (4, 4), moved along with what the object will stand on, by 2 cm at most."""
@@ -151,9 +140,10 @@ class _Builder:
     # --- beginning and being stopped ---------------------------------------------------------
 
     def begin(self) -> None:
-        """Folds the arm where an earlier build was cut short."""
+        """Folds the arm where it stands elsewhere: an earlier build was cut short, or it was recorded so."""
         if not is_folded(self.arm):
-            fold(self.driver, self.search.scene)
+            self.search.set_out(self.start_clouds, self.distractors, self.start_bottoms)
+            leave_start(self.driver, self.search.scene)
 
     def stop(self) -> Stopped:
         """Stops the arm, sets down what is in the hand, and folds; stopped once more, it stays where it is."""
@@ -206,7 +196,7 @@ class _Builder:
             reason, picked = self._pick(current, name, attempt)
             if picked is not None:
                 yield picked
-                self._place(current)
+                self._place(current, name)
                 self.expected[index] = self.goal_from_initial[index] if target is None else target
                 yield self._look(index, name, current, time.monotonic() - began)
                 return
@@ -232,7 +222,8 @@ class _Builder:
         clouds = [transform_points(motion, cloud) for motion, cloud in zip(motions, self.start_clouds)]
         bottoms = [max(0.0, bottom_at(*each)) for each in zip(motions, self.start_clouds, self.start_bottoms)]
         goal_from_now = (self._goal(index) if target is None else target) @ np.linalg.inv(motions[index])
-        start = unwind(self.arm.configuration(), FOLDED)
+        kinematics = self.search.kinematics
+        start = kinematics.unwind(self.arm.configuration(), kinematics.folded)
         limit = self.search.scene.checks + REPLANNING_CHECKS
         for _ in range(REPLANNING_ATTEMPTS):  # each draws other restarts
             plan, reason = self.search.object(
@@ -243,43 +234,43 @@ class _Builder:
         return plan, reason
 
     def _pick(self, plan: ObjectPlan, name: str, attempt: int) -> tuple[str, Picked | None]:
-        arm, body = self.arm, self.world.bodies[plan.object]
+        body = self.world.bodies[plan.object]
         self._pose_before = self.world.pose(plan.object)
-        arm.command_fingers([plan.grasp.opening] * 3)
-        self.driver.follow(plan.reach)
-        self.driver.follow(plan.approach, CARTESIAN_SPEED)
+        self.driver.open(plan.grasp.opening)
+        self.driver.follow(plan.reach, f"reach {name}")
+        self.driver.follow(plan.approach, f"approach {name}", CARTESIAN_SPEED)
         before = self._pose_before
         touching = self.driver.close(body)
         after = self.world.pose(plan.object)
         slip = float(np.linalg.norm(after[:3, 3] - before[:3, 3]))
-        slip_angle = _angle(before[:3, :3].T @ after[:3, :3])
+        slip_angle = turn_of(before[:3, :3].T @ after[:3, :3])
         reason = "the fingers met no contact on both sides"
         if 0 in touching and len(touching) >= 2:
             reason = "it turned or slid while the fingers closed"
             if slip < LARGEST_SLIP and slip_angle < LARGEST_SLIP_ANGLE:
-                if self.hold == "weld":
+                if self.driver.welds:
                     self.driver.weld(body)
-                self.driver.follow(plan.lift, CARTESIAN_SPEED)
+                self.driver.follow(plan.lift, f"lift {name}", CARTESIAN_SPEED)
                 if self.world.pose(plan.object)[2, 3] - after[2, 3] > 0.5 * SHORT_APPROACH:
-                    hold = "weld after contact on both sides" if self.hold == "weld" else "friction"
+                    hold = "weld after contact on both sides" if self.driver.welds else "friction"
                     return "", Picked(
                         plan.object, name, plan.grasp.kind, attempt, len(touching), hold, slip, slip_angle
                     )
                 reason = "it slipped out of the fingers"
         self.driver.let_go(plan.grasp.opening)
-        self.driver.follow(plan.approach[::-1], CARTESIAN_SPEED)
+        self.driver.follow(plan.approach[::-1], "retreat", CARTESIAN_SPEED)
         fold(self.driver, self.search.scene)
         return reason, None
 
-    def _place(self, plan: ObjectPlan) -> None:
-        self.driver.follow(plan.transfer)
-        self.driver.follow(self._corrected(plan), CARTESIAN_SPEED)
+    def _place(self, plan: ObjectPlan, name: str) -> None:
+        self.driver.follow(plan.transfer, f"transfer {name}")
+        self.driver.follow(self._corrected(plan), f"lower {name}", CARTESIAN_SPEED)
         self.driver.wait(0.15)
         self.driver.let_go(plan.grasp.opening)
         self.driver.wait(0.25)
-        self.driver.follow(plan.retreat, CARTESIAN_SPEED)
-        self.driver.follow(plan.fold)
-        self.arm.command_fingers([FINGER_OPEN] * 3)
+        self.driver.follow(plan.retreat, "retreat", CARTESIAN_SPEED)
+        self.driver.follow(plan.fold, "fold")
+        self.driver.open(FINGER_OPEN)
         self.driver.wait(SETTLE_SECONDS)
 
     def _corrected(self, plan: ObjectPlan) -> np.ndarray:
@@ -290,22 +281,19 @@ class _Builder:
         release = goal @ np.linalg.inv(hand_from_object)
         planned = raised(plan.goal_from_now @ planned_pick, RELEASE_HEIGHT)
         offset = release @ np.linalg.inv(planned)
-        angle = _angle(offset[:3, :3])
+        angle = turn_of(offset)
         if np.linalg.norm(release[:3, 3] - planned[:3, 3]) > 0.03 or angle > 0.25:
             return plan.lower
-        above = raised(release, float(forward_kinematics(plan.lower[0])[2, 3] - planned[2, 3]))
-        q, solved = inverse_kinematics(above[None], plan.lower[:1])
+        above = raised(release, float(self.search.kinematics.forward(plan.lower[0])[2, 3] - planned[2, 3]))
+        q, solved = self.search.kinematics.inverse(above[None], plan.lower[:1])
         if not solved[0] or np.abs(q[0] - plan.lower[0]).max() > 0.6:
             return plan.lower
-        down = straight_line(q[0], (above, release))
+        down = straight_line(self.search.kinematics, q[0], (above, release))
         return plan.lower if down is None else np.concatenate((plan.lower[:1], down))
 
     def _look(self, index: int, name: str, plan: ObjectPlan, seconds: float) -> Placed:
         pose = self.world.pose(index)
         goal = self.expected[index] @ self.start_poses[index]
         error = float(np.linalg.norm(pose[:2, 3] - goal[:2, 3]))
-        if plan.spun:
-            angle = tilt_between(pose, goal)
-        else:
-            angle = _angle(goal[:3, :3].T @ pose[:3, :3])
+        angle = tilt_between(pose, goal) if plan.spun else turn_of(goal[:3, :3].T @ pose[:3, :3])
         return Placed(index, name, plan.aside, error, angle, pose, seconds)

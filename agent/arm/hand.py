@@ -12,7 +12,7 @@ from functools import cache
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from agent.arm.kinematics import joint_origins
+from agent.arm.models import DEFAULT_MODEL, END_EFFECTOR, FINGER_TIPS, FINGERS, arm_model
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 
 PALM_LEVEL = -0.049  # m, the palm's surface
@@ -37,16 +37,16 @@ def _surface(box: tuple[float, ...]) -> np.ndarray:
 @cache
 def _profile() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Thumb's inner x (A, L), the fingers' inner x (A, L), and the farthest level any of them reaches (A,)."""
-    origins = joint_origins()
-    ee_from_last = np.linalg.inv(origins["joint_end_effector"])
+    origins = arm_model(DEFAULT_MODEL).origins  # all models carry the same hand
+    ee_from_last = np.linalg.inv(origins[END_EFFECTOR])
     thumb = np.full((len(ANGLES), len(LEVELS)), np.inf)
     others = np.full((len(ANGLES), len(LEVELS)), -np.inf)
     lowest = np.empty(len(ANGLES))
     for a, angle in enumerate(ANGLES):
         reach = []
-        for k in (1, 2, 3):
-            proximal = ee_from_last @ origins[f"joint_finger_{k}"] @ pose_from_xyz_yaw(0, 0, 0, angle)
-            distal = proximal @ origins[f"joint_finger_tip_{k}"]
+        for finger, tip in zip(FINGERS, FINGER_TIPS, strict=True):
+            proximal = ee_from_last @ origins[finger] @ pose_from_xyz_yaw(0, 0, 0, angle)
+            distal = proximal @ origins[tip]
             points = np.concatenate(
                 (
                     transform_points(proximal, _surface(_PROXIMAL)),
@@ -57,7 +57,7 @@ def _profile() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             reach.append(points[:, 2].max())
             for level, height in enumerate(LEVELS):
                 near = points[np.abs(points[:, 2] - height) < 0.003, 0]
-                if len(near) and k == 1:
+                if len(near) and finger == FINGERS[0]:
                     thumb[a, level] = near.min()
                 elif len(near):
                     others[a, level] = max(others[a, level], near.max())

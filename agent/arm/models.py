@@ -9,7 +9,7 @@ import math
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from importlib import resources
 from importlib.resources.abc import Traversable
 
@@ -22,7 +22,7 @@ from structdiffusion.geometry import pose_from_position_quaternion
 # Waiting poses: the upper arm leans back and the forearm is folded down behind it, so that the table stays in view.
 _FOLDED = {
     "j2s7s300": (1.571, 3.93, 0.0, 5.04, 3.142, 5.06, 1.571),
-    "j2n6s300": (1.571, 3.93, 5.04, 3.142, 1.571, 1.571),
+    "j2n6s300": (1.29, 4.098, 5.118, 1.576, 3.011, 4.498),
     "j2s6s300": (1.571, 3.93, 5.04, 3.142, 5.06, 1.571),
 }
 ARM_MODELS = tuple(_FOLDED)
@@ -97,9 +97,10 @@ class ArmModel:
     solids: tuple[Solid, ...]
     urdf: Traversable
 
-    def origin(self, joint: str) -> np.ndarray:
-        """parent_from_joint (4, 4) of the joint of that name."""
-        return next(each.parent_from_joint for each in self.chain if each.name == joint)
+    @cached_property
+    def origins(self) -> dict[str, np.ndarray]:
+        """parent_from_joint (4, 4) of every joint by name."""
+        return {joint.name: joint.parent_from_joint for joint in self.chain}
 
     def link_poses(self, angles: Mapping[str, float]) -> dict[str, np.ndarray]:
         """base_from_link (4, 4) of every link by name; a joint that `angles` leaves out is at 0."""

@@ -1,4 +1,4 @@
-"""Motion planning among what was perceived: RRT-Connect over the arm's seven joints.
+"""Motion planning among what was perceived: RRT-Connect over the arm's joints.
 
 The planning scene lives in a physics client of its own, with a copy of the arm, the floor, and a
 convex hull per perceived object; it never sees a true model. Times in seconds, angles in radians.
@@ -16,21 +16,16 @@ from ompl import base, geometric
 from ompl import util as ompl_util
 from scipy.spatial import ConvexHull, QhullError
 
-from agent.arm.kinematics import (
-    CONTINUOUS,
-    JOINTS,
-    LOWER,
-    UPPER,
-    VELOCITY,
-    JacoArm,
-    inverse_kinematics,
-)
-from structdiffusion.geometry import quaternion_from_matrix, transform_points
+from agent.arm.kinematics import JacoArm, Kinematics
+from agent.arm.paths import interpolate
+from structdiffusion.geometry import quaternion_from_matrix
 
 CLEARANCE = 0.004  # m kept between the arm and everything else
 CHECK_STEP = 0.04  # rad between the states of a motion that are checked
 FINE_STEP = 0.015  # rad, the same for a path that is found
-CARTESIAN_STEP = 0.01  # m between the states of a straight line
+FLOOR = 1.5  # m that the floor reaches to every side
+LOWERED, LEDGE = 0.01, 0.1  # m: a base that is lower by more stands beside the table, whose edge is this far ahead
+LEAVING = 0.35  # rad from a start within which the arm may be as near to things as it was there
 EDGE_LOSS = 0.002  # m that the camera loses all around an object, at its depth edges
 SIMPLIFYING_CHECKS = 6_000  # collision checks spent on making a found path shorter
 HELD_OVERLAP = 0.008  # m that the hull of a held object may overlap others: hulls are rough and fill hollows
@@ -72,23 +67,28 @@ class PlanningScene:
 
     Args:
         rng: the searches draw from it.
+        kinematics: which arm it is, and where it stands.
 
     Attributes:
+        kinematics: as given.
         checks: how many configurations were checked so far, which is what planning costs on any machine.
     """
 
-    def __init__(self, rng: np.random.Generator) -> None:
+    def __init__(self, rng: np.random.Generator, kinematics: Kinematics = Kinematics()) -> None:
         self._rng = rng
+        self.kinematics = kinematics
         self.checks = 0
         self.client = pybullet.connect(pybullet.DIRECT)
-        self.arm = JacoArm(self.client)
+        self.arm = JacoArm(self.client, kinematics)
         self._obstacles: dict[object, int] = {}
         self._held: int | None = None
+        # Beside an arm that stands lower there is no floor at the table's height: it begins at the table's edge.
+        near = LEDGE if kinematics.world_from_base[2, 3] < -LOWERED else -FLOOR
         floor = pybullet.createCollisionShape(
-            pybullet.GEOM_BOX, halfExtents=[1.5, 1.5, 0.05], physicsClientId=self.client
+            pybullet.GEOM_BOX, halfExtents=[(FLOOR - near) / 2, FLOOR, 0.05], physicsClientId=self.client
         )
         self.floor = pybullet.createMultiBody(
-            0, floor, basePosition=[0, 0, -0.05], physicsClientId=self.client
+            0, floor, basePosition=[(FLOOR + near) / 2, 0, -0.05], physicsClientId=self.client
         )
         for link in (-1, 0):  # the base stands on the floor
             pybullet.setCollisionFilterPair(self.floor, self.arm.body, -1, link, 0, physicsClientId=self.client)
@@ -120,11 +120,11 @@ class PlanningScene:
         if body is not None:
             pybullet.removeBody(body, physicsClientId=self.client)
 
-    def set_fingers(self, angle: float) -> None:
-        """Check motions with all fingers at `angle`."""
+    def set_fingers(self, angles: Sequence[float]) -> None:
+        """Check motions with the fingers at `angles` (3,)."""
         arm = self.arm
         pybullet.resetJointStatesMultiDof(
-            arm.body, arm.fingers, [[angle]] * 3, [[0.0]] * 3, physicsClientId=self.client
+            arm.body, arm.fingers, [[angle] for angle in angles], [[0.0]] * 3, physicsClientId=self.client
         )
 
     def hold(self, vertices_in_ee: np.ndarray) -> None:
@@ -143,9 +143,10 @@ class PlanningScene:
     def collides(
         self, q: np.ndarray, clearance: float = CLEARANCE, floor: float | None = None, only_floor: bool = False
     ) -> bool:
-        """Whether the arm at q (7,) comes nearer than `clearance` to anything, or what it holds hits something.
+        """Whether the arm at q (n,) comes nearer than `clearance` to anything, or what it holds hits something.
 
         Args:
+            clearance: m; below zero it is the overlap that is allowed, with the arm's own links too.
             floor: the clearance to the floor, where it is another; fingers nearly touch it in a grasp.
             only_floor: objects in the way do not count.
         """
@@ -153,7 +154,7 @@ class PlanningScene:
         floor = clearance if floor is None else floor
         arm = self.arm
         pybullet.resetJointStatesMultiDof(
-            arm.body, arm.joints, [[v] for v in q], [[0.0]] * JOINTS, physicsClientId=self.client
+            arm.body, arm.joints, [[v] for v in q], [[0.0]] * len(arm.joints), physicsClientId=self.client
         )
         if self._held is not None:
             pose = arm.world_from_ee()
@@ -164,7 +165,7 @@ class PlanningScene:
         for contact in pybullet.getContactPoints(arm.body, physicsClientId=self.client):
             # Neighbouring shapes of the arm touch by design; only overlap of its own links counts.
             if contact[1] == contact[2]:
-                limit = 0.0
+                limit = min(clearance, 0.0)
             elif self.floor in (contact[1], contact[2]):
                 limit = floor
             elif only_floor:
@@ -181,42 +182,62 @@ class PlanningScene:
         )
 
     def path_collides(self, path: np.ndarray, clearance: float = CLEARANCE, floor: float | None = None) -> bool:
-        """Whether any state of the path (T, 7), interpolated to `CHECK_STEP`, collides."""
+        """Whether any state of the path (T, n), interpolated to `CHECK_STEP`, collides."""
         return any(self.collides(q, clearance, floor) for q in interpolate(path, CHECK_STEP))
 
-    def plan(self, start: np.ndarray, goal: np.ndarray, checks: int = 20_000) -> np.ndarray | None:
-        """A collision-free path (T, 7) by RRT-Connect, shortened; `None` where none was found.
+    def overlap(self, q: np.ndarray) -> float:
+        """How deep, in metres, the arm at q (n,) reaches into anything, its own links too; 0 where it is free."""
+        if not self.collides(q, 0.0):
+            return 0.0
+        return -min(contact[8] for contact in pybullet.getContactPoints(self.arm.body, physicsClientId=self.client))
+
+    def plan(
+        self, start: np.ndarray, goal: np.ndarray, checks: int = 20_000, overlap: float = 0.0
+    ) -> np.ndarray | None:
+        """A collision-free path (T, n) by RRT-Connect, shortened; `None` where none was found.
 
         The straight line in joint space is tried first: it often is free, and it is the shortest.
         The search ends after `checks` collision checks (about a second for 20,000), and not by the
         clock, so that a busy machine finds what an idle one finds.
+
+        Args:
+            start, goal: (n,).
+            checks: the limit of the search.
+            overlap: m by which the arm may reach into things near its start, as when it was put there by others.
         """
         # A looser clearance lets the arm leave a start where it is close to what it has just released.
-        if self.collides(start, 0.0) or self.collides(goal, 0.0):
+        if self.collides(start, -overlap) or self.collides(goal, 0.0):
             return None
         straight = np.stack((start, goal))
-        if not self.path_collides(straight) and self._holds_finely(straight):
+        if not self.path_collides(straight) and self._holds_finely(straight, overlap):
             return straight
         # Coarse checks are quick and mostly enough; a path that cuts a corner between them is searched anew.
         for step in (CHECK_STEP, FINE_STEP):
-            path = self._search(start, goal, step, checks)
-            if path is not None and self._holds_finely(path):
+            path = self._search(start, goal, step, checks, overlap)
+            if path is not None and self._holds_finely(path, overlap):
                 return path
         return None
 
-    def _holds_finely(self, path: np.ndarray) -> bool:
-        return not any(self.collides(q, 0.0) for q in interpolate(path, FINE_STEP))
+    def _holds_finely(self, path: np.ndarray, overlap: float) -> bool:
+        def allowed(q: np.ndarray) -> float:
+            return -overlap if overlap and np.abs(q - path[0]).max() < LEAVING else 0.0
 
-    def _search(self, start: np.ndarray, goal: np.ndarray, step: float, checks: int) -> np.ndarray | None:
+        return not any(self.collides(q, allowed(q)) for q in interpolate(path, FINE_STEP))
+
+    def _search(
+        self, start: np.ndarray, goal: np.ndarray, step: float, checks: int, overlap: float
+    ) -> np.ndarray | None:
         """One run of RRT-Connect whose motions are checked every `step` radians; a shortened path or `None`."""
         # OMPL seeds by the clock, and takes a seed for its whole process alone; what a search draws with is made below,
         # from this one. OMPL complains when it is seeded again, to nobody.
         ompl_util.RNG.setSeed(int(self._rng.integers(1, 2**31)))
-        lower = np.where(CONTINUOUS, np.minimum(start, goal) - math.pi, LOWER)
-        upper = np.where(CONTINUOUS, np.maximum(start, goal) + math.pi, UPPER)
-        space = base.RealVectorStateSpace(JOINTS)
-        bounds = base.RealVectorBounds(JOINTS)
-        for k in range(JOINTS):
+        model = self.kinematics.model
+        lower = np.where(model.continuous, np.minimum(start, goal) - math.pi, model.lower)
+        upper = np.where(model.continuous, np.maximum(start, goal) + math.pi, model.upper)
+        joints = len(start)
+        space = base.RealVectorStateSpace(joints)
+        bounds = base.RealVectorBounds(joints)
+        for k in range(joints):
             bounds.setLow(k, float(lower[k]))
             bounds.setHigh(k, float(upper[k]))
         space.setBounds(bounds)
@@ -227,7 +248,9 @@ class PlanningScene:
         def valid(state: base.State) -> bool:
             nonlocal spent
             spent += 1
-            q = np.array([state[k] for k in range(JOINTS)])
+            q = np.array([state[k] for k in range(joints)])
+            if overlap and np.abs(q - start).max() < LEAVING:
+                return not self.collides(q, -overlap)
             at_end = min(np.abs(q - end).max() for end in near_ends) < 0.05
             return not self.collides(q, 0.0 if at_end else CLEARANCE)
 
@@ -240,7 +263,7 @@ class PlanningScene:
         states = []
         for q in near_ends:
             state = space.allocState()
-            for k in range(JOINTS):
+            for k in range(joints):
                 state[k] = float(q[k])
             states.append(state)
         setup.setStartAndGoalStates(*states)
@@ -250,57 +273,4 @@ class PlanningScene:
         spent = 0
         setup.simplifySolution(base.PlannerTerminationCondition(lambda: spent > SIMPLIFYING_CHECKS))
         found = setup.getSolutionPath().getStates()
-        return np.array([[state[k] for k in range(JOINTS)] for state in found])
-
-
-def straight_line(start: np.ndarray, poses: Sequence[np.ndarray], step: float = CARTESIAN_STEP) -> np.ndarray | None:
-    """Joint path (T, 7) that leads the hand from configuration `start` (7,) straight through the hand poses.
-
-    Args:
-        poses: the pose (4, 4) at `start`, then those to reach; only the position moves between two
-            poses of equal rotation.
-
-    Returns:
-        The path from `start` on, or `None` where a joint limit or a jump of more than 0.35 rad comes
-        between.
-    """
-    path = [np.asarray(start, dtype=np.float64)]
-    for before, after in zip(poses, poses[1:]):
-        count = max(1, math.ceil(float(np.linalg.norm(after[:3, 3] - before[:3, 3])) / step))
-        for k in range(1, count + 1):
-            pose = after.copy()
-            pose[:3, 3] = before[:3, 3] + (after[:3, 3] - before[:3, 3]) * k / count
-            q, solved = inverse_kinematics(pose[None], path[-1][None], iterations=25)
-            if not solved[0] or np.abs(q[0] - path[-1]).max() > 0.35:
-                return None
-            path.append(q[0])
-    return np.array(path)
-
-
-def interpolate(path: np.ndarray, step: float) -> np.ndarray:
-    """The path (T, 7) with states added so that no joint moves more than `step` between two."""
-    pieces = [path[:1]]
-    for a, b in zip(path, path[1:]):
-        count = max(1, math.ceil(float(np.abs(b - a).max()) / step))
-        pieces.append(a + (b - a) * (np.arange(1, count + 1)[:, None] / count))
-    return np.concatenate(pieces)
-
-
-def trajectory(path: np.ndarray, period: float, speed: float = 1.0, smoothing: float = 0.2) -> np.ndarray:
-    """Set points (T, 7), one per `period` seconds: the path at `speed` times the joints' velocity limits.
-
-    A moving average over `smoothing` seconds rounds the corners and eases in and out.
-    """
-    durations = (np.abs(np.diff(path, axis=0)) / (VELOCITY * speed)).max(axis=1)
-    times = np.concatenate(([0.0], np.cumsum(durations)))
-    samples = np.arange(0.0, times[-1] + period, period)
-    points = np.stack([np.interp(samples, times, path[:, k]) for k in range(path.shape[1])], axis=1)
-    width = max(1, round(smoothing / period))
-    padded = np.concatenate((np.repeat(path[:1], width, axis=0), points, np.repeat(path[-1:], width, axis=0)))
-    sums = np.cumsum(np.concatenate((np.zeros((1, path.shape[1])), padded)), axis=0)
-    return np.concatenate(((sums[width:] - sums[:-width]) / width, path[-1:]))
-
-
-def seen_from(frame_pose: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """World points (P, 3) in the frame whose pose in the world is `frame_pose` (4, 4)."""
-    return transform_points(np.linalg.inv(frame_pose), points)
+        return np.array([[state[k] for k in range(joints)] for state in found])

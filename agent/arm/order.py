@@ -10,9 +10,12 @@ from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
+from structdiffusion.observation import Table
 
 # m around an object that is moved out of the way, for the fingers: comfortable, and just enough.
 ASIDE_CLEARANCES = (0.07, 0.035, 0.02)
+INSET = (0.08, 0.05)  # m between the table's edges and the middle of what was moved out of the way
+PLACES_TRIED = 300
 GOAL_CLEARANCE = 0.015  # m between a goal's footprint and what still stands there
 # m, m^2: what stands higher by less, or overlaps less, stands beside the other one.
 LEAST_STEP, LEAST_OVERLAP = 0.003, 1e-4
@@ -78,6 +81,7 @@ def asides(
     distractors: Sequence[np.ndarray],
     motions: Sequence[np.ndarray],
     bottoms: Sequence[float],
+    table: Table,
     rng: np.random.Generator,
 ) -> list[tuple[int, np.ndarray, bool]]:
     """Steps that would each move one blocking object to a free place on the table.
@@ -87,6 +91,8 @@ def asides(
         under, in_the_way: of every object, from `precedence`. done: the placed ones.
         clouds, distractors: (P, 3) each, now. motions: goal_from_now (4, 4) of every object.
         bottoms: z of what each object stands on now.
+        table: the table top.
+        rng: draws the places that are tried.
 
     Returns:
         (object, goal_from_now (4, 4), True) per blocking object, to the nearest free place found.
@@ -102,7 +108,11 @@ def asides(
     steps = []
     for j in sorted(free, key=lambda j: taken[j].area):
         center = clouds[j][:, :2].mean(axis=0)
-        places = np.stack((rng.uniform(0.26, 0.64, 300), rng.uniform(-0.40, 0.40, 300)), axis=1)
+        x_inset = min(INSET[0], (table.x_max - table.x_min) / 2)
+        y_inset = min(INSET[1], (table.y_max - table.y_min) / 2)
+        x = rng.uniform(table.x_min + x_inset, table.x_max - x_inset, PLACES_TRIED)
+        y = rng.uniform(table.y_min + y_inset, table.y_max - y_inset, PLACES_TRIED)
+        places = np.stack((x, y), axis=1)
         moves = places[np.argsort(np.linalg.norm(places - center, axis=1))] - center
         others = [shape for k, shape in enumerate(taken) if k != j] + goals
         room = np.array([min(translate(taken[j], x, y).distance(other) for other in others) for x, y in moves])

@@ -13,10 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.arm.grasps import Grasp, grasps_of, is_round
-from agent.arm.kinematics import FOLDED, inverse_kinematics, random_configurations, unwind
-from agent.arm.motion import PlanningScene, interpolate, seen_from, solid_hull, straight_line
+from agent.arm.motion import PlanningScene, solid_hull
 from agent.arm.order import asides, bottom_at, precedence
+from agent.arm.paths import interpolate, straight_line
+from agent.arm.poses import raised
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
+from structdiffusion.observation import Table
 
 RELEASE_HEIGHT = 0.03  # m above the goal, the contract's
 APPROACH = 0.10  # m of straight line before a grasp, after it, and before and after a release
@@ -30,7 +32,7 @@ SPINS = 8  # turns about the upright axis that are tried at the goal of a round 
 
 @dataclass(frozen=True)
 class ObjectPlan:
-    """Everything needed to move one object. Paths are joint angles (T, 7); poses are world frames.
+    """Everything needed to move one object. Paths are joint angles (T, n); poses are world frames.
 
     Attributes:
         object: index in `Scene.objects`.
@@ -57,13 +59,6 @@ class ObjectPlan:
     aside: bool = False
 
 
-def raised(pose: np.ndarray, height: float) -> np.ndarray:
-    """The pose (4, 4) moved up by `height` metres."""
-    moved = pose.copy()
-    moved[2, 3] += height
-    return moved
-
-
 def _alike(a: Grasp, b: Grasp) -> bool:
     """Whether two grasps differ by less than 1 cm and 15 degrees, and so fail together."""
     near = np.linalg.norm(a.world_from_ee[:3, 3] - b.world_from_ee[:3, 3]) < 0.01
@@ -77,11 +72,13 @@ class Search:
     Args:
         scene: where to plan.
         rng: draws restarts of the inverse kinematics.
+        table: where things can be moved out of the way.
     """
 
-    def __init__(self, scene: PlanningScene, rng: np.random.Generator) -> None:
+    def __init__(self, scene: PlanningScene, rng: np.random.Generator, table: Table = Table()) -> None:
         self.scene = scene
-        self.rng = rng
+        self.kinematics = scene.kinematics
+        self.rng, self.table = rng, table
 
     def arrangement(
         self,
@@ -120,7 +117,9 @@ class Search:
             if not steps:
                 if moved_aside == 2 * count:
                     return [], waiting[0], "the objects block each other's goals in a ring"
-                steps = asides(waiting, under, in_the_way, done, current, distractors, motions, bottoms, self.rng)
+                steps = asides(
+                    waiting, under, in_the_way, done, current, distractors, motions, bottoms, self.table, self.rng
+                )
                 moved_aside += 1
             reason = "its goal is blocked, and there is no free place to move what blocks it"
             for i, motion, aside in steps:
@@ -150,27 +149,23 @@ class Search:
         bottoms: Sequence[float],
         goal_from_now: np.ndarray,
         limit: float = math.inf,
-        start: np.ndarray = FOLDED,
+        start: np.ndarray | None = None,
         avoid: Sequence[Grasp] = (),
     ) -> tuple[ObjectPlan | None, str]:
         """A plan to move one object, or `None` and the reason.
 
         Args:
             clouds: every object's cloud (P, 3) now. bottoms: z of what each stands on.
+            start: (n,) how the arm stands, by default folded.
             avoid: grasps that failed before; those like them are left out.
         """
         scene = self.scene
-        for j, cloud in enumerate(clouds):
-            scene.set_obstacle(j, solid_hull(cloud, bottoms[j]))
-        for j, cloud in enumerate(distractors):
-            scene.set_obstacle(("distractor", j), solid_hull(cloud))
-        grasps = [
-            grasp
-            for grasp in grasps_of(clouds[index], bottoms[index])
-            if not any(_alike(grasp, other) for other in avoid)
-        ]
+        self.set_out(clouds, distractors, bottoms)
+        found = grasps_of(clouds[index], bottoms[index])
+        grasps = [grasp for grasp in found if not any(_alike(grasp, other) for other in avoid)]
         if not grasps:
             return None, "no grasp fits the hand"
+        start = self.kinematics.folded if start is None else start
         spun = is_round(clouds[index])
         pairs = self._reachable_pairs(grasps, clouds[index], goal_from_now, SPINS if spun else 1)
         if not pairs:
@@ -187,15 +182,25 @@ class Search:
             reason = why or reason
         return None, reason
 
+    def set_out(
+        self, clouds: Sequence[np.ndarray], distractors: Sequence[np.ndarray], bottoms: Sequence[float]
+    ) -> None:
+        """Puts everything in the way of the arm where it is now."""
+        for j, cloud in enumerate(clouds):
+            self.scene.set_obstacle(j, solid_hull(cloud, bottoms[j]))
+        for j, cloud in enumerate(distractors):
+            self.scene.set_obstacle(("distractor", j), solid_hull(cloud))
+
     def _reachable_pairs(
         self, grasps: Sequence[Grasp], cloud: np.ndarray, goal_from_now: np.ndarray, spins: int
     ) -> list[tuple[Grasp, np.ndarray, np.ndarray, np.ndarray]]:
         """(grasp, motion to the goal, joint angles at the pick, and at the release), best first."""
+        kinematics, folded = self.kinematics, self.kinematics.folded
         picks = np.repeat(np.stack([grasp.world_from_ee for grasp in grasps]), RESTARTS, axis=0)
-        seeds = random_configurations(self.rng, len(picks))
-        seeds[::RESTARTS] = FOLDED
-        q, solved = inverse_kinematics(picks, seeds)
-        q = unwind(q, FOLDED)
+        seeds = kinematics.random(self.rng, len(picks))
+        seeds[::RESTARTS] = folded
+        q, solved = kinematics.inverse(picks, seeds)
+        q = kinematics.unwind(q, folded)
         # A round thing may stand at any turn about its upright axis.
         center = transform_points(goal_from_now, 0.5 * (cloud.min(axis=0) + cloud.max(axis=0)))
         there = pose_from_xyz_yaw(*center, 0.0)
@@ -207,34 +212,33 @@ class Search:
         for g in range(len(grasps)):
             rows_of_grasp = range(g * RESTARTS, (g + 1) * RESTARTS)
             good = [r for r in rows_of_grasp if solved[r] and not self._hits(q[r], grasps[g])]
-            good.sort(key=lambda r: np.abs(q[r] - FOLDED).max())
+            good.sort(key=lambda r: np.abs(q[r] - folded).max())
             rows += [(g, r, m) for r in good[:2] for m in range(spins)]
         if not rows:
             return []
-        if len(rows) > 160:
-            rows = rows[:160]
+        rows = rows[:160]
         targets = np.stack([raised(motions[m] @ grasps[g].world_from_ee, RELEASE_HEIGHT) for g, _, m in rows])
-        q_place, reached = inverse_kinematics(targets, np.stack([q[r] for _, r, _ in rows]))
+        q_place, reached = kinematics.inverse(targets, np.stack([q[r] for _, r, _ in rows]))
         pairs = []
         for k, (g, r, m) in enumerate(rows):
             if reached[k]:
-                place = unwind(q_place[k], q[r])
-                effort = np.abs(place - q[r]).max() + np.abs(q[r] - FOLDED).max()
+                place = kinematics.unwind(q_place[k], q[r])
+                effort = np.abs(place - q[r]).max() + np.abs(q[r] - folded).max()
                 pairs.append((grasps[g].quality - 0.05 * effort, (grasps[g], motions[m], q[r], place)))
         pairs.sort(key=lambda pair: -pair[0])
         return [pair for _, pair in pairs]
 
     def _hits(self, q: np.ndarray, grasp: Grasp) -> bool:
         """Whether the open hand at the grasp hits the floor; cheap, before anything is planned."""
-        self.scene.set_fingers(grasp.opening)
+        self.scene.set_fingers([grasp.opening] * 3)
         return self.scene.collides(q, floor=TOUCHING, only_floor=True)
 
     def _line(self, q: np.ndarray, pose: np.ndarray, direction: np.ndarray) -> np.ndarray | None:
-        """A free straight line (T, 7) of the hand from `pose` along `direction` (3,), shorter where it must be."""
+        """A free straight line (T, n) of the hand from `pose` along `direction` (3,), shorter where it must be."""
         for length in (APPROACH, SHORT_APPROACH):
             moved = pose.copy()
             moved[:3, 3] += length * direction
-            line = straight_line(q, (pose, moved))
+            line = straight_line(self.kinematics, q, (pose, moved))
             if line is not None and not self.scene.path_collides(line, floor=TOUCHING):
                 return line
         return None
@@ -255,9 +259,9 @@ class Search:
         at_pick = grasp.world_from_ee
         at_place = raised(goal_motion @ at_pick, RELEASE_HEIGHT)
         scene.release()
-        scene.set_fingers(grasp.opening)
+        scene.set_fingers([grasp.opening] * 3)
         scene.remove_obstacle(index)
-        held = seen_from(at_pick, hull)
+        held = transform_points(np.linalg.inv(at_pick), hull)
         try:
             back = self._line(q_pick, at_pick, -at_pick[:3, 2])
             if back is None:
@@ -275,11 +279,11 @@ class Search:
                 return None, "no free motion from the pick to the goal was found"
             scene.release()
             scene.set_obstacle(index, goal_hull)
-            fold = scene.plan(retreat[-1], unwind(FOLDED, retreat[-1]))
+            fold = scene.plan(retreat[-1], self.kinematics.unwind(self.kinematics.folded, retreat[-1]))
             if fold is None:
                 return None, "no free motion back from the goal was found"
             scene.set_obstacle(index, hull)
-            reach = scene.plan(start, unwind(back[-1], start))
+            reach = scene.plan(start, self.kinematics.unwind(back[-1], start))
             if reach is None:
                 return None, "no free motion to the object was found"
         finally:

@@ -5,15 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from agent.arm.driver import CARTESIAN_SPEED, ArmDriver
-from agent.arm.kinematics import FINGER_OPEN, FOLDED, JacoArm, unwind
-from agent.arm.motion import PlanningScene, straight_line
-from agent.arm.search import raised
+from agent.arm.kinematics import JacoArm
+from agent.arm.models import FINGER_OPEN
+from agent.arm.motion import PlanningScene
+from agent.arm.paths import straight_line
+from agent.arm.poses import raised
 from structdiffusion.tabletop import TabletopWorld
 
 LOWERING_STEP, TOUCHING = 0.005, 0.001  # m: an object is lowered in such steps until something is this near
 WITHDRAWAL = 0.12  # m
 AT_HOME = 0.1  # rad, of every joint
 SETTLE_SECONDS = 0.6
+SLACK = 0.002  # m: an overlap is not measured the same from all sides
 
 
 def set_down_below(driver: ArmDriver, index: int) -> None:
@@ -26,38 +29,61 @@ def set_down_below(driver: ArmDriver, index: int) -> None:
     pose = driver.arm.world_from_ee()
     height = float(driver.world.pose(index)[2, 3])
     depths = np.arange(0.0, height + LOWERING_STEP, LOWERING_STEP)
-    path = straight_line(driver.arm.configuration(), [raised(pose, -depth) for depth in depths])
+    path = straight_line(
+        driver.arm.kinematics, driver.arm.configuration(), [raised(pose, -depth) for depth in depths]
+    )
     for q in () if path is None else path:
         if driver.world.clearances(index, reach=TOUCHING):
             break
-        driver.follow(q[None], CARTESIAN_SPEED)
+        driver.follow(q[None], "set down", CARTESIAN_SPEED)
     driver.let_go(FINGER_OPEN)
 
 
 def withdraw(driver: ArmDriver) -> None:
     """Opens the hand and draws it back from what it stands around: against the way it points, then up."""
-    driver.arm.command_fingers([FINGER_OPEN] * 3)
+    driver.open(FINGER_OPEN)
     driver.wait(0.3)
     pose = driver.arm.world_from_ee()
     back = pose.copy()
     back[:3, 3] -= WITHDRAWAL * pose[:3, 2]
     for start, target in ((pose, back), (back, raised(back, WITHDRAWAL))):
-        path = straight_line(driver.arm.configuration(), (start, target))
+        path = straight_line(driver.arm.kinematics, driver.arm.configuration(), (start, target))
         if path is not None:
-            driver.follow(path, CARTESIAN_SPEED)
+            driver.follow(path, "withdraw", CARTESIAN_SPEED)
 
 
 def is_folded(arm: JacoArm) -> bool:
     """Whether the arm is in its waiting pose."""
-    return bool(np.abs(unwind(arm.configuration(), FOLDED) - FOLDED).max() < AT_HOME)
+    folded = arm.kinematics.folded
+    return bool(np.abs(arm.kinematics.unwind(arm.configuration(), folded) - folded).max() < AT_HOME)
 
 
 def fold(driver: ArmDriver, scene: PlanningScene) -> None:
     """Back to the waiting pose, by a planned motion; straight there where none is found."""
     start = driver.arm.configuration()
-    home = unwind(FOLDED, start)
+    home = driver.arm.kinematics.unwind(driver.arm.kinematics.folded, start)
     path = scene.plan(start, home)
-    driver.follow(np.stack((start, home)) if path is None else path)
+    driver.follow(np.stack((start, home)) if path is None else path, "fold")
+    driver.wait(SETTLE_SECONDS)
+
+
+def leave_start(driver: ArmDriver, scene: PlanningScene) -> None:
+    """To the waiting pose from wherever the arm was put, by a planned motion; there it may overlap what was perceived.
+
+    Where no motion is found, the hand is first drawn back from what it stands around.
+    """
+    arm = driver.arm
+    scene.set_fingers(arm.finger_angles())
+    start = arm.configuration()
+    path = scene.plan(
+        start, arm.kinematics.unwind(arm.kinematics.folded, start), overlap=scene.overlap(start) + SLACK
+    )
+    if path is None:
+        withdraw(driver)
+        fold(driver, scene)
+        return
+    driver.follow(path, "fold")
+    driver.open(FINGER_OPEN)
     driver.wait(SETTLE_SECONDS)
 
 
@@ -69,6 +95,6 @@ def tidy_up(world: TabletopWorld, arm: JacoArm, rng: np.random.Generator) -> boo
     if driver.holds is not None:
         set_down_below(driver, world.bodies.index(driver.holds))
     withdraw(driver)
-    with PlanningScene(rng) as scene:
+    with PlanningScene(rng, arm.kinematics) as scene:
         fold(driver, scene)
     return True

@@ -220,7 +220,8 @@ class Conversation:
 
         proposal = self._proposed()
         rng = np.random.default_rng(self.options.seed)
-        for event in plan_structure(proposal.scene, proposal.choice[:1], rng=rng):
+        kinematics = self.table.arm.kinematics
+        for event in plan_structure(proposal.scene, proposal.choice[:1], rng=rng, kinematics=kinematics):
             self._tell(replace(event, arrangement=proposal.rank - 1))
 
     def go(self) -> bool:

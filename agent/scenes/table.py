@@ -1,4 +1,4 @@
-"""A simulated table with objects at rest and the folded arm beside it, seen by the depth camera."""
+"""A simulated table with objects at rest and the arm beside it, seen by the depth camera."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ from typing import Self
 
 import numpy as np
 
-from agent.arm.kinematics import FINGER_OPEN, FOLDED, JacoArm
+from agent.arm.kinematics import WORLD_FROM_BASE, JacoArm, Kinematics
+from agent.arm.models import DEFAULT_MODEL, arm_model
+from agent.arm.standing import stand
 from agent.arm.stopping import tidy_up
+from agent.bags.recording import ArmState
 from agent.scenes.placing import lowest_point
 from structdiffusion.camera import DepthCamera
 from structdiffusion.geometry import tilt_between, transform_points
@@ -45,14 +48,16 @@ class TableScene:
         called: what an instruction can call them; by default their names.
         ground: the whole surface that carries things, where it is more than the table top.
         camera: what looks at the table.
+        arm: how the arm stands, by default folded.
+        world_from_base: (4, 4) where its base stands, upright.
 
     Attributes:
         models, world_from_initial, count, names, called: as given.
         out_of_reach: the names of objects that the arm cannot take.
-        notes: what had to be assumed of the table, a sentence each.
+        notes: what had to be assumed of the table and the arm, a sentence each.
         labelled: a picture (H, W, 3) uint8 with the objects marked and named, or `None`.
         world: the physics that the arm acts in, its bodies in the same order.
-        arm: the folded arm.
+        arm: the arm.
     """
 
     out_of_reach: tuple[str, ...] = ()
@@ -70,6 +75,8 @@ class TableScene:
         called: Sequence[str] | None = None,
         ground: Table | None = None,
         camera: DepthCamera = DepthCamera(),
+        arm: ArmState | None = None,
+        world_from_base: np.ndarray = WORLD_FROM_BASE,
     ) -> None:
         self.models = tuple(models)
         self.world_from_initial = world_from_initial
@@ -80,7 +87,10 @@ class TableScene:
         self._noise = noise
         self._seen: dict[str, _Seen] = {}
         self.world = TabletopWorld(self.models, self.world_from_initial, table, camera, ground)
-        self.arm = JacoArm(self.world.client)
+        model = arm_model(DEFAULT_MODEL if arm is None else arm.model)
+        self.arm = JacoArm(self.world.client, Kinematics(model, world_from_base))
+        if arm is not None:
+            self.notes += stand(self.arm, arm)
 
     def __enter__(self) -> Self:
         return self
@@ -180,7 +190,7 @@ class TableScene:
                 moved.append(name)
             self.world.set_pose(index, poses[name])
         self.arm.drop()
-        self.arm.teleport(FOLDED, FINGER_OPEN)
+        self.arm.fold_at_once()
         return tuple(moved)
 
     def picture(self, view: str = "robot") -> np.ndarray:

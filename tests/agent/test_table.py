@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from agent.arm.driver import ArmDriver
-from agent.arm.kinematics import FOLDED
+from agent.arm.models import DEFAULT_MODEL, arm_model
 from agent.scenes.drawing import assortment
 from agent.scenes.files import write_scene
 from agent.scenes.sources import DrawnSource, FileSource
@@ -18,6 +18,7 @@ from structdiffusion.objects.procedural import procedural_object, procedural_obj
 from structdiffusion.tabletop import ObservationError
 
 BLOCKS = [procedural_object("block", index) for index in range(3)]
+FOLDED = arm_model(DEFAULT_MODEL).folded
 UPON = BLOCKS[0].height
 OFF = pose_from_xyz_yaw(0.45, 0.1, -1.0, 0.0)
 

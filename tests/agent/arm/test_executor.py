@@ -9,7 +9,8 @@ import pytest
 from agent.arm.choosing import plan_structure
 from agent.arm.events import Picked, Placed, Planned, PlanFailed
 from agent.arm.executor import build_structure
-from agent.arm.kinematics import FOLDED, JacoArm
+from agent.arm.kinematics import JacoArm, Kinematics
+from agent.arm.models import arm_model
 from agent.scenes.table import TableScene
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
@@ -17,13 +18,13 @@ from structdiffusion.observation import Arrangement
 from structdiffusion.tabletop import TABLE, TabletopWorld
 
 
-def build(kinds, poses, goals, seed=0, distractors=0):
+def build(kinds, poses, goals, seed=0, distractors=0, kinematics=Kinematics()):
     """Events of a build, the poses at the end, and the goals' poses; `goals` are (x, y, z, turn) per object."""
     rng = np.random.default_rng(seed)
     models = [procedural_object(kind, index) for index, kind in enumerate(kinds)]
     initial = [pose_from_xyz_yaw(x, y, 0.0, yaw) for x, y, yaw in poses]
     with TabletopWorld(models, initial) as world:
-        arm = JacoArm(world.client)
+        arm = JacoArm(world.client, kinematics)
         world.settle()
         count = len(kinds) - distractors
         scene = world.observe(rng, range(count), range(count, len(kinds)))
@@ -36,7 +37,7 @@ def build(kinds, poses, goals, seed=0, distractors=0):
         motions = np.array([goal @ np.linalg.inv(pose) for goal, pose in zip(goal_poses, start)])
         events = list(build_structure(world, arm, scene, [Arrangement(motions)], rng=rng))
         world.step(2.0)
-        assert np.abs(np.sin((arm.configuration() - FOLDED) / 2)).max() < 0.05
+        assert np.abs(np.sin((arm.configuration() - kinematics.folded) / 2)).max() < 0.05
         return events, world.poses()[:count], goal_poses
 
 
@@ -48,6 +49,16 @@ def test_pick_and_place(kind):
     assert poses[0][2, 2] > math.cos(math.radians(15))
     placed = events[-1]
     assert placed.position_error_m < 0.03 and placed.to_dict()["kind"] == "placed"
+
+
+@pytest.mark.parametrize(
+    "name, height, yaw", [("j2n6s300", 0.0, 90.0), ("j2n6s300", -0.12, 60.0), ("j2s6s300", 0.08, 90.0)]
+)
+def test_pick_and_place_with_the_other_arms_mounted_elsewhere(name, height, yaw):
+    kinematics = Kinematics(arm_model(name), pose_from_xyz_yaw(0.0, 0.0, height, math.radians(yaw)))
+    events, poses, goals = build(["can"], [(0.42, -0.15, 0.6)], [(0.47, 0.1, 0.0, 0.9)], kinematics=kinematics)
+    assert [type(event) for event in events if not type(event).__name__.endswith("Failed")] == [Planned, Picked, Placed]
+    assert np.linalg.norm(poses[0][:3, 3] - goals[0][:3, 3]) < 0.03 and poses[0][2, 2] > math.cos(math.radians(15))
 
 
 def test_stacking_and_moving_aside():

@@ -1,10 +1,12 @@
 """The order in which objects can be placed."""
 
 import numpy as np
+import pytest
 from shapely import MultiPoint
 
 from agent.arm.order import asides, bottom_at, precedence, stands_above
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
+from structdiffusion.observation import Table
 
 
 def block(x, y, size=0.06, height=0.08):
@@ -28,15 +30,17 @@ def test_what_stands_in_the_way_goes_first():
     assert under == [set(), set()] and in_the_way == [{1}, set()]
 
 
-def test_a_swap_needs_a_free_place():
+@pytest.mark.parametrize("table", [Table(), Table(0.1, 0.6, -0.1, 0.45), Table(0.45, 0.55, 0.2, 0.28)])
+def test_a_swap_needs_a_free_place_on_the_table(table):
     clouds = [block(0.35, 0.1), block(0.55, 0.1)]
     motions = [pose_from_xyz_yaw(0.2, 0.0, 0.0, 0), pose_from_xyz_yaw(-0.2, 0.0, 0.0, 0)]
     under, in_the_way, _ = precedence(clouds, motions, [0.0, 0.0])
     assert under == [set(), set()] and in_the_way == [{1}, {0}]
-    steps = asides([0, 1], under, in_the_way, set(), clouds, [], motions, [0.0, 0.0], np.random.default_rng(0))
+    steps = asides([0, 1], under, in_the_way, set(), clouds, [], motions, [0.0, 0.0], table, np.random.default_rng(0))
     index, motion, aside = steps[0]
     assert aside
     moved = transform_points(motion, clouds[index])[:, :2].mean(axis=0)
+    assert table.overhang(moved[None]) == 0.0
     assert np.linalg.norm(moved - (0.35, 0.1)) > 0.08 and np.linalg.norm(moved - (0.55, 0.1)) > 0.08
 
 
@@ -77,7 +81,7 @@ def test_only_what_carries_nothing_is_moved_aside_down_to_the_table():
     under, in_the_way, _ = precedence(clouds, motions, bottoms)
     assert in_the_way[2] == {0, 1}
     waiting, rng = [0, 1, 2], np.random.default_rng(0)
-    steps = asides(waiting, under, in_the_way, set(), clouds, [], motions, bottoms, rng)
+    steps = asides(waiting, under, in_the_way, set(), clouds, [], motions, bottoms, Table(), rng)
     assert [index for index, _, _ in steps] == [1]
     assert transform_points(steps[0][1], clouds[1])[:, 2].min() == 0.0
 
@@ -88,5 +92,5 @@ def test_a_tower_built_upside_down_begins_with_the_top_moved_aside():
     under, in_the_way, stands_on = precedence(clouds, motions, bottoms)
     assert under == [{1, 2}, {2}, set()] and stands_on == [1, 2, None]
     assert in_the_way[2] == {0, 1} and in_the_way[0] >= {1, 2}
-    steps = asides([0, 1, 2], under, in_the_way, set(), clouds, [], motions, bottoms, np.random.default_rng(0))
+    steps = asides([0, 1, 2], under, in_the_way, set(), clouds, [], motions, bottoms, Table(), np.random.default_rng(0))
     assert [index for index, _, _ in steps] == [2]  # all that can be moved: it carries nothing

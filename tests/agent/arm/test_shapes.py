@@ -4,7 +4,7 @@ import numpy as np
 import pybullet
 import pytest
 
-from agent.arm.kinematics import FOLDED, JOINTS, JacoArm
+from agent.arm.kinematics import JacoArm
 from agent.arm.shapes import BASE, link_poses, link_shapes
 
 
@@ -16,7 +16,7 @@ def arm():
 
 
 def test_poses_follow_the_joints(arm):
-    arm.teleport(FOLDED + np.linspace(0.1, 0.4, JOINTS))
+    arm.teleport(arm.kinematics.folded + np.linspace(0.1, 0.4, 7))
     poses = link_poses(arm)
     assert np.allclose(poses[arm.end_effector], arm.world_from_ee(), atol=1e-6)
     assert np.allclose(poses[BASE][:3, 3], 0.0, atol=1e-6)
@@ -28,7 +28,7 @@ def test_shapes_fill_what_collides(arm):
     poses = link_poses(arm)
     signs = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T / 2
     solids = [shape for shape in link_shapes(arm) if max(shape.sides) > 0.02]
-    assert {shape.link for shape in solids} >= {BASE, *range(JOINTS)}
+    assert {shape.link for shape in solids} >= {BASE, *range(7)}
     for shape in solids:
         turned = np.array(pybullet.getMatrixFromQuaternion(shape.quaternion)).reshape(3, 3)
         corners = signs * shape.sides @ turned.T + shape.position

@@ -10,7 +10,8 @@ from agent.arm.driver import ArmDriver
 from agent.arm.events import ArmEvent, PickFailed, Picked, Placed, Planned, Stopped
 from agent.arm.executor import build_structure
 from agent.arm.grasps import hand_pose
-from agent.arm.kinematics import FINGER_OPEN, FOLDED, JacoArm, solve, unwind
+from agent.arm.kinematics import JacoArm
+from agent.arm.models import FINGER_OPEN
 from agent.arm.search import Search
 from agent.arm.stopping import WITHDRAWAL, is_folded, tidy_up, withdraw
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between
@@ -52,8 +53,9 @@ class Bench:
     @property
     def away(self) -> float:
         """How far the arm is from its waiting pose, rad, of the joint that is farthest."""
-        q = self.arm.configuration()
-        return float(np.abs(unwind(q, FOLDED) - FOLDED).max())
+        kinematics = self.arm.kinematics
+        q = kinematics.unwind(self.arm.configuration(), kinematics.folded)
+        return float(np.abs(q - kinematics.folded).max())
 
     @property
     def height(self) -> float:
@@ -193,7 +195,8 @@ def test_interrupted_while_it_plans_nothing_moves(bench, monkeypatch):
 
 
 def test_the_hand_withdraws_against_the_way_it_points_then_up(bench):
-    q = solve(hand_pose(np.array([0.45, 0.1, 0.1]), 0.4, math.radians(30)), np.random.default_rng(0))
+    pose = hand_pose(np.array([0.45, 0.1, 0.1]), 0.4, math.radians(30))
+    q = bench.arm.kinematics.solve(pose, np.random.default_rng(0))
     bench.arm.teleport(q)
     bench.arm.command(q)
     before = bench.arm.world_from_ee()

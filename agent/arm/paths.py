@@ -1,0 +1,67 @@
+"""Paths of the joints: straight lines of the hand, and what the motors are told along a path.
+
+A path is (T, n) joint angles in radians; n is the number of the arm's joints. Times in seconds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from agent.arm.kinematics import Kinematics
+
+CARTESIAN_STEP = 0.01  # m between the states of a straight line
+
+
+def straight_line(
+    kinematics: Kinematics, start: np.ndarray, poses: Sequence[np.ndarray], step: float = CARTESIAN_STEP
+) -> np.ndarray | None:
+    """Joint path (T, n) that leads the hand from configuration `start` (n,) straight through the hand poses.
+
+    Args:
+        kinematics: the arm's.
+        start: where the line begins.
+        poses: the pose (4, 4) at `start`, then those to reach; only the position moves between two
+            poses of equal rotation.
+
+    Returns:
+        The path from `start` on, or `None` where a joint limit or a jump of more than 0.35 rad comes
+        between.
+    """
+    path = [np.asarray(start, dtype=np.float64)]
+    for before, after in zip(poses, poses[1:]):
+        count = max(1, math.ceil(float(np.linalg.norm(after[:3, 3] - before[:3, 3])) / step))
+        for k in range(1, count + 1):
+            pose = after.copy()
+            pose[:3, 3] = before[:3, 3] + (after[:3, 3] - before[:3, 3]) * k / count
+            q, solved = kinematics.inverse(pose[None], path[-1][None], iterations=25)
+            if not solved[0] or np.abs(q[0] - path[-1]).max() > 0.35:
+                return None
+            path.append(q[0])
+    return np.array(path)
+
+
+def interpolate(path: np.ndarray, step: float) -> np.ndarray:
+    """The path (T, n) with states added so that no joint moves more than `step` between two."""
+    pieces = [path[:1]]
+    for a, b in zip(path, path[1:]):
+        count = max(1, math.ceil(float(np.abs(b - a).max()) / step))
+        pieces.append(a + (b - a) * (np.arange(1, count + 1)[:, None] / count))
+    return np.concatenate(pieces)
+
+
+def trajectory(path: np.ndarray, period: float, velocity: np.ndarray, smoothing: float = 0.2) -> np.ndarray:
+    """Set points (T, n), one per `period` seconds: the path as fast as `velocity` (n,), rad/s, allows.
+
+    A moving average over `smoothing` seconds rounds the corners and eases in and out.
+    """
+    durations = (np.abs(np.diff(path, axis=0)) / velocity).max(axis=1)
+    times = np.concatenate(([0.0], np.cumsum(durations)))
+    samples = np.arange(0.0, times[-1] + period, period)
+    points = np.stack([np.interp(samples, times, path[:, k]) for k in range(path.shape[1])], axis=1)
+    width = max(1, round(smoothing / period))
+    padded = np.concatenate((np.repeat(path[:1], width, axis=0), points, np.repeat(path[-1:], width, axis=0)))
+    sums = np.cumsum(np.concatenate((np.zeros((1, path.shape[1])), padded)), axis=0)
+    return np.concatenate(((sums[width:] - sums[:-width]) / width, path[-1:]))
