@@ -32,6 +32,7 @@ from agent.scenes.sources import FileSource
 from agent.telling import aligned
 from agent.training import progress_bar
 from grounding.corpus import sentences
+from grounding.selection import mentioned
 from grounding.spec import SHAPES
 from structdiffusion.evaluation import wilson_interval
 from structdiffusion.objects.libraries import load_objects
@@ -131,7 +132,8 @@ def _round_trip(
 ) -> dict[str, Any]:
     """One scene, recorded, perceived, and built twice; the row of the report."""
     drawn, seed = job.drawn, job.seed * 10_000 + job.number
-    words = sentences(drawn.spec)[job.number % len(sentences(drawn.spec))]
+    wordings = [words for words in sentences(drawn.spec) if not mentioned(words)]
+    words = wordings[job.number % len(wordings)]
     with TemporaryDirectory() as name:
         folder = Path(name)
         scene, bag = folder / "scene.yaml", folder / "recording.bag"

@@ -86,7 +86,7 @@ class RecordedSource:
     def hint(self) -> str:
         """See `SceneSource`."""
         unnamed = next((each.name for each in self.objects if each.model.category == _UNKNOWN), None)
-        return "" if unnamed is None else f"--call {unnamed!r}=cup says what an object is"
+        return "" if unnamed is None else f"--call '{unnamed}=cup' says what an object is"
 
     def open(self, spec: StructureSpec, select: Select, seed: int) -> RecordedScene:
         """See `SceneSource`; from the seed follows the sensor's noise in later looks."""
