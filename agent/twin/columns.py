@@ -17,12 +17,22 @@ _THINNEST = 0.003  # m: what is flatter is taken to be so high
 _MOST = 14  # parts
 _OVERFILL = 0.06  # of the volume that hulls may hold beyond the columns
 _SPARE = 1.5e-6  # m^3: less is not worth a part
+_SMALLEST = 1e-9  # m^3
 _VERTICES = 48
 
 
 def solid(points: np.ndarray, support: float) -> np.ndarray:
     """The vertices (V, 3) of the convex hull of points (P, 3) and of their shadows on z = `support`."""
-    return _hull(_standing(points, support), support)[0]
+    points = _standing(points, support)
+    try:
+        hull = ConvexHull(points)
+        if hull.volume > _SMALLEST:
+            return few_vertices(points[hull.vertices], _VERTICES)
+    except (QhullError, ValueError):
+        pass  # too few points, or all on one line: a small box around them
+    low, high = points.min(axis=0), points.max(axis=0)
+    low[:2], high[:2] = low[:2] - _THINNEST / 2, high[:2] + _THINNEST / 2
+    return np.array(list(itertools.product(*zip(low, high, strict=True))))
 
 
 def column_parts(points: np.ndarray, support: float) -> tuple[np.ndarray, ...]:
@@ -32,23 +42,22 @@ def column_parts(points: np.ndarray, support: float) -> tuple[np.ndarray, ...]:
     worst part first.
     """
     cells, area = _cells(points, support)
-    volume = float(cells[:, 2].sum() - support * len(cells)) * area
-    vertices, overfill = _part(points, cells, area, support)
-    waiting = [(-overfill, 0, points, cells, vertices)]
-    numbers = itertools.count(1)
-    done: list[np.ndarray] = []
+    volume = float((cells[:, 2] - support).sum()) * area
     spare = max(_SPARE, 0.02 * volume)
+    numbers = itertools.count()
+    waiting = [(-_overfill(points, cells, area, support), next(numbers), points, cells)]
+    done: list[np.ndarray] = []
     while waiting and len(waiting) + len(done) < _MOST:
         if -sum(entry[0] for entry in waiting) < _OVERFILL * volume:
             break
-        worst, _, inside, columns, vertices = heapq.heappop(waiting)
-        halves = _cut(inside, columns, area, support) if -worst > spare else None
-        if halves is None or sum(half[3] for half in halves) > -worst - spare / 2:
-            done.append(vertices)
+        worst, _, own, columns = heapq.heappop(waiting)
+        halves = _cut(own, columns, area, support) if -worst > spare else []
+        if not halves or sum(overfill for overfill, _, _ in halves) > -worst - spare / 2:
+            done.append(own)
             continue
-        for points_of, columns_of, vertices_of, overfill in halves:
-            heapq.heappush(waiting, (-overfill, next(numbers), points_of, columns_of, vertices_of))
-    return tuple(done + [entry[4] for entry in sorted(waiting, key=lambda entry: entry[1])])
+        for overfill, own, columns in halves:
+            heapq.heappush(waiting, (-overfill, next(numbers), own, columns))
+    return tuple(solid(own, support) for own in (*done, *(entry[2] for entry in waiting)))
 
 
 def _standing(points: np.ndarray, support: float) -> np.ndarray:
@@ -58,20 +67,6 @@ def _standing(points: np.ndarray, support: float) -> np.ndarray:
     shadows = points.copy()
     shadows[:, 2] = support
     return np.concatenate((points, shadows))
-
-
-def _hull(points: np.ndarray, support: float) -> tuple[np.ndarray, float]:
-    """The vertices (V, 3) of a convex hull and its volume; of a small box where the points span none."""
-    try:
-        hull = ConvexHull(points)
-        if hull.volume > 1e-9:
-            return few_vertices(points[hull.vertices], _VERTICES), float(hull.volume)
-    except (QhullError, ValueError):
-        pass
-    low, high = points.min(axis=0), points.max(axis=0)
-    low[:2], high[:2] = low[:2] - 0.001, high[:2] + 0.001
-    high[2] = max(high[2], support + _THINNEST)
-    return np.array(list(itertools.product(*zip(low, high, strict=True)))), float(np.prod(high - low))
 
 
 def _cells(points: np.ndarray, support: float) -> tuple[np.ndarray, float]:
@@ -93,21 +88,25 @@ def _cells(points: np.ndarray, support: float) -> tuple[np.ndarray, float]:
     return np.column_stack((centers[there], np.maximum(tops, support + _THINNEST))), side * side
 
 
-def _part(points: np.ndarray, cells: np.ndarray, area: float, support: float) -> tuple[np.ndarray, float]:
-    """The hull (V, 3) over some points, and what it holds beyond the columns, m^3."""
-    vertices, volume = _hull(_standing(points, support), support)
-    return vertices, max(0.0, volume - float((cells[:, 2] - support).sum()) * area)
+def _overfill(points: np.ndarray, cells: np.ndarray, area: float, support: float) -> float:
+    """What the hull over some points holds beyond the columns, m^3."""
+    try:
+        volume = float(ConvexHull(_standing(points, support)).volume)
+    except (QhullError, ValueError):
+        return 0.0
+    return max(0.0, volume - float((cells[:, 2] - support).sum()) * area)
 
 
 def _cut(
     points: np.ndarray, cells: np.ndarray, area: float, support: float
-) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, float]] | None:
-    """The two parts, along the best of a few upright cuts, with what their hulls hold too much; `None` if too small."""
-    best: list[tuple[np.ndarray, np.ndarray, np.ndarray, float]] | None = None
+) -> list[tuple[float, np.ndarray, np.ndarray]]:
+    """The halves by the best of a few upright cuts: what their hulls hold too much, their points and their columns."""
+    best: list[tuple[float, np.ndarray, np.ndarray]] = []
     least = math.inf
-    middle = cells[:, :2].mean(axis=0)
-    axes = np.linalg.svd(cells[:, :2] - middle, full_matrices=False)[2] if len(cells) > 2 else np.eye(2)
-    seam = 0.3 * math.sqrt(area)
+    if len(cells) < 4:
+        return best
+    axes = np.linalg.svd(cells[:, :2] - cells[:, :2].mean(axis=0), full_matrices=False)[2]
+    seam = 0.3 * math.sqrt(area)  # hulls of neighbours meet there
     for turn in (0.0, math.pi / 4, math.pi / 2, 3 * math.pi / 4):
         normal = math.cos(turn) * axes[0] + math.sin(turn) * axes[1]
         along, across = points[:, :2] @ normal, cells[:, :2] @ normal
@@ -116,9 +115,8 @@ def _cut(
             halves = []
             for side in (1, -1):
                 own, columns = points[side * (along - at) > -seam], cells[side * (across - at) > 0]
-                if len(own) < 4 or len(columns) < 2:
-                    break
-                halves.append((own, columns, *_part(own, columns, area, support)))
-            if len(halves) == 2 and (total := halves[0][3] + halves[1][3]) < least:
+                if len(own) >= 4 and len(columns) >= 2:
+                    halves.append((_overfill(own, columns, area, support), own, columns))
+            if len(halves) == 2 and (total := halves[0][0] + halves[1][0]) < least:
                 best, least = halves, total
     return best

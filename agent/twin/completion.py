@@ -34,6 +34,7 @@ _LOW = 0.15  # of the height: what belongs to the lowest points
 _TRIED = 200  # points that are mirrored to try a symmetry
 _CERTAIN = 0.15  # how plausible a symmetry has to be at least
 _APPENDAGE = 25  # points besides a round body that make a handle
+_HANDLE = 0.006  # m below what was seen of a handle that belong to it
 _SURFACE = 400  # points on a completed surface
 
 
@@ -89,7 +90,9 @@ def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: s
         body, own = turned
         parts = body.parts()
         if (~own).sum() >= _APPENDAGE:
-            parts += column_parts(points[~own], cloud.bottom)
+            handle = points[~own]
+            hangs = max(cloud.bottom, float(np.quantile(handle[:, 2], 0.02)) - _HANDLE)
+            parts += column_parts(handle, hangs)
         return CompletedShape(parts, points, "ball" if body.ball else "turned", body.hollow)
     far, symmetry = mirrored(view, cloud.bottom)
     whole = np.concatenate((points, far))
