@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+import struct
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from agent.bags.messages import without_nothing
 from agent.errors import BadInput
 
 SUFFIXES = (".ply", ".pcd")
@@ -22,11 +24,20 @@ _PLY_BYTES = {
 
 @dataclass(frozen=True)
 class _Header:
-    """What a file says of itself: rows and columns of its points, and the fewest bytes that they can take."""
+    """What a file says of itself.
+
+    Attributes:
+        height, width: rows and columns of its points.
+        needed: bytes that the whole file has at least.
+        lines: lines of text after the header that its points take; 0 where they are no text.
+        length: of the header, bytes.
+    """
 
     height: int
     width: int
-    fewest_bytes: int
+    needed: int
+    lines: int
+    length: int
 
 
 def read_cloud(path: Path) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ...]]:
@@ -46,23 +57,33 @@ def read_cloud(path: Path) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ..
     count = header.height * header.width
     if count == 0:
         raise BadInput(f"the cloud {str(path)!r} is empty")
-    if count > _MOST_POINTS or header.fewest_bytes > size:
+    if count > _MOST_POINTS or header.needed > size:
         raise BadInput(
-            f"the cloud {str(path)!r} claims {count} points and has {size} bytes; at most {_MOST_POINTS} are read, and "
-            f"these need {header.fewest_bytes}"
+            f"the cloud {str(path)!r} claims {count} points, which need {header.needed} bytes, and has {size}; at most "
+            f"{_MOST_POINTS} points are read"
         )
+    if header.lines and (lines := _lines_after(path, header.length)) < header.lines:
+        raise BadInput(f"the cloud {str(path)!r} is damaged: of {count} points {lines} are there")
     points, colors = _read(path, count)
-    shape = (header.height, header.width, 3)
-    points[~np.isfinite(points).all(axis=1) | (points == 0.0).all(axis=1)] = np.nan
-    distances = np.linalg.norm(points, axis=1)
-    if np.isnan(distances).all():
-        raise BadInput(f"the cloud {str(path)!r} has no point but NaN and the camera's own place")
+    points[~np.isfinite(points).all(axis=1)] = np.nan
     notes = ("the cloud was taken to be in the camera's optical frame: z forward, x right, y down",)
-    median = float(np.nanmedian(distances))
-    if median > _FARTHEST:
+    distances = np.linalg.norm(points, axis=1)
+    middle = float(np.median(distances[distances > 0])) if (distances > 0).any() else 0.0
+    if middle > _FARTHEST:
         points = points * np.float32(0.001)
-        notes = (*notes, f"the cloud was taken to be in millimetres: half its points lie beyond {median:.0f}")
+        notes = (*notes, f"the cloud was taken to be in millimetres: half its points lie beyond {middle:.0f}")
+    points = without_nothing(points)
+    if not np.isfinite(points).any():
+        raise BadInput(f"the cloud {str(path)!r} has no point that measures anything")
+    shape = (header.height, header.width, 3)
     return points.reshape(shape), None if colors is None else colors.reshape(shape), notes
+
+
+def _lines_after(path: Path, offset: int) -> int:
+    """Lines with something on them after the first `offset` bytes."""
+    with path.open("rb") as file:
+        file.seek(offset)
+        return sum(not line.isspace() for line in file)
 
 
 def _read(path: Path, count: int) -> tuple[np.ndarray, np.ndarray | None]:
@@ -73,7 +94,7 @@ def _read(path: Path, count: int) -> tuple[np.ndarray, np.ndarray | None]:
     with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
         try:
             cloud = open3d.t.io.read_point_cloud(str(path))
-        except RuntimeError as error:
+        except (RuntimeError, ValueError) as error:  # the latter where its message is no text
             raise BadInput(f"the cloud {str(path)!r} is damaged") from error
     if "positions" not in cloud.point or len(cloud.point.positions) != count:
         there = len(cloud.point.positions) if "positions" in cloud.point else 0
@@ -90,7 +111,9 @@ def _read(path: Path, count: int) -> tuple[np.ndarray, np.ndarray | None]:
 def _pcd_header(path: Path, head: bytes) -> _Header:
     """The header of a .pcd file."""
     said: dict[str, list[str]] = {}
-    for line in head.split(b"\n"):
+    length = 0
+    for line in head.splitlines(keepends=True):
+        length += len(line)
         words = line.decode("latin-1").split()
         if words and words[0].isupper() and words[0].isalpha():
             said[words[0]] = words[1:]
@@ -101,8 +124,6 @@ def _pcd_header(path: Path, head: bytes) -> _Header:
     fields, kind = said.get("FIELDS", []), "".join(said["DATA"])
     if not {"x", "y", "z"} <= set(fields):
         raise BadInput(f"the cloud {str(path)!r} has no x, y and z; its fields are: {', '.join(fields) or 'none'}")
-    if kind not in ("ascii", "binary", "binary_compressed"):
-        raise BadInput(f"the cloud {str(path)!r} has data {kind!r}; legal: ascii, binary, binary_compressed")
     try:
         sizes = [int(word) for word in said["SIZE"]]
         counts = [int(word) for word in said.get("COUNT", ["1"] * len(fields))]
@@ -110,27 +131,38 @@ def _pcd_header(path: Path, head: bytes) -> _Header:
         each = sum(size * count for size, count in zip(sizes, counts, strict=True))
         if len(fields) != len(sizes) or min(width, height) < 0 or each < 12:
             raise ValueError
-        if (total := int(said.get("POINTS", [str(width * height)])[0])) != width * height:
-            raise BadInput(f"the cloud {str(path)!r} claims {total} points in {width} x {height} places")
-    except (KeyError, ValueError, IndexError) as error:
+    except (KeyError, ValueError) as error:
         raise BadInput(f"the header of the cloud {str(path)!r} is damaged") from error
-    # A number in text takes two bytes, and the packing of compressed clouds turns at most 264 bytes into three.
-    shortest = {"ascii": 2 * sum(counts), "binary": each, "binary_compressed": each * 3 / 264}[kind]
-    return _Header(height, width, int(shortest * width * height))
+    count = width * height
+    if said.get("POINTS", [str(count)]) != [str(count)]:
+        raise BadInput(f"the cloud {str(path)!r} claims {' '.join(said['POINTS'])} points in {width} x {height} places")
+    if kind == "ascii":
+        return _Header(height, width, length, count, length)
+    if kind == "binary":
+        return _Header(height, width, length + each * count, 0, length)
+    if kind != "binary_compressed":
+        raise BadInput(f"the cloud {str(path)!r} has data {kind!r}; legal: ascii, binary, binary_compressed")
+    packed = head[length : length + 8]
+    compressed, unpacked = struct.unpack("<II", packed) if len(packed) == 8 else (0, 0)
+    if unpacked != each * count:
+        raise BadInput(f"the cloud {str(path)!r} unpacks to {unpacked} bytes, and {count} points have {each * count}")
+    return _Header(height, width, length + len(packed) + compressed, 0, length)
 
 
 def _ply_header(path: Path, head: bytes) -> _Header:
     """The header of a .ply file."""
-    text, ended, _ = head.decode("latin-1").partition("end_header")
+    ending = re.search(rb"^end_header\r?\n?", head, re.MULTILINE)
+    text = head[: ending.end() if ending else 0].decode("latin-1").replace("\r\n", "\n")
     kind = re.search(r"^format (ascii|binary_little_endian|binary_big_endian) ", text, re.MULTILINE)
-    if not text.startswith("ply") or not ended or kind is None:
+    if not text.startswith("ply") or ending is None or kind is None:
         raise BadInput(f"the file {str(path)!r} is no .ply cloud: it has no header of one")
-    vertex = re.search(r"^element vertex (\d+)\s*$((?:\s*^(?:property|comment) .*$)*)", text, re.MULTILINE)
+    vertex = re.search(r"^element vertex (\d+) *$((?:\n(?:property|comment) .*$)*)", text, re.MULTILINE)
     if vertex is None:
         raise BadInput(f"the cloud {str(path)!r} has no vertices")
-    properties = re.findall(r"^\s*property (\w+) (\w+)\s*$", vertex[2], re.MULTILINE)
-    names = [name for _, name in properties]
+    properties = re.findall(r"^property (\w+) (\w+) *$", vertex[2], re.MULTILINE)
+    names, count, length = [name for _, name in properties], int(vertex[1]), ending.end()
     if not {"x", "y", "z"} <= set(names):
         raise BadInput(f"the cloud {str(path)!r} has no x, y and z; its properties are: {', '.join(names) or 'none'}")
-    each = 2 * len(names) if kind[1] == "ascii" else sum(_PLY_BYTES.get(of, 1) for of, _ in properties)
-    return _Header(1, int(vertex[1]), each * int(vertex[1]))
+    if kind[1] == "ascii":
+        return _Header(1, count, length, count, length)
+    return _Header(1, count, length + count * sum(_PLY_BYTES.get(of, 1) for of, _ in properties), 0, length)

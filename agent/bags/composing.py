@@ -19,14 +19,18 @@ def color_message(writer: BagWriter, color: np.ndarray, seconds: float, frame: s
 
 
 def depth_message(writer: BagWriter, depth: np.ndarray, seconds: float, frame: str) -> Any:
-    """Depth (H, W), metres, NaN where nothing was measured, as sensor_msgs/Image: 16UC1, mm, 0 where nothing was."""
-    return _image(writer, millimetres(depth), "16UC1", seconds, frame)
+    """Depth (H, W), metres, NaN where nothing was measured, as sensor_msgs/Image: 16UC1, mm, 0 where nothing was.
+
+    What lies beyond 65.535 m counts as not measured.
+    """
+    rounded = np.rint(np.nan_to_num(depth / _MILLIMETRE, nan=0.0))
+    pixels = np.where((rounded > 0) & (rounded <= np.iinfo(np.uint16).max), rounded, 0).astype("<u2")
+    return _image(writer, pixels, "16UC1", seconds, frame)
 
 
-def millimetres(depth: np.ndarray) -> np.ndarray:
-    """Depth (H, W) in metres as uint16 millimetres; 0 where it is NaN, not positive, or beyond 65.535 m."""
-    rounded = np.rint(np.nan_to_num(depth / _MILLIMETRE, nan=0.0, posinf=0.0, neginf=0.0))
-    return np.where((rounded > 0) & (rounded <= np.iinfo(np.uint16).max), rounded, 0).astype("<u2")
+def fine_depth_message(writer: BagWriter, depth: np.ndarray, seconds: float, frame: str) -> Any:
+    """Depth (H, W) as `depth_message` has it, but 32FC1: metres, NaN where nothing was measured."""
+    return _image(writer, np.ascontiguousarray(depth, dtype="<f4"), "32FC1", seconds, frame)
 
 
 def _image(writer: BagWriter, pixels: np.ndarray, encoding: str, seconds: float, frame: str) -> Any:
@@ -35,14 +39,6 @@ def _image(writer: BagWriter, pixels: np.ndarray, encoding: str, seconds: float,
     return writer.message(
         "sensor_msgs/msg/Image", header=writer.header(seconds, frame), height=height, width=width, encoding=encoding,
         is_bigendian=0, step=data.size // height, data=data,
-    )  # fmt: skip
-
-
-def compressed_message(writer: BagWriter, encoded: bytes, kind: str, seconds: float, frame: str) -> Any:
-    """An encoded picture as sensor_msgs/CompressedImage; `kind` is its format, such as "rgb8; png compressed rgb8"."""
-    return writer.message(
-        "sensor_msgs/msg/CompressedImage", header=writer.header(seconds, frame), format=kind,
-        data=np.frombuffer(encoded, dtype=np.uint8),
     )  # fmt: skip
 
 

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from agent.bags.composing import color_message, depth_message, lens_message
+import numpy as np
+
+from agent.bags.composing import color_message, depth_message, fine_depth_message, lens_message
 from agent.bags.rgbd import RgbdPicture
 from agent.bags.writing import BagWriter
 
 _OPTICAL = "camera_color_optical_frame"
+_WHOLE = 0.01  # mm; single precision is that exact up to 100 m
 
 
 def write_rgbd(picture: RgbdPicture, out: Path, force: bool = False) -> None:
     """Writes a bag with one look of a camera, under a RealSense's names.
 
     Args:
-        picture: what it saw.
+        picture: what it saw; depths that are no whole millimetres are kept as they are, in metres.
         out: the new bag, as `BagWriter` takes it.
         force: overwrite a bag that is there.
 
@@ -23,9 +26,12 @@ def write_rgbd(picture: RgbdPicture, out: Path, force: bool = False) -> None:
         UsageError: for a path that cannot be a new bag.
         BadInput: where nothing can be written.
     """
-    size = picture.depth.shape
+    depth, size = picture.depth, picture.depth.shape
+    in_millimetres = depth[np.isfinite(depth)] * 1000.0
+    is_whole = bool((np.abs(in_millimetres - np.rint(in_millimetres)) < _WHOLE).all())
     with BagWriter(out, force) as writer:
-        images = {"aligned_depth_to_color": depth_message(writer, picture.depth, 0.0, _OPTICAL)}
+        message = depth_message if is_whole else fine_depth_message
+        images = {"aligned_depth_to_color": message(writer, depth, 0.0, _OPTICAL)}
         if picture.color is not None:
             images["color"] = color_message(writer, picture.color, 0.0, _OPTICAL)
         for name, image in images.items():
