@@ -132,7 +132,7 @@ def record(
     ] = None,
     arm: Annotated[Arm, typer.Option(help="Which Jaco stands there, folded.")] = Arm.j2s7s300,
     seconds: Annotated[float, typer.Option(min=0.1, max=600.0, help="How long the session lasts.")] = 1.0,
-    rate: Annotated[float, typer.Option(min=0.1, max=60.0, help="Pictures a second.")] = 6.0,
+    rate: Annotated[float, typer.Option(min=0.1, max=60.0, help="Pictures a second.")] = 15.0,
     truth: Annotated[
         Path | None, typer.Option(metavar="FILE.yaml", help="Write what really stands there as a scene file.")
     ] = None,

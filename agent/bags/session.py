@@ -24,8 +24,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent.arm.models import DEFAULT_MODEL, END_EFFECTOR, FINGER_TIPS, FINGERS, ArmModel, arm_model
-from agent.arm.shapes import BASE, link_poses
+from agent.arm.models import END_EFFECTOR, FINGER_TIPS, FINGERS
 from agent.bags.composing import (
     color_message,
     depth_message,
@@ -40,7 +39,7 @@ from structdiffusion.camera import DepthCamera, measured_depth
 if TYPE_CHECKING:
     from agent.scenes.table import TableScene
 
-CAMERA_RATE = 6.0  # Hz, the lowest that such cameras have
+CAMERA_RATE = 15.0  # Hz
 _DRIVER_RATE = 10.0  # Hz
 _DEGREES_A_TURN = 80.0 / 6800.0  # of a finger, in the driver's unit
 _OPTICAL = "camera_color_optical_frame"
@@ -120,7 +119,7 @@ class _Driver:
     """What the arm's driver and the publisher of its links say of an arm that stands still."""
 
     def __init__(self, table: TableScene) -> None:
-        model: ArmModel = arm_model(DEFAULT_MODEL)
+        model = table.arm.kinematics.model
         self._joints, self._fingers = table.arm.configuration(), table.arm.finger_angles()
         # The driver cannot measure the finger tips.
         names = (*model.joints, *FINGERS, *FINGER_TIPS)
@@ -139,7 +138,7 @@ class _Driver:
         self._moving = dict(hung.values())
         self._base = self._prefix + model.chain[0].parent
         self._base_from_hand = links[next(joint.child for joint in model.chain if joint.name == END_EFFECTOR)]
-        self.base_from_world = np.linalg.inv(link_poses(table.arm)[BASE])
+        self.base_from_world = np.linalg.inv(table.arm.kinematics.world_from_base)
 
     def fixed(self) -> dict[tuple[str, str], np.ndarray]:
         """The links that no joint moves."""
