@@ -18,6 +18,7 @@ from agent.telling import aligned, number
 SCHEMA_VERSION = 1
 _FIRST_REACH = 0.1  # s; the last message of a topic is looked for so far before the bag's end, then further
 _GROWTH = 10.0
+_DEEPEST = 20  # the frames' tree is not indented further
 
 
 @dataclass(frozen=True)
@@ -207,17 +208,16 @@ def _tree(frames: tuple[FrameInfo, ...]) -> list[str]:
         children.setdefault(frame.parent, []).append(frame)
     lines: list[str] = []
     told: set[FrameInfo] = set()
-
-    def tell(name: str, depth: int) -> None:
-        for frame in children.get(name, ()):
-            if frame not in told:
-                told.add(frame)
-                lines.append(f"{'  ' * depth}{frame.name}{'' if frame.static else ' (moving)'}")
-                tell(frame.name, depth + 1)
-
     below = {frame.name for frame in frames}
     for root in [*sorted(set(children) - below), *sorted(set(children) & below)]:
-        if any(frame not in told for frame in children[root]):
+        waiting = [(1, frame) for frame in reversed(children[root]) if frame not in told]
+        if waiting:
             lines.append(root)
-            tell(root, 1)
+        while waiting:
+            depth, frame = waiting.pop()
+            if frame in told:
+                continue
+            told.add(frame)
+            lines.append(f"{'  ' * min(depth, _DEEPEST)}{frame.name}{'' if frame.static else ' (moving)'}")
+            waiting += [(depth + 1, child) for child in reversed(children.get(frame.name, []))]
     return lines

@@ -125,7 +125,7 @@ class Lens:
             raise BadInput(
                 f"a CameraInfo for {self.width} x {self.height} pixels does not fit a picture of {width} x {height}"
             )
-        half = np.array(((1.0, 0, 0.5), (0, 1, 0.5), (0, 0, 1)))  # a picture begins half a pixel before its first middle
+        half = np.array(((1.0, 0, 0.5), (0, 1, 0.5), (0, 0, 1)))  # from a pixel's middle to the picture's corner
         matrix = np.linalg.inv(half) @ np.diag((across, down, 1.0)) @ half @ self.matrix
         return Lens(matrix, self.distortion, width, height, self.frame, self.note)
 

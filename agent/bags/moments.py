@@ -15,9 +15,11 @@ from agent.errors import BadInput
 T = TypeVar("T")
 
 _REACHES = (0.25, 2.0, 20.0, 200.0, None)  # s; how far from the moment messages are looked for, at last everywhere
+_LOOKED_FOR_MORE = 1.0  # s; nearer than this, a few are not enough
 _MORE_PASSED, _MOST_BYTES = 20, 200_000_000  # kept of the messages before the moment, in case the last are of no use
 _MOST_SPOILT = 60  # messages that are tried one after another until one can be used
 _SAME = 0.03  # share of the distance that a pixel may differ by between two looks of the same thing
+_SHIFTED = 0.004  # share of the distance by which most pixels differ alike where the camera went back or forth
 _MOVED = 0.05  # share of pixels that differ by more where the camera, or much before it, has moved
 
 
@@ -68,7 +70,8 @@ def around(
         while passed and len(earlier) < before:
             if (found := tried(passed.pop())) is not None:
                 earlier.append(found)
-        if earlier or later:
+        scarce = len(earlier) + len(later) < after and reach is not None and reach < _LOOKED_FOR_MORE
+        if (earlier or later) and not scarce:
             return sorted([*earlier, *later], key=lambda found: abs(found.time - moment))
         if tried.enough:
             break
@@ -142,7 +145,7 @@ def _still(reference: np.ndarray, other: np.ndarray) -> bool:
     """Whether two looks show the same from the same place."""
     if reference.shape != other.shape:
         return False
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore"):
         both = np.isfinite(reference[..., 2]) & np.isfinite(other[..., 2])
-        moved = np.abs(reference[..., 2] - other[..., 2])[both] > _SAME * reference[..., 2][both]
-    return bool(both.any()) and float(moved.mean()) < _MOVED
+        differ = (other[..., 2] / reference[..., 2] - 1)[both]
+    return bool(both.any()) and float((np.abs(differ) > _SAME).mean()) < _MOVED and abs(np.median(differ)) < _SHIFTED

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from textwrap import shorten
 from typing import Any
@@ -166,12 +167,20 @@ def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
     kind, beginning = _BEGINNINGS[path.suffix]
     with _told(f"cannot read {str(path)!r} as a {kind}"):
         with path.open("rb") as file:
-            begins = file.read(len(beginning))
+            header = file.read(100)
+        begins = header[: len(beginning)]
         if begins != beginning:
             raise BadInput(f"{str(path)!r} is no {kind}: it begins with {begins!r}, and one begins with {beginning!r}")
         reader = Reader1(path) if path.suffix == ".bag" else Reader2(path)
         reader.open()
-    return reader, []
+    return reader, _cut_note(path, header) if path.suffix == ".db3" else []
+
+
+def _cut_note(path: Path, header: bytes) -> list[str]:
+    """Says that a database is cut short where its header counts more pages than there are; SQLite does not mind."""
+    page, counted = int.from_bytes(header[16:18], "big"), int.from_bytes(header[28:32], "big")
+    there, needed = path.stat().st_size, (65536 if page == 1 else page) * counted
+    return [f"{path.name} is cut short at {there} of {needed} bytes; what is left was read"] if there < needed else []
 
 
 def _opened_folder(path: Path) -> tuple[Reader2, list[str]]:
@@ -193,6 +202,7 @@ def _opened_folder(path: Path) -> tuple[Reader2, list[str]]:
     return opened, [f"of the folder {files[0].name} was read alone: {reason}", *notes]
 
 
+@cache
 def _known_types(ros1: bool) -> Typestore:
     """The types that messages are decoded by."""
     types = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)

@@ -16,11 +16,12 @@ from agent.bags.moments import Found, around, fused
 from agent.bags.opening import METADATA, STORAGES, Bag, Message, Stream, open_bag
 from agent.bags.recording import DepthFrame, ReadingOf, Recording
 from agent.bags.topics import Choice, Offer, choose
-from agent.bags.transforms import Frames, base_from_camera, read_frames, transform_streams
+from agent.bags.transforms import Frames, base_frame, base_from_camera, read_frames, transform_streams
 from agent.errors import BadInput, UsageError
 
 _OTHER_SUFFIXES = (".ply", ".pcd")
-_LONGEST_LOOK = 2.0  # s; looks that are further apart show another scene
+_LONGEST_LOOK = 1.0  # s; looks that are further apart show another scene
+_SAME_PLACE = 0.003, 0.007  # m, and of a rotation matrix's entries together; a camera that moved less stood still
 _SAME_TIME = 0.2  # s; colour that is further from the depth is worth a note
 
 
@@ -72,6 +73,8 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
     lens = None if choice.depth_info is None else _lens(bag, choice.depth_info, choice.source, moment)
     looks = _looks(bag, choice, lens, moment, options.looks)
     look, recorded = looks[0].value, looks[0].time
+    frames = read_frames(bag, look.stamp, _ways(choice, look.frame))
+    looks = _from_one_place(bag, looks, frames)
     points, taken_from, count = fused([found.value.points for found in looks])
     color = None
     if look.colors is not None:
@@ -79,7 +82,6 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
         for k in set(np.unique(taken_from)) - {0}:
             if looks[k].value.colors is not None:
                 color[taken_from == k] = looks[k].value.colors[taken_from == k]
-    frames = read_frames(bag, look.stamp, _ways(choice, look.frame))
     if choice.color is not None:
         color, said = _color(bag, choice, look, points, recorded, frames, "color" in options.topics)
         notes += said
@@ -191,6 +193,25 @@ def _looks(bag: Bag, choice: Choice, lens: Lens | None, moment: int, most: int) 
     return near[:most]
 
 
+def _from_one_place(bag: Bag, looks: list[Found[_Look]], frames: Frames) -> list[Found[_Look]]:
+    """Those of the looks for which tf says that the camera stood where it stood for the first."""
+    camera, base = looks[0].value.frame, base_frame(frames)
+    path = frames.path(base, camera)
+    if frames.all_static(path):
+        return looks
+    first_from_base = np.linalg.inv(frames.pose(path))
+    still = looks[:1]
+    for look in looks[1:]:
+        then = read_frames(bag, look.value.stamp, [(camera, base)])
+        moved = first_from_base @ then.pose(then.path(base, camera))
+        if (
+            np.linalg.norm(moved[:3, 3]) < _SAME_PLACE[0]
+            and np.linalg.norm(moved[:3, :3] - np.eye(3)) < _SAME_PLACE[1]
+        ):
+            still.append(look)
+    return still
+
+
 def _on_topic(stream: Stream, read: Callable[[], Any]) -> Any:
     """What `read` gives; what is wrong with a message is told with its topic."""
     try:
@@ -212,18 +233,16 @@ def _color(
     assert choice.color is not None
     stream = choice.color.stream
 
-    def picture(message: Message) -> tuple[int, np.ndarray]:
-        decoded = bag.decoded(message)
-        colors = compressed_color(decoded) if stream.type == COMPRESSED else color_picture(decoded)
-        return stamp(decoded.header, message.recorded), colors
+    def picture(message: Any) -> np.ndarray:
+        return compressed_color(message) if stream.type == COMPRESSED else color_picture(message)
 
     try:
-        found = around(
-            bag, stream, recorded, lambda message: _on_topic(stream, lambda: picture(message)), before=2, after=2
-        )
+        found = around(bag, stream, recorded, bag.decoded, before=3, after=6)
         if not found:
             raise BadInput(f"{stream.topic} of {str(bag.path)!r} has no messages")
-        taken, colors = min((entry.value for entry in found), key=lambda value: abs(value[0] - look.stamp))
+        stamps = [stamp(entry.value.header, entry.time) for entry in found]
+        nearest = min(range(len(found)), key=lambda k: abs(stamps[k] - look.stamp))
+        taken, colors = stamps[nearest], _on_topic(stream, lambda: picture(found[nearest].value))
         late = abs(taken - look.stamp) / 1e9
         notes = [f"the colour was taken {late:.1f} s from the depth"] if late > _SAME_TIME else []
         if not choice.aligned:

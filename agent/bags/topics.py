@@ -106,7 +106,8 @@ def offers(bag: Bag) -> list[Offer]:
 
 def _offer(bag: Bag, stream: Stream) -> Offer:
     """What a stream gives, by the first of its messages that is not empty."""
-    guess = {CLOUD: "points", INFO: "depth_info"}.get(stream.type, "depth" if "depth" in stream.topic else "color")
+    by_name = "depth" if "depth" in stream.topic.lower() else "color"
+    guess = {CLOUD: "points", INFO: "depth_info"}.get(stream.type, by_name)
     first = Offer(stream, guess, problem="it has no messages")
     for number, message in enumerate(islice(bag.messages([stream]), _FIRST_LOOKS)):
         try:
@@ -167,9 +168,9 @@ def choose(bag: Bag, named: Mapping[str, str]) -> Choice:
     usable = [choice for choice in choices if not choice.source.problem]
     if usable:  # the first of the best; on a par a depth picture goes first, which brings its lens along
         return max(usable, key=lambda choice: (choice.worth, choice.depth is not None))
-    if choices:
-        broken = choices[0].source
-        raise BadInput(f"{broken.stream.topic} of {str(bag.path)!r} cannot be used: {broken.problem}")
+    sources = [*(choice.source for choice in choices), *without_info]
+    if sources and all(source.problem for source in sources):
+        raise BadInput(f"{sources[0].stream.topic} of {str(bag.path)!r} cannot be used: {sources[0].problem}")
     if without_info:
         topic = without_info[0].stream.topic
         infos = [offer.stream.topic for offer in there if offer.role == "depth_info"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 import numpy as np
@@ -82,22 +83,21 @@ class Frames:
 
     def loop(self, name: str) -> list[str]:
         """The frames of a loop above `name`, the first again at the end; nothing where there is none."""
-        path: list[str] = []
-
-        def walk(at: str) -> list[str]:
-            if at in path:
-                return [*path[path.index(at) :], at]
-            if at in cleared:
-                return []
-            path.append(at)
-            for parent in self.parents(at):
-                if found := walk(parent):
-                    return found
-            cleared.add(path.pop())
-            return []
-
-        cleared: set[str] = set()
-        return walk(name)
+        parents_of: dict[str, list[str]] = {}
+        for child, parent in self.transforms:
+            parents_of.setdefault(child, []).append(parent)
+        above: dict[str, list[str]] = {}
+        waiting = [name]
+        while waiting:
+            at = waiting.pop()
+            if at not in above:
+                above[at] = sorted(parents_of.get(at, ()))
+                waiting += above[at]
+        try:
+            TopologicalSorter(above).prepare()
+        except CycleError as error:
+            return error.args[1]
+        return []
 
     def path(self, start: str, goal: str) -> list[str]:
         """The frames from one to the other by the fewest transforms, both ends included; nothing where tf has a gap."""
@@ -119,6 +119,11 @@ class Frames:
         while path[-1] != start:
             path.append(came_from[path[-1]])
         return path[::-1]
+
+    def all_static(self, path: Sequence[str]) -> bool:
+        """Whether nothing on the path can have moved."""
+        steps = zip(path, path[1:], strict=False)
+        return all((self.transforms.get(step) or self.transforms[step[::-1]]).static for step in steps)
 
     def pose(self, path: Sequence[str]) -> np.ndarray:
         """(4, 4): the frame at the path's end, seen from the frame at its start."""

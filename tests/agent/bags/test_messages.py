@@ -18,7 +18,8 @@ def packed(points, rgb, rng, big_endian, kind):
     """A PointCloud2 with fields of random order and distance, and rows with something after them."""
     order = ">" if big_endian else "<"
     color = "f4" if kind == "rgb as float32" else "u4"
-    fields = [("x", 7, "f4"), ("y", 8, "f8"), ("z", 7, "f4"), ("rgb", 7 if color == "f4" else 6, color), ("label", 4, "u2")]
+    fields = [("x", 7, "f4"), ("y", 8, "f8"), ("z", 7, "f4"), ("label", 4, "u2")]
+    fields.append(("rgb", 7 if color == "f4" else 6, color))
     fields = [fields[k] for k in rng.permutation(len(fields))]
     offsets, at = [], 0
     for _, _, dtype in fields:
@@ -28,9 +29,9 @@ def packed(points, rgb, rng, big_endian, kind):
     step = at + int(rng.integers(0, 5))
     height, width = points.shape[:2]
     pad = int(rng.integers(0, 9))
-    table = np.zeros((height, width), np.dtype(
-        {"names": [f[0] for f in fields], "formats": [order + f[2] for f in fields], "offsets": offsets, "itemsize": step}
-    ))  # fmt: skip
+    names, formats = [name for name, _, _ in fields], [order + dtype for _, _, dtype in fields]
+    layout = {"names": names, "formats": formats, "offsets": offsets, "itemsize": step}
+    table = np.zeros((height, width), np.dtype(layout))
     for axis, name in enumerate("xyz"):
         table[name] = points[..., axis]
     word = (rgb.astype(np.uint32) << np.array((16, 8, 0), np.uint32)).sum(axis=-1).astype(np.uint32)
