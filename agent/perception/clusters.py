@@ -15,6 +15,8 @@ _REACH = 2.5  # voxels within which two of them are neighbours; less than the fi
 _WIDEST_REACH = 0.018  # m
 _STRAY = 3.0  # standard deviations of the distance to the neighbours, beyond which a voxel is a flying pixel
 _NEIGHBOURS = 12
+_BORDER = 4  # pixels
+_STRAIGHT = 0.2  # of the rows begin there
 _PATCH = 0.015  # m about a voxel, in which its surface is flat
 
 
@@ -70,6 +72,24 @@ def bridging(points: np.ndarray) -> np.ndarray:
         with np.errstate(invalid="ignore"):
             steep |= np.abs(ahead[..., 2] - behind[..., 2]) > _STEEP * across + _STEP * points[..., 2] ** 2
     return steep
+
+
+def at_border(points: np.ndarray) -> np.ndarray:
+    """Pixels (H, W) at the border of the picture, or of the part of it in which the camera measures at all.
+
+    Args:
+        points: (H, W, 3) camera frame, metres, NaN where nothing was measured.
+    """
+    there = np.isfinite(points[..., 2])
+    border = np.zeros(there.shape, dtype=bool)
+    for turns in range(4):
+        turned, marked = np.rot90(there, turns), np.rot90(border, turns)
+        first = turned[turned.any(axis=1)].argmax(axis=1)
+        # Where many rows begin at one column, that is where the sensor begins.
+        at = int(first.min()) if len(first) else 0
+        begins = at if (first <= at + _BORDER).mean() > _STRAIGHT else 0
+        marked[:, : begins + _BORDER] = True
+    return border & there
 
 
 def strays(voxels: Voxels) -> np.ndarray:

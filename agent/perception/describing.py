@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from agent.perception.coloring import lab
 from structdiffusion.geometry import pose_from_xyz_yaw
 
 _COLORED = 16.0  # chroma in CIELAB; below, what looks gray, in the light of a warm or a cold lamp too
@@ -38,28 +39,27 @@ def oriented_box(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def color_word(colors: np.ndarray, white: float) -> str:
-    """The colour's name, as people say it, of points with colours (P, 3) RGB.
+    """The colour's name, as people say it.
 
     Args:
-        colors: the object's.
-        white: the lightness in CIELAB of what is white in this light.
+        colors: (P, 3) of the object's points, in CIELAB.
+        white: the lightness of what is white in this light.
     """
-    lab = _lab(colors)
-    chroma = np.hypot(lab[:, 1], lab[:, 2])
+    chroma = np.hypot(colors[:, 1], colors[:, 2])
     colored = chroma > _COLORED
     if colored.mean() < _MOSTLY:
-        plain = lab[~colored, 0]
+        plain = colors[~colored, 0]
         # Its bright side: the other lies in its own shade.
         if np.percentile(plain, 75) > _WHITE * white:
             return "white"
         return "black" if np.median(plain) < _BLACK * white else "gray"
-    hue = np.degrees(np.arctan2(lab[colored, 2], lab[colored, 1])) % 360
+    hue = np.degrees(np.arctan2(colors[colored, 2], colors[colored, 1])) % 360
     names = np.searchsorted([end for end, _ in _HUES], hue)
     weight = np.bincount(names, chroma[colored], len(_HUES))
     weight[0] += weight[-1]
     most = int(weight[:-1].argmax())
     name = _HUES[most][1]
-    lightness = np.percentile(lab[colored, 0][names == most], 75) if (names == most).any() else 50.0
+    lightness = np.percentile(colors[colored, 0][names == most], 75) if (names == most).any() else 50.0
     if name in ("orange", "yellow") and lightness < _DARK:
         return "brown"
     if name == "red" and lightness > _PALE:
@@ -70,7 +70,7 @@ def color_word(colors: np.ndarray, white: float) -> str:
 def lightness_of_white(colors: np.ndarray) -> float:
     """The lightness in CIELAB of the brightest things in a picture (..., 3) RGB."""
     flat = colors.reshape(-1, 3)
-    return float(np.percentile(_lab(flat[:: max(1, len(flat) // 20000)])[:, 0], 99))
+    return float(np.percentile(lab(flat[:: max(1, len(flat) // 20000)])[:, 0], 99))
 
 
 def shape_words(sides: Sequence[np.ndarray]) -> list[list[str]]:
@@ -88,17 +88,3 @@ def shape_words(sides: Sequence[np.ndarray]) -> list[list[str]]:
         words.append([word for word, fit in fits.items() if fit])
     common = set.intersection(*map(set, words)) if words else set()
     return [[word for word in own if word not in common][:_MOST_WORDS] for own in words]
-
-
-def _lab(colors: np.ndarray) -> np.ndarray:
-    """CIELAB (P, 3) of sRGB colours (P, 3), 0 to 255, under daylight."""
-    linear = colors / 255.0
-    linear = np.where(linear > 0.04045, ((linear + 0.055) / 1.055) ** 2.4, linear / 12.92)
-    xyz = linear @ np.array(
-        [[0.4124564, 0.2126729, 0.0193339], [0.3575761, 0.7151522, 0.1191920], [0.1804375, 0.0721750, 0.9503041]]
-    )
-    ratio = xyz / np.array([0.95047, 1.0, 1.08883])
-    root = np.where(ratio > 0.008856, np.cbrt(ratio), 7.787 * ratio + 16 / 116)
-    return np.stack(
-        (116 * root[:, 1] - 16, 500 * (root[:, 0] - root[:, 1]), 200 * (root[:, 1] - root[:, 2])), axis=1
-    )

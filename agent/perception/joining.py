@@ -8,30 +8,80 @@ from scipy.spatial import cKDTree
 
 _WITHIN = 0.5  # of the smaller part's outline, seen from above, lies in the other's: apart, they would intersect
 _HOLLOW = -0.3  # the normals of a solid seen from outside diverge (1 for a ball), those of an inside meet (-1)
-_RIM = 0.025  # m between the inside and the outside: a wall, and what the camera loses of it
+_RIM = 0.04  # m between the inside and the outside: a wall, and what the camera loses of it
+_AS_WIDE = 0.7  # of the width of both is shared by the inside and the outside, across the line of sight
 _RIM_HEIGHT = 0.02  # m between their upper ends
+_FLAT = 0.03  # m: what is lower, and next to another such thing, is one with it
+_IN_THE_AIR = 0.02  # m above the table: what ends higher is held by something
+_MINOR = 0.3  # of the voxels of what it is a part of
+_BESIDE = 0.03  # m from it
+_ALIKE = 18.0  # apart in CIELAB: one colour in light and shade
 
 
-def joined(part: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
+def joined(
+    part: np.ndarray,
+    positions: np.ndarray,
+    normals: np.ndarray,
+    lab: np.ndarray | None,
+    eye: np.ndarray,
+    reach: float,
+) -> np.ndarray:
     """Parts with those joined that stand in each other's place, or are the inside and the outside of one thing.
 
     Args:
         part: (V,) the part of each voxel, -1 for none.
         positions: (V, 3) level frame, metres.
         normals: (V, 3) unit, toward the camera.
+        lab: (V, 3) colours in CIELAB, or `None`.
+        eye: (3,) where the camera is.
+        reach: metres within which voxels are neighbours.
     """
-    part = part.copy()
+    part = _flat_things_joined(part, positions, reach)
     for hollow in np.unique(part[part >= 0]):
         if _hollowness(positions[part == hollow], normals[part == hollow]) > _HOLLOW:
             continue
-        outside = _around(int(hollow), part, positions)
+        outside = _around(int(hollow), part, positions, eye)
         part[part == hollow] = outside
+    part = _floaters_joined(part, positions, lab)
     outlines = {k: _outline(positions[part == k]) for k in np.unique(part[part >= 0])}
     while pair := _intersecting(outlines):
         small, large = pair
         part[part == small] = large
         outlines[large] = _outline(positions[part == large])
         del outlines[small]
+    return part
+
+
+def _flat_things_joined(part: np.ndarray, positions: np.ndarray, reach: float) -> np.ndarray:
+    """Parts with those joined that are low and next to each other: a spoon's bowl is higher than its handle."""
+    part = part.copy()
+    low = [k for k in np.unique(part[part >= 0]) if positions[part == k, 2].max() < _FLAT]
+    trees = {k: cKDTree(positions[part == k]) for k in low}
+    for place, one in enumerate(low):
+        for other in low[place + 1 :]:
+            if trees[one].sparse_distance_matrix(trees[other], 1.2 * reach).nnz:
+                part[part == one] = other
+                trees[other] = cKDTree(positions[part == other])
+                break
+    return part
+
+
+def _floaters_joined(part: np.ndarray, positions: np.ndarray, lab: np.ndarray | None) -> np.ndarray:
+    """Parts with those joined that hang in the air beside a larger one of their colour: a handle behind its mug."""
+    part = part.copy()
+    sizes = np.bincount(part[part >= 0])
+    for small in np.argsort(sizes):
+        own = part == small
+        if not own.any() or positions[own, 2].min() < _IN_THE_AIR:
+            continue
+        others = (part >= 0) & ~own & (sizes[part] * _MINOR > own.sum())
+        if not others.any():
+            continue
+        away, nearest = cKDTree(positions[others]).query(positions[own])
+        other = part[others][nearest[away.argmin()]]
+        alike = lab is None or np.linalg.norm(np.median(lab[own], axis=0) - np.median(lab[part == other], axis=0)) < _ALIKE
+        if away.min() < _BESIDE and alike and positions[own, 2].max() < positions[part == other, 2].max() + _RIM_HEIGHT:
+            part[own] = other
     return part
 
 
@@ -42,19 +92,32 @@ def _hollowness(positions: np.ndarray, normals: np.ndarray) -> float:
     return float((normals[:, :2] * from_middle).sum() / max(weight.sum(), 1e-9))
 
 
-def _around(hollow: int, part: np.ndarray, positions: np.ndarray) -> int:
-    """The part whose inside the hollow one is: the nearest that ends at about the same height; else itself."""
-    inside, others = part == hollow, (part >= 0) & (part != hollow)
+def _around(hollow: int, part: np.ndarray, positions: np.ndarray, eye: np.ndarray) -> int:
+    """The part whose inside the hollow one is: the nearest in front of it, as wide and as high; else itself."""
+    inside, others = positions[part == hollow], (part >= 0) & (part != hollow)
     if not others.any():
         return hollow
-    away, _ = cKDTree(positions[inside]).query(positions[others])
-    top = positions[inside, 2].max()
+    away, _ = cKDTree(inside).query(positions[others])
+    sight = inside[:, :2].mean(axis=0) - eye[:2]
+    sight /= max(float(np.linalg.norm(sight)), 1e-9)
+    across = np.array([-sight[1], sight[0]])
     best, least = hollow, _RIM
     for other in np.unique(part[others]):
         members = part[others] == other
-        if abs(positions[others][members, 2].max() - top) < _RIM_HEIGHT and away[members].min() < least:
-            best, least = int(other), float(away[members].min())
+        outside = positions[others][members]
+        same_height = abs(outside[:, 2].max() - inside[:, 2].max()) < _RIM_HEIGHT
+        in_front = (outside[:, :2] @ sight).mean() < (inside[:, :2] @ sight).mean()
+        if same_height and in_front and _shared(outside[:, :2] @ across, inside[:, :2] @ across) > _AS_WIDE:
+            if away[members].min() < least:
+                best, least = int(other), float(away[members].min())
     return best
+
+
+def _shared(one: np.ndarray, other: np.ndarray) -> float:
+    """The share of the range of both that each has."""
+    return (min(one.max(), other.max()) - max(one.min(), other.min())) / (
+        max(one.max(), other.max()) - min(one.min(), other.min())
+    )
 
 
 def _intersecting(outlines: dict[int, shapely.Polygon]) -> tuple[int, int] | None:

@@ -26,7 +26,12 @@ _EDGE = 0.02  # m that things may stand over the table's edge, as far as it is s
 _FOOT = 0.008  # m from what has risen: the lower points that belong to it
 _WHOLE = 100  # voxels of 4 mm make an object; so much is what a cube of 2.5 cm shows
 _FLAT = 40  # are enough for one that is low: a knife shows little more
-_CLEAR = 6.0  # sigma that a low thing stands above the table: a table's waves are not
+_CLEAR = 5.0  # sigma that an object is above the table: a table's waves are not
+_CLEAR_UNSEEN = 12.0  # and one in the table's colour, as is what the camera makes up between two surfaces
+_CONTRAST = 3.0  # standard deviations of the table's colour: what differs by less looks like the table
+_CUT = 0.04  # of an object's voxels lie at the picture's border: most of it may be outside
+_DISTINCT = 0.7  # of an object's upper points differ from the table: then its colour tells where it ends
+_SKIRT = 0.02  # m: up to there a camera's depth runs from an object over into the table
 _WIDEST = 0.5  # m: more is a wall, a person, or the edge of something else
 _SUPPORTED = 0.7  # of an object's voxels lie over the table
 
@@ -46,7 +51,27 @@ class Found:
     left_out: np.ndarray
 
 
-def find_objects(level: np.ndarray, eye: np.ndarray, relief: Relief, steep: np.ndarray) -> Found:
+@dataclass(frozen=True)
+class Tint:
+    """The colours of P points.
+
+    Attributes:
+        lab: (P, 3) in CIELAB.
+        contrast: (P,) how many standard deviations of the table's colour each is away from it.
+    """
+
+    lab: np.ndarray
+    contrast: np.ndarray
+
+
+def find_objects(
+    level: np.ndarray,
+    eye: np.ndarray,
+    relief: Relief,
+    steep: np.ndarray,
+    border: np.ndarray,
+    tint: Tint | None = None,
+) -> Found:
     """The objects on the table.
 
     Args:
@@ -54,6 +79,8 @@ def find_objects(level: np.ndarray, eye: np.ndarray, relief: Relief, steep: np.n
         eye: (3,) where the camera is, in that frame.
         relief: their heights.
         steep: (P,) those that may join what does not belong together; given to objects only at the end.
+        border: (P,) those at the picture's border.
+        tint: their colours, or `None`.
     """
     height = np.where(relief.heights > _NEAR_TABLE, relief.heights, relief.smooth)
     above = (height > np.maximum(_GROW * relief.sigma, _LEAST_GROW)) & (relief.heights < _TALLEST)
@@ -64,14 +91,30 @@ def find_objects(level: np.ndarray, eye: np.ndarray, relief: Relief, steep: np.n
         return Found(labels, 0, np.empty((0, 4)))
     voxels = gather(level[solid])
     tall, sigma = voxels.mean(height[solid]), voxels.mean(relief.sigma[solid])
+    lab, contrast = (None, None) if tint is None else (voxels.mean(tint.lab[solid]), voxels.mean(tint.contrast[solid]))
     of_voxel = _parts(voxels, tall, sigma)
-    of_voxel = joined(of_voxel, voxels.positions, normals(voxels.positions, eye))
-    of_voxel, left_out = _objects(of_voxel, voxels, tall, relief.outline)
+    of_voxel = joined(of_voxel, voxels.positions, normals(voxels.positions, eye), lab, eye, voxels.reach)
+    of_voxel[~_clear(of_voxel, tall, sigma, contrast)] = -1
+    cut = voxels.mean(border[solid].astype(np.float64)) > 0
+    of_voxel, left_out = _objects(of_voxel, voxels, tall, cut, relief.outline)
     known = of_voxel >= 0
     if known.any():
         _, nearest = cKDTree(voxels.positions[known]).query(level[above], distance_upper_bound=voxels.reach)
         labels[above] = np.append(of_voxel[known], -1)[nearest]
+        if tint is not None:
+            labels[_table_colored(labels, relief.heights, tint.contrast)] = -1
     return Found(labels, int(of_voxel.max()) + 1, left_out)
+
+
+def _table_colored(labels: np.ndarray, heights: np.ndarray, contrast: np.ndarray) -> np.ndarray:
+    """The low points (P,) of objects that look like the table, where the rest of the object does not."""
+    plain = np.zeros(len(labels), dtype=bool)
+    for index in range(int(labels.max()) + 1):
+        own = labels == index
+        rest = own & (heights > np.median(heights[own]))
+        if (contrast[rest] > _CONTRAST).mean() > _DISTINCT:
+            plain |= own & (heights < _SKIRT) & (contrast < _CONTRAST)
+    return plain
 
 
 def _parts(voxels: Voxels, tall: np.ndarray, sigma: np.ndarray) -> np.ndarray:
@@ -88,17 +131,22 @@ def _parts(voxels: Voxels, tall: np.ndarray, sigma: np.ndarray) -> np.ndarray:
     low = (part < 0) & (tall > np.maximum(_LEAST_SEED, _SEED * sigma))
     if low.any():
         found = clusters(voxels.positions[low], voxels.reach)
-        clear = np.maximum(_LEAST_SEED, _CLEAR * sigma[low])
-        for index in range(int(found.max()) + 1):
-            members = found == index
-            if members.sum() < _FLAT / 4 or np.median(tall[low][members] / clear[members]) < 1.0:
-                found[members] = -1
         part[low] = np.where(found >= 0, found + part.max() + 1, -1)
     return part
 
 
+def _clear(part: np.ndarray, tall: np.ndarray, sigma: np.ndarray, contrast: np.ndarray | None) -> np.ndarray:
+    """Voxels (V,) of parts that stand out from the table's noise, all the more where they look like the table."""
+    clear = np.zeros(len(part), dtype=bool)
+    for index in np.unique(part[part >= 0]):
+        own = part == index
+        looks_like_it = contrast is not None and np.median(contrast[own]) < _CONTRAST
+        clear[own] = np.median(tall[own] / sigma[own]) > (_CLEAR_UNSEEN if looks_like_it else _CLEAR)
+    return clear
+
+
 def _objects(
-    part: np.ndarray, voxels: Voxels, tall: np.ndarray, outline: shapely.Polygon
+    part: np.ndarray, voxels: Voxels, tall: np.ndarray, cut: np.ndarray, outline: shapely.Polygon
 ) -> tuple[np.ndarray, np.ndarray]:
     """The parts that are objects, counted anew, and what is too large for one."""
     of_voxel, left_out = np.full(len(part), -1), []
@@ -106,7 +154,7 @@ def _objects(
     for index in np.unique(part[part >= 0]):
         members = part == index
         enough = _WHOLE if np.percentile(tall[members], 90) > _RISEN else _FLAT
-        if members.sum() < enough or supported[members].mean() < _SUPPORTED:
+        if members.sum() < enough or supported[members].mean() < _SUPPORTED or cut[members].mean() > _CUT:
             continue
         positions = voxels.positions[members]
         width = float(np.ptp(positions[:, :2], axis=0).max())

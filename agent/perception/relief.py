@@ -2,7 +2,7 @@
 
 No depth camera sees a plane as a plane: the depth of a RealSense waves by millimetres over decimetres, that of a Kinect
 comes in steps. So the table is a smooth surface near its plane, and the noise is measured on the table itself, as it is
-left after averaging over neighbours: cutlery is lost in a single pixel's noise, but not in the mean of twenty.
+left after averaging over neighbours: cutlery is lost in a single pixel's noise, but not in the mean of ten.
 """
 
 from __future__ import annotations
@@ -18,11 +18,10 @@ _BAND = 0.025  # m about the plane: the table's points, and those that may be fl
 _CELL = 0.02  # m, of the grid in which the table's surface is told
 _DEGREE = 3  # of that surface: waves of decimetres, and nothing as small as a plate
 _ROUNDS = 5
-_WINDOW = 5  # pixels across the neighbourhood of an organised cloud
-_NEIGHBOURS = 20  # of an unorganised one
+_WINDOW = 3  # pixels across the neighbourhood of an organised cloud
+_NEIGHBOURS = 12  # of an unorganised one
 _BINS = 8  # of distance, in which the noise is measured
 _LEAST_SIGMA = 0.0004  # m; no depth camera is better
-_BRIDGED = 3  # cells between parts of one table: what a thing hides
 _ALONGSIDE = 0.1  # m about the largest part of the table, within which the other parts lie
 
 
@@ -71,13 +70,13 @@ def _outline(level: np.ndarray) -> shapely.Polygon:
     """The convex outline of the parts of the table that were seen."""
     flat = level[np.abs(level[:, 2]) < _BAND, :2]
     low = flat.min(axis=0)
-    cells = np.zeros(np.ceil((flat.max(axis=0) - low) / _CELL).astype(int) + 1 + 2 * _BRIDGED, dtype=bool)
-    place = ((flat - low) / _CELL).astype(int) + _BRIDGED
+    cells = np.zeros(np.ceil((flat.max(axis=0) - low) / _CELL).astype(int) + 1, dtype=bool)
+    place = ((flat - low) / _CELL).astype(int)
     cells[place[:, 0], place[:, 1]] = True
     # A cell without neighbours is noise.
     cells &= ndimage.uniform_filter(cells.astype(np.float32), 3) > 3.5 / 9
-    parts, _ = ndimage.label(ndimage.binary_dilation(cells, iterations=_BRIDGED), np.ones((3, 3)))
-    part = np.where(cells, parts, 0)[place[:, 0], place[:, 1]]
+    parts, _ = ndimage.label(cells, np.ones((3, 3)))
+    part = parts[place[:, 0], place[:, 1]]
     # Things that hide the table cut it into parts. What is about as high but stands apart, a chair's seat, is none.
     chosen = part == np.bincount(part[part > 0]).argmax()
     reach = _hull(flat[chosen]).buffer(_ALONGSIDE)

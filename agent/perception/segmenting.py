@@ -7,11 +7,12 @@ import numpy as np
 from agent.arm.presence import distance_to_arm
 from agent.bags.recording import Recording
 from agent.errors import BadInput
-from agent.perception.clusters import bridging
+from agent.perception.clusters import at_border, bridging
+from agent.perception.coloring import contrast, lab
 from agent.perception.describing import color_word, lightness_of_white, oriented_box, shape_words
 from agent.perception.extent import reachable, seen_rectangle
 from agent.perception.frames import base_from_camera, world_frame
-from agent.perception.objects import find_objects
+from agent.perception.objects import Tint, find_objects
 from agent.perception.plane import FARTHEST, table_plane
 from agent.perception.relief import table_relief
 from agent.perception.segments import ARM, NOTHING, TABLE, Segment, Segments
@@ -48,12 +49,17 @@ def segment(recording: Recording) -> Segments:
     plane = table_plane(points, None if told is None else told[2, :3])
     level = transform_points(plane.level_from_camera, points)
     relief = table_relief(level, distance, pixels, shape)
-    steep = bridging(frame.points).ravel()[pixels] if frame.organised else np.zeros(len(pixels), dtype=bool)
-    found = find_objects(level, plane.level_from_camera[:3, 3], relief, steep)
+    steep = border = np.zeros(len(pixels), dtype=bool)
+    if frame.organised:
+        steep, border = bridging(frame.points).ravel()[pixels], at_border(frame.points).ravel()[pixels]
+    flat = np.abs(relief.heights) < np.maximum(_TABLE_BAND * relief.sigma, 0.01)
+    tint = None
+    if frame.color is not None:
+        colors = lab(frame.color.reshape(-1, 3)[pixels])
+        tint = Tint(colors, contrast(colors, flat, pixels, shape))
     level[:, 2] = relief.heights
-
-    flat = (np.abs(relief.heights) < np.maximum(_TABLE_BAND * relief.sigma, 0.01)) & (found.labels < 0)
-    labels[pixels[flat]] = TABLE
+    found = find_objects(level, plane.level_from_camera[:3, 3], relief, steep, border, tint)
+    labels[pixels[flat & (found.labels < 0)]] = TABLE
     middles = np.array([np.median(level[found.labels == k, :2], axis=0) for k in range(found.count)]).reshape(-1, 2)
     outline = np.array(relief.outline.exterior.coords)
     places = middles if found.count else np.array(relief.outline.centroid.coords)
@@ -90,7 +96,7 @@ def _segments(world: np.ndarray, colors: np.ndarray | None, members: list[np.nda
     found = []
     for index, (own, (pose, sides)) in enumerate(zip(members, boxes, strict=True)):
         its = None if colors is None else colors[own]
-        words = [*([] if its is None else [color_word(its, white)]), *shapes[index]]
+        words = [*([] if its is None else [color_word(lab(its), white)]), *shapes[index]]
         name = f"object {index + 1}"
         found.append(Segment(name, ", ".join((name, *words)), world[own], its, pose, sides))
     return tuple(found)

@@ -1,0 +1,66 @@
+"""Colours as people see them apart, and how much each point's colour differs from that of the table about it."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import ndimage
+
+_WINDOW = 61  # pixels across the table's colour about a pixel: lamps and grain change it slowly
+_LEAST = 1.5  # standard deviation in CIELAB of a table in one colour: what a camera's own noise is
+_TYPICAL = 0.8  # of the points taken for the table's are the table's for sure; the others are plates, stains, feet
+_MAIN = 4.0  # of the standard deviations of those: what is farther away is another colour
+_RGB_TO_XYZ = np.array(
+    [[0.4124564, 0.2126729, 0.0193339], [0.3575761, 0.7151522, 0.1191920], [0.1804375, 0.0721750, 0.9503041]],
+    dtype=np.float32,
+)
+_DAYLIGHT = np.array([0.95047, 1.0, 1.08883], dtype=np.float32)
+
+
+def lab(colors: np.ndarray) -> np.ndarray:
+    """CIELAB (P, 3) float32 of sRGB colours (P, 3) uint8, under daylight."""
+    level = np.arange(256) / 255.0
+    linear = np.where(level > 0.04045, ((level + 0.055) / 1.055) ** 2.4, level / 12.92).astype(np.float32)
+    ratio = linear[colors] @ _RGB_TO_XYZ / _DAYLIGHT
+    root = np.where(ratio > 0.008856, np.cbrt(ratio), 7.787 * ratio + 16 / 116)
+    return np.stack(
+        (116 * root[:, 1] - 16, 500 * (root[:, 0] - root[:, 1]), 200 * (root[:, 1] - root[:, 2])), axis=1
+    )
+
+
+def contrast(colors: np.ndarray, table: np.ndarray, pixels: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """How many of the table's standard deviations each point's colour is away from the table's about it: (P,).
+
+    Args:
+        colors: (P, 3) in CIELAB.
+        table: (P,) the points that are the table's.
+        pixels: (P,) where each lies in the flattened picture.
+        shape: of the picture; of an unorganised cloud, which has one row, the whole table is about every point.
+    """
+    if not table.any():
+        return np.zeros(len(colors))
+    # Plates are flat too: what is not of the table's main colour does not tell its colour.
+    away = _deviations(colors - np.median(colors[table], axis=0), table)
+    typical = table & (away < _MAIN)
+    return _deviations(colors - _about(colors, typical, pixels, shape), typical)
+
+
+def _deviations(off: np.ndarray, typical: np.ndarray) -> np.ndarray:
+    """Mahalanobis' distance (P,) of differences (P, 3), by how the typical ones among them scatter."""
+    size = np.linalg.norm(off[typical], axis=1)
+    covariance = np.cov(off[typical][size <= np.quantile(size, _TYPICAL)].T) + _LEAST**2 * np.eye(3)
+    white = off @ np.linalg.cholesky(np.linalg.inv(covariance)).astype(np.float32)
+    return np.linalg.norm(white, axis=1)
+
+
+def _about(colors: np.ndarray, table: np.ndarray, pixels: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """The table's mean colour (P, 3) about each point."""
+    whole = colors[table].mean(axis=0)
+    if shape[0] == 1:
+        return np.broadcast_to(whole, colors.shape)
+    # A thousandth of the whole table's colour, for where none of it is near.
+    weight = 1e-3
+    sums = np.zeros((shape[0] * shape[1], 4), np.float32)
+    sums[pixels[table], :3] = colors[table] - whole
+    sums[pixels[table], 3] = 1.0
+    means = [ndimage.uniform_filter(sums[:, k].reshape(shape), _WINDOW, mode="constant").ravel() for k in range(4)]
+    return whole + np.stack([means[k][pixels] / (means[3][pixels] + weight) for k in range(3)], axis=1)

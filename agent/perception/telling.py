@@ -1,0 +1,86 @@
+"""What perception found, as a table to read and as JSON. Lengths are metres in the world frame, angles degrees."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, TextIO
+
+import numpy as np
+
+from agent.perception.segments import ARM, Segments
+from structdiffusion.geometry import yaw_of
+from structdiffusion.observation import Table
+
+_COLUMNS = (("x", 6), ("y", 7), ("yaw", 5), ("length", 8), ("width", 7), ("height", 8), ("points", 8))
+
+
+def tell_objects(segments: Segments, results: TextIO) -> None:
+    """Prints the objects, one a line, the table, and what was assumed."""
+    if segments.objects:
+        wide = max(len(found.called) for found in segments.objects)
+        print(" " * wide + "".join(f"{title:>{width}}" for title, width in _COLUMNS), file=results)
+    for found in segments.objects:
+        x, y = found.world_from_box[:2, 3]
+        length, width, height = found.sides
+        print(
+            f"{found.called:<{wide}}{x:6.3f}{y:7.3f}{_degrees(found.world_from_box):5.0f}"
+            f"{length:8.3f}{width:7.3f}{height:8.3f}{len(found.points):8d}",
+            file=results,
+        )
+    many = len(segments.objects)
+    print(f"{many or 'no'} object{'' if many == 1 else 's'} on a table that was seen {_told(segments.surface)}", file=results)
+    print(f"structures are built {_told(segments.table)}", file=results)
+    arm = int((segments.labels == ARM).sum())
+    if arm:
+        print(f"{arm} points are the arm's own", file=results)
+    for note in segments.notes:
+        print(f"note: {note}", file=results)
+
+
+def objects_json(segments: Segments) -> dict[str, Any]:
+    """The same for programs: every number in metres or degrees, transforms as rows."""
+    return {
+        "objects": [
+            {
+                "name": found.name,
+                "called": found.called,
+                "x": _round(found.world_from_box[0, 3]),
+                "y": _round(found.world_from_box[1, 3]),
+                "yaw": _round(_degrees(found.world_from_box), 1),
+                "length": _round(found.sides[0]),
+                "width": _round(found.sides[1]),
+                "height": _round(found.sides[2]),
+                "points": len(found.points),
+                "color": None if found.colors is None else np.median(found.colors, axis=0).astype(int).tolist(),
+                "world_from_box": _rows(found.world_from_box),
+            }
+            for found in segments.objects
+        ],
+        "table": _rectangle(segments.table),
+        "surface": _rectangle(segments.surface),
+        "world_from_camera": _rows(segments.world_from_camera),
+        "world_from_base": _rows(segments.world_from_base),
+        "arm_points": int((segments.labels == ARM).sum()),
+        "notes": list(segments.notes),
+    }
+
+
+def _degrees(pose: np.ndarray) -> float:
+    """The yaw of a box's longer side, in [0, 180): a box has no front."""
+    return math.degrees(yaw_of(pose)) % 180.0
+
+
+def _told(table: Table) -> str:
+    return f"from x {table.x_min:.2f} to {table.x_max:.2f} and from y {table.y_min:.2f} to {table.y_max:.2f} m"
+
+
+def _rectangle(table: Table) -> dict[str, float]:
+    return {key: _round(getattr(table, key)) for key in ("x_min", "x_max", "y_min", "y_max")}
+
+
+def _rows(pose: np.ndarray) -> list[list[float]]:
+    return [[_round(value, 6) for value in row] for row in pose]
+
+
+def _round(value: float, digits: int = 4) -> float:
+    return round(float(value), digits)
