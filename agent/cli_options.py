@@ -25,6 +25,11 @@ class ModelKind(str, Enum):
     diffusion = "diffusion"
     structure = "structure"
     collision = "collision"
+    cvae = "cvae"
+    structformer_circle = "structformer_circle"
+    structformer_line = "structformer_line"
+    structformer_tower = "structformer_tower"
+    structformer_table_setting = "structformer_table_setting"
 
 
 class Parsers(str, Enum):

@@ -13,6 +13,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from agent.errors import UsageError
+from grounding.spec import SHAPES
+from structdiffusion.models import structformer_name
 
 if TYPE_CHECKING:
     import torch
@@ -30,8 +32,11 @@ class Recipe:
     batch: int
 
 
+# The baselines' steps cost what the diffusion model's do: a scene that is encoded serves one pass of theirs, six of its.
 RECIPES = {
     "diffusion": Recipe(16_000, 8e-4, 32),
+    "cvae": Recipe(16_000, 8e-4, 48),
+    **{structformer_name(shape): Recipe(8_000, 8e-4, 48) for shape in SHAPES},
     "structure": Recipe(4_000, 1e-3, 32),
     "collision": Recipe(5_000, 1e-3, 64),
 }
@@ -75,7 +80,7 @@ def train_model(kind: str, data: Path, out: Path, recipe: Recipe, device_name: s
     """Trains a model, or goes on where `out` stopped; tells every row of the log.
 
     Args:
-        kind: "diffusion", "structure" or "collision".
+        kind: one of `RECIPES`.
         data: a folder that `generate_scenes` made.
         out: receives the checkpoint, the training state and `log.csv`.
         recipe: how long, how fast, and on how much at once; steps of earlier runs are included.
@@ -117,6 +122,25 @@ def _diffusion(data: Path, device: torch.device, batch: int) -> tuple[Checkpoint
     return model, partial(diffusion_loss, model, scheduler, batches, scenes=batch)
 
 
+def _cvae(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
+    from structdiffusion.batches import DemonstrationBatches
+    from structdiffusion.models.cvae.loss import cvae_loss
+    from structdiffusion.models.cvae.model import PoseCVAE
+
+    batches, model = DemonstrationBatches(data, device), PoseCVAE().to(device)
+    return model, partial(cvae_loss, model, batches, scenes=batch)
+
+
+def _structformer(shape: str, data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
+    from structdiffusion.batches import DemonstrationBatches
+    from structdiffusion.models.structformer.loss import structformer_loss
+    from structdiffusion.models.structformer.model import StructFormer, StructFormerConfig
+
+    batches = DemonstrationBatches(data, device, shape=shape)
+    model = StructFormer(StructFormerConfig(shape=shape)).to(device)
+    return model, partial(structformer_loss, model, batches, scenes=batch)
+
+
 def _structure(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
     from structdiffusion.batches import DemonstrationBatches
     from structdiffusion.models.structure.loss import structure_loss
@@ -136,6 +160,8 @@ def _collision(data: Path, device: torch.device, batch: int) -> tuple[Checkpoint
 
 _TASKS: dict[str, Callable[[Path, torch.device, int], tuple[Checkpointed, Loss]]] = {
     "diffusion": _diffusion,
+    "cvae": _cvae,
+    **{structformer_name(shape): partial(_structformer, shape) for shape in SHAPES},
     "structure": _structure,
     "collision": _collision,
 }

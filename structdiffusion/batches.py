@@ -57,12 +57,15 @@ class DemonstrationBatches:
         folder: with `library.npz`, `shard_*.npz` and `language.npz`.
         device: where the tensors live.
         points: P of the clouds.
+        shape: draw only structures of this shape.
 
     Raises:
-        FileNotFoundError: for a missing file; the message says which command makes it.
+        FileNotFoundError: for a missing file, or when no scene has the shape; the message says which command makes it.
     """
 
-    def __init__(self, folder: str | Path, device: torch.device | str = "cpu", points: int = 256) -> None:
+    def __init__(
+        self, folder: str | Path, device: torch.device | str = "cpu", points: int = 256, shape: str | None = None
+    ) -> None:
         folder = Path(folder)
         shards = sorted(folder.glob("shard_*.npz"))
         for name, there in (
@@ -79,6 +82,12 @@ class DemonstrationBatches:
             self.categories = [str(c) for c in library["categories"]]
         loaded = [dict(np.load(shard)) for shard in shards]
         column = {name: torch.from_numpy(np.concatenate([shard[name] for shard in loaded])) for name in loaded[0]}
+        if shape is not None:
+            alike = column["words"][:, SLOTS.index("shape")] == WORDS["shape", shape]
+            if not alike.any():
+                made = f"make some with `structagent generate --out {folder}`"
+                raise FileNotFoundError(f"none of the {len(alike)} scenes in {folder} is a {shape}; {made}")
+            column = {name: rows[alike] for name, rows in column.items()}
         self.objects = column["objects"].long().to(device)  # (D, 9)
         self.initial, self.goal = column["initial"].to(device), column["goal"].to(device)
         self.frame, self.words = column["frame"].to(device), column["words"].long().to(device)

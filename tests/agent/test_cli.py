@@ -321,7 +321,7 @@ def test_interruption(monkeypatch, capsys):
     assert capsys.readouterr().err == "structagent: interrupted\n"
 
 
-@pytest.mark.parametrize("kind", ["diffusion", "structure", "collision"])
+@pytest.mark.parametrize("kind", ["diffusion", "structure", "collision", "cvae", "structformer_table_setting"])
 def test_training_without_scenes(fails, tmp_path, kind):
     sentence = fails(6, "train", kind, "--data", str(tmp_path / "none"), "--out", str(tmp_path / "run"))
     assert "library.npz" in sentence and "structagent generate" in sentence

@@ -46,7 +46,7 @@ def words(program, *line: str) -> list[str]:
         (["run", "--json", ""], []),  # a switch takes no value
         (["run", "--seed", ""], []),
         (["scene", "new", "--shape", "t"], ["tower", "table setting"]),
-        (["train", "s"], ["structure"]),
+        (["train", "structu"], ["structure"]),
         (["train", "structure", ""], []),
         (["parse", "--", "--vie"], []),
         (["completion", ""], ["bash", "zsh", "fish"]),

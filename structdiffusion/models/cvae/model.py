@@ -1,0 +1,79 @@
+"""The conditional variational autoencoder on the backbone of the diffusion model (paper section V.A, "CVAE").
+
+Three transformers (Sohn et al. 2015): a recognition network sees the goal poses and gives the posterior
+of the latent, a prior network does not see them, and a generator takes a latent and gives all poses in a
+single pass. A pass that predicted one pose after another could do without the latent, as the paper
+notes; here the latent alone decides what the wish leaves open.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+from torch.distributions import Normal
+
+from structdiffusion.models.backbone import (
+    POSE,
+    WORD_TOKENS,
+    BackboneConfig,
+    Condition,
+    PoseBackbone,
+    encoder_stack,
+    readout,
+)
+
+_LOG_DEVIATION = (-5.0, 2.0)  # range of the latent's: beyond it, the divergence would overflow early in training
+
+
+@dataclass(frozen=True)
+class CVAEConfig(BackboneConfig):
+    """The backbone's sizes (`layers` are the generator's), and the latent's.
+
+    Attributes:
+        latent: how many numbers the latent has.
+        latent_layers: of the recognition and of the prior network.
+    """
+
+    latent: int = 32
+    latent_layers: int = 2
+
+
+class PoseCVAE(PoseBackbone):
+    """Latents to arrangements. The generator's tokens carry the latent where the diffusion model's carry the time."""
+
+    kind = "cvae"
+    Config = CVAEConfig
+
+    def __init__(self, config: CVAEConfig = CVAEConfig()) -> None:
+        super().__init__(config, language_extra=config.latent, thing_extra=config.latent)
+        self.recognition = encoder_stack(config, config.latent_layers)
+        self.recognition_head = readout(config, 2 * config.latent)
+        self.expectation = encoder_stack(config, config.latent_layers)
+        self.expectation_head = readout(config, 2 * config.latent)
+        self.transformer = encoder_stack(config)
+        self.head = readout(config, POSE)
+
+    def forward(self, latent: Tensor, condition: Condition) -> Tensor:
+        """The state (B, 1 + N, 9) that a latent (B, Z) stands for."""
+        latent = latent[:, None]
+        tokens = (self.language_tokens(condition, latent), self.thing_tokens(condition, extra=latent))
+        encoded = self.transformer(torch.cat(tokens, dim=1), src_key_padding_mask=~condition.there)
+        return self.head(encoded[:, WORD_TOKENS:]).float()
+
+    def posterior(self, state: Tensor, condition: Condition) -> Normal:
+        """The latent (B, Z) of a known state (B, 1 + N, 9)."""
+        return self._latent(self.recognition, self.recognition_head, state, condition)
+
+    def prior(self, condition: Condition) -> Normal:
+        """The latent (B, Z) before any pose is known."""
+        return self._latent(self.expectation, self.expectation_head, None, condition)
+
+    def _latent(
+        self, transformer: nn.Module, head: nn.Module, state: Tensor | None, condition: Condition
+    ) -> Normal:
+        tokens = torch.cat((self.language_tokens(condition), self.thing_tokens(condition, state)), dim=1)
+        encoded = transformer(tokens, src_key_padding_mask=~condition.there)
+        mean, log_deviation = head(encoded[:, WORD_TOKENS]).float().chunk(2, dim=-1)  # of the structure frame's token
+        return Normal(mean, log_deviation.clamp(*_LOG_DEVIATION).exp())
