@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from agent.arm.grasps import grasps_of
 from agent.bags.reading import read_recording
 from agent.bags.recording import RecordedOptions
 from agent.errors import UsageError
@@ -30,7 +31,7 @@ from grounding.names import read_name
 from grounding.spec import StructureSpec
 from structdiffusion.camera import camera_at
 from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel
-from structdiffusion.observation import ObjectCloud, Scene
+from structdiffusion.observation import ObjectCloud, Scene, Table
 
 _UNKNOWN = "object"
 _MESHES = "meshes"  # the folder beside a saved scene file
@@ -48,7 +49,7 @@ class RecordedObject:
         cloud: what was seen of it.
         model: its completed body.
         world_from_object: (4, 4) where that stands.
-        reachable: whether it stands where the arm can take it.
+        trouble: why the arm cannot take it, or empty.
     """
 
     name: str
@@ -56,7 +57,7 @@ class RecordedObject:
     cloud: ObjectCloud
     model: ObjectModel
     world_from_object: np.ndarray
-    reachable: bool
+    trouble: str
 
 
 class RecordedSource:
@@ -69,7 +70,7 @@ class RecordedSource:
     Attributes:
         recording, segments: what was read, and what was found in it.
         objects: in the order of their numbers.
-        called: of those that the arm can reach.
+        called: of those that the arm can take.
 
     Raises:
         BadInput: for a recording that cannot be read, or without a table or objects.
@@ -80,24 +81,25 @@ class RecordedSource:
         self.recording = read_recording(path, options.reading)
         self.segments = segment(self.recording)
         self.objects = _objects(self.segments, options)
-        self.called = [each.called for each in self.objects if each.reachable]
+        self._taken = [each for each in self.objects if not each.trouble]
+        self.called = [each.called for each in self._taken]
 
     @property
     def hint(self) -> str:
         """See `SceneSource`."""
+        hints = [f"{each.called} is left out: {each.trouble}" for each in self.objects if each.trouble]
         unnamed = next((each.name for each in self.objects if each.model.category == _UNKNOWN), None)
-        return "" if unnamed is None else f"--call '{unnamed}=cup' says what an object is"
+        return "; ".join(hints if unnamed is None else (*hints, f"--call '{unnamed}=cup' says what an object is"))
 
     def open(self, spec: StructureSpec, select: Select, seed: int) -> RecordedScene:
         """See `SceneSource`; from the seed follows the sensor's noise in later looks."""
-        reachable = [each for each in self.objects if each.reachable]
-        meant = [reachable[index] for index in sorted(set(select([each.called for each in reachable])))]
+        meant = [self._taken[index] for index in sorted(set(select(self.called)))]
         check_count([each.name for each in meant], len(self.objects), spec)
         return RecordedScene(self, [*meant, *(each for each in self.objects if each not in meant)], len(meant), seed)
 
     def set_out(self, seed: int) -> RecordedScene:
         """See `SceneSource`."""
-        ordered = sorted(self.objects, key=lambda each: not each.reachable)
+        ordered = sorted(self.objects, key=lambda each: bool(each.trouble))
         return RecordedScene(self, ordered, len(self.called), seed)
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
@@ -132,9 +134,16 @@ def _objects(segments: Segments, options: RecordedOptions) -> tuple[RecordedObje
         called.append(found.called.replace(_UNKNOWN, said, 1))
     bodies = bodies_of(clouds, segments.world_from_camera)
     return tuple(
-        RecordedObject(cloud.name, words, cloud, model, pose, segments.table.overhang(pose[None, :2, 3]) == 0.0)
+        RecordedObject(cloud.name, words, cloud, model, pose, _trouble(cloud, pose, segments.table))
         for cloud, words, (model, pose) in zip(clouds, called, bodies, strict=True)
     )
+
+
+def _trouble(cloud: ObjectCloud, world_from_object: np.ndarray, table: Table) -> str:
+    """Why the arm cannot take an object, or nothing."""
+    if table.overhang(world_from_object[None, :2, 3]) > 0.0:
+        return "it stands out of the arm's reach"
+    return "" if grasps_of(cloud.points) else "no grasp fits the hand"
 
 
 class RecordedScene(TableScene):
@@ -165,20 +174,20 @@ class RecordedScene(TableScene):
             arm=source.recording.arm,
             world_from_base=segments.world_from_base,
         )
-        self.out_of_reach = tuple(each.name for each in ordered if not each.reachable)
+        self.out_of_reach = tuple(each.name for each in ordered if each.trouble)
+        left_out = [f"{each.name} is left where it is: {each.trouble}" for each in ordered if each.trouble]
         self.labelled = labelled_picture(source.recording, segments)
         self._picture = frame.color if frame.organised else None
         self._intrinsics = frame.intrinsics
         self._world_from_camera = segments.world_from_camera
-        self.notes = (*source.recording.notes, *segments.notes, *self.notes, *self._come_to_rest())
+        found = (*source.recording.notes, *segments.notes)
+        self.notes = (*found, *left_out, *self.notes, *self._come_to_rest())
         self.remember({each.name: _thinned(each.cloud, thinning) for each in ordered})
 
     def _come_to_rest(self) -> list[str]:
         """Lets the bodies settle; a note for each that does not stay where it was seen."""
         self.world.settle(_SETTLE_SECONDS)
         notes = []
-        if self.out_of_reach:
-            notes.append(f"out of the arm's reach, and left where they are: {', '.join(self.out_of_reach)}")
         for name, before, now in zip(self.names, self.world_from_initial, self.world.poses(), strict=True):
             moved = float(np.linalg.norm(now[:3, 3] - before[:3, 3]))
             if moved > _STAYS:
