@@ -32,7 +32,7 @@ class Recipe:
     batch: int
 
 
-# The baselines' steps cost what the diffusion model's do: a scene that is encoded serves one pass of theirs, six of its.
+# A baseline's step costs what one of the diffusion model does, of which each encoded scene serves six passes.
 RECIPES = {
     "diffusion": Recipe(16_000, 8e-4, 32),
     "cvae": Recipe(16_000, 8e-4, 48),
