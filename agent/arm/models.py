@@ -22,7 +22,7 @@ from structdiffusion.geometry import pose_from_position_quaternion
 # Waiting poses: the upper arm leans back and the forearm is folded down behind it, so that the table stays in view.
 _FOLDED = {
     "j2s7s300": (1.571, 3.93, 0.0, 5.04, 3.142, 5.06, 1.571),
-    "j2n6s300": (1.29, 4.098, 5.118, 1.576, 3.011, 4.498),
+    "j2n6s300": (1.58, 4.317, 4.81, 1.769, 2.802, 4.989),
     "j2s6s300": (1.571, 3.93, 5.04, 3.142, 5.06, 1.571),
 }
 ARM_MODELS = tuple(_FOLDED)

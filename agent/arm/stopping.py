@@ -16,6 +16,7 @@ LOWERING_STEP, TOUCHING = 0.005, 0.001  # m: an object is lowered in such steps 
 WITHDRAWAL = 0.12  # m
 AT_HOME = 0.1  # rad, of every joint
 SETTLE_SECONDS = 0.6
+OPENING_SECONDS = 1.0  # in which closed fingers open
 SLACK = 0.002  # m: an overlap is not measured the same from all sides
 
 
@@ -70,21 +71,24 @@ def fold(driver: ArmDriver, scene: PlanningScene) -> None:
 def leave_start(driver: ArmDriver, scene: PlanningScene) -> None:
     """To the waiting pose from wherever the arm was put, by a planned motion; there it may overlap what was perceived.
 
-    Where no motion is found, the hand is first drawn back from what it stands around.
+    Where no motion is found with the fingers as they are, they open first; where none is found then, the hand is drawn
+    back from what it stands around.
     """
     arm = driver.arm
-    scene.set_fingers(arm.finger_angles())
     start = arm.configuration()
-    path = scene.plan(
-        start, arm.kinematics.unwind(arm.kinematics.folded, start), overlap=scene.overlap(start) + SLACK
-    )
-    if path is None:
-        withdraw(driver)
-        fold(driver, scene)
-        return
-    driver.follow(path, "fold")
-    driver.open(FINGER_OPEN)
-    driver.wait(SETTLE_SECONDS)
+    home = arm.kinematics.unwind(arm.kinematics.folded, start)
+    for fingers in (arm.finger_angles(), [FINGER_OPEN] * 3):
+        scene.set_fingers(fingers)
+        path = scene.plan(start, home, overlap=scene.overlap(start) + SLACK)
+        if path is not None:
+            driver.follow(path, "fold")
+            driver.open(FINGER_OPEN)
+            driver.wait(SETTLE_SECONDS)
+            return
+        driver.open(FINGER_OPEN)
+        driver.wait(OPENING_SECONDS)
+    withdraw(driver)
+    fold(driver, scene)
 
 
 def tidy_up(world: TabletopWorld, arm: JacoArm, rng: np.random.Generator) -> bool:

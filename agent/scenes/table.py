@@ -13,7 +13,7 @@ import numpy as np
 from agent.arm.kinematics import WORLD_FROM_BASE, JacoArm, Kinematics
 from agent.arm.models import DEFAULT_MODEL, arm_model
 from agent.arm.standing import stand
-from agent.arm.stopping import tidy_up
+from agent.arm.stopping import AT_HOME, tidy_up
 from agent.bags.recording import ArmState
 from agent.scenes.placing import lowest_point
 from structdiffusion.camera import DepthCamera
@@ -56,6 +56,7 @@ class TableScene:
         out_of_reach: the names of objects that the arm cannot take.
         notes: what had to be assumed of the table and the arm, a sentence each.
         labelled: a picture (H, W, 3) uint8 with the objects marked and named, or `None`.
+        bodies: what the bodies are: "the true objects", or those that a recording was completed to.
         world: the physics that the arm acts in, its bodies in the same order.
         arm: the arm.
     """
@@ -63,6 +64,7 @@ class TableScene:
     out_of_reach: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     labelled: np.ndarray | None = None
+    bodies: str = "the true objects"
 
     def __init__(
         self,
@@ -91,6 +93,7 @@ class TableScene:
         self.arm = JacoArm(self.world.client, Kinematics(model, world_from_base))
         if arm is not None:
             self.notes += stand(self.arm, arm)
+        self._stood = self.arm.configuration()
 
     def __enter__(self) -> Self:
         return self
@@ -179,7 +182,12 @@ class TableScene:
         return None if self.arm.weld is None else self.names[self.world.bodies.index(self.arm.weld[1])]
 
     def tidy_up(self) -> bool:
-        """Has the arm set down what it holds, and fold, after it was stopped for good; whether there was a need."""
+        """Has the arm set down what it holds, and fold, after it was stopped for good; whether there was a need.
+
+        There is none as long as it stands where it stood at first: a build leads it from there.
+        """
+        if self.arm.weld is None and np.abs(self.arm.configuration() - self._stood).max() < AT_HOME:
+            return False
         return tidy_up(self.world, self.arm, np.random.default_rng(0))
 
     def put_back(self, poses: Mapping[str, np.ndarray]) -> tuple[str, ...]:

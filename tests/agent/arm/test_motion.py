@@ -36,7 +36,9 @@ def planning():
 def test_folded_poses_are_free_wherever_the_arm_is_mounted(name, height):
     kinematics = Kinematics(arm_model(name), pose_from_xyz_yaw(0.0, 0.0, height, 1.9))
     with PlanningScene(np.random.default_rng(0), kinematics) as scene:
-        assert not scene.collides(kinematics.folded, 0.01)
+        for angle in (0.0, 0.2, 0.6, 1.1):
+            scene.set_fingers([angle] * 3)
+            assert not scene.collides(kinematics.folded, 0.01)
 
 
 @pytest.mark.parametrize("name", ARM_MODELS)

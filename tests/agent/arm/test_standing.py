@@ -5,10 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from agent.arm.driver import ArmDriver
 from agent.arm.events import Placed
 from agent.arm.executor import build_structure
 from agent.arm.models import FINGER_OPEN, FINGERS, arm_model
+from agent.arm.motion import PlanningScene
 from agent.arm.standing import standing
+from agent.arm.stopping import is_folded, leave_start
 from agent.bags.recording import ArmState
 from agent.errors import BadInput
 from agent.scenes.table import TableScene
@@ -72,6 +75,7 @@ def test_a_build_leads_the_arm_from_where_it_stood():
         np.testing.assert_allclose(arm.configuration(), HOME, atol=1e-9)
         np.testing.assert_allclose(arm.finger_angles(), [0.8] * 3, atol=1e-9)
         assert arm.world_from_ee() == pytest.approx(base @ _home_from_base(), abs=1e-3)
+        assert not table.tidy_up()
         picture = table.picture("opposite")
         scene, first = table.look(), []
         arrangement = Arrangement((goal @ np.linalg.inv(start))[None])
@@ -85,6 +89,18 @@ def test_a_build_leads_the_arm_from_where_it_stood():
         assert (table.picture("opposite") != picture).any()
         table.put_back({"block": start})
         np.testing.assert_allclose(arm.configuration(), arm.kinematics.folded, atol=1e-9)
+
+
+def test_a_closed_hand_opens_where_it_must():
+    """Fully closed fingers overlap each other, and no motion is free of that; the arm is led back all the same."""
+    state = recorded(*HOME, **dict.fromkeys(FINGERS, 1.4))
+    models, poses = [procedural_object("block", 1)], pose_from_xyz_yaw(0.5, -0.3, 0.0, 0.0)[None]
+    with TableScene(models, poses, 1, np.random.default_rng(0), arm=state) as table:
+        driver = ArmDriver(table.world, table.arm, weld=True)
+        with PlanningScene(np.random.default_rng(0), table.arm.kinematics) as scene:
+            leave_start(driver, scene)
+        assert is_folded(table.arm)
+        assert table.arm.finger_angles() == pytest.approx([FINGER_OPEN] * 3, abs=0.05)
 
 
 def _home_from_base() -> np.ndarray:
