@@ -15,7 +15,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from agent.twin.columns import column_parts, solid
 from agent.twin.roundness import turned_body
@@ -29,7 +31,7 @@ BEST = "symmetry"
 _FLAT = 0.015  # m: what is lower shows its whole outline to a camera above
 _TOP, _BROAD = 0.008, 0.85  # m below the top that belong to it; of the outline's area
 _FEWEST = 12  # points that tell a symmetry
-_MOST = 1500  # points that are looked at
+_MOST = 1200  # points that are looked at
 _LOW = 0.15  # of the height: what belongs to the lowest points
 _TRIED = 200  # points that are mirrored to try a symmetry
 _CERTAIN = 0.15  # how plausible a symmetry has to be at least
@@ -89,8 +91,8 @@ def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: s
     if method == "symmetry" and (turned := turned_body(view, cloud.bottom)) is not None:
         body, own = turned
         parts = body.parts()
-        if (~own).sum() >= _APPENDAGE:
-            handle = points[~own]
+        handle = _largest_piece(points[~own])
+        if len(handle) >= _APPENDAGE:
             hangs = max(cloud.bottom, float(np.quantile(handle[:, 2], 0.02)) - _HANDLE)
             parts += column_parts(handle, hangs)
         return CompletedShape(parts, points, "ball" if body.ball else "turned", body.hollow)
@@ -137,6 +139,18 @@ def mirrored(view: View, support: float) -> tuple[np.ndarray, str]:
     middle, kind = found
     far = _reflected(points, middle, kind)
     return far[view.hidden(far)], "half turn" if kind is None else "mirror"
+
+
+def _largest_piece(points: np.ndarray) -> np.ndarray:
+    """Those of the points (P, 3) that hang together with most others: what else sticks out of a body is noise."""
+    if len(points) < _APPENDAGE:
+        return points[:0]
+    tree = cKDTree(points)
+    reach = 3 * float(np.median(tree.query(points, k=4)[0][:, 3]))
+    pairs = tree.query_pairs(reach, output_type="ndarray")
+    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
+    _, piece = connected_components(links, directed=False)
+    return points[piece == np.bincount(piece).argmax()]
 
 
 def _shows_outline(points: np.ndarray) -> bool:

@@ -23,7 +23,7 @@ _STRAIGHT_AROUND = 0.002  # m that a round outline may deviate, or 5 %
 _ROUND_SHARE = 0.62  # of the outline that has to be round
 _HANDLE = 0.004  # m beyond the outline where handles begin
 _OWN = 0.7  # of the points that have to belong to the round body
-_OPEN = 0.2  # of the turned points in the open: then it is not round
+_OPEN, _OPEN_INSIDE = 0.2, 0.45  # of the turned points in the open: then it is not round; the same of hollow things
 _TOP = 0.008  # m below the highest points that belong to a rim or a top
 _WALL, _THINNEST_WALL = 0.0035, 0.002  # m, where its thickness cannot be seen, and at least
 _BAND = 0.006  # m of height whose points give one radius
@@ -123,19 +123,42 @@ def turned_body(view: View, support: float) -> tuple[Turned, np.ndarray] | None:
     middle, deviation = _axis(few, view.eye)
     if deviation > _ROUND:
         return None
+    radii = np.linalg.norm(points[:, :2] - middle, axis=1)
+    opens = _opens_above(radii, points[:, 2])
     outline, share = _outline(points, middle, view.eye)
+    if opens:  # the near wall hides much of the inside, but the rim shows all around
+        share = max(share, _rim_share(points, middle))
     if share < _ROUND_SHARE or not _SIZE[0] < np.quantile(outline, 0.9) < _SIZE[1]:
         return None
-    own = np.linalg.norm(points[:, :2] - middle, axis=1) < outline + _HANDLE
+    own = radii < outline + _HANDLE
     if own.mean() < _OWN:
         return None
     few = points[own][:: math.ceil(own.sum() / _FITTED)]
     turns = np.array([math.pi, 2 * math.pi / 3, -2 * math.pi / 3, math.pi / 2, -math.pi / 2])
     behind, outside = view.behind(np.concatenate([_turn(few, middle, turn) for turn in turns]))
-    if (outside | (behind < -_FAR)).mean() > _OPEN:
+    if (outside | (behind < -_FAR)).mean() > (_OPEN_INSIDE if opens else _OPEN):
         return None
     body = _profile(points[own], view.eye, middle, support)
-    return None if body is None else (body, own)
+    if body is None:
+        return None
+    return body, own | (radii < np.interp(points[:, 2], body.outer[:, 1], body.outer[:, 0]) + _HANDLE)
+
+
+def _rim_share(points: np.ndarray, middle: np.ndarray) -> float:
+    """Which share of the rim's outline around `middle` is round; 0 where too little of it was seen."""
+    offset = points[points[:, 2] > np.quantile(points[:, 2], 0.985) - _TOP, :2] - middle
+    outermost = np.zeros(_SECTORS)
+    np.maximum.at(outermost, _sector(offset), np.linalg.norm(offset, axis=1))
+    known = outermost[outermost > 0]
+    if len(known) < 0.6 * _SECTORS:
+        return 0.0
+    typical = np.median(known)
+    return float((np.abs(known - typical) < max(_STRAIGHT_AROUND, 0.05 * typical)).mean())
+
+
+def _sector(offset: np.ndarray) -> np.ndarray:
+    """In which sector (P,) around the middle level offsets (P, 2) lie."""
+    return ((np.arctan2(offset[:, 1], offset[:, 0]) / (2 * math.pi) + 0.5) * _SECTORS).astype(int) % _SECTORS
 
 
 def _outline(points: np.ndarray, middle: np.ndarray, eye: np.ndarray) -> tuple[np.ndarray, float]:
@@ -146,23 +169,19 @@ def _outline(points: np.ndarray, middle: np.ndarray, eye: np.ndarray) -> tuple[n
     """
     offset = points[:, :2] - middle
     radii = np.linalg.norm(offset, axis=1)
-    sector = ((np.arctan2(offset[:, 1], offset[:, 0]) / (2 * math.pi) + 0.5) * _SECTORS).astype(int) % _SECTORS
     band = ((points[:, 2] - points[:, 2].min()) / (1.5 * _BAND)).astype(int)
     group = 2 * band + (offset @ (eye[:2] - middle) > 0)
-    outermost = np.zeros((group.max() + 1, _SECTORS))
-    np.maximum.at(outermost, (group, sector), radii)
-    count = np.zeros_like(outermost)
-    np.add.at(count, (group, sector), 1)
-    known = np.where(count > 0, outermost, np.nan)
-    few = (count > 0).sum(axis=1) < 3
-    typical = np.full(len(known), np.nan)
-    typical[~few] = np.nanmedian(known[~few], axis=1)
-    round_ = np.abs(known - typical[:, None]) < np.maximum(_STRAIGHT_AROUND, 0.05 * typical)[:, None]
-    counted = ~np.isnan(known) & ~few[:, None]
-    if not counted.any():
+    outermost = np.full((group.max() + 1, _SECTORS), np.nan)
+    np.fmax.at(outermost, (group, _sector(offset)), radii)
+    enough = (~np.isnan(outermost)).sum(axis=1) >= 3
+    if not enough.any():
         return radii, 0.0
-    typical[few] = np.nanmax(typical)
-    return typical[group], float(round_[counted].mean())
+    typical = np.full(len(outermost), np.nan)
+    typical[enough] = np.nanmedian(outermost[enough], axis=1)
+    deviation = np.abs(outermost[enough] - typical[enough, None])
+    fits = deviation < np.maximum(_STRAIGHT_AROUND, 0.05 * typical[enough])[:, None]
+    typical[~enough] = np.nanmax(typical)
+    return typical[group], float(fits[~np.isnan(deviation)].mean())
 
 
 def _turn(points: np.ndarray, middle: np.ndarray, turn: float) -> np.ndarray:
