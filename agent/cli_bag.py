@@ -6,7 +6,7 @@ import json
 import sys
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TextIO
 
 import typer
 
@@ -109,7 +109,7 @@ def objects(
             print(json.dumps(told, indent=1, ensure_ascii=False), file=results)
         else:
             tell_objects(segments, results)
-            _tell_notes(recording.notes)
+            _tell_notes(recording.notes, results)
         if picture is not None:
             from PIL import Image
 
@@ -221,12 +221,12 @@ def from_rgbd(
             told["notes"] = [*told["notes"], *picture.notes]
             print(json.dumps(told, indent=1, ensure_ascii=False), file=results)
     print(f"wrote {out}: {', '.join(f'{what} {file}' for what, file in picture.used.items())}", file=sys.stderr)
-    _tell_notes(picture.notes)
+    _tell_notes(picture.notes, sys.stderr)
 
 
-def _tell_notes(notes: tuple[str, ...]) -> None:
+def _tell_notes(notes: tuple[str, ...], where: TextIO) -> None:
     for note in notes:
-        print(f"note: {note}", file=sys.stderr)
+        print(f"note: {note}", file=where)
 
 
 def _check_new_file(path: Path, option: str, suffixes: tuple[str, ...], force: bool) -> None:
