@@ -269,6 +269,7 @@ class Checked(_Told):
         checks: every check with its measured value.
         detail: the first cause of failure in a sentence, with its value and limit.
         how: "arm" when the structure was built, "released" when the goal was only tried without the arm.
+        on: the shapes that were checked: "the true objects", or those that a recording was completed to.
     """
 
     success: bool
@@ -277,6 +278,7 @@ class Checked(_Told):
     detail: str
     how: str
     seconds: float
+    on: str = "the true objects"
 
 
 @dataclass(frozen=True)

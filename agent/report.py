@@ -19,6 +19,7 @@ from agent.telling import (
     remark_sentence,
     seen_row,
     slot_label,
+    verdict_title,
 )
 
 _CANDIDATES_SHOWN = 5
@@ -113,7 +114,7 @@ class TerminalReport:
         self._columns([(goal["name"], "goes to", place(goal["position"])) for goal in told["goals"]])
 
     def _checked(self, told: Mapping[str, Any]) -> None:
-        self._step("Checked on the true objects" if told["how"] == "arm" else "Tried without the arm", told["seconds"])
+        self._step(verdict_title(told), told["seconds"])
         for check in told["checks"]:
             mark = "[green]passed[/green]" if check["passed"] else "[red]failed[/red]"
             line = f"{check['name']}: {number(check['measured'], 3)} ({check['limit']})"

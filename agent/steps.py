@@ -200,7 +200,7 @@ def release(
         table.world.ground,
     )
     seconds = time.perf_counter() - began
-    yield events.Checked(verdict.success, verdict.failure, verdict.checks, verdict.detail, "released", seconds)
+    yield events.Checked(verdict.success, verdict.failure, verdict.checks, verdict.detail, "released", seconds, table.bodies)
     if not verdict.success:
         raise NoValidGoal(f"the best imagined goal does not hold ({verdict.failure}): {verdict.detail}")
 
@@ -314,6 +314,6 @@ def _judge(
     yield events.Pictured(LAST_PICTURE, "the scene in the end, through the camera", table.picture())
     failed = next((check for check in checks if not check.passed), None)
     detail = f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}" if failed else "everything stands as asked"
-    yield events.Checked(failure is None, failure, checks, detail, "arm", time.perf_counter() - began)
+    yield events.Checked(failure is None, failure, checks, detail, "arm", time.perf_counter() - began, table.bodies)
     if failure is not None:
         raise ExecutionFailed(f"the structure was built but does not stand as asked ({failure}): {detail}")

@@ -104,6 +104,11 @@ def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:
             return kind.replace("_", " ")
 
 
+def verdict_title(told: Mapping[str, Any]) -> str:
+    """What an event "checked" in its JSON form is about."""
+    return f"Checked on {told.get('on', 'the true objects')}" if told["how"] == "arm" else "Tried without the arm"
+
+
 def parse_notes(told: Mapping[str, Any]) -> list[str]:
     """What there is to say of a reading (an event "parsed" in its JSON form) besides the slots, a sentence each."""
     notes = []

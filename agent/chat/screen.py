@@ -15,7 +15,17 @@ from rich.text import Text
 
 from agent import blocks, events
 from agent.markers import Marker, markers_of_candidate, markers_of_scene
-from agent.telling import aligned, arm_sentence, duration, number, parse_notes, seen_row, shortcoming, slot_label
+from agent.telling import (
+    aligned,
+    arm_sentence,
+    duration,
+    number,
+    parse_notes,
+    seen_row,
+    shortcoming,
+    slot_label,
+    verdict_title,
+)
 
 SHOWN = 3  # candidates side by side
 _SCENE_COLUMNS, _CANDIDATE_COLUMNS, _PREVIEW_COLUMNS = 56, 38, 24
@@ -242,7 +252,7 @@ class ChatScreen:
             self.note(f"  {note}")
 
     def _checked(self, told: Mapping[str, Any]) -> None:
-        self._title("checked on the true objects" if told["how"] == "arm" else "tried without the arm", told["seconds"])
+        self._title(verdict_title(told).lower(), told["seconds"])
         for check in told["checks"]:
             line = f"{check['name']}: {number(check['measured'], 3)} ({check['limit']})"
             self._print(f"  {'passed' if check['passed'] else 'failed'}  {line}", "" if check["passed"] else "red")

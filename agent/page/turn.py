@@ -158,7 +158,8 @@ class Turn:
         ]
         how = "built by the arm" if verdict["how"] == "arm" else "released 3 cm above the goal, without the arm"
         result = "It stands as asked" if verdict["success"] else f"{verdict['failure_class']}: {verdict['detail']}"
-        content = f"{paragraph(result)}<p>Checked on the true objects at rest, {how}.</p>"
+        on = verdict.get("on", "the true objects")
+        content = f"{paragraph(result)}<p>Checked on {escape(on)} at rest, {how}.</p>"
         if rows:
             content += table(("", "check", "measured", "allowed"), rows)
         return section("After", after + content, self._seconds("check"))

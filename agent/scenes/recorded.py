@@ -176,6 +176,7 @@ class RecordedScene(TableScene):
         )
         self.out_of_reach = tuple(each.name for each in ordered if each.trouble)
         left_out = [f"{each.name} is left where it is: {each.trouble}" for each in ordered if each.trouble]
+        self.bodies = "the twin's bodies"
         self.labelled = labelled_picture(source.recording, segments)
         self._picture = frame.color if frame.organised else None
         self._intrinsics = frame.intrinsics
