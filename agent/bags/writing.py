@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -81,7 +83,7 @@ class BagWriter:
 
     def __init__(self, path: Path, force: bool = False) -> None:
         check_new(path, force)
-        self._path = path
+        self._path, self._force = path, force
         self.ros1 = path.suffix.lower() == ".bag"
         self._types = get_typestore(Stores.ROS1_NOETIC if self.ros1 else Stores.ROS2_HUMBLE)
         for name, definition in (_MORE_TYPES | (_MORE_TYPES_1 if self.ros1 else {})).items():
@@ -89,39 +91,55 @@ class BagWriter:
         self._topics: dict[str, tuple[Any, str, int]] = {}
 
     def __enter__(self) -> Self:
-        try:
+        with self._told():
             self._path.parent.mkdir(parents=True, exist_ok=True)
             self._folder = Path(tempfile.mkdtemp(prefix=".bag-", dir=self._path.parent))
-        except OSError as error:
-            raise BadInput(f"cannot write {str(self._path)!r}: {error.strerror}") from error
-        self._unfinished = self._folder / (self._path.stem if self._path.suffix.lower() == ".mcap" else self._path.name)
+        is_mcap = self._path.suffix.lower() == ".mcap"
+        self._unfinished = self._folder / (self._path.stem if is_mcap else self._path.name)
         if self.ros1:
             self._writer: Writer1 | Writer2 = Writer1(self._unfinished)
             self._writer.set_compression(Writer1.CompressionFormat.LZ4)
-        elif self._path.suffix:
+        elif is_mcap:
             self._writer = Writer2(self._unfinished, version=8, storage_plugin=StoragePlugin.MCAP)
             self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         else:
             self._writer = Writer2(self._unfinished, version=8)
-        self._writer.open()
+        try:
+            with self._told():
+                self._writer.__enter__()
+        except BaseException:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            raise
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            if kind is not None:
-                self._writer.abort()
-                return
-            self._writer.close()
-            finished = self._unfinished
-            if self._path.suffix.lower() == ".mcap":
-                finished = next(self._unfinished.glob("*.mcap"))
-            if self._path.is_dir():
-                shutil.rmtree(self._path)
-            os.replace(finished, self._path)
+            with self._told():
+                self._writer.__exit__(kind, error, trace)
+                if kind is None:
+                    self._put()
         finally:
             shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _put(self) -> None:
+        """Puts the finished bag where it belongs."""
+        check_new(self._path, self._force)  # somebody else may have written there meanwhile
+        finished = self._unfinished
+        if finished.is_dir() and self._path.suffix:
+            (finished,) = finished.glob("*.mcap")
+        if self._path.is_dir():
+            shutil.rmtree(self._path)
+        os.replace(finished, self._path)
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        """Tells in one sentence what cannot be written where."""
+        try:
+            yield
+        except OSError as error:
+            raise BadInput(f"cannot write {str(self._path)!r}: {error.strerror or error}") from error
 
     def message(self, kind: str, **fields: Any) -> Any:
         """A message of the type "package/msg/Name" with its fields, each given."""
@@ -151,7 +169,8 @@ class BagWriter:
         if self.ros1 and hasattr(message, "header"):
             message.header.seq = count
         serialize = self._types.serialize_ros1 if self.ros1 else self._types.serialize_cdr
-        self._writer.write(connection, _nanoseconds(seconds), serialize(message, kind))
+        with self._told():
+            self._writer.write(connection, _nanoseconds(seconds), serialize(message, kind))
 
     def _connect(self, topic: str, kind: str, latched: bool) -> Any:
         if isinstance(self._writer, Writer1):

@@ -126,6 +126,25 @@ def test_a_place_that_cannot_be_written(tmp_path):
         speak(tmp_path / "file" / "out.bag")
 
 
+def test_what_somebody_else_wrote_meanwhile_stays(tmp_path):
+    with pytest.raises(UsageError, match="out.bag"):
+        with BagWriter(tmp_path / "out.bag") as writer:
+            writer.write("/joints", joints_message(writer, ["a"], [0.1], 0.0), 0.0)
+            (tmp_path / "out.bag").write_text("mine")
+    assert (tmp_path / "out.bag").read_text() == "mine" and len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_full_disk_is_one_sentence(tmp_path, monkeypatch):
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(BadInput, match="out.bag.*No space left"):
+        with BagWriter(tmp_path / "out.bag") as writer:
+            monkeypatch.setattr(os, "replace", full)
+            writer.write("/joints", joints_message(writer, ["a"], [0.1], 0.0), 0.0)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_topic_carries_one_type(tmp_path):
     with BagWriter(tmp_path / "out.bag") as writer:
         writer.write("/x", joints_message(writer, ["a"], [0.1], 0.0), 0.0)
