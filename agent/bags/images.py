@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from agent.bags.messages import FARTHEST
 from agent.errors import BadInput
 
 DEPTHS = ("16UC1", "mono16", "32FC1")
@@ -148,7 +149,7 @@ def _from_yuv(pixels: np.ndarray, brightness: tuple[int, int], blue: int, red: i
 def _without_zero(depth: np.ndarray) -> np.ndarray:
     """Depths with NaN for what is none."""
     with np.errstate(invalid="ignore"):
-        depth[~((depth > 0) & (depth < np.inf))] = np.nan
+        depth[~((depth > 0) & (depth < FARTHEST))] = np.nan
     return depth
 
 

@@ -18,7 +18,7 @@ ANGLES = "kinova_msgs/msg/JointAngles"
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 
 _FIELD_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}  # of sensor_msgs/PointField
-_FARTHEST = 100.0  # m; beyond it nothing of a table is measured, and some drivers write 1e10 for "nothing"
+FARTHEST = 100.0  # m; beyond it nothing of a table is measured, and some drivers write 1e10 for "nothing"
 _MOST_PIXELS = 1e5  # of a focal length, and from a picture's corner to its middle
 _CLOCKS_APART = 5e9  # ns; a stamp that is further from the time of recording is of another clock
 
@@ -88,7 +88,7 @@ def _cloud_colors(kinds: dict[str, tuple[str, int]], values: Any, order: str) ->
 def without_nothing(points: np.ndarray) -> np.ndarray:
     """Points (H, W, 3) with NaN for what measures nothing: infinite, far beyond any table, or the camera itself."""
     with np.errstate(invalid="ignore", over="ignore"):
-        good = (np.abs(points) < _FARTHEST).all(axis=-1) & (points != 0).any(axis=-1)
+        good = (np.abs(points) < FARTHEST).all(axis=-1) & (points != 0).any(axis=-1)
     points[~good] = np.nan
     return points
 

@@ -137,8 +137,10 @@ def fused(looks: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray, int]:
     with np.errstate(invalid="ignore"):
         passed = np.abs(np.take_along_axis(depths, chosen[None], axis=0)[0] - own) > _SAME * own
     chosen[passed] = 0
-    points = np.take_along_axis(np.stack([looks[k] for k in still]), chosen[None, ..., None], axis=0)[0]
-    return points, np.asarray(still)[chosen], len(still)
+    points, taken_from = reference.copy(), np.asarray(still)[chosen]
+    for k in still[1:]:
+        points[taken_from == k] = looks[k][taken_from == k]
+    return points, taken_from, len(still)
 
 
 def _still(reference: np.ndarray, other: np.ndarray) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 
 from agent.bags.images import color_picture, compressed_color, compressed_depth, depth_picture
 from agent.bags.joints import arm_state, joint_streams
-from agent.bags.messages import COMPRESSED, Lens, cloud_points, frame_name, lens_of, stamp, without_nothing
+from agent.bags.messages import COMPRESSED, Lens, cloud_points, frame_name, lens_of, stamp
 from agent.bags.moments import Found, around, fused
 from agent.bags.opening import METADATA, STORAGES, Bag, Message, Stream, open_bag
 from agent.bags.recording import DepthFrame, ReadingOf, Recording
@@ -179,7 +179,7 @@ def _looks(bag: Bag, choice: Choice, lens: Lens | None, moment: int, most: int) 
             if (width, height) not in rays:
                 rays[width, height] = lens.scaled(width, height).rays(width, height)
             points = np.concatenate((rays[width, height] * depth[..., None], depth[..., None]), axis=-1)
-            points, colors = without_nothing(points), None
+            colors = None
         if not np.isfinite(points).any():
             raise BadInput("a picture measures nothing: it has no valid point")
         return _Look(points, colors, frame_name(decoded.header.frame_id), stamp(decoded.header, message.recorded))

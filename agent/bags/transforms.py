@@ -226,15 +226,19 @@ def _some(names: Iterable[str], most: int = 8) -> str:
 
 def _pose(transform: Any) -> tuple[np.ndarray | None, str]:
     """(4, 4) of a Transform, or `None`, and what is wrong with it, or ""."""
-    from scipy.spatial.transform import Rotation
-
     position, turn = transform.translation, transform.rotation
     quaternion = np.array([turn.x, turn.y, turn.z, turn.w])
     shift = np.array([position.x, position.y, position.z])
-    length = float(np.linalg.norm(quaternion))
+    with np.errstate(over="ignore"):
+        length = float(np.linalg.norm(quaternion))
     if not (np.isfinite(quaternion).all() and np.isfinite(shift).all() and 1e-6 < length < 1e6):
         return None, "no rotation or no place"
     pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
+    x, y, z, w = quaternion / length
+    pose[:3, :3] = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
     pose[:3, 3] = shift
     return pose, f"a quaternion of length {length:.3g}" if abs(length - 1) > 0.001 else ""

@@ -36,7 +36,7 @@ KINDS = (".bag", ".mcap", ".db3")
 LONGEST = 5.0  # s
 
 
-def refused(path, said="", options=ReadingOf()):
+def refused(path, said=None, options=ReadingOf()):
     """The sentence that refuses a recording."""
     began = time.perf_counter()
     with pytest.raises(BadInput, match=said) as caught:
