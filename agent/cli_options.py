@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from agent.errors import UsageError
+from structdiffusion.planners import PLANNERS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -57,7 +58,7 @@ SceneOption = Annotated[
         "(.bag, .db3, .mcap, a ROS 2 folder), a cloud (.ply, .pcd) or a folder of colour and depth pictures.",
     ),
 ]
-ModelOption = Annotated[str, typer.Option(metavar="diffusion|diffusion-tokens|geometric", help="Who imagines.")]
+ModelOption = Annotated[str, typer.Option(metavar="|".join(PLANNERS), help="Who imagines.")]
 WeightsOption = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="Checkpoints diffusion/, structure/ and collision/; by default those shipped."),

@@ -18,11 +18,12 @@ from grounding.corpus import sentences
 from grounding.embedding_parser import EmbeddingParser
 from structdiffusion.evaluation import Evaluation, EvaluationScene, draw_evaluation_scenes, evaluate_success
 from structdiffusion.objects.libraries import load_objects
+from structdiffusion.planners import PLANNERS
 from structdiffusion.sampling import load_planner
 
 SCHEMA_VERSION = 1
 # Planners that get the sentence. They are ranked by what the parser heard in it, not by the true slots.
-SPOKEN_TO = ("diffusion",)
+SPOKEN_TO = tuple(name for name, parts in PLANNERS.items() if parts.sentence)
 
 
 def measure_success(

@@ -1,36 +1,39 @@
-"""From a scene and a goal to ranked arrangements: encode once, sample a batch, settle, rank."""
+"""Planners: from a scene and a goal to ranked arrangements, by the diffusion model or by geometry alone."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 import torch
-from torch import Tensor
 
+from grounding.spec import SHAPES
+from structdiffusion.baselines import CVAEPlanner, StructFormerPlanner
+from structdiffusion.cem import PoseSearch
 from structdiffusion.estimate import ObjectEstimate, estimate
 from structdiffusion.footprints import CLEARANCE, clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
-from structdiffusion.layouts import LayoutError, lay_out, setting_base, tower_order
+from structdiffusion.guidance import StructureScore, guided
+from structdiffusion.layouts import LayoutError, lay_out
+from structdiffusion.models import structformer_name
 from structdiffusion.models.checkpoint import CheckpointError
 from structdiffusion.models.collision import CollisionDiscriminator
+from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.diffusion import PoseDiffusion
-from structdiffusion.models.encoders import word_ids
+from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structure import StructureDiscriminator
-from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene, Table
-from structdiffusion.placement import shift_into_place
+from structdiffusion.observation import Arrangement, Goal, Scene, Table
+from structdiffusion.planners import PLANNERS, PlannerParts
+from structdiffusion.proposing import Observed, begin, finish, observed
 from structdiffusion.ranking import Ranker, checks_score
 from structdiffusion.scheduler import NoiseScheduler
 from structdiffusion.settle import settle
 
-PLANNERS = ("diffusion", "diffusion-tokens", "geometric")
 WEIGHTS = Path(__file__).parent / "weights"
 SAMPLING_STEPS = 25
-_CLOUD_POINTS = 256  # as in training
 # Told what is clean so far: (step, steps, motions (K, N, 4, 4)).
 Preview = Callable[[int, int, np.ndarray], None]
 
@@ -44,11 +47,12 @@ class Planner(Protocol):
 
 
 def load_planner(name: str, weights: Path | None = None) -> Planner:
-    """The planner of a name: "diffusion" (told a sentence), "diffusion-tokens" (told words) or "geometric".
+    """The planner of a name, such as "diffusion" (told a sentence), "diffusion-tokens" (told words) or "geometric".
 
     Args:
         name: one of `PLANNERS`.
-        weights: a folder with the checkpoints `diffusion/`, `structure/` and `collision/`; `None` for those shipped.
+        weights: a folder with a checkpoint for each network that the planner needs: `diffusion/`, `cvae/` or
+            `structformer_SHAPE/`, and the discriminators `structure/` and `collision/`; `None` for those shipped.
 
     Raises:
         ValueError: for an unknown name.
@@ -56,19 +60,46 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
     """
     if name not in PLANNERS:
         raise ValueError(f"model cannot be {name!r}; legal values: {', '.join(PLANNERS)}")
-    if name == "geometric":
+    parts = PLANNERS[name]
+    if parts.network == "geometric":
         return GeometricPlanner()
     folder = Path(weights) if weights is not None else WEIGHTS
     if not folder.is_dir():
         raise CheckpointError(f"there is no folder {folder} with checkpoints")
-    return DiffusionPlanner(
-        PoseDiffusion.from_pretrained(folder / "diffusion"),
-        Ranker(
-            StructureDiscriminator.from_pretrained(folder / "structure"),
-            CollisionDiscriminator.from_pretrained(folder / "collision"),
-        ),
-        sentence=name == "diffusion",
-    )
+    networks = [structformer_name(shape) for shape in SHAPES] if parts.network == "structformer" else [parts.network]
+    missing = [network for network in networks if not (folder / network).is_dir()]
+    if weights is None and missing:
+        raise CheckpointError(
+            f"the weights of model {name!r} do not come along: make {', '.join(missing)} by `structagent train "
+            f"{missing[0]} --data SCENES --out DIR/{missing[0]}` and so on, copy structure/ and collision/ from {folder} "
+            "to DIR, and give `--weights DIR`"
+        )
+    if parts.network == "structformer":
+        return StructFormerPlanner({shape: _structformer(folder, shape) for shape in SHAPES}, *_judges(parts, folder))
+    if parts.network == "cvae":
+        return CVAEPlanner(PoseCVAE.from_pretrained(folder / "cvae"), *_judges(parts, folder))
+    model = PoseDiffusion.from_pretrained(folder / "diffusion")
+    ranker, _ = _judges(parts, folder)
+    guide = StructureDiscriminator.from_pretrained(folder / "structure") if parts.guidance else None
+    return DiffusionPlanner(model, ranker, sentence=parts.sentence, guide=guide, guidance=parts.guidance)
+
+
+def _judges(parts: PlannerParts, folder: Path) -> tuple[Ranker | None, PoseSearch | None]:
+    """What ranks and what improves a planner's samples, where it has them."""
+    if not (parts.ranked or parts.cem):
+        return None, None
+    structure = StructureDiscriminator.from_pretrained(folder / "structure")
+    ranker = Ranker(structure, CollisionDiscriminator.from_pretrained(folder / "collision")) if parts.ranked else None
+    return ranker, PoseSearch(structure) if parts.cem else None
+
+
+def _structformer(folder: Path, shape: str) -> StructFormer:
+    """The network for a shape; another shape's, in its place, is refused."""
+    place = folder / structformer_name(shape)
+    network = StructFormer.from_pretrained(place)
+    if network.config.shape != shape:
+        raise CheckpointError(f"{place} is the network for a {network.config.shape}; expected the one for a {shape}")
+    return network
 
 
 class DiffusionPlanner:
@@ -80,6 +111,8 @@ class DiffusionPlanner:
         sentence: tell the model the sentence's embedding rather than word tokens.
         steps: denoising steps.
         sampler: "ddim", or "ddpm" as in the paper (with 200 steps).
+        guide: the discriminator that guides the denoising (see `guidance`), with
+        guidance: its weight; at 0 nothing guides.
     """
 
     def __init__(
@@ -90,8 +123,11 @@ class DiffusionPlanner:
         sentence: bool = True,
         steps: int = SAMPLING_STEPS,
         sampler: str = "ddim",
+        guide: StructureDiscriminator | None = None,
+        guidance: float = 0.0,
     ) -> None:
         self.model, self.ranker, self.sentence = model, ranker, sentence
+        self.guide, self.guidance = guide, guidance if guide is not None else 0.0
         self.scheduler = NoiseScheduler(model.config.steps, model.config.prediction_type)
         self.scheduler.set_timesteps(steps, sampler)
 
@@ -110,94 +146,31 @@ class DiffusionPlanner:
         Raises:
             ValueError: when the sentence model gets no embedding, or the scene has too many objects.
         """
-        if len(scene.objects) > self.model.config.max_objects:
-            raise ValueError(
-                f"{len(scene.objects)} objects are more than this model knows; legal: 1 to {self.model.config.max_objects}"
-            )
-        if self.sentence and goal.embedding is None:
-            raise ValueError("the sentence model needs a sentence embedding; for slots alone use model 'diffusion-tokens'")
-        objects = [estimate(cloud) for cloud in scene.objects]
-        others = [estimate(cloud) for cloud in scene.distractors]
-        clouds = _sampled_clouds(scene.objects, generator)
-        nouns = torch.tensor(self.model.noun_ids([cloud.category for cloud in scene.objects]))
-        motions, frames = self.sample(clouds, nouns, objects, goal, count, generator, preview)
-        motions = np.array([settle(objects, row) for row in motions])
-        for row, frame in zip(motions, frames):
-            shift = shift_into_place(objects, row, goal.spec, scene.table)
-            row[:, :2, 3] += shift
-            frame[:2, 3] += shift
-        arrangements = [Arrangement(row, {}, frame) for row, frame in zip(motions, frames)]
-        if self.ranker is None:
-            return arrangements
-        other_clouds = _sampled_clouds(scene.distractors, generator)
-        scores = self.ranker.scores(objects, others, clouds, other_clouds, nouns, motions, goal.spec, scene.table)
-        ranked = [replace(arrangement, scores=row) for arrangement, row in zip(arrangements, scores)]
-        return sorted(ranked, key=lambda arrangement: -arrangement.scores["total"])
+        seen = observed(scene, goal, self.model, self.sentence, generator)
+        motions, frames = self.sample(seen, goal, count, generator, preview)
+        return finish(seen, scene, goal, motions, frames, self.ranker, generator)
 
     @torch.no_grad()
     def sample(
-        self,
-        clouds: Tensor,
-        nouns: Tensor,
-        objects: list[ObjectEstimate],
-        goal: Goal,
-        count: int,
-        generator: torch.Generator,
-        preview: Preview | None = None,
+        self, seen: Observed, goal: Goal, count: int, generator: torch.Generator, preview: Preview | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Sampled motions (count, N, 4, 4) and structure frames (count, 4, 4), as the model gives them.
-
-        Every sample has the objects in another order, since object i takes place i of the structure.
-        """
-        condition = self.model.condition(
-            clouds[None],
-            torch.ones(1, len(clouds), dtype=torch.bool),
-            nouns[None],
-            words=torch.tensor([word_ids(goal.spec)]),
-            sentence=torch.from_numpy(goal.embedding).float()[None] if self.sentence else None,
-        ).repeat(count)
-        order = self._orders(objects, goal, count, generator)  # (K, N)
-        rows = torch.arange(count)[:, None]
-        condition = replace(condition, objects=condition.objects[rows, order])
-        means = clouds.mean(dim=1)[order]  # (K, N, 3)
-        back = order.argsort(dim=1)
-
-        def motions(state: Tensor) -> tuple[np.ndarray, np.ndarray]:
-            frame, position, turn = self.model.decode_state(state)
-            motion = torch.eye(4).repeat(count, len(clouds), 1, 1)
-            motion[..., :3, :3] = turn
-            motion[..., :3, 3] = position - torch.einsum("knij,knj->kni", turn, means)
-            return motion[rows, back].double().numpy(), frame.double().numpy()
-
-        state = torch.randn(count, 1 + len(clouds), 9, generator=generator)
+        """Sampled motions (count, N, 4, 4) and structure frames (count, 4, 4), as the model gives them."""
+        samples = begin(self.model, seen, goal, self.sentence, count, generator)
+        score = StructureScore.of(self.guide, seen, samples, goal) if self.guidance else None
+        state = torch.randn(count, 1 + len(seen.objects), 9, generator=generator)
         timesteps = self.scheduler.timesteps
         for index, timestep in enumerate(timesteps):
-            prediction = self.model(state, timestep.expand(count), condition)
+            now = timestep.expand(count)
+            prediction = self.model(state, now, samples.condition)
+            if score is not None:
+                clean = self.scheduler.predict_clean(prediction, now, state)
+                clean = guided(clean, self.scheduler.noise_level(timestep), self.guidance, self.model, score)
+                prediction = self.scheduler.prediction_of(clean, now, state)
             step = self.scheduler.step(prediction, index, state, generator)
             state = step.previous
             if preview is not None:
-                preview(index + 1, len(timesteps), motions(step.predicted_clean)[0])
-        return motions(state)
-
-    def _orders(
-        self, objects: list[ObjectEstimate], goal: Goal, count: int, generator: torch.Generator
-    ) -> Tensor:
-        """Which object takes which place, (count, N), as in the demonstrations.
-
-        Random around a ring and along a line; what carries goes below in a tower; the base of a table setting
-        comes first. With an open shape, every third sample has the order of each.
-        """
-        random = torch.rand(count, len(objects), generator=generator).argsort(dim=1)
-        rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
-        items = [thing.layout_item() for thing in objects]
-        stacked = torch.tensor([tower_order(items, rng) for _ in range(count)])
-        base = setting_base(items)
-        first = (random == base).long().argsort(dim=1, descending=True, stable=True)
-        based = random.gather(1, first)
-        if goal.spec.shape is None:
-            third = (torch.arange(count) % 3)[:, None]
-            return torch.where(third == 0, random, torch.where(third == 1, stacked, based))
-        return {"tower": stacked, "table setting": based}.get(goal.spec.shape, random)
+                preview(index + 1, len(timesteps), samples.motions(self.model, step.predicted_clean)[0])
+        return samples.motions(self.model, state)
 
 
 class GeometricPlanner:
@@ -248,13 +221,3 @@ class GeometricPlanner:
         hits = sum(clear_gap(outline, other.outline) < CLEARANCE for outline in outlines for other in others)
         scores = {"checks": checks_score(objects, motions, goal.spec, table), "free of distractors": 1.0 / (1.0 + hits)}
         return {**scores, "total": math.prod(scores.values())}
-
-
-def _sampled_clouds(clouds: Sequence[ObjectCloud], generator: torch.Generator) -> Tensor:
-    """The clouds with 256 points each: (N, 256, 3), drawn without repetition where there are enough."""
-    rows = []
-    for cloud in clouds:
-        points = torch.from_numpy(np.asarray(cloud.points, dtype=np.float32))
-        order = torch.randperm(len(points), generator=generator)
-        rows.append(points[order[torch.arange(_CLOUD_POINTS) % len(points)]])
-    return torch.stack(rows) if rows else torch.zeros(0, _CLOUD_POINTS, 3)

@@ -82,6 +82,15 @@ class NoiseScheduler:
             return (sample - sigma * prediction) / signal
         return signal * sample - sigma * prediction
 
+    def prediction_of(self, clean: Tensor, timestep: Tensor, sample: Tensor) -> Tensor:
+        """The prediction that implies this x_0: the inverse of `predict_clean`."""
+        signal, sigma = self._scales(timestep, sample)
+        return self.target(clean, (sample - signal * clean) / sigma, timestep)
+
+    def noise_level(self, timestep: Tensor) -> float:
+        """sqrt(1 - abar_t): the deviation of the noise at a step."""
+        return float((1 - self.alphas_cumulative[timestep]).sqrt())
+
     def step(self, prediction: Tensor, index: int, sample: Tensor, generator: torch.Generator | None = None) -> Step:
         """From the sample at `timesteps[index]` to the one at `timesteps[index + 1]`; past the last, to x_0.
 

@@ -77,6 +77,10 @@ class Condition:
         """Each scene `count` times in a row: (B * count, ...)."""
         return Condition(*(value.repeat_interleave(count, dim=0) for value in self.__dict__.values()))
 
+    def __getitem__(self, rows: Tensor) -> Condition:
+        """Some of the scenes, or all in another order."""
+        return Condition(*(value[rows] for value in self.__dict__.values()))
+
     @property
     def there(self) -> Tensor:
         """(B, 5 + 1 + N) bool: which of the language, structure-frame and object tokens are there."""

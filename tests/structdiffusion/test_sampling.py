@@ -17,6 +17,7 @@ from structdiffusion.models.diffusion.model import DiffusionConfig
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.model import StructureConfig
 from structdiffusion.observation import Goal
+from structdiffusion.proposing import observed, place_orders
 from structdiffusion.ranking import Ranker
 from structdiffusion.sampling import DiffusionPlanner, GeometricPlanner, load_planner
 from structdiffusion.scenes import draw_scene, full_spec
@@ -30,7 +31,7 @@ def generator(seed: int = 0) -> torch.Generator:
     return torch.Generator().manual_seed(seed)
 
 
-def observed(library, spec, seed=0, **options):
+def seen(library, spec, seed=0, **options):
     """A drawn scene as the simulated camera sees it."""
     rng = np.random.default_rng(seed)
     drawn = draw_scene(library, spec, rng, **options)
@@ -47,7 +48,7 @@ def own_cache(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def circle(library):
-    return observed(library, StructureSpec("circle"), count=4, distractors=1)
+    return seen(library, StructureSpec("circle"), count=4, distractors=1)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +68,7 @@ def test_the_geometric_planner_imagines_what_passes_the_checks(library, shape):
     """From clouds alone, its best proposal passes every check on the estimated outlines, upright, on the table."""
     for seed in range(2):
         spec = full_spec(shape, np.random.default_rng(seed))
-        scene = observed(library, spec, seed)
+        scene = seen(library, spec, seed)
         found = GeometricPlanner().propose(scene, Goal(spec), count=6, generator=generator(seed))
         assert 1 <= len(found) <= 6
         totals = [arrangement.scores["total"] for arrangement in found]
@@ -117,17 +118,14 @@ def test_arrangements_of_the_diffusion_planner(circle, folder):
 
 
 def test_previews_lead_to_the_result(circle, folder):
-    seen = []
+    told = []
     planner = DiffusionPlanner(PoseDiffusion.from_pretrained(folder / "diffusion"), None, sentence=False, steps=7)
-    clouds = torch.stack([torch.from_numpy(cloud.points[:256]) for cloud in circle.objects])
-    objects = [estimate(cloud) for cloud in circle.objects]
-    nouns = torch.zeros(len(objects), dtype=torch.long)
-    motions, frames = planner.sample(
-        clouds, nouns, objects, Goal(StructureSpec("circle")), 3, generator(), lambda *told: seen.append(told)
-    )
-    assert motions.shape == (3, len(objects), 4, 4) and frames.shape == (3, 4, 4)
-    assert [told[:2] for told in seen] == [(k, 7) for k in range(1, 8)]
-    np.testing.assert_array_equal(seen[-1][2], motions)
+    goal = Goal(StructureSpec("circle"))
+    scene = observed(circle, goal, planner.model, False, generator())
+    motions, frames = planner.sample(scene, goal, 3, generator(), lambda *step: told.append(step))
+    assert motions.shape == (3, len(circle.objects), 4, 4) and frames.shape == (3, 4, 4)
+    assert [step[:2] for step in told] == [(k, 7) for k in range(1, 8)]
+    np.testing.assert_array_equal(told[-1][2], motions)
 
 
 def test_every_object_gets_the_motion_of_its_own_place(circle, folder):
@@ -146,13 +144,12 @@ def test_every_object_gets_the_motion_of_its_own_place(circle, folder):
 
     planner.model = type("Oracle", (), {
         "__call__": staticmethod(oracle), "config": model.config, "condition": model.condition,
-        "decode_state": model.decode_state,
+        "decode_state": model.decode_state, "noun_ids": model.noun_ids,
     })()
-    clouds = torch.stack([torch.from_numpy(cloud.points[:256]) for cloud in circle.objects])
-    objects = [estimate(cloud) for cloud in circle.objects]
-    nouns = torch.zeros(things, dtype=torch.long)
-    motions, _ = planner.sample(clouds, nouns, objects, Goal(StructureSpec("circle")), count, generator())
-    means = clouds.mean(dim=1).numpy()
+    goal = Goal(StructureSpec("circle"))
+    scene = observed(circle, goal, model, False, generator())
+    motions, _ = planner.sample(scene, goal, count, generator())
+    means = scene.clouds.mean(dim=1).numpy()
     orders = set()
     for row in motions:
         ends = np.einsum("nij,nj->ni", row[:, :3, :3], means) + row[:, :3, 3]
@@ -163,22 +160,21 @@ def test_every_object_gets_the_motion_of_its_own_place(circle, folder):
     assert len(orders) > 2  # in another order in each sample
 
 
-def test_in_a_tower_the_broad_and_level_go_below(library, folder):
-    planner = DiffusionPlanner(PoseDiffusion.from_pretrained(folder / "diffusion"), None, sentence=False)
-    scene = observed(library, StructureSpec("tower"), seed=1, count=3, distractors=0)
+def test_in_a_tower_the_broad_and_level_go_below(library):
+    scene = seen(library, StructureSpec("tower"), seed=1, count=3, distractors=0)
     objects = [estimate(cloud) for cloud in scene.objects]
-    order = planner._orders(objects, Goal(StructureSpec("tower")), 16, generator())
+    order = place_orders(objects, StructureSpec("tower"), 16, generator())
     carries = torch.tensor([thing.stackable for thing in objects])
     assert (order.sort(dim=1).values == torch.arange(len(objects))).all()
     assert not ((~carries[order[:, :-1]]) & carries[order[:, 1:]]).any()
-    either = planner._orders(objects, Goal(StructureSpec()), 16, generator())
+    either = place_orders(objects, StructureSpec(), 16, generator())
     assert (either.sort(dim=1).values == torch.arange(len(objects))).all()
 
 
-def test_without_a_ranker_nothing_is_scored(circle, folder):
+def test_without_a_ranker_everything_is_worth_a_try(circle, folder):
     planner = DiffusionPlanner(PoseDiffusion.from_pretrained(folder / "diffusion"), None, sentence=False)
     found = planner.propose(circle, Goal(StructureSpec("circle")), count=2, generator=generator())
-    assert [dict(arrangement.scores) for arrangement in found] == [{}, {}]
+    assert [dict(arrangement.scores) for arrangement in found] == [{"total": 1.0}] * 2
 
 
 def test_the_sentence_model_is_told_the_sentence(circle, folder):
