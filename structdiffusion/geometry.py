@@ -1,4 +1,4 @@
-"""Rigid transforms and the 6-d rotation representation.
+"""Rigid transforms.
 
 Transforms are 4x4 matrices named `a_from_b`: they take points of frame b into frame a. Metres,
 radians, right-handed, x forward, y left, z up (REP-103); quaternions are (x, y, z, w).
@@ -9,8 +9,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import torch
-from torch import Tensor
 
 # The heading in the world frame that each rotation token names.
 HEADING_OF_ROTATION = {"north": 0.0, "west": math.pi / 2, "south": math.pi, "east": -math.pi / 2}
@@ -35,22 +33,6 @@ def yaw_of(a_from_b: np.ndarray) -> float:
 def wrap_angle(angle: float | np.ndarray) -> float | np.ndarray:
     """The same angle in [-pi, pi)."""
     return (angle + math.pi) % (2 * math.pi) - math.pi
-
-
-def rotation_from_6d(six: Tensor) -> Tensor:
-    """Rotation matrices (..., 3, 3) of 6-d representations (..., 6), by Gram-Schmidt.
-
-    The two vectors a, b of paper section IV.B (Zhou et al. 2019) become the first two columns.
-    """
-    a, b = six[..., :3], six[..., 3:]
-    x = torch.nn.functional.normalize(a, dim=-1)
-    y = torch.nn.functional.normalize(b - (x * b).sum(-1, keepdim=True) * x, dim=-1)
-    return torch.stack((x, y, torch.linalg.cross(x, y)), dim=-1)
-
-
-def rotation_to_6d(matrix: Tensor) -> Tensor:
-    """The 6-d representation (..., 6) of rotation matrices (..., 3, 3): their first two columns."""
-    return torch.cat((matrix[..., :, 0], matrix[..., :, 1]), dim=-1)
 
 
 def quaternion_from_matrix(matrix: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from agent.bags.joints import arm_state, joint_streams
 from agent.bags.opening import Bag, Message, Stream, open_bag
 from agent.bags.reading import used
 from agent.bags.topics import Choice, choose, offers
-from agent.bags.transforms import base_from_camera, is_static, read_frames, transform_streams
+from agent.bags.transforms import TransformLoop, base_from_camera, is_static, read_frames, transform_streams
 from agent.errors import BadInput
 from agent.telling import aligned, number
 
@@ -155,7 +155,10 @@ def _use(
     arm, arm_stream, said = arm_state(bag, joint_streams(bag, named.get("joints")), moment)
     notes += said
     tf = read_frames(bag, moment, [(camera, "")] if camera else [])
-    pose, said = base_from_camera(tf, camera, arm.prefix if arm else "") if camera else (None, tf.spoilt)
+    try:
+        pose, said = base_from_camera(tf, camera, arm.prefix if arm else "") if camera else (None, tf.spoilt)
+    except TransformLoop as error:
+        pose, said = None, [*tf.spoilt, str(error)]
     notes += said
     frames = sorted((parent, child, edge.static) for (child, parent), edge in tf.transforms.items())
     chosen = bool(camera) or choice != Choice()

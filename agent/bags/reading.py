@@ -16,7 +16,14 @@ from agent.bags.moments import Found, around, fused
 from agent.bags.opening import METADATA, STORAGES, Bag, Message, Stream, open_bag
 from agent.bags.recording import DepthFrame, ReadingOf, Recording
 from agent.bags.topics import Choice, Offer, choose
-from agent.bags.transforms import Frames, base_frame, base_from_camera, read_frames, transform_streams
+from agent.bags.transforms import (
+    Frames,
+    TransformLoop,
+    base_frame,
+    base_from_camera,
+    read_frames,
+    transform_streams,
+)
 from agent.errors import BadInput, UsageError
 
 _OTHER_SUFFIXES = (".ply", ".pcd")
@@ -89,7 +96,12 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
         notes += [lens.note] if lens.note else []
     arm, arm_stream, said = arm_state(bag, joints, recorded)
     notes += said
-    base_pose, said = base_from_camera(frames, look.frame, arm.prefix if arm else "")
+    try:
+        base_pose, said = base_from_camera(frames, look.frame, arm.prefix if arm else "")
+    except TransformLoop:
+        if options.world_from_camera is None:
+            raise
+        base_pose, said = None, []
     notes += said
     return Recording(
         bag.path,

@@ -18,6 +18,10 @@ _REACHES = (2.0, 20.0, 200.0)  # s; how far from the moment a transform is looke
 _MOST_STATIC = 10_000  # messages; a bag with more of them on a static topic is broken
 
 
+class TransformLoop(BadInput):
+    """A tf tree that is none; the message has the frames."""
+
+
 @dataclass(frozen=True)
 class Transform:
     """How one frame stands in its parent.
@@ -193,6 +197,9 @@ def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarr
         frames: at the moment of the picture.
         camera: the optical frame.
         prefix: what the arm's names begin with, where it is known.
+
+    Raises:
+        TransformLoop: where tf goes round in a circle. That it does not reach the arm is common, and a note.
     """
     notes = list(frames.spoilt)
     if not frames.transforms:
@@ -205,8 +212,10 @@ def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarr
         return None, [*notes, f"tf knows no frame of the arm's base (PREFIX_link_base, root, base_link), only {known}"]
     for name in (camera, base):
         if loop := frames.loop(name):
-            said = f"tf runs in a loop ({' -> '.join(loop)}), so it does not tell where the camera stood"
-            return None, [*notes, said]
+            raise TransformLoop(
+                f"tf runs in a loop ({_in_turn(loop)}), so it does not tell where the camera stood; "
+                "--camera-pose X,Y,Z,ROLL,PITCH,YAW does"
+            )
     path = frames.path(base, camera)
     if not path:
         return None, [*notes, f"tf does not connect the camera's frame {camera!r} with the arm's {base!r}"]
@@ -216,6 +225,12 @@ def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarr
     if not base.endswith("link_base"):
         notes.append(f"tf has no PREFIX_link_base; the frame {base!r} was taken for the arm's base")
     return frames.pose(path), notes
+
+
+def _in_turn(loop: Sequence[str], most: int = 8) -> str:
+    """The frames of a loop, the middle of a long one left out."""
+    shown = loop if len(loop) <= most else [*loop[: most - 2], f"{len(loop) - most + 1} more", loop[-1]]
+    return " -> ".join(shown)
 
 
 def _some(names: Iterable[str], most: int = 8) -> str:

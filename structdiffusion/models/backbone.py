@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor, nn
 
-from structdiffusion.geometry import rotation_from_6d, rotation_to_6d
 from structdiffusion.models.checkpoint import Checkpointed
 from structdiffusion.models.encoders import OUTLINE_FEATURES, SENTENCE_WIDTH, VOCABULARY, PointEncoder, outline_features
 from structdiffusion.nouns import BASES, CUTLERY, DRINKWARE
+from structdiffusion.rotations import rotation_from_6d, rotation_to_6d
 
 POSE = 9  # 3 + 6 numbers a pose
 WORD_TOKENS = 5

@@ -10,13 +10,12 @@ from structdiffusion.geometry import (
     pose_from_position_quaternion,
     pose_from_xyz_yaw,
     quaternion_from_matrix,
-    rotation_from_6d,
-    rotation_to_6d,
     tilt_between,
     transform_points,
     wrap_angle,
     yaw_of,
 )
+from structdiffusion.rotations import rotation_from_6d, rotation_to_6d
 
 
 def test_any_six_numbers_give_a_rotation():

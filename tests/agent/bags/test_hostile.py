@@ -230,7 +230,10 @@ def test_time_that_runs_backwards(tmp_path, suffix):
     assert read_recording(path).frame.color is not None
 
 
-def test_tf_that_runs_in_a_loop_is_no_reason_to_refuse(tmp_path):
+def test_tf_that_runs_in_a_loop_is_refused_unless_somebody_says_where_the_camera_stood(tmp_path):
     loop = [transform("camera_link", "world"), depth_image(depths(), 0.3)]
-    recording = read_recording(write_bag(tmp_path / "loop.bag", [*session(), *loop]))
-    assert recording.base_from_camera is None and any("loop" in note for note in recording.notes)
+    path = write_bag(tmp_path / "loop.bag", [*session(), *loop])
+    with pytest.raises(BadInput, match=r"tf runs in a loop \(.* -> .*\).*--camera-pose X,Y,Z"):
+        read_recording(path)
+    recording = read_recording(path, ReadingOf(world_from_camera=np.eye(4)))
+    assert recording.base_from_camera is None and np.array_equal(recording.world_from_camera, np.eye(4))
