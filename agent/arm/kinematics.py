@@ -28,6 +28,7 @@ from agent.arm.models import (
 )
 from structdiffusion.geometry import pose_from_position_quaternion, pose_from_xyz_yaw, quaternion_from_matrix
 
+LOWERED = 0.01  # m below the table
 WORLD_FROM_BASE = pose_from_xyz_yaw(0.0, 0.0, 0.0, math.pi / 2)
 
 
@@ -47,6 +48,11 @@ class Kinematics:
     def folded(self) -> np.ndarray:
         """The waiting pose (n,)."""
         return self.model.folded
+
+    @property
+    def lowered(self) -> bool:
+        """Whether the base is lower than the table, and so stands beside it."""
+        return bool(self.world_from_base[2, 3] < -LOWERED)
 
     def forward(self, q: np.ndarray) -> np.ndarray:
         """world_from_ee (..., 4, 4) of joint angles (..., n)."""
@@ -200,6 +206,14 @@ class JacoArm:
             )
         self.wound = np.zeros(len(self.joints))
         self.fold_at_once()
+
+    def stand_on(self, table: int) -> None:
+        """The body `table` is where the arm's lowest links are: they do not count as touching it.
+
+        Of an arm that stands lower these include the upper arm, for nobody knows where exactly the table's edge is.
+        """
+        for link in (-1, *self.joints[: 2 if self.kinematics.lowered else 1]):
+            pybullet.setCollisionFilterPair(table, self.body, -1, link, 0, physicsClientId=self.client)
 
     def fold_at_once(self) -> None:
         """Puts the arm into its waiting pose, at rest, the hand open."""

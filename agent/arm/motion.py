@@ -24,7 +24,7 @@ CLEARANCE = 0.004  # m kept between the arm and everything else
 CHECK_STEP = 0.04  # rad between the states of a motion that are checked
 FINE_STEP = 0.015  # rad, the same for a path that is found
 FLOOR = 1.5  # m that the floor reaches to every side
-LOWERED, LEDGE = 0.01, 0.1  # m: a base that is lower by more stands beside the table, whose edge is this far ahead
+LEDGE = 0.1  # m ahead of a base that is lower than the table, where its edge is taken to be
 LEAVING = 0.35  # rad from a start within which the arm may be as near to things as it was there
 EDGE_LOSS = 0.002  # m that the camera loses all around an object, at its depth edges
 SIMPLIFYING_CHECKS = 6_000  # collision checks spent on making a found path shorter
@@ -83,15 +83,14 @@ class PlanningScene:
         self._obstacles: dict[object, int] = {}
         self._held: int | None = None
         # Beside an arm that stands lower there is no floor at the table's height: it begins at the table's edge.
-        near = LEDGE if kinematics.world_from_base[2, 3] < -LOWERED else -FLOOR
+        near = LEDGE if kinematics.lowered else -FLOOR
         floor = pybullet.createCollisionShape(
             pybullet.GEOM_BOX, halfExtents=[(FLOOR - near) / 2, FLOOR, 0.05], physicsClientId=self.client
         )
         self.floor = pybullet.createMultiBody(
             0, floor, basePosition=[(FLOOR + near) / 2, 0, -0.05], physicsClientId=self.client
         )
-        for link in (-1, 0):  # the base stands on the floor
-            pybullet.setCollisionFilterPair(self.floor, self.arm.body, -1, link, 0, physicsClientId=self.client)
+        self.arm.stand_on(self.floor)
 
     def __enter__(self) -> PlanningScene:
         return self

@@ -91,6 +91,7 @@ class TableScene:
         self.world = TabletopWorld(self.models, self.world_from_initial, table, camera, ground)
         model = arm_model(DEFAULT_MODEL if arm is None else arm.model)
         self.arm = JacoArm(self.world.client, Kinematics(model, world_from_base))
+        self.arm.stand_on(self.world.table_body)
         if arm is not None:
             self.notes += stand(self.arm, arm)
         self._stood = self.arm.configuration()

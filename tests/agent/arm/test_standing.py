@@ -17,7 +17,7 @@ from agent.errors import BadInput
 from agent.scenes.table import TableScene
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
-from structdiffusion.observation import Arrangement
+from structdiffusion.observation import Arrangement, Table
 
 HOME = (4.8046852, 2.92482, 1.002, 4.2031852, 1.4458, 1.3233)  # of the j2n6s300, by its maker
 
@@ -89,6 +89,20 @@ def test_a_build_leads_the_arm_from_where_it_stood():
         assert (table.picture("opposite") != picture).any()
         table.put_back({"block": start})
         np.testing.assert_allclose(arm.configuration(), arm.kinematics.folded, atol=1e-9)
+
+
+def test_an_arm_that_stands_lower_than_the_table_around_it_moves_freely():
+    """What was measured of the table is a rectangle, and it reaches to where the arm stands."""
+    base = pose_from_xyz_yaw(0.0, 0.0, -0.25, math.pi / 2)
+    models, poses = [procedural_object("block", 1)], pose_from_xyz_yaw(0.5, -0.3, 0.0, 0.0)[None]
+    around = {"ground": Table(-0.5, 0.9, -0.6, 0.6), "arm": recorded(*HOME), "world_from_base": base}
+    with TableScene(models, poses, 1, np.random.default_rng(0), **around) as table:
+        table.world.step(0.5)
+        np.testing.assert_allclose(table.arm.configuration(), HOME, atol=0.005)
+        table.arm.teleport(np.array(HOME) + (1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        table.arm.command(np.array(HOME))
+        table.world.step(4.0)
+        np.testing.assert_allclose(table.arm.configuration(), HOME, atol=0.005)
 
 
 def test_a_closed_hand_opens_where_it_must():
