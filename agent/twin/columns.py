@@ -9,6 +9,7 @@ import math
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
+from agent.twin.seeing import EDGE
 from structdiffusion.objects.decomposition import few_vertices
 
 _COLUMNS = 350  # over an object's outline, about
@@ -17,13 +18,16 @@ _THINNEST = 0.003  # m: what is flatter is taken to be so high
 _MOST = 14  # parts
 _OVERFILL = 0.06  # of the volume that hulls may hold beyond the columns
 _SPARE = 1.5e-6  # m^3: less is not worth a part
+_FEWEST = 6  # points that show an outline
 _SMALLEST = 1e-9  # m^3
 _VERTICES = 48
 
 
 def solid(points: np.ndarray, support: float) -> np.ndarray:
-    """The vertices (V, 3) of the convex hull of points (P, 3) and of their shadows on z = `support`."""
+    """The vertices (V, 3) of the convex hull of points (P, 3), with what pixels lose, and of their shadows below."""
     points = _standing(points, support)
+    outward = points[:, :2] - 0.5 * (points[:, :2].min(axis=0) + points[:, :2].max(axis=0))
+    points[:, :2] += EDGE * outward / np.maximum(np.linalg.norm(outward, axis=1), 1e-6)[:, None]
     try:
         hull = ConvexHull(points)
         if hull.volume > _SMALLEST:
@@ -41,6 +45,8 @@ def column_parts(points: np.ndarray, support: float) -> tuple[np.ndarray, ...]:
     Where one hull would hold much more than the columns below the points (an L, a ring, a step), it is cut in two, the
     worst part first.
     """
+    if len(points) < _FEWEST:
+        return (solid(points, support),)
     cells, area = _cells(points, support)
     volume = float((cells[:, 2] - support).sum()) * area
     spare = max(_SPARE, 0.02 * volume)
@@ -78,11 +84,11 @@ def _cells(points: np.ndarray, support: float) -> tuple[np.ndarray, float]:
         area = 1e-4
     side = float(np.clip(math.sqrt(area / _COLUMNS), *_CELL))
     tree = cKDTree(flat)
-    spacing = float(np.median(tree.query(flat, k=min(5, len(flat)))[0][:, -1]))
+    spacing = float(np.median(tree.query(flat, k=5)[0][:, -1]))
     low = flat.min(axis=0)
     counts = np.ceil(np.ptp(flat, axis=0) / side).astype(int) + 1
     centers = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), axis=-1).reshape(-1, 2) * side + low
-    apart, near = tree.query(centers, k=min(3, len(flat)))
+    apart, near = tree.query(centers, k=3)
     there = apart[:, 0] < max(0.7 * side, 1.3 * spacing)
     tops = np.median(points[near[there], 2], axis=1)
     return np.column_stack((centers[there], np.maximum(tops, support + _THINNEST))), side * side

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-_STRAYS = 3.0  # times the typical distance of neighbours: what lies farther from all others flew there
+_STRAYS = 4.0  # times the typical distance of neighbours: what lies farther from all others flew there
 _FEWEST = 12  # points from which neighbours tell anything
 _NEIGHBOURS = 10
 _SAME_SURFACE = 0.010  # m between the depths of neighbours in the picture that lie on one surface
 _SILHOUETTE = 2.5  # times the typical distance of neighbours: so near to a seen point belongs to the silhouette
+EDGE = 0.0007  # m that the pixels at an outline lose of it
 _LEVEL = 0.003  # m below a level top that belong to it
 _WITHIN = 0.004  # m of depth between points that count as the same
 
@@ -19,7 +20,7 @@ def without_strays(points: np.ndarray) -> np.ndarray:
     if len(points) < _FEWEST:
         return points
     distance = cKDTree(points).query(points, k=5)[0][:, 4]
-    return points[distance < np.median(distance) * (1 + _STRAYS)]
+    return points[distance <= max(_STRAYS * float(np.median(distance)), _WITHIN)]
 
 
 class View:
