@@ -114,6 +114,14 @@ def run(
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
     call: CallOption = None,
+    export_trajectory: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write what the arm was told to do: .json, .bag (ROS 1), .mcap or a folder (ROS 2); may be given "
+            "several times.",
+        ),
+    ] = None,
 ) -> None:
     """Read an instruction, look at the table, imagine, choose and build; then report.
 
@@ -134,6 +142,14 @@ def run(
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
     reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
+    trajectories = export_trajectory or []
+    if trajectories and not execute:
+        raise UsageError("--export-trajectory needs the arm at work, and --no-execute stops before it")
+    if trajectories:
+        from agent.twin.trajectory import check_export
+
+        for path in trajectories:
+            check_export(path)
     recorded = recorded_options(at, topic, camera_pose, call)
     options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded)
     with ExitStack() as open_files:
@@ -143,7 +159,7 @@ def run(
         tell = TerminalReport(Console(file=sys.stderr if json_output else results))
         listeners = [record, tell] + ([viewer] if viewer is not None else [])
         try:
-            for event in run_instruction(text, options, watch=viewer and viewer.watch):
+            for event in run_instruction(text, options, watch=viewer and viewer.watch, trajectories=trajectories):
                 for listener in listeners:
                     listener(event)
         except KeyboardInterrupt:

@@ -20,9 +20,10 @@ from agent.reading import ReadingOptions
 
 if TYPE_CHECKING:
     from agent.scenes.table import TableScene
+    from agent.twin.trajectory import TrajectoryLog
     from grounding.encoder import SentenceEncoder
     from grounding.spec import StructureSpec
-    from structdiffusion.observation import Goal
+    from structdiffusion.observation import Arrangement, Goal, Scene
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,7 @@ def run_instruction(
     options: RunOptions,
     loaded: Loaded | None = None,
     watch: Callable[[TableScene], None] | None = None,
+    trajectories: Sequence[Path] = (),
 ) -> Iterator[events.Event]:
     """Carries an instruction out; yields what happens, from `Started` to `Finished`.
 
@@ -63,9 +65,10 @@ def run_instruction(
         options: everything else.
         loaded: shares models and libraries with other runs; by default this run loads its own.
         watch: called after every physics step while the arm is at work.
+        trajectories: files for what the arm was told to do, as `agent.twin.trajectory.write_trajectory` takes them.
     """
     started = time.perf_counter()
-    run = _Run(text, options, loaded or Loaded(), watch)
+    run = _Run(text, options, loaded or Loaded(), watch, trajectories)
     code = DONE
     yield events.Started(text, events.json_value(asdict(options)))
     try:
@@ -83,9 +86,15 @@ class _Run:
     """One run and the step that it is in."""
 
     def __init__(
-        self, text: str, options: RunOptions, loaded: Loaded, watch: Callable[[TableScene], None] | None
+        self,
+        text: str,
+        options: RunOptions,
+        loaded: Loaded,
+        watch: Callable[[TableScene], None] | None,
+        trajectories: Sequence[Path],
     ) -> None:
         self.text, self.options, self.loaded, self.watch = text, options, loaded, watch
+        self.trajectories = trajectories
         self.step = "parse"
 
     def steps(self) -> Iterator[events.Event]:
@@ -127,11 +136,31 @@ class _Run:
             yield steps.chosen(1, arrangements[0], scene)
             if options.execute:
                 self.step = "build"
-                building = steps.build(table, scene, reading.spec, arrangements, options.seed, watch=self.watch)
-                yield from self._checked_late(building)
+                yield from self._built(table, scene, reading.spec, arrangements)
             else:
                 self.step = "check"
                 yield from steps.release(table, reading.spec, arrangements[0])
+
+    def _built(
+        self, table: TableScene, scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangement]
+    ) -> Iterator[events.Event]:
+        from agent.twin.trajectory import TrajectoryLog
+
+        log = TrajectoryLog() if self.trajectories else None
+        building = steps.build(table, scene, spec, arrangements, self.options.seed, watch=self.watch, log=log)
+        try:
+            yield from self._checked_late(building)
+        except (Exception, KeyboardInterrupt):  # what failed may be looked into too
+            yield from self._exported(table, log)
+            raise
+        yield from self._exported(table, log)
+
+    def _exported(self, table: TableScene, log: TrajectoryLog | None) -> Iterator[events.Noted]:
+        from agent.twin.trajectory import write_trajectory
+
+        for path in self.trajectories:
+            if log is not None and write_trajectory(log, path, table.prefix, table.arm.kinematics.model):
+                yield events.Noted(f"what the arm was told to do is in {path}")
 
     def _checked_late(self, building: Iterator[events.Event]) -> Iterator[events.Event]:
         """The build, whose last picture begins the step in which it is judged."""

@@ -19,6 +19,7 @@ from agent.errors import ExecutionFailed, NotBuildable, NoValidGoal
 if TYPE_CHECKING:
     from agent.film import Film
     from agent.scenes.table import TableScene
+    from agent.twin.trajectory import TrajectoryLog
     from grounding.reading import Reading
     from grounding.spec import StructureSpec
     from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene
@@ -200,7 +201,9 @@ def release(
         table.world.ground,
     )
     seconds = time.perf_counter() - began
-    yield events.Checked(verdict.success, verdict.failure, verdict.checks, verdict.detail, "released", seconds, table.bodies)
+    yield events.Checked(
+        verdict.success, verdict.failure, verdict.checks, verdict.detail, "released", seconds, table.bodies
+    )
     if not verdict.success:
         raise NoValidGoal(f"the best imagined goal does not hold ({verdict.failure}): {verdict.detail}")
 
@@ -215,6 +218,7 @@ def build(
     ranks: Sequence[int] | None = None,
     film: bool = True,
     watch: Callable[[TableScene], None] | None = None,
+    log: TrajectoryLog | None = None,
 ) -> Generator[events.Event, None, None]:
     """Builds with the arm, looks after every placement, and judges what stands.
 
@@ -227,6 +231,7 @@ def build(
         ranks: of the arrangements, from 1; by default they are numbered in order.
         film: tell a film of the arm at work too, however that ends.
         watch: called after every physics step while the arm is at work.
+        log: told of every motion of the arm.
 
     Raises:
         ExecutionFailed: when not everything was placed, or what was built does not stand as asked.
@@ -268,7 +273,7 @@ def build(
             yield events.Pictured(f"placement-{len(placed)}-after", caption, table.picture())
 
     try:
-        work = build_structure(table.world, table.arm, scene, arrangements, rng=rng, on_step=on_step)
+        work = build_structure(table.world, table.arm, scene, arrangements, rng=rng, on_step=on_step, log=log)
         yield from each_of(work, illustrated)
     except (Exception, KeyboardInterrupt):  # not `finally`: a generator that is closed may tell nothing more
         yield from _told(reel)

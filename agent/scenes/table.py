@@ -59,6 +59,7 @@ class TableScene:
         bodies: what the bodies are: "the true objects", or those that a recording was completed to.
         world: the physics that the arm acts in, its bodies in the same order.
         arm: the arm.
+        prefix: what the arm's driver puts before the names of its joints.
     """
 
     out_of_reach: tuple[str, ...] = ()
@@ -95,6 +96,7 @@ class TableScene:
         if arm is not None:
             self.notes += stand(self.arm, arm)
         self._stood = self.arm.configuration()
+        self.prefix = f"{model.name}_" if arm is None else arm.prefix
 
     def __enter__(self) -> Self:
         return self
