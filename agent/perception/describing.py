@@ -10,7 +10,7 @@ import shapely
 from agent.perception.coloring import lab
 from structdiffusion.geometry import pose_from_xyz_yaw
 
-_COLORED = 16.0  # chroma in CIELAB; below, what looks gray, in the light of a warm or a cold lamp too
+_COLORED, _SATURATED = 12.0, 0.36  # chroma in CIELAB, and by lightness: white things in a cold light have less
 _MOSTLY = 0.35  # of an object's points have a colour: then it is that colour, and not the white of its letters
 _HUES = (  # degrees in CIELAB, where one colour's name ends and the next begins
     (18.0, "pink"), (48.0, "red"), (73.0, "orange"), (103.0, "yellow"), (175.0, "green"), (225.0, "turquoise"),
@@ -18,7 +18,7 @@ _HUES = (  # degrees in CIELAB, where one colour's name ends and the next begins
 )  # fmt: skip
 _PALE = 62.0  # lightness from which on a red is pink
 _DARK = 48.0  # lightness below which an orange or a yellow is brown
-_BLACK, _WHITE = 0.35, 0.80  # of the lightness of the brightest things in the picture
+_BLACK, _WHITE = 0.35, 0.72  # of the lightness of the brightest things in the picture
 _FLAT, _FLAT_FOR_ITS_WIDTH = 0.03, 0.35  # m; of the longer side
 _LONG = 2.6  # times the shorter side
 _TALL = 1.2  # times the longer side
@@ -29,7 +29,7 @@ _MOST_WORDS = 2
 def oriented_box(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The upright box about points (P, 3) on the table: its pose (4, 4), x along the longer side, and sides (3,)."""
     top = float(points[:, 2].max())
-    corners = np.array(shapely.MultiPoint(points[:, :2]).minimum_rotated_rectangle.exterior.coords)[:4]
+    corners = np.array(shapely.LineString(points[:, :2]).minimum_rotated_rectangle.exterior.coords)[:4]
     edges = np.roll(corners, -1, axis=0)[:2] - corners[:2]
     lengths = np.linalg.norm(edges, axis=1)
     longer = int(lengths.argmax())
@@ -46,7 +46,7 @@ def color_word(colors: np.ndarray, white: float) -> str:
         white: the lightness of what is white in this light.
     """
     chroma = np.hypot(colors[:, 1], colors[:, 2])
-    colored = chroma > _COLORED
+    colored = (chroma > _COLORED) & (chroma > _SATURATED * colors[:, 0])
     if colored.mean() < _MOSTLY:
         plain = colors[~colored, 0]
         # Its bright side: the other lies in its own shade.

@@ -79,8 +79,9 @@ def _floaters_joined(part: np.ndarray, positions: np.ndarray, lab: np.ndarray | 
             continue
         away, nearest = cKDTree(positions[others]).query(positions[own])
         other = part[others][nearest[away.argmin()]]
-        alike = lab is None or np.linalg.norm(np.median(lab[own], axis=0) - np.median(lab[part == other], axis=0)) < _ALIKE
-        if away.min() < _BESIDE and alike and positions[own, 2].max() < positions[part == other, 2].max() + _RIM_HEIGHT:
+        body = part == other
+        alike = lab is None or np.linalg.norm(np.median(lab[own], axis=0) - np.median(lab[body], axis=0)) < _ALIKE
+        if away.min() < _BESIDE and alike and positions[own, 2].max() < positions[body, 2].max() + _RIM_HEIGHT:
             part[own] = other
     return part
 
@@ -131,4 +132,4 @@ def _intersecting(outlines: dict[int, shapely.Polygon]) -> tuple[int, int] | Non
 
 
 def _outline(positions: np.ndarray) -> shapely.Polygon:
-    return shapely.MultiPoint(positions[:, :2]).convex_hull.buffer(0.002)
+    return shapely.multipoints(positions[:, :2]).convex_hull.buffer(0.002)

@@ -26,8 +26,10 @@ _EDGE = 0.02  # m that things may stand over the table's edge, as far as it is s
 _FOOT = 0.008  # m from what has risen: the lower points that belong to it
 _WHOLE = 100  # voxels of 4 mm make an object; so much is what a cube of 2.5 cm shows
 _FLAT = 40  # are enough for one that is low: a knife shows little more
-_CLEAR = 5.0  # sigma that an object is above the table: a table's waves are not
-_CLEAR_UNSEEN = 12.0  # and one in the table's colour, as is what the camera makes up between two surfaces
+_CLEAR = 6.0  # sigma that half of an object is above the table: a table's waves are not
+# Where there are colours: twice as much for what looks like the table, as does what the camera makes up between two
+# surfaces, and less for what looks quite different.
+_CONTRASTS, _CLEAR_AT = (3.0, 4.0, 8.0), (12.0, 5.0, 4.0)
 _CONTRAST = 3.0  # standard deviations of the table's colour: what differs by less looks like the table
 _CUT = 0.04  # of an object's voxels lie at the picture's border: most of it may be outside
 _DISTINCT = 0.7  # of an object's upper points differ from the table: then its colour tells where it ends
@@ -140,8 +142,10 @@ def _clear(part: np.ndarray, tall: np.ndarray, sigma: np.ndarray, contrast: np.n
     clear = np.zeros(len(part), dtype=bool)
     for index in np.unique(part[part >= 0]):
         own = part == index
-        looks_like_it = contrast is not None and np.median(contrast[own]) < _CONTRAST
-        clear[own] = np.median(tall[own] / sigma[own]) > (_CLEAR_UNSEEN if looks_like_it else _CLEAR)
+        needed = _CLEAR
+        if contrast is not None:
+            needed = float(np.interp(np.median(contrast[own]), _CONTRASTS, _CLEAR_AT))
+        clear[own] = np.median(tall[own] / sigma[own]) > needed
     return clear
 
 

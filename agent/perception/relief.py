@@ -85,7 +85,8 @@ def _outline(level: np.ndarray) -> shapely.Polygon:
 
 
 def _hull(points: np.ndarray) -> shapely.Polygon:
-    return shapely.MultiPoint(points[:: max(1, len(points) // 20000)]).convex_hull
+    # As a line they are made at once, and their hull is the same.
+    return shapely.LineString(points).convex_hull
 
 
 def _surface(level: np.ndarray, outline: shapely.Polygon) -> np.ndarray:

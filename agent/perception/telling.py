@@ -28,7 +28,8 @@ def tell_objects(segments: Segments, results: TextIO) -> None:
             file=results,
         )
     many = len(segments.objects)
-    print(f"{many or 'no'} object{'' if many == 1 else 's'} on a table that was seen {_told(segments.surface)}", file=results)
+    objects = f"{many or 'no'} object{'' if many == 1 else 's'}"
+    print(f"{objects} on a table that was seen {_told(segments.surface)}", file=results)
     print(f"structures are built {_told(segments.table)}", file=results)
     arm = int((segments.labels == ARM).sum())
     if arm:
