@@ -70,8 +70,8 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
     missing = [network for network in networks if not (folder / network).is_dir()]
     if weights is None and missing:
         raise CheckpointError(
-            f"the weights of model {name!r} do not come along: make {', '.join(missing)} by `structagent train "
-            f"{missing[0]} --data SCENES --out DIR/{missing[0]}` and so on, copy structure/ and collision/ from {folder} "
+            f"the weights of model {name!r} do not come along: make DIR/{', DIR/'.join(missing)} as with `structagent "
+            f"train {missing[0]} --data SCENES --out DIR/{missing[0]}`, copy structure/ and collision/ from {folder} "
             "to DIR, and give `--weights DIR`"
         )
     if parts.network == "structformer":
