@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import colorsys
-
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from scipy import ndimage
 
 from agent.bags.recording import Recording
+from agent.colors import color_of
 from agent.perception.segments import ARM, Segments
 
 _TINT = 0.4  # of an object's color in the picture is its mark
 _DIMMED = 0.55  # what is neither table nor object
-_GOLDEN = 0.381966  # of the colour circle from one object to the next: no two in a row are alike
 _ACROSS = 640  # pixels of a view from above
 _LETTERS = 18  # pixels high
 
@@ -32,7 +30,7 @@ def labelled_picture(recording: Recording, segments: Segments) -> np.ndarray:
     picture[labels == ARM] = picture[labels == ARM] * _DIMMED + 60.0
     for number in range(1, len(segments.objects) + 1):
         mask = labels == number
-        mark = np.array(_mark(number), dtype=np.float32)
+        mark = np.array(color_of(number - 1), dtype=np.float32)
         picture[mask] = (1 - _TINT) * picture[mask] + _TINT * mark
         picture[mask & ~ndimage.binary_erosion(mask, iterations=2)] = mark
     image = Image.fromarray(np.clip(picture, 0, 255).astype(np.uint8))
@@ -48,11 +46,6 @@ def labelled_picture(recording: Recording, segments: Segments) -> np.ndarray:
                 (column, row), str(number), fill="white", stroke_fill="black", stroke_width=2, font=font, anchor="mm"
             )
     return np.asarray(image)
-
-
-def _mark(number: int) -> tuple[int, int, int]:
-    red, green, blue = colorsys.hsv_to_rgb(number * _GOLDEN % 1.0, 0.85, 1.0)
-    return int(255 * red), int(255 * green), int(255 * blue)
 
 
 def _seen(recording: Recording) -> np.ndarray:
