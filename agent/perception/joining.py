@@ -7,7 +7,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 _WITHIN = 0.5  # of the smaller part's outline, seen from above, lies in the other's: apart, they would intersect
-_HOLLOW = -0.3  # the normals of a solid seen from outside diverge (1 for a ball), those of an inside meet (-1)
+HOLLOW = -0.3  # the normals of a solid seen from outside diverge (1 for a ball), those of an inside meet (-1)
 _RIM = 0.04  # m between the inside and the outside: a wall, and what the camera loses of it
 _AS_WIDE = 0.7  # of the width of both is shared by the inside and the outside, across the line of sight
 _RIM_HEIGHT = 0.02  # m between their upper ends
@@ -38,7 +38,7 @@ def joined(
     """
     part = _flat_things_joined(part, positions, reach)
     for hollow in np.unique(part[part >= 0]):
-        if _hollowness(positions[part == hollow], normals[part == hollow]) > _HOLLOW:
+        if hollowness(positions[part == hollow], normals[part == hollow]) > HOLLOW:
             continue
         outside = _around(int(hollow), part, positions, eye)
         part[part == hollow] = outside
@@ -86,7 +86,7 @@ def _floaters_joined(part: np.ndarray, positions: np.ndarray, lab: np.ndarray | 
     return part
 
 
-def _hollowness(positions: np.ndarray, normals: np.ndarray) -> float:
+def hollowness(positions: np.ndarray, normals: np.ndarray) -> float:
     """How much the normals point away from the part's middle, seen from above: -1 to 1."""
     from_middle = positions[:, :2] - positions[:, :2].mean(axis=0)
     weight = np.linalg.norm(normals[:, :2], axis=1) * np.linalg.norm(from_middle, axis=1)

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from agent.perception.clusters import Voxels, clusters, gather, normals, strays
 from agent.perception.joining import joined
 from agent.perception.relief import Relief
+from agent.perception.splitting import split
 
 _SEED, _GROW = 3.0, 1.5  # sigma above the table: an object holds points of the first kind, and ends with the second
 _LEAST_SEED, _LEAST_GROW = 0.0025, 0.0012  # m
@@ -34,7 +35,8 @@ _CONTRAST = 3.0  # standard deviations of the table's colour: what differs by le
 _CUT = 0.04  # of an object's voxels lie at the picture's border: most of it may be outside
 _DISTINCT = 0.7  # of an object's upper points differ from the table: then its colour tells where it ends
 _SKIRT = 0.02  # m: up to there a camera's depth runs from an object over into the table
-_WIDEST = 0.5  # m: more is a wall, a person, or the edge of something else
+WIDEST = 0.5  # m: more is a wall, a person, or the edge of something else
+_WIDEST_OF_SEVERAL = 1.0  # m: what is wider is not even several objects that touch
 _SUPPORTED = 0.7  # of an object's voxels lie over the table
 
 
@@ -94,18 +96,23 @@ def find_objects(
     voxels = gather(level[solid])
     tall, sigma = voxels.mean(height[solid]), voxels.mean(relief.sigma[solid])
     lab, contrast = (None, None) if tint is None else (voxels.mean(tint.lab[solid]), voxels.mean(tint.contrast[solid]))
-    of_voxel = _parts(voxels, tall, sigma)
-    of_voxel = joined(of_voxel, voxels.positions, normals(voxels.positions, eye), lab, eye, voxels.reach)
+    of_voxel, left_out = _without_the_wide(_parts(voxels, tall, sigma), voxels.positions, _WIDEST_OF_SEVERAL)
+    facing = normals(voxels.positions, eye)
+    of_voxel = joined(of_voxel, voxels.positions, facing, lab, eye, voxels.reach)
+    of_voxel = split(of_voxel, np.column_stack((voxels.positions[:, :2], tall)), facing, voxels.reach)
     of_voxel[~_clear(of_voxel, tall, sigma, contrast)] = -1
     cut = voxels.mean(border[solid].astype(np.float64)) > 0
-    of_voxel, left_out = _objects(of_voxel, voxels, tall, cut, relief.outline)
+    of_voxel, too_wide = _without_the_wide(of_voxel, voxels.positions, WIDEST)
+    of_voxel = _objects(of_voxel, voxels, tall, cut, relief.outline)
     known = of_voxel >= 0
     if known.any():
         _, nearest = cKDTree(voxels.positions[known]).query(level[above], distance_upper_bound=voxels.reach)
         labels[above] = np.append(of_voxel[known], -1)[nearest]
         if tint is not None:
             labels[_table_colored(labels, relief.heights, tint.contrast)] = -1
-    return Found(labels, int(of_voxel.max()) + 1, left_out)
+    wide = np.vstack((left_out, too_wide))
+    # A wall behind the table was never expected on it.
+    return Found(labels, int(of_voxel.max()) + 1, wide[shapely.contains_xy(relief.outline, wide[:, 0], wide[:, 1])])
 
 
 def _table_colored(labels: np.ndarray, heights: np.ndarray, contrast: np.ndarray) -> np.ndarray:
@@ -151,19 +158,26 @@ def _clear(part: np.ndarray, tall: np.ndarray, sigma: np.ndarray, contrast: np.n
 
 def _objects(
     part: np.ndarray, voxels: Voxels, tall: np.ndarray, cut: np.ndarray, outline: shapely.Polygon
-) -> tuple[np.ndarray, np.ndarray]:
-    """The parts that are objects, counted anew, and what is too large for one."""
-    of_voxel, left_out = np.full(len(part), -1), []
+) -> np.ndarray:
+    """The parts that are objects, counted anew."""
+    of_voxel = np.full(len(part), -1)
     supported = shapely.contains_xy(outline.buffer(_EDGE), voxels.positions[:, 0], voxels.positions[:, 1])
     for index in np.unique(part[part >= 0]):
         members = part == index
         enough = _WHOLE if np.percentile(tall[members], 90) > _RISEN else _FLAT
         if members.sum() < enough or supported[members].mean() < _SUPPORTED or cut[members].mean() > _CUT:
             continue
-        positions = voxels.positions[members]
-        width = float(np.ptp(positions[:, :2], axis=0).max())
-        if width > _WIDEST:
-            left_out.append((*positions[:, :2].mean(axis=0), width, tall[members].max()))
-        else:
-            of_voxel[members] = of_voxel.max() + 1
-    return of_voxel, np.array(left_out).reshape(-1, 4)
+        of_voxel[members] = of_voxel.max() + 1
+    return of_voxel
+
+
+def _without_the_wide(part: np.ndarray, positions: np.ndarray, widest: float) -> tuple[np.ndarray, np.ndarray]:
+    """The parts without those that are too wide, and x, y, width and height (K, 4) of these."""
+    part, wide = part.copy(), []
+    for index in np.unique(part[part >= 0]):
+        own = positions[part == index]
+        width = float(np.ptp(own[:, :2], axis=0).max())
+        if width > widest:
+            wide.append((*own[:, :2].mean(axis=0), width, own[:, 2].max()))
+            part[part == index] = -1
+    return part, np.array(wide).reshape(-1, 4)

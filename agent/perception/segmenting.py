@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import shapely
 
 from agent.arm.presence import distance_to_arm
 from agent.bags.recording import Recording
@@ -12,7 +13,7 @@ from agent.perception.coloring import contrast, lab
 from agent.perception.describing import color_word, lightness_of_white, oriented_box, shape_words
 from agent.perception.extent import reachable, seen_rectangle
 from agent.perception.frames import base_from_camera, world_frame
-from agent.perception.objects import Tint, find_objects
+from agent.perception.objects import WIDEST, Tint, find_objects
 from agent.perception.plane import FARTHEST, table_plane
 from agent.perception.relief import table_relief
 from agent.perception.segments import ARM, NOTHING, TABLE, Segment, Segments
@@ -59,7 +60,9 @@ def segment(recording: Recording) -> Segments:
         tint = Tint(colors, contrast(colors, flat, pixels, shape))
     level[:, 2] = relief.heights
     found = find_objects(level, plane.level_from_camera[:3, 3], relief, steep, border, tint)
-    labels[pixels[flat & (found.labels < 0)]] = TABLE
+    flat &= found.labels < 0
+    flat[flat] = shapely.contains_xy(relief.outline, level[flat, 0], level[flat, 1])
+    labels[pixels[flat]] = TABLE
     middles = np.array([np.median(level[found.labels == k, :2], axis=0) for k in range(found.count)]).reshape(-1, 2)
     outline = np.array(relief.outline.exterior.coords)
     places = middles if found.count else np.array(relief.outline.centroid.coords)
@@ -84,8 +87,20 @@ def segment(recording: Recording) -> Segments:
         frames.world_from_camera,
         frames.world_from_base,
         labels.reshape(shape),
-        (*frames.notes, *notes),
+        (*frames.notes, *notes, *_left_out(found.left_out, world_from_level)),
     )
+
+
+def _left_out(wide: np.ndarray, world_from_level: np.ndarray) -> list[str]:
+    """A note for each thing (K, 4) that is too wide for an object."""
+    notes = []
+    for x, y, width, height in wide:
+        x, y, _ = transform_points(world_from_level, np.array([x, y, 0.0]))
+        notes.append(
+            f"left out: what is {width:.2f} m wide and {height:.2f} m high about x {x:.2f}, y {y:.2f} is no object; "
+            f"objects are at most {WIDEST} m wide"
+        )
+    return notes
 
 
 def _segments(world: np.ndarray, colors: np.ndarray | None, members: list[np.ndarray]) -> tuple[Segment, ...]:
