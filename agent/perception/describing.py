@@ -24,11 +24,12 @@ _LONG = 2.6  # times the shorter side
 _TALL = 1.2  # times the longer side
 _LARGE, _SMALL = 2.2, 0.4  # times the middle volume of the objects at hand
 _MOST_WORDS = 2
+_TOP = 99.5  # percent of the points lie below an object's top; noise lifts the others
 
 
 def oriented_box(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The upright box about points (P, 3) on the table: its pose (4, 4), x along the longer side, and sides (3,)."""
-    top = float(points[:, 2].max())
+    top = float(np.percentile(points[:, 2], _TOP))
     corners = np.array(shapely.LineString(points[:, :2]).minimum_rotated_rectangle.exterior.coords)[:4]
     edges = np.roll(corners, -1, axis=0)[:2] - corners[:2]
     lengths = np.linalg.norm(edges, axis=1)

@@ -27,7 +27,7 @@ _EDGE = 0.02  # m that things may stand over the table's edge, as far as it is s
 _FOOT = 0.008  # m from what has risen: the lower points that belong to it
 _WHOLE = 100  # voxels of 4 mm make an object; so much is what a cube of 2.5 cm shows
 _FLAT = 40  # are enough for one that is low: a knife shows little more
-_CLEAR = 6.0  # sigma that half of an object is above the table: a table's waves are not
+_CLEAR = 4.5  # sigma that half of an object is above the table: a table's waves are not
 # Where there are colours: twice as much for what looks like the table, as does what the camera makes up between two
 # surfaces, and less for what looks quite different.
 _CONTRASTS, _CLEAR_AT = (3.0, 4.0, 8.0), (12.0, 5.0, 4.0)
@@ -99,7 +99,7 @@ def find_objects(
     of_voxel, left_out = _without_the_wide(_parts(voxels, tall, sigma), voxels.positions, _WIDEST_OF_SEVERAL)
     facing = normals(voxels.positions, eye)
     of_voxel = joined(of_voxel, voxels.positions, facing, lab, eye, voxels.reach)
-    of_voxel = split(of_voxel, np.column_stack((voxels.positions[:, :2], tall)), facing, voxels.reach)
+    of_voxel = split(of_voxel, np.column_stack((voxels.positions[:, :2], tall)), facing, eye, voxels.reach)
     of_voxel[~_clear(of_voxel, tall, sigma, contrast)] = -1
     cut = voxels.mean(border[solid].astype(np.float64)) > 0
     of_voxel, too_wide = _without_the_wide(of_voxel, voxels.positions, WIDEST)

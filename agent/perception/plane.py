@@ -19,6 +19,7 @@ _MOST_PLANES = 6
 _LEAST_AREA = 0.015  # m2 of table that must be seen: a sheet of A6
 _NEAR = 1.2  # m; planes farther away count less
 _TALLEST = 0.4  # m above a table: what stands on it
+_MOST_THROUGH = 1.0  # times as many points behind a plane as in it: it is none, but a slice of something else
 _LOWEST_CAMERA = 0.08  # m above the table
 _UPRIGHT = math.cos(math.radians(25.0))  # a table may lean from a known up by a bad calibration's error
 IMAGE_UP = np.array([0.0, -1.0, 0.0])  # camera frame
@@ -110,6 +111,8 @@ def _score(plane: np.ndarray, thin: np.ndarray, up: np.ndarray | None) -> float:
     # What lies below a table is hidden by it; what is seen through a plane makes it none.
     below = transform_points(lies, thin[above < -2 * _INLIER])[:, :2]
     through = ((below > low) & (below < high)).all(axis=1).sum() / flat.sum()
+    if through > _MOST_THROUGH:
+        return 0.0
     return upright * area * nearness * (0.2 + min(things, 400) / 400) / (1.0 + 3.0 * through)
 
 

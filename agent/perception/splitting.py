@@ -1,7 +1,7 @@
 """Things that touch: parts that fall into several where a valley or a neck runs between them.
 
-A cut is kept only between things that could stand there each by itself: both reach the table, both are large, and
-neither stands in the other's place. So a mug keeps its handle, a bottle its cap, and a bowl its inside.
+A cut is kept only between things that could stand there each by itself: both reach the table as far as it is seen, both
+are large, and neither stands in the other's place. So a mug keeps its handle, a bottle its cap, and a bowl its inside.
 """
 
 from __future__ import annotations
@@ -27,13 +27,14 @@ _NECK = 0.6  # of the smaller thing's half width at most is the neck's
 _CONVEX = 0.9  # of each thing's hull it fills itself, seen from above; what has a neck fills less
 
 
-def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, reach: float) -> np.ndarray:
+def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.ndarray, reach: float) -> np.ndarray:
     """Parts counted anew, those split that are several things.
 
     Args:
         part: (V,) the part of each voxel, -1 for none.
         positions: (V, 3) above the table, level frame, metres.
         normals: (V, 3) unit, toward the camera.
+        eye: (3,) where the camera is.
         reach: metres within which voxels are neighbours.
     """
     part = part.copy()
@@ -43,7 +44,7 @@ def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, reach: f
         if len(own) < 2 * _LEAST or np.percentile(positions[own, 2], 90) < _LEAST_HEIGHT:
             continue
         for pieces in (_by_valleys(positions[own], normals[own], reach), _by_necks(positions[own])):
-            if pieces.max() > 0 and (two := _two_things(pieces, positions[own], normals[own])) is not None:
+            if pieces.max() > 0 and (two := _two_things(pieces, positions[own], normals[own], eye)) is not None:
                 part[own[two]] = part.max() + 1
                 waiting += [int(part.max()), int(part[own[~two]][0])]
                 break
@@ -108,14 +109,24 @@ def _spread(pieces: np.ndarray, positions: np.ndarray) -> np.ndarray:
     return np.searchsorted(large, pieces[known][nearest])
 
 
-def _two_things(pieces: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> np.ndarray | None:
+def _stands(thing: np.ndarray, other: np.ndarray, eye: np.ndarray) -> bool:
+    """Whether a thing (V, 3) reaches the table, or the other stands before where it would."""
+    if thing[:, 2].min() < _REACHES_DOWN:
+        return True
+    foot = thing[thing[:, 2] < np.percentile(thing[:, 2], 20)]
+    return float(np.linalg.norm(other - eye, axis=1).mean()) < float(np.linalg.norm(foot - eye, axis=1).mean())
+
+
+def _two_things(
+    pieces: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.ndarray
+) -> np.ndarray | None:
     """The voxels (V,) of one thing among the pieces that stands beside all the others; `None` where none does."""
     for index in np.argsort(np.bincount(pieces))[::-1]:
         one = pieces == index
         small, large = sorted((one.sum(), (~one).sum()))
         if small < max(_LEAST, _SHARE * large):
             continue
-        if max(positions[one, 2].min(), positions[~one, 2].min()) > _REACHES_DOWN:
+        if not (_stands(positions[one], positions[~one], eye) and _stands(positions[~one], positions[one], eye)):
             continue
         if min(np.percentile(positions[one, 2], 90), np.percentile(positions[~one, 2], 90)) < _LEAST_HEIGHT:
             continue
