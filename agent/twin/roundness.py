@@ -23,6 +23,7 @@ _ROUND_SHARE = 0.62  # of the outline that has to be round
 _HANDLE = 0.004  # m beyond the outline where handles begin
 _OWN = 0.7  # of the points that have to belong to the round body
 _OPEN, _OPEN_INSIDE = 0.2, 0.45  # of the turned points in the open: then it is not round; the same of hollow things
+_SIDEWAYS = 0.82  # of its radius that a round body has to show to either side
 _TOP = 0.008  # m below the highest points that belong to a rim or a top
 _WALL, _THINNEST_WALL = 0.0035, 0.002  # m, where its thickness cannot be seen, and at least
 _BAND = 0.006  # m of height whose points give one radius
@@ -60,9 +61,17 @@ def turned_body(view: View, support: float) -> tuple[Turned, np.ndarray] | None:
     if (outside | (behind < -_FAR)).mean() > (_OPEN_INSIDE if opens else _OPEN):
         return None
     body = _profile(points[own], view.eye, middle, support)
-    if body is None:
+    if body is None or not _as_wide(points[own], view.eye, middle, float(body.outer[:, 0].max())):
         return None
     return body, own | (radii < np.interp(points[:, 2], body.outer[:, 1], body.outer[:, 0]) + _HANDLE)
+
+
+def _as_wide(points: np.ndarray, eye: np.ndarray, middle: np.ndarray, radius: float) -> bool:
+    """Whether points (P, 3) were seen as far to both sides of the axis as a round body reaches."""
+    toward = (eye[:2] - middle) / max(1e-9, float(np.linalg.norm(eye[:2] - middle)))
+    across = (points[:, :2] - middle) @ np.array([-toward[1], toward[0]])
+    left, right = np.quantile(across, [0.01, 0.99])
+    return bool(min(-left, right) > _SIDEWAYS * radius)
 
 
 def _rim_share(points: np.ndarray, middle: np.ndarray) -> float:
@@ -140,12 +149,13 @@ def _axis(points: np.ndarray, eye: np.ndarray) -> tuple[np.ndarray, float]:
 
 def _opens_above(radii: np.ndarray, heights: np.ndarray) -> bool:
     """Whether the highest points form a rim, with nothing but lower ones within, from radii and heights (P,)."""
-    high = heights > np.quantile(heights, 0.985) - _TOP
+    top = min(_TOP, 0.35 * float(np.ptp(heights)))  # plates are shallow
+    high = heights > np.quantile(heights, 0.985) - top
     inside = radii < 0.6 * np.quantile(radii[high], 0.9)
     within = high & inside
     if within.sum() > 0.1 * high.sum():
         return False
-    return not inside.any() or bool(heights[high].mean() - np.median(heights[inside]) > _TOP)
+    return not inside.any() or bool(heights[high].mean() - np.median(heights[inside]) > top)
 
 
 def _common_middle(points: np.ndarray) -> np.ndarray:
@@ -176,7 +186,8 @@ def _profile(points: np.ndarray, eye: np.ndarray, middle: np.ndarray, support: f
     if _opens_above(radii, heights):
         return _hollow(middle, radii, heights, front, rim, outermost, support)
     if (radius := _ball_radius(radii, heights)) is not None:
-        return Turned(middle, np.array([[0.0, support], [0.0, support + 2 * radius]]), np.empty((0, 2)), ball=True)
+        outer = np.array([[0.0, 0.0], [radius, radius], [0.0, 2 * radius]]) + [0.0, support]
+        return Turned(middle, outer, np.empty((0, 2)), ball=True)
     top = level_top(heights)
     curve = _radii_by_height(radii, heights, top)
     if curve is None:
