@@ -114,7 +114,8 @@ def _stands(thing: np.ndarray, other: np.ndarray, eye: np.ndarray) -> bool:
     if thing[:, 2].min() < _REACHES_DOWN:
         return True
     foot = thing[thing[:, 2] < np.percentile(thing[:, 2], 20)]
-    return float(np.linalg.norm(other - eye, axis=1).mean()) < float(np.linalg.norm(foot - eye, axis=1).mean())
+    away, its = (np.linalg.norm(points[:, :2] - eye[:2], axis=1).mean() for points in (other, foot))
+    return bool(away < its)
 
 
 def _two_things(
