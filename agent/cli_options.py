@@ -61,7 +61,7 @@ SceneOption = Annotated[
 ModelOption = Annotated[str, typer.Option(metavar="|".join(PLANNERS), help="Who imagines.")]
 WeightsOption = Annotated[
     Path | None,
-    typer.Option(metavar="DIR", help="Checkpoints diffusion/, structure/ and collision/; by default those shipped."),
+    typer.Option(metavar="DIR", help="Checkpoints of the networks, one folder each; by default those shipped."),
 ]
 _WHAT = ("points", "depth", "depth_info", "color", "joints")  # that a recording is read from
 MOST_SEED = 2**63 - 1  # what every generator takes

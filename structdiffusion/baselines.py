@@ -65,17 +65,12 @@ class StructFormerPlanner:
         models: the network for each shape.
         ranker: the discriminators, or `None` for the order of sampling.
         search: improves what was sampled before it is ranked, where given.
-        spread: factor on the deviations that poses are drawn with (see `StructFormer.sample`).
     """
 
     def __init__(
-        self,
-        models: Mapping[str, StructFormer],
-        ranker: Ranker | None,
-        search: PoseSearch | None = None,
-        spread: float = 1.0,
+        self, models: Mapping[str, StructFormer], ranker: Ranker | None, search: PoseSearch | None = None
     ) -> None:
-        self.models, self.ranker, self.search, self.spread = models, ranker, search, spread
+        self.models, self.ranker, self.search = models, ranker, search
 
     @torch.no_grad()
     def propose(
@@ -104,7 +99,7 @@ class StructFormerPlanner:
                 continue
             model, told = self.models[shape], replace(goal, spec=replace(goal.spec, shape=shape))
             samples = begin(model, seen, told, False, share, generator)
-            state = model.sample(samples.condition, generator, self.spread)
+            state = model.sample(samples.condition, generator)
             if self.search is not None:
                 samples, state = self.search.improve(model, seen, samples, state, told, generator)
             of_shape, with_frames = samples.motions(model, state)
