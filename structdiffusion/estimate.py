@@ -91,7 +91,7 @@ def estimate(cloud: ObjectCloud) -> ObjectEstimate:
         mean,
         outline,
         height,
-        _front_yaw(cloud.points),
+        front_yaw(cloud.points),
         bool(share > _STACKABLE_SHARE),
         bool(hollow),
     )
@@ -105,7 +105,7 @@ def _outline(points: np.ndarray) -> np.ndarray:
         return points.mean(axis=0) + 0.005 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
 
-def _front_yaw(points: np.ndarray) -> float:
+def front_yaw(points: np.ndarray) -> float:
     """The heading of the long axis, toward its broader end: tines, blade or bowl of cutlery."""
     centred = points[:, :2] - points[:, :2].mean(axis=0)
     axis = np.linalg.svd(centred, full_matrices=False)[2][0]

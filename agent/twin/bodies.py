@@ -11,7 +11,9 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from agent.twin.completion import BEST, CompletedShape, complete
-from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.estimate import front_yaw
+from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
+from structdiffusion.nouns import CUTLERY
 from structdiffusion.objects.model import ObjectModel, footprint_centroid
 from structdiffusion.objects.solids import assemble
 from structdiffusion.observation import ObjectCloud
@@ -53,13 +55,17 @@ def _body(cloud: ObjectCloud, shape: CompletedShape) -> tuple[ObjectModel, np.nd
     color = _GRAY
     if cloud.colors is not None and len(cloud.colors):
         color = tuple((np.median(cloud.colors, axis=0) / 255).tolist())
+    # What the checks of a table setting take for the front is the object's +x.
+    yaw = front_yaw(cloud.points) if cloud.category in CUTLERY else 0.0
+    world_from_turned = pose_from_xyz_yaw(0.0, 0.0, 0.0, yaw)
+    parts = [transform_points(world_from_turned.T, part) for part in shape.parts]
     model = assemble(
-        cloud.name, cloud.category, shape.parts, density=DENSITY, friction=FRICTION, color=color, source="recorded",
+        cloud.name, cloud.category, parts, density=DENSITY, friction=FRICTION, color=color, source="recorded",
         rng=np.random.default_rng(0),
     )  # fmt: skip
     points = np.concatenate(shape.parts)
     x, y = footprint_centroid(points[:, :2])
-    return model, pose_from_xyz_yaw(x, y, float(points[:, 2].min()), 0.0)
+    return model, pose_from_xyz_yaw(x, y, float(points[:, 2].min()), yaw)
 
 
 def separated(shapes: Sequence[CompletedShape]) -> list[CompletedShape]:

@@ -106,3 +106,14 @@ def test_two_boxes_side_by_side_do_not_touch_in_the_twin():
         clouds.append(ObjectCloud(f"box {k}", "box", points.astype(np.float32)))
     shapes = separated([complete(cloud, None) for cloud in clouds])
     assert max(p[:, 0].max() for p in shapes[0].parts) < min(p[:, 0].min() for p in shapes[1].parts) + 1e-9
+
+
+def test_cutlery_has_its_front_where_it_was_seen(seen):
+    scene, poses = seen
+    fork = NOUNS.index("fork")
+    model, pose = body_of(scene.objects[fork], scene.world_from_camera)
+    assert pose[:3, 0] @ poses[fork][:3, 0] > np.cos(np.radians(8))  # of the two ends, the one with the tines
+    length, width = np.ptp(np.concatenate(model.hulls)[:, :2], axis=0)
+    assert length > 3 * width
+    unnamed, straight = body_of(replace(scene.objects[fork], category="object"), scene.world_from_camera)
+    assert np.array_equal(straight[:3, :3], np.eye(3)) and unnamed.radius == pytest.approx(model.radius, abs=1e-3)
