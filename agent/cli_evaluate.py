@@ -120,6 +120,30 @@ def evaluate_recordings(
         _tell(report, json_output, tell_recordings, results)
 
 
+@evaluate_app.command("completion")
+def evaluate_completion(
+    objects: ObjectsOption = "ycb",
+    scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 10,
+    seed: SeedOption = 0,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    json_output: JsonOption = False,
+) -> None:
+    """How well the unseen sides of objects are guessed: the ways of completing them, side by side.
+
+    Example: structagent evaluate completion --objects ycb --scenes 10
+    """
+    import_pybullet_silently()
+    from agent.evaluating import write_report
+    from agent.evaluating_completion import measure_completion, tell_completion
+
+    with results_stream() as results:
+        report = measure_completion(objects, scenes, seed, workers)
+        if out is not None:
+            write_report(report, out)
+        _tell(report, json_output, tell_completion, results)
+
+
 @evaluate_app.command("parse")
 def evaluate_parse(
     parser: Annotated[
