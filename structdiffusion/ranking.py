@@ -15,6 +15,7 @@ from grounding.spec import StructureSpec
 from structdiffusion.estimate import ObjectEstimate, imagined_bodies
 from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.layouts import setting_base
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.encoders import word_ids
 from structdiffusion.models.structure import StructureDiscriminator
@@ -73,7 +74,11 @@ class Ranker:
         at_goal = torch.einsum("knij,npj->knpi", moved[..., :3, :3], clouds) + moved[..., None, :3, 3]
         present = torch.ones(count, len(objects), dtype=torch.bool)
         words = torch.tensor([word_ids(spec)]).expand(count, -1)
-        structure = self.structure(at_goal, present, nouns.expand(count, -1), words).sigmoid()
+        order = list(range(len(objects)))
+        if spec.shape == "table setting":  # as in the demonstrations, where the base comes first
+            base = setting_base([thing.layout_item() for thing in objects])
+            order = [base, *(i for i in order if i != base)]
+        structure = self.structure(at_goal[:, order], present, nouns[order].expand(count, -1), words).sigmoid()
         outlines = [[thing.outline_after(motion) for thing, motion in zip(objects, row)] for row in motions]
         free = self._collision_free(outlines, [thing.outline for thing in others], at_goal, other_clouds)
         rows = []

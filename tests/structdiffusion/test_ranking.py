@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -116,3 +117,22 @@ def test_the_scenes_table_is_the_bound():
     moves = np.array([STAY, np.tile([0.1, 0, 0], (3, 1))])
     inside, outside = scores(Ranker(Constant(), NearestPoints()), moves, table=small)
     assert inside["bounds"] == 1.0 and outside["bounds"] < 0.01
+
+
+def test_the_base_of_a_setting_is_shown_first_whatever_the_order_of_the_objects():
+    class Remembering(Constant):
+        def forward(self, clouds, present, nouns, words):
+            self.seen = clouds.mean(dim=2)[0, :, 1], nouns[0]
+            return super().forward(clouds, present, nouns, words)
+
+    structure = Remembering()
+    clouds = [replace(cloud, category=noun) for cloud, noun in zip(OBJECTS, ("mug", "plate", "fork"), strict=True)]
+    points = torch.from_numpy(np.stack([cloud.points for cloud in clouds]))
+    for shape, order in (("table setting", [1, 0, 2]), ("line", [0, 1, 2])):
+        Ranker(structure, NearestPoints()).scores(
+            [estimate(cloud) for cloud in clouds], [], points, torch.zeros(0, 200, 3), torch.tensor([7, 1, 3]),
+            np.tile(np.eye(4), (1, 3, 1, 1)), StructureSpec(shape), Table(),
+        )  # fmt: skip
+        beside, nouns = structure.seen
+        assert nouns.tolist() == [[7, 1, 3][i] for i in order]
+        assert beside.tolist() == pytest.approx([[-0.2, 0.0, 0.2][i] for i in order], abs=0.005)
