@@ -242,7 +242,7 @@ def generate(
 
 @app.command()
 def train(
-    kind: Annotated[ModelKind, typer.Argument(metavar="diffusion|structure|collision", show_default=False)],
+    kind: Annotated[ModelKind, typer.Argument(metavar="|".join(ModelKind), show_default=False)],
     data: Annotated[Path, typer.Option(metavar="DIR", help="Scenes that `structagent generate` made.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Checkpoint, training state and log.csv of this run.")],
     steps: Annotated[
@@ -253,7 +253,7 @@ def train(
     learning_rate: Annotated[float | None, typer.Option(min=0.0, help="Its peak; by default what suits.")] = None,
     batch: Annotated[int | None, typer.Option(min=3, help="Scenes, or pairs, per step; likewise.")] = None,
 ) -> None:
-    """Train the denoiser or one of the discriminators; a run that was stopped goes on where it stopped.
+    """Train a generator of poses or a discriminator; a run that was stopped goes on where it stopped.
 
     Example: structagent train diffusion --data data/train --out runs/diffusion --steps 12000
     """

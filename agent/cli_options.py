@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Sequence
-from enum import Enum
+from enum import Enum, StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from agent.bags.recording import ReadingOf, RecordedOptions
 
 
-class ModelKind(str, Enum):
+class ModelKind(StrEnum):
     """Which network is trained."""
 
     diffusion = "diffusion"
@@ -156,10 +156,13 @@ def recorded_options(
     nouns: dict[str, str] = {}
     for text in calls or ():
         name, _, noun = (part.strip() for part in text.partition("="))
-        name = f"object {name}" if name.isdecimal() else name
-        if not name or not noun or name in nouns:
+        name = f"object {name}" if name.isdecimal() else name.lower()
+        # A number in a noun would be taken for that of an object.
+        if not name or name in nouns or not any(map(str.isalpha, noun)) or any(map(str.isdigit, noun)):
             again = ", and each object only once" if name in nouns else ""
-            raise UsageError(f"--call cannot be {text!r}; legal: an object and its noun, such as 'object 3=mug'{again}")
+            raise UsageError(
+                f"--call cannot be {text!r}; legal: an object and a noun without digits, such as 'object 3=mug'{again}"
+            )
         nouns[name] = noun
     return RecordedOptions(reading_of(at, topics, camera_pose), nouns)
 

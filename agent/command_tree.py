@@ -120,9 +120,11 @@ def _metavar(kind: Any, name: str, option: bool) -> str:
 
 
 def _paths(kind: Any, choices: list[str]) -> str:
+    if any(choice.startswith("FILE") for choice in choices):
+        return FILES  # and the folders on the way to them
     if any(choice.startswith("DIR") for choice in choices):
         return FOLDERS
-    return FILES if kind is Path or any(choice.startswith("FILE") for choice in choices) else ""
+    return FILES if kind is Path else ""
 
 
 def _written(default: Any, parameter: Any) -> str | None:

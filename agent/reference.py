@@ -26,6 +26,8 @@ _OF_THE_MACHINE = {
     ("generate", "workers"): "the number of cores",
     ("evaluate success", "workers"): "the number of cores",
     ("evaluate arm", "workers"): "the number of cores",
+    ("evaluate recordings", "workers"): "the number of cores",
+    ("evaluate completion", "workers"): "the number of cores",
 }
 _VARIABLE = {setting.name: setting.variable for setting in SETTINGS}
 _EXAMPLE = "Example: "

@@ -30,7 +30,7 @@ def words(program, *line: str) -> list[str]:
     ("line", "offered"),
     [
         (["ev"], ["evaluate"]),
-        (["evaluate", ""], ["success", "arm", "parse"]),
+        (["evaluate", ""], ["success", "arm", "recordings", "completion", "parse"]),
         (["evaluate", "a"], ["arm"]),
         (["bulid", ""], []),
         (["run", "--vie"], ["--viewpoint"]),
