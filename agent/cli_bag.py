@@ -54,7 +54,7 @@ def _bag() -> None:
 
 @bag_app.command("info")
 def info(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The bag.", show_default=False)],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The bag, or example.", show_default=False)],
     topic: TopicOption = None,
     json_output: JsonOption = False,
 ) -> None:
@@ -62,10 +62,11 @@ def info(
 
     Example: structagent bag info session.bag
     """
+    from agent.bags import recording_path
     from agent.bags.inspecting import inspect_bag, tell_info
 
     with results_stream() as results:
-        found = inspect_bag(file, reading_of(topics=topic).topics)
+        found = inspect_bag(recording_path(file), reading_of(topics=topic).topics)
         if json_output:
             print(json.dumps(found.to_dict(), indent=1, ensure_ascii=False), file=results)
         else:
@@ -76,7 +77,9 @@ def info(
 def objects(
     file: Annotated[
         Path,
-        typer.Argument(metavar="FILE", help="A bag, a .ply or .pcd cloud, or a picture folder.", show_default=False),
+        typer.Argument(
+            metavar="FILE", help="A bag, a .ply or .pcd cloud, a picture folder, or example.", show_default=False
+        ),
     ],
     at: AtOption = None,
     topic: TopicOption = None,
@@ -95,13 +98,14 @@ def objects(
         _check_new_file(picture, "--picture", (".png",), force)
     reading = reading_of(at, topic, camera_pose)
     import_pybullet_silently()
+    from agent.bags import recording_path
     from agent.bags.reading import read_recording
     from agent.perception.picture import labelled_picture
     from agent.perception.segmenting import segment
     from agent.perception.telling import objects_json, tell_objects
 
     with results_stream() as results:
-        recording = read_recording(file, reading)
+        recording = read_recording(recording_path(file), reading)
         segments = segment(recording)
         if json_output:
             told = {"file": str(file), "used": dict(recording.used), **objects_json(segments)}
@@ -113,8 +117,11 @@ def objects(
         if picture is not None:
             from PIL import Image
 
-            _make_folder(picture)
-            Image.fromarray(labelled_picture(recording, segments)).save(picture)
+            try:
+                picture.parent.mkdir(parents=True, exist_ok=True)
+                Image.fromarray(labelled_picture(recording, segments)).save(picture)
+            except OSError as error:
+                raise BadInput(f"cannot write {str(picture)!r}: {error.strerror}") from error
             print(f"wrote {picture}", file=sys.stderr)
 
 
@@ -235,10 +242,3 @@ def _check_new_file(path: Path, option: str, suffixes: tuple[str, ...], force: b
         raise UsageError(f"{option} cannot be {str(path)!r}; legal: a file that ends in {' or '.join(suffixes)}")
     if path.is_dir() or (path.exists() and not force):
         raise UsageError(f"{option} must be a new file, and {str(path)!r} is there; --force overwrites a file")
-
-
-def _make_folder(path: Path) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadInput(f"cannot write {str(path)!r}: {error.strerror}") from error

@@ -10,7 +10,7 @@ from typing import Any, TextIO
 from agent.bags.joints import arm_state, joint_streams
 from agent.bags.opening import Bag, Message, Stream, open_bag
 from agent.bags.reading import used
-from agent.bags.topics import Choice, choose, offers
+from agent.bags.topics import Choice, check_named, choose, offers
 from agent.bags.transforms import TransformLoop, base_from_camera, is_static, read_frames, transform_streams
 from agent.errors import BadInput
 from agent.telling import aligned, number
@@ -106,10 +106,11 @@ def inspect_bag(path: Path, named: Mapping[str, str] | None = None) -> BagInfo:
         named: role -> topic, as `ReadingOf.topics` has them.
 
     Raises:
-        BadInput: where it is no bag, or too damaged to be read.
+        BadInput: where it is no bag, or too damaged to be read, or has no topic that is named.
         UsageError: for a role that there is none of.
     """
     with open_bag(path) as bag:
+        check_named(bag, named or {})
         offer_of = {offer.stream: offer for offer in offers(bag)}
         topics = []
         for stream in bag.streams:

@@ -161,7 +161,10 @@ def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
     if path.is_dir():
         return _opened_folder(path)
     if path.suffix not in SUFFIXES:
-        raise BadInput(f"{str(path)!r} is no bag: legal are {', '.join(SUFFIXES)}, and the folder of a ROS 2 bag")
+        raise BadInput(
+            f"{str(path)!r} is no bag: legal are {', '.join(SUFFIXES)}, and the folder of a ROS 2 bag; "
+            "`bag objects` and --scene take clouds (.ply, .pcd) and folders of pictures too"
+        )
     if path.stat().st_size == 0:
         raise BadInput(f"{str(path)!r} is empty")
     kind, beginning = _BEGINNINGS[path.suffix]

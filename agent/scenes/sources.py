@@ -63,7 +63,7 @@ def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedO
         ObjectError: for objects that are not there.
     """
     path = Path(scene)
-    if scene == EXAMPLE or path.suffix.lower() in RECORDINGS or path.is_dir():
+    if scene == EXAMPLE or path.suffix.lower() in RECORDINGS or (scene and path.is_dir()):
         from agent.bags import example_path
         from agent.scenes.recorded import RecordedSource
 

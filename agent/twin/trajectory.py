@@ -27,6 +27,10 @@ No joint goes faster than its maker allows, and continuous joints are counted fr
 from __future__ import annotations
 
 import json
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,7 +38,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from agent.arm.models import FINGER_SPEED, FINGER_TIPS, FINGERS, ArmModel
-from agent.errors import UsageError
+from agent.errors import BadInput, UsageError
 from structdiffusion.tabletop import TIME_STEP
 
 if TYPE_CHECKING:
@@ -43,6 +47,7 @@ if TYPE_CHECKING:
 
 SCHEMA_VERSION = 1
 SUFFIXES = (".json", ".bag", ".mcap", "")
+_ARM, _HAND, _MOVED = "trajectory_controller/command", "fingers/command", "out/joint_state"  # after the driver's name
 EVERY = 12  # physics steps of 1/240 s between two points: 20 Hz
 MARGIN = 0.999  # of the speed limits that is used, so that no rounding exceeds them
 CLOSED_TURNS, CLOSED_DEGREES = 6800.0, 80.0  # of a finger, in the driver's unit and as its joint
@@ -125,20 +130,51 @@ class TrajectoryLog:
 
 
 def check_export(path: Path) -> None:
-    """Says early what would keep a trajectory from being written there; a file that is there is replaced.
+    """Says early what would keep a trajectory from being written there; one that is there is replaced, nothing else.
 
     Raises:
-        UsageError: for a suffix that is not known, or a folder that must not be replaced.
+        UsageError: for a suffix that is not known, or something else that is there.
+        BadInput: where nothing can be written.
     """
     if path.suffix.lower() not in SUFFIXES:
         raise UsageError(
             f"a trajectory cannot be written to {str(path)!r}; legal: a file that ends in .json, .bag (ROS 1) or "
             ".mcap (ROS 2), or the name of a folder (ROS 2)"
         )
-    if path.is_dir() and (path.suffix or not (path / "metadata.yaml").is_file()):
-        raise UsageError(f"a trajectory cannot replace {str(path)!r}, a folder that is no bag")
-    if path.is_file() and not path.suffix:
-        raise UsageError(f"a trajectory cannot replace {str(path)!r}, a file that is no bag")
+    if os.path.lexists(path) and not _is_trajectory(path):
+        raise UsageError(f"a trajectory must be a new file, or replace another one, and {str(path)!r} is none")
+    with _told(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+
+
+def _is_trajectory(path: Path) -> bool:
+    """Whether a file holds what `write_trajectory` writes, and nothing that somebody recorded."""
+    if path.suffix.lower() == ".json":
+        try:
+            told = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return False
+        return isinstance(told, dict) and {"schema_version", "joints", "segments"} <= set(told)
+    from agent.bags.opening import open_bag
+
+    try:
+        with open_bag(path) as bag:
+            topics = [stream.topic for stream in bag.streams]
+    except BadInput:
+        return False
+    told = [topic.endswith((_ARM, _HAND)) for topic in topics]
+    return any(told) and all(known or topic.endswith(_MOVED) for known, topic in zip(told, topics, strict=True))
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Tells in one sentence what cannot be written where."""
+    try:
+        yield
+    except OSError as error:
+        raise BadInput(f"cannot write {str(path)!r}: {error.strerror or error}") from error
 
 
 def write_trajectory(log: TrajectoryLog, path: Path, prefix: str, model: ArmModel) -> bool:
@@ -146,7 +182,7 @@ def write_trajectory(log: TrajectoryLog, path: Path, prefix: str, model: ArmMode
 
     Args:
         log: listened to the arm.
-        path: .json, .bag, .mcap, or no suffix for the folder of a ROS 2 bag; what is there is replaced.
+        path: .json, .bag, .mcap, or no suffix for the folder of a ROS 2 bag, as `check_export` takes it.
         prefix: of the joints' names in the recording, such as "j2s7s300_".
         model: which arm it was.
 
@@ -158,8 +194,8 @@ def write_trajectory(log: TrajectoryLog, path: Path, prefix: str, model: ArmMode
     if not motions:
         return False
     if path.suffix.lower() == ".json":
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(_document(motions, prefix, model)) + "\n", encoding="utf-8")
+        with _told(path):
+            path.write_text(json.dumps(_document(motions, prefix, model)) + "\n", encoding="utf-8")
         return True
     from agent.bags.writing import BagWriter
 
@@ -220,8 +256,8 @@ def _write_bag(writer: BagWriter, motions: list[Motion], prefix: str, model: Arm
     names = [*arm_names, *finger_names, *(prefix + name for name in FINGER_TIPS)]
     for motion in motions:
         for topic, moving, positions in (
-            (f"{node}/trajectory_controller/command", arm_names, motion.joints),
-            (f"{node}/fingers/command", finger_names, motion.fingers),
+            (f"{node}/{_ARM}", arm_names, motion.joints),
+            (f"{node}/{_HAND}", finger_names, motion.fingers),
         ):
             if np.ptp(positions, axis=0).any():
                 message = _trajectory_message(writer, moving, motion.start, motion.times, positions)
@@ -229,7 +265,7 @@ def _write_bag(writer: BagWriter, motions: list[Motion], prefix: str, model: Arm
         for time, moved in zip(motion.times, motion.moved, strict=True):
             angles = [*moved, 0.0, 0.0, 0.0]  # the driver cannot measure the finger tips
             when = motion.start + float(time)
-            writer.write(f"{node}/out/joint_state", joints_message(writer, names, angles, when), when)
+            writer.write(f"{node}/{_MOVED}", joints_message(writer, names, angles, when), when)
 
 
 def _trajectory_message(

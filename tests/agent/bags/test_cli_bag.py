@@ -12,7 +12,7 @@ from agent import cli
 from agent.bags import example_path
 from agent.bags.reading import read_recording
 from agent.cli_bag import bag_app
-from agent.cli_options import reading_of
+from agent.cli_options import reading_of, recorded_options
 from agent.errors import UsageError
 from agent.scenes.placing import load_scene
 from structdiffusion.camera import DepthCamera
@@ -72,6 +72,19 @@ def test_objects_of_the_example(bag, tmp_path):
     assert Image.open(tmp_path / "new" / "found.png").size == (640, 480)
     code, _, err = bag("objects", EXAMPLE, "--picture", tmp_path / "new" / "found.png")
     assert code == 2 and "--force" in err
+
+
+def test_the_example_is_known_by_its_name(bag, tmp_path):
+    assert "cups.bag" in bag("info", "example")[1]
+    (tmp_path / "example").mkdir()
+    code, _, err = bag("info", "example")
+    assert code == 6 and "'example'" in err
+
+
+def test_a_picture_that_cannot_be_written(bag, tmp_path):
+    (tmp_path / "file").write_text("mine")
+    code, _, err = bag("objects", EXAMPLE, "--picture", "file/found.png")
+    assert code == 6 and err.startswith("structagent: cannot write 'file/found.png': ")
 
 
 def test_objects_for_people(bag):
@@ -169,7 +182,13 @@ def test_what_is_wrong_is_one_sentence(bag, pictures, tmp_path, code, arguments,
     assert sorted(path.name for path in tmp_path.iterdir()) == ["notes", "pictures"]
 
 
-def test_options_name_each_topic_once():
+def test_options_name_each_topic_and_object_once():
     assert reading_of(2.5, ["depth=/a", "color=/b"]).topics == {"depth": "/a", "color": "/b"}
+    assert recorded_options(None, None, None, ["3=mug", "Object 1 = tea cup"]).nouns == {
+        "object 3": "mug", "object 1": "tea cup",
+    }  # fmt: skip
+    for calls in (["3=mug", "object 3=cup"], ["3=17"], ["3=object 2"], ["3="], ["=mug"], ["mug"]):
+        with pytest.raises(UsageError, match="--call cannot be .*; legal: an object and a noun without digits"):
+            recorded_options(None, None, None, calls)
     with pytest.raises(UsageError, match="only once"):
         reading_of(topics=["depth=/a", "depth=/b"])

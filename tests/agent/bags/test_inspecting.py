@@ -7,6 +7,7 @@ import pytest
 
 from agent.bags.inspecting import inspect_bag, tell_info
 from agent.bags.opening import Bag
+from agent.errors import BadInput
 from tests.agent.bags.making import (
     COLOR,
     DEPTH,
@@ -54,6 +55,8 @@ def test_named_topics_are_used(tmp_path):
     other = depth_image(depths(), 0.1, "/my/range")
     path = write_bag(tmp_path / "named.bag", [*session(), other])
     assert inspect_bag(path, {"depth": "/my/range", "depth_info": DEPTH_INFO}).used["depth"] == "/my/range"
+    with pytest.raises(BadInput, match="has no topic '/other' of .* for depth; legal: .*/my/range"):
+        inspect_bag(path, {"depth": "/other"})
 
 
 def test_of_big_topics_little_is_read(tmp_path, monkeypatch):

@@ -2,6 +2,7 @@
 
 import json
 import math
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +11,13 @@ import pytest
 from agent.arm.executor import build_structure
 from agent.arm.models import FINGER_SPEED, FINGERS, arm_model
 from agent.bags.recording import ArmState
-from agent.errors import UsageError
+from agent.errors import BadInput, UsageError
 from agent.scenes.table import TableScene
 from agent.twin.trajectory import TrajectoryLog, check_export, write_trajectory
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.observation import Arrangement
+from tests.agent.bags.making import joints, session, write_bag
 
 MODEL, PREFIX = arm_model("j2n6s300"), "left_"
 HOME = np.array((4.8046852, 2.92482, 1.002, 4.2031852, 1.4458, 1.3233))
@@ -142,9 +144,21 @@ def test_where_no_trajectory_can_be_written(log, tmp_path):
     with pytest.raises(UsageError, match="'arm.csv'; legal: a file that ends in .json, .bag"):
         check_export(Path("arm.csv"))
     (tmp_path / "notes").mkdir()
-    with pytest.raises(UsageError, match="a folder that is no bag"):
-        write_trajectory(log, tmp_path / "notes", PREFIX, MODEL)
+    write_bag(tmp_path / "session.bag", session())
+    write_bag(tmp_path / "joints.bag", [joints()])
+    shutil.copy(tmp_path / "session.bag", tmp_path / "session.json")
+    (tmp_path / "mine.json").write_text('{"schema_version": 1}')
     (tmp_path / "file").write_text("mine")
-    with pytest.raises(UsageError, match="a file that is no bag"):
-        write_trajectory(log, tmp_path / "file", PREFIX, MODEL)
-    assert (tmp_path / "file").read_text() == "mine"
+    for name in ("notes", "session.bag", "joints.bag", "session.json", "mine.json", "file"):
+        before = (tmp_path / name).read_bytes() if name != "notes" else b""
+        with pytest.raises(UsageError, match=f"must be a new file, or replace another one, and .*{name}' is none"):
+            write_trajectory(log, tmp_path / name, PREFIX, MODEL)
+        assert name == "notes" or (tmp_path / name).read_bytes() == before
+    for path in (tmp_path / "file" / "arm.json", Path("/proc/arm.json")):
+        with pytest.raises(BadInput, match=f"cannot write '{path}': "):
+            check_export(path)
+
+
+def test_a_trajectory_replaces_another_one(log, tmp_path):
+    for _ in range(2):
+        assert write_trajectory(log, tmp_path / "arm.json", PREFIX, MODEL)
