@@ -22,7 +22,6 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 from agent.twin.columns import column_parts, solid
 from agent.twin.roundness import turned_body
 from agent.twin.seeing import View, level_top, levelled, without_strays
-from structdiffusion.objects.solids import sample_surface
 from structdiffusion.observation import ObjectCloud
 
 METHODS = ("hull", "extrude", "columns", "mirror", "symmetry")
@@ -37,7 +36,6 @@ _TRIED = 200  # points that are mirrored to try a symmetry
 _CERTAIN = 0.15  # how plausible a symmetry has to be at least
 _APPENDAGE = 25  # points besides a round body that make a handle
 _HANDLE = 0.006  # m below what was seen of a handle that belong to it
-_SURFACE = 400  # points on a completed surface
 
 
 @dataclass(frozen=True)
@@ -101,13 +99,6 @@ def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: s
     if method == "mirror":
         return CompletedShape((solid(whole, cloud.bottom),), points, symmetry)
     return CompletedShape(column_parts(whole, cloud.bottom), points, symmetry)
-
-
-def obstacle_points(cloud: ObjectCloud, world_from_camera: np.ndarray | None) -> np.ndarray:
-    """What the arm has to keep clear of: what was seen, and the surface of the completed body, (P, 3), world frame."""
-    shape = complete(cloud, world_from_camera)
-    guessed, _ = sample_surface(shape.parts, _SURFACE, np.random.default_rng(0))
-    return np.concatenate((shape.seen, guessed.astype(np.float64)))
 
 
 def mirrored(view: View, support: float) -> tuple[np.ndarray, str]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from agent.twin.completion import METHODS, complete, obstacle_points
+from agent.twin.completion import METHODS, complete
 from structdiffusion.camera import DepthCamera
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.decomposition import signed_distance
@@ -166,11 +166,3 @@ def test_bad_input_is_named():
         complete(cloud, camera, "guess")
     with pytest.raises(ValueError, match="nothing was seen of the can"):
         complete(replace(cloud, points=np.full((5, 3), np.nan)), camera)
-
-
-def test_obstacles_reach_where_the_camera_did_not_see():
-    model, pose, cloud, camera = looks("can")[0]
-    points = obstacle_points(cloud, camera)
-    assert np.isfinite(points).all()
-    true = transform_points(pose, model.surface_points.astype(np.float64))
-    assert cKDTree(points).query(true)[0].mean() < 0.6 * cKDTree(cloud.points).query(true)[0].mean()
