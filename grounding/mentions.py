@@ -8,12 +8,13 @@ mugs came in a parcel").
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from grounding.counts import JOINTS, count_before, numbers_after
 from grounding.nouns import ADJECTIVES, COLOURS, STUFF, USES, singular
+from grounding.phrases import ANY, Mention, Reading, Vocabulary
 from grounding.sentences import STOPS, Sentences
+from grounding.shared_nouns import partial_phrases
 from grounding.unknown_nouns import MOST_MODIFIERS, unknown_phrase
 from grounding.wordlists import (
     ALL_WORDS,
@@ -30,7 +31,6 @@ from grounding.wordlists import (
     WHAT_FOLLOWS_OBJECTS,
 )
 
-ANY = "object"  # the noun of a mention that says no kind: "everything", "three things", "the red ones"
 _TOKEN = re.compile(r"\d+|[^\W\d_]+(?:['’][^\W\d_]+)*|[,.;:!?\n()]")
 _SUBJECTS = frozenset("i you we it they he she one that which who someone".split())
 _DENIALS = ("don't", "dont", "never", "not")
@@ -41,63 +41,6 @@ _ANYTHING = frozenset(GENERIC) | {"what", "whatever", "anything"}
 _UNSAID = frozenset(
     "the a an my your our his her their these those this that teh da whatever just only".split()
 )
-
-
-@dataclass(frozen=True)
-class Mention:
-    """One noun phrase.
-
-    Attributes:
-        noun: the singular of its last noun, or `ANY`.
-        modifiers: the words before the noun that may describe it: "red", "soup".
-        count: how many are meant, `None` for all; negative for all but as many.
-        exact: whether the speaker gave the number, so that fewer will not do.
-        role: "meant", "left out", "told" (of which something is said, no more) or "landmark".
-        known: whether a table or the scene knows the noun.
-        plural: whether several may be meant.
-        numbers: of "object 3", "cups 1 and 2".
-        ordinal: of "the second cup", from 1; -1 for the last.
-        span: (first, end) characters of the phrase, without its article.
-    """
-
-    noun: str
-    modifiers: tuple[str, ...]
-    count: int | None
-    exact: bool
-    role: str
-    known: bool
-    plural: bool
-    numbers: tuple[int, ...]
-    ordinal: int | None
-    span: tuple[int, int]
-
-
-@dataclass(frozen=True)
-class Reading:
-    """The mentions of an instruction, and whether "them" or "these" stand in for some.
-
-    Attributes:
-        mentions: in the order of the text.
-        pronoun: whether a pronoun is what should be arranged.
-    """
-
-    mentions: tuple[Mention, ...]
-    pronoun: bool
-
-
-@dataclass(frozen=True)
-class Vocabulary:
-    """The nouns that are known.
-
-    Attributes:
-        forms: word -> (singular, whether it means all of its kind).
-        heads: what the objects of the scene are.
-        compounds: pairs of words that stand side by side in the name of an object.
-    """
-
-    forms: Mapping[str, tuple[str, bool]]
-    heads: frozenset[str] = frozenset()
-    compounds: frozenset[tuple[str, str]] = frozenset()
 
 
 def read_mentions(text: str, vocabulary: Vocabulary) -> Reading:
@@ -131,7 +74,8 @@ class _Reader:
                     between = self.words[last[0] + 1 : head[0]]
                     if between and all(w in JOINTS or w in DETERMINERS for w in between):
                         mentions[-1] = replace(mentions[-1], role="left out")  # "the fork and the knife stay"
-                mentions.append(mention)
+                mentions += self._with_sharing(mention, *head[:2], end, last)
+                mention = mentions[-1]
                 last = (end - 1, mention)
             place = max(end, place + 1)
         return Reading(tuple(mentions), self.pronoun)
@@ -280,6 +224,29 @@ class _Reader:
         return Mention(
             noun, modifiers, count, exact, role, known, many or (count or 2) > 1, numbers, ordinal, span
         ), end
+
+    def _with_sharing(
+        self, mention: Mention, start: int, head: int, end: int, last: tuple[int, Mention] | None
+    ) -> list[Mention]:
+        """The mention after those that share its noun; what the words before the first say holds for all."""
+        partial = partial_phrases(self.said, start, head, mention.plural, last[0] if last else -1)
+        if partial:
+            mention = replace(mention, role=self._role(partial[0].first, end, last))
+        return [
+            *(
+                replace(
+                    mention,
+                    modifiers=tuple(self.words[each.start : each.end]),
+                    count=each.count,
+                    exact=each.exact,
+                    numbers=(),
+                    ordinal=None,
+                    span=(self.spans[each.start][0], self.spans[each.end - 1][1]),
+                )
+                for each in partial
+            ),
+            mention,
+        ]
 
     def _role(self, first: int, end: int, last: tuple[int, Mention] | None) -> str:
         exception = self.said.exception(first)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from grounding.mentions import Vocabulary
 from grounding.nouns import (
     ADJECTIVES,
     ATTRIBUTES,
@@ -21,6 +20,7 @@ from grounding.nouns import (
     plural,
     singular,
 )
+from grounding.phrases import Vocabulary
 from grounding.wordlists import FUNCTION_WORDS, GENERIC, NOT_OBJECTS
 
 if TYPE_CHECKING:

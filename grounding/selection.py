@@ -11,9 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from grounding.mentions import ANY, Mention, Reading, Vocabulary, read_mentions
+from grounding.mentions import read_mentions
 from grounding.names import UNKNOWN_CATEGORY, adjective, guesses, read_name, rivals, vocabulary
 from grounding.nouns import FILLINGS, FORMS, GROUPS, KINDS, meanings, singular
+from grounding.phrases import ANY, Mention, Reading, Vocabulary
 
 if TYPE_CHECKING:
     from grounding.encoder import SentenceEncoder

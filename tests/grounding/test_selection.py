@@ -122,6 +122,7 @@ SCENES = {
     "office": OFFICE,
     "kitchen": KITCHEN,
     "numbered": ["cup 1", "cup 2", "cup 3", "bowl"],
+    "recorded": ["object 1, red", "object 2, green, tall", "object 3, blue", "object 4, yellow, tall"],
 }
 
 
@@ -140,6 +141,15 @@ CASES = [
     ("coloured", "everything that's not the white plate goes right", _but("coloured", 3)),
     ("coloured", "a line of the red bowl and the white plate", (2, 3)),
     ("coloured", "two blue cups in a row", (1, 4)),
+    # one noun for several adjectives
+    ("coloured", "line up the red and the blue cup", (0, 1)),
+    ("coloured", "stack the red and blue cups", (0, 1, 4)),
+    ("coloured", "a row of one red and two blue cups", (0, 1, 4)),
+    ("coloured", "everything but the red and the blue ones", _but("coloured", 0, 1, 2, 4)),
+    ("coloured", "line up the cups on the left and the white plate", (0, 1, 3, 4, 5)),
+    ("recorded", "put the red and the blue object in a line", (0, 2)),
+    ("recorded", "the red, the tall and the blue one in a circle", (0, 1, 2)),
+    ("recorded", "put the red and the tall yellow object in a line", (0, 3)),
     ("coloured", "line up the green cup and the bowl", (2, 5)),  # a cup without a colour may be green
     # compounds and long names
     ("groceries", "stack the soup can and the tuna can", (0, 1)),
@@ -321,7 +331,8 @@ def test_any_string_gives_a_selection_or_a_reason(text):
 
 
 @pytest.mark.parametrize(
-    "piece", ["cups ", "the ", "but the cup, ", "of ", "red ", ", so if ", "all of the ", "(((", "x"]
+    "piece",
+    ["cups ", "the ", "but the cup, ", "of ", "red ", ", so if ", "all of the ", "(((", "x", "red and the blue "],
 )
 def test_long_texts_take_time_in_proportion(piece):
     def seconds(size):

@@ -1,0 +1,65 @@
+"""What is read of an instruction's noun phrases, and the nouns that they are read with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+ANY = "object"  # the noun of a mention that says no kind: "everything", "three things", "the red ones"
+
+
+@dataclass(frozen=True)
+class Mention:
+    """One noun phrase.
+
+    Attributes:
+        noun: the singular of its last noun, or `ANY`.
+        modifiers: the words before the noun that may describe it: "red", "soup".
+        count: how many are meant, `None` for all; negative for all but as many.
+        exact: whether the speaker gave the number, so that fewer will not do.
+        role: "meant", "left out", "told" (of which something is said, no more) or "landmark".
+        known: whether a table or the scene knows the noun.
+        plural: whether several may be meant.
+        numbers: of "object 3", "cups 1 and 2".
+        ordinal: of "the second cup", from 1; -1 for the last.
+        span: (first, end) characters of the phrase, without its article.
+    """
+
+    noun: str
+    modifiers: tuple[str, ...]
+    count: int | None
+    exact: bool
+    role: str
+    known: bool
+    plural: bool
+    numbers: tuple[int, ...]
+    ordinal: int | None
+    span: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The mentions of an instruction, and whether "them" or "these" stand in for some.
+
+    Attributes:
+        mentions: in the order of the text.
+        pronoun: whether a pronoun is what should be arranged.
+    """
+
+    mentions: tuple[Mention, ...]
+    pronoun: bool
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """The nouns that are known.
+
+    Attributes:
+        forms: word -> (singular, whether it means all of its kind).
+        heads: what the objects of the scene are.
+        compounds: pairs of words that stand side by side in the name of an object.
+    """
+
+    forms: Mapping[str, tuple[str, bool]]
+    heads: frozenset[str] = frozenset()
+    compounds: frozenset[tuple[str, str]] = frozenset()
