@@ -127,6 +127,8 @@ def _mean_in_picture(values: np.ndarray, pixels: np.ndarray, shape: tuple[int, i
 def _sigma(smooth: np.ndarray, distances: np.ndarray, at: np.ndarray) -> np.ndarray:
     """The standard deviation of the table's smoothed heights at distances `at` (P,): what lies below it tells."""
     below = smooth < 0
+    if not below.any():  # a camera without noise, or without any digits of it
+        return np.full(len(at), _LEAST_SIGMA)
     edges = np.quantile(distances[below], np.linspace(0, 1, _BINS + 1))
     middles, spreads = [], []
     for low, high in zip(edges[:-1], edges[1:], strict=True):

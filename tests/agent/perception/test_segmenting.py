@@ -174,6 +174,12 @@ def test_an_empty_table_has_no_objects(record):
     assert seen.objects == () and seen.labels.max() == TABLE
 
 
+def test_a_plane_without_any_noise_is_an_empty_table():
+    rows, columns = np.mgrid[:120, :160]
+    points = np.stack(((columns - 79.5) / 130, (rows - 59.5) / 130, np.ones(rows.shape)), axis=-1)
+    assert not segment(Recording(Path("flat.bag"), DepthFrame(points.astype(np.float32)))).objects
+
+
 def test_nothing_measured_is_told():
     with pytest.raises(BadInput, match="of 307200 points 0 were measured"):
         segment(Recording(Path("empty.bag"), DepthFrame(np.full((480, 640, 3), np.nan, np.float32))))
