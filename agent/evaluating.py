@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
+
+from rich.progress import Progress
 
 from agent import __version__
 from agent.events import json_value
@@ -16,14 +18,52 @@ from agent.telling import aligned
 from agent.training import progress_bar
 from grounding.corpus import sentences
 from grounding.embedding_parser import EmbeddingParser
-from structdiffusion.evaluation import Evaluation, EvaluationScene, draw_evaluation_scenes, evaluate_success
+from structdiffusion.evaluation import (
+    Evaluation,
+    EvaluationScene,
+    draw_evaluation_scenes,
+    evaluate_success,
+    wilson_interval,
+)
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.planners import PLANNERS
 from structdiffusion.sampling import load_planner
 
 SCHEMA_VERSION = 1
+Row = dict[str, Any]
 # Planners that get the sentence. They are ranked by what the parser heard in it, not by the true slots.
 SPOKEN_TO = tuple(name for name, parts in PLANNERS.items() if parts.sentence)
+
+
+def drawn_scenes(objects: str, count: int, seed: int, workers: int, progress: Progress) -> list[EvaluationScene]:
+    """`count` scenes of each structure, from a library as `load_objects` takes it."""
+    drawing = progress.add_task("scenes", total=None)
+    scenes = []
+    for scene in draw_evaluation_scenes(load_objects(objects), count, seed=seed, workers=workers):
+        scenes.append(scene)
+        progress.update(drawing, completed=len(scenes))
+    return scenes
+
+
+def report_of(command: str, rows: Sequence[Row], rates: Callable[[Sequence[Row]], Row]) -> Row:
+    """A report of rows that each have a structure: the rows, and what `rates` makes of each structure's and of all."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "version": __version__,
+        "command": command,
+        "rows": list(rows),
+        "aggregate": {
+            structure: rates([row for row in rows if structure in ("all", row["structure"])])
+            for structure in (*dict.fromkeys(row["structure"] for row in rows), "all")
+        },
+    }
+
+
+def rate_of(hits: Sequence[bool]) -> dict[str, float]:
+    """How many of some trials were hits, JSON-ready, with the 95 % Wilson interval of their rate."""
+    count = sum(map(bool, hits))
+    low, high = wilson_interval(count, len(hits))
+    return {"count": count, "n": len(hits), "rate": count / max(1, len(hits)), "low": low, "high": high}
 
 
 def measure_success(
@@ -52,11 +92,7 @@ def measure_success(
         checked_planner(name, weights)
     evaluations = []
     with progress_bar() as progress:
-        drawing = progress.add_task("scenes", total=None)
-        scenes = []
-        for scene in draw_evaluation_scenes(load_objects(objects), count, seed=seed, workers=workers):
-            scenes.append(scene)
-            progress.update(drawing, completed=len(scenes))
+        scenes = drawn_scenes(objects, count, seed, workers, progress)
         heard, scenes = spoken_scenes(scenes, heard=True), spoken_scenes(scenes, heard=False)
         for name in names:
             task = progress.add_task(name, total=len(scenes))

@@ -11,19 +11,17 @@ from typing import Any, TextIO
 import numpy as np
 import torch
 
-from agent import __version__
 from agent.arm.events import PickFailed, Placed, PlaceFailed, Planned, PlanFailed
 from agent.arm.executor import build_structure
 from agent.arm.kinematics import JacoArm
 from agent.errors import NoValidGoal
-from agent.evaluating import SCHEMA_VERSION, SPOKEN_TO, spoken_scenes
+from agent.evaluating import SPOKEN_TO, Row, drawn_scenes, rate_of, report_of, spoken_scenes
 from agent.judging import judge_built
 from agent.planning import checked_planner, worthwhile
 from agent.telling import aligned
 from agent.training import progress_bar
-from structdiffusion.evaluation import EvaluationScene, draw_evaluation_scenes, wilson_interval
+from structdiffusion.evaluation import EvaluationScene
 from structdiffusion.layouts import LayoutError
-from structdiffusion.objects.libraries import load_objects
 from structdiffusion.observation import Goal
 from structdiffusion.sampling import Planner
 from structdiffusion.tabletop import TabletopWorld
@@ -39,11 +37,7 @@ def measure_arm(
     """
     checked_planner(name, weights)
     with progress_bar() as progress:
-        drawing = progress.add_task("scenes", total=None)
-        scenes = []
-        for scene in draw_evaluation_scenes(load_objects(objects), count, seed=seed, workers=workers):
-            scenes.append(scene)
-            progress.update(drawing, completed=len(scenes))
+        scenes = drawn_scenes(objects, count, seed, workers, progress)
         scenes = spoken_scenes(scenes, heard=name in SPOKEN_TO)
         building = progress.add_task("built", total=len(scenes))
         rows = []
@@ -54,16 +48,7 @@ def measure_arm(
     command = f"structagent evaluate arm --objects {objects} --scenes {count} --seed {seed} --model {name}"
     command += f" --weights {weights}" if weights else ""
     command += f" --candidates {candidates}"
-    return {
-        "schema_version": SCHEMA_VERSION,
-        "version": __version__,
-        "command": command,
-        "rows": rows,
-        "aggregate": {
-            structure: _rates([row for row in rows if structure in ("all", row["structure"])])
-            for structure in (*dict.fromkeys(row["structure"] for row in rows), "all")
-        },
-    }
+    return report_of(command, rows, _rates)
 
 
 def tell_arm(report: dict[str, Any], results: TextIO) -> None:
@@ -120,15 +105,10 @@ def _built(candidates: int, planner: Planner, scene: EvaluationScene) -> dict[st
     return {**row, "rank": rank + 1, "seconds": round(time.perf_counter() - started, 1)}
 
 
-def _rates(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    def rate(key: str) -> dict[str, float]:
-        count = sum(bool(row[key]) for row in rows)
-        low, high = wilson_interval(count, len(rows))
-        return {"count": count, "rate": count / len(rows), "low": low, "high": high}
-
+def _rates(rows: Sequence[Row]) -> Row:
     return {
         "n": len(rows),
-        "planned": rate("planned"),
-        "stands": rate("stands"),
+        "planned": rate_of([row["planned"] for row in rows]),
+        "stands": rate_of([row["stands"] for row in rows]),
         "seconds": float(np.mean([row["seconds"] for row in rows])),
     }

@@ -19,18 +19,16 @@ import numpy as np
 import trimesh
 from scipy.spatial import cKDTree
 
-from agent import __version__
-from agent.evaluating import SCHEMA_VERSION
+from agent.evaluating import drawn_scenes, rate_of, report_of
 from agent.telling import aligned
 from agent.training import progress_bar
 from agent.twin.bodies import body_of
 from agent.twin.completion import METHODS
 from grounding.spec import SHAPES
-from structdiffusion.evaluation import EvaluationScene, draw_evaluation_scenes, wilson_interval
+from structdiffusion.evaluation import EvaluationScene
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects import meshes, solids
 from structdiffusion.objects.decomposition import signed_distance
-from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.physical import MAX_PENETRATION
 from structdiffusion.tabletop import TabletopWorld
@@ -53,26 +51,15 @@ def measure_completion(objects: str, count: int, seed: int, workers: int) -> dic
         workers: processes.
     """
     with progress_bar() as progress:
-        drawing = progress.add_task("scenes", total=None)
-        scenes = []
-        for scene in draw_evaluation_scenes(load_objects(objects), count, seed=seed, workers=workers):
-            scenes.append(scene)
-            progress.update(drawing, completed=len(scenes))
+        scenes = drawn_scenes(objects, count, seed, workers, progress)
         completing = progress.add_task("completed", total=len(scenes))
         rows = []
         for row in in_parallel(partial(_compared, METHODS), tuple, (), scenes, workers):
             rows.append(row)
             progress.update(completing, completed=len(rows))
     nouns = sorted({thing["noun"] for row in rows for thing in row["objects"]})
-    return {
-        "schema_version": SCHEMA_VERSION,
-        "version": __version__,
-        "command": f"structagent evaluate completion --objects {objects} --scenes {count} --seed {seed}",
-        "rows": rows,
-        "aggregate": {
-            structure: _rates([row for row in rows if structure in ("all", row["structure"])])
-            for structure in (*dict.fromkeys(row["structure"] for row in rows), "all")
-        },
+    command = f"structagent evaluate completion --objects {objects} --scenes {count} --seed {seed}"
+    return report_of(command, rows, _rates) | {
         "nouns": {noun: _nearness(rows, lambda thing, noun=noun: thing["noun"] == noun) for noun in nouns},
     }
 
@@ -198,20 +185,15 @@ def _nearness(rows: Sequence[dict[str, Any]], which: Callable[[dict[str, Any]], 
 def _rates(rows: Sequence[dict[str, Any]]) -> dict[str, dict[str, Any]]:
     """What each method reaches over some scenes."""
 
-    def rate(hits: Sequence[bool]) -> dict[str, float]:
-        count = sum(hits)
-        low, high = wilson_interval(count, len(hits))
-        return {"count": count, "n": len(hits), "rate": count / max(1, len(hits)), "low": low, "high": high}
-
     pairs = [pair for row in rows for pair in row["pairs"]]
     free = [pair for pair in pairs if pair["penetration"] <= MAX_PENETRATION]
     colliding = [pair for pair in pairs if pair["penetration"] > MAX_PENETRATION]
     return {
         method: {
             **nearness,
-            "free": rate([row[method] <= MAX_PENETRATION for row in rows]),
-            "pairs_free": rate([pair[method] <= MAX_PENETRATION for pair in free]),
-            "pairs_colliding": rate([pair[method] > MAX_PENETRATION for pair in colliding]),
+            "free": rate_of([row[method] <= MAX_PENETRATION for row in rows]),
+            "pairs_free": rate_of([pair[method] <= MAX_PENETRATION for pair in free]),
+            "pairs_colliding": rate_of([pair[method] > MAX_PENETRATION for pair in colliding]),
         }
         for method, nearness in _nearness(rows, lambda _: True).items()
     }

@@ -18,11 +18,11 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from agent import __version__, events
+from agent import events
 from agent.bags.recording import RecordedOptions
 from agent.bags.session import record_session
 from agent.errors import exit_code_of, one_sentence
-from agent.evaluating import SCHEMA_VERSION
+from agent.evaluating import Row, rate_of, report_of
 from agent.loaded import Loaded
 from agent.pipeline import RunOptions, run_instruction
 from agent.scenes.files import write_scene
@@ -34,7 +34,6 @@ from agent.training import progress_bar
 from grounding.corpus import sentences
 from grounding.selection import mentioned
 from grounding.spec import SHAPES
-from structdiffusion.evaluation import wilson_interval
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.scenes import DrawnScene, SceneError, draw_scene, full_spec
 from structdiffusion.tabletop import MIN_POINTS
@@ -76,16 +75,7 @@ def measure_recordings(
     command = f"structagent evaluate recordings --objects {objects} --scenes {count} --seed {seed} --model {model}"
     command += f" --weights {weights}" if weights else ""
     command += "" if execute else " --no-execute"
-    return {
-        "schema_version": SCHEMA_VERSION,
-        "version": __version__,
-        "command": command,
-        "rows": rows,
-        "aggregate": {
-            structure: _rates([row for row in rows if structure in ("all", row["structure"])])
-            for structure in (*dict.fromkeys(row["structure"] for row in rows), "all")
-        },
-    }
+    return report_of(command, rows, _rates)
 
 
 def tell_recordings(report: dict[str, Any], results: TextIO) -> None:
@@ -195,17 +185,13 @@ def _overlaps(masks: dict[str, np.ndarray], labels: np.ndarray) -> np.ndarray:
     ).reshape(len(masks), len(found))
 
 
-def _rates(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    def rate(count: int) -> dict[str, float]:
-        low, high = wilson_interval(count, len(rows))
-        return {"count": count, "rate": count / len(rows), "low": low, "high": high}
-
+def _rates(rows: Sequence[Row]) -> Row:
     return {
         "n": len(rows),
-        "exact": rate(sum(row["exact"] for row in rows)),
+        "exact": rate_of([row["exact"] for row in rows]),
         "iou": float(np.mean([row["iou"] for row in rows])),
-        "simulated": rate(sum(row["simulated"] is None for row in rows)),
-        "recorded": rate(sum(row["recorded"] is None for row in rows)),
-        "same": rate(sum(row["same"] for row in rows)),
+        "simulated": rate_of([row["simulated"] is None for row in rows]),
+        "recorded": rate_of([row["recorded"] is None for row in rows]),
+        "same": rate_of([row["same"] for row in rows]),
         "seconds": float(np.mean([row.get("seconds", np.nan) for row in rows])),
     }
