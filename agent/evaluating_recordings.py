@@ -150,7 +150,9 @@ def _round_trip(
         except Exception as error:
             if exit_code_of(error) is None:
                 raise
-            return row | {"found": 0, "exact": False, "iou": 0.0, "recorded": one_sentence(error), "same": False}
+            ended = one_sentence(error)
+            row |= {"found": 0, "exact": False, "iou": 0.0, "recorded": ended, "same": row["simulated"] is not None}
+            return row | {"seconds": round(time.perf_counter() - began, 3)}
         row["seconds"] = round(time.perf_counter() - began, 3)
         overlaps = _overlaps(masks, source.segments.labels)
         best = overlaps.max(axis=1, initial=0.0)  # of each true object
@@ -193,5 +195,5 @@ def _rates(rows: Sequence[Row]) -> Row:
         "simulated": rate_of([row["simulated"] is None for row in rows]),
         "recorded": rate_of([row["recorded"] is None for row in rows]),
         "same": rate_of([row["same"] for row in rows]),
-        "seconds": float(np.mean([row.get("seconds", np.nan) for row in rows])),
+        "seconds": float(np.mean([row["seconds"] for row in rows])),
     }

@@ -1,0 +1,62 @@
+"""One scene there and back: what is measured on it, and what the tables make of rows."""
+
+import io
+
+import numpy as np
+import pytest
+
+from agent import evaluating_recordings
+from agent.evaluating import report_of
+from agent.evaluating_recordings import _Job, _overlaps, _rates, _round_trip, tell_recordings
+from agent.loaded import Loaded
+from grounding.spec import StructureSpec
+from structdiffusion.objects.libraries import load_objects
+from structdiffusion.scenes import draw_scene
+
+LIBRARY = "procedural"
+
+
+def test_masks_are_compared_by_what_they_share():
+    truth = {"a": np.zeros((4, 6), bool), "b": np.zeros((4, 6), bool)}
+    truth["a"][:, :3], truth["b"][:2, 3:] = True, True
+    labels = np.full((4, 6), -1)
+    labels[:, 3:], labels[:2, :3] = 1, 2  # the first found holds all of b and as much again, the second half of a
+    np.testing.assert_allclose(_overlaps(truth, labels), [[0.0, 0.5], [0.5, 0.0]])
+    assert _overlaps(truth, np.full((4, 6), -1)).shape == (2, 0)
+
+
+@pytest.fixture(scope="module")
+def job() -> _Job:
+    library = load_objects(LIBRARY)
+    blocks = [model for model in library if model.category in ("block", "can")]
+    spec = StructureSpec("line", size="medium", x_position="left")
+    return _Job("line", 0, 5, draw_scene(blocks, spec, np.random.default_rng(2), count=3, distractors=0))
+
+
+def test_a_scene_that_is_recorded_ends_as_it_does_in_simulation(job):
+    row = _round_trip(LIBRARY, "geometric", None, False, Loaded(), job)
+    assert row["found"] == 3 and row["exact"] and row["iou"] > 0.85
+    assert row["simulated"] is None and row["recorded"] is None and row["same"]
+
+
+def test_a_recording_that_cannot_be_used_is_a_row_of_its_own(job, monkeypatch):
+    from agent.errors import BadInput
+
+    class Refused:
+        def __init__(self, path):
+            raise BadInput("no table")
+
+    monkeypatch.setattr(evaluating_recordings, "RecordedSource", Refused)
+    row = _round_trip(LIBRARY, "geometric", None, False, Loaded(), job)
+    assert (row["found"], row["exact"], row["recorded"], row["same"]) == (0, False, "no table", False)
+
+
+def test_tables_count_rows():
+    row = {"structure": "line", "exact": True, "iou": 0.9, "simulated": None, "recorded": None, "same": True}
+    rows = [row | {"seconds": 1.0}, row | {"recorded": "fell", "same": False, "iou": 0.7, "seconds": 3.0}]
+    report = report_of("structagent evaluate recordings", rows, _rates)
+    every = report["aggregate"]["all"]
+    assert every["same"]["count"] == 1 and every["iou"] == pytest.approx(0.8)
+    told = io.StringIO()
+    tell_recordings(report, told)
+    assert "0.800" in told.getvalue() and "structagent evaluate recordings" in told.getvalue()
