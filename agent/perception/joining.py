@@ -12,6 +12,7 @@ _RIM = 0.04  # m between the inside and the outside: a wall, and what the camera
 _AS_WIDE = 0.7  # of the width of both is shared by the inside and the outside, across the line of sight
 _RIM_HEIGHT = 0.02  # m between their upper ends
 _FLAT = 0.03  # m: what is lower, and next to another such thing, is one with it
+_SPECK = 8  # voxels: fewer are noise
 _IN_THE_AIR = 0.02  # m above the table: what ends higher is held by something
 _MINOR = 0.3  # of the voxels of what it is a part of
 _BESIDE = 0.03  # m from it
@@ -55,7 +56,10 @@ def joined(
 def _flat_things_joined(part: np.ndarray, positions: np.ndarray, reach: float) -> np.ndarray:
     """Parts with those joined that are low and next to each other: a spoon's bowl is higher than its handle."""
     part = part.copy()
-    low = [k for k in np.unique(part[part >= 0]) if positions[part == k, 2].max() < _FLAT]
+    low = [
+        k for k, size in zip(*np.unique(part[part >= 0], return_counts=True), strict=True)
+        if size >= _SPECK and positions[part == k, 2].max() < _FLAT
+    ]  # fmt: skip
     trees = {k: cKDTree(positions[part == k]) for k in low}
     for place, one in enumerate(low):
         for other in low[place + 1 :]:

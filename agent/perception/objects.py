@@ -27,10 +27,15 @@ _EDGE = 0.02  # m that things may stand over the table's edge, as far as it is s
 _FOOT = 0.008  # m from what has risen: the lower points that belong to it
 _WHOLE = 100  # voxels of 4 mm make an object; so much is what a cube of 2.5 cm shows
 _FLAT = 40  # are enough for one that is low: a knife shows little more
-_CLEAR = 4.5  # sigma that half of an object is above the table: a table's waves are not
-# Where there are colours: twice as much for what looks like the table, as does what the camera makes up between two
-# surfaces, and less for what looks quite different.
-_CONTRASTS, _CLEAR_AT = (3.0, 4.0, 8.0), (12.0, 5.0, 4.0)
+_SMALL = 20  # are enough where most of them are prominent: a die shows no more
+_SPLINTER = 0.015  # m from another object: something small there is a piece of it
+_PROMINENT = 12.0  # sigma above the table, and in a colour that is none of the table's
+_QUITE_DIFFERENT = 8.0  # standard deviations of the table's colour
+_CLEAR = 4.0  # sigma that half of an object is above the table at least
+# And times the table's waves: more for what looks like the table, as does what a camera makes up between two surfaces,
+# less for what looks quite different.
+_WAVES = 6.0
+_CONTRASTS, _WAVES_AT = (3.0, 4.0, _QUITE_DIFFERENT), (14.0, 6.0, 4.0)
 _CONTRAST = 3.0  # standard deviations of the table's colour: what differs by less looks like the table
 _CUT = 0.04  # of an object's voxels lie at the picture's border: most of it may be outside
 _DISTINCT = 0.7  # of an object's upper points differ from the table: then its colour tells where it ends
@@ -94,16 +99,19 @@ def find_objects(
     if solid.sum() < _FLAT:
         return Found(labels, 0, np.empty((0, 4)))
     voxels = gather(level[solid])
-    tall, sigma = voxels.mean(height[solid]), voxels.mean(relief.sigma[solid])
+    tall, sigma, waves = map(voxels.mean, (height[solid], relief.sigma[solid], relief.waves[solid]))
     lab, contrast = (None, None) if tint is None else (voxels.mean(tint.lab[solid]), voxels.mean(tint.contrast[solid]))
     of_voxel, left_out = _without_the_wide(_parts(voxels, tall, sigma), voxels.positions, _WIDEST_OF_SEVERAL)
     facing = normals(voxels.positions, eye)
     of_voxel = joined(of_voxel, voxels.positions, facing, lab, eye, voxels.reach)
     of_voxel = split(of_voxel, np.column_stack((voxels.positions[:, :2], tall)), facing, eye, voxels.reach)
-    of_voxel[~_clear(of_voxel, tall, sigma, contrast)] = -1
+    # Not the smoothed heights: about a plate's rim these are high where there is table.
+    itself = voxels.mean(relief.heights[solid])
+    of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
+    prominent = (tall > _PROMINENT * sigma) & (contrast is not None and contrast > _QUITE_DIFFERENT)
     cut = voxels.mean(border[solid].astype(np.float64)) > 0
     of_voxel, too_wide = _without_the_wide(of_voxel, voxels.positions, WIDEST)
-    of_voxel = _objects(of_voxel, voxels, tall, cut, relief.outline)
+    of_voxel = _objects(of_voxel, voxels, tall, prominent, cut, relief.outline)
     known = of_voxel >= 0
     if known.any():
         _, nearest = cKDTree(voxels.positions[known]).query(level[above], distance_upper_bound=voxels.reach)
@@ -144,20 +152,27 @@ def _parts(voxels: Voxels, tall: np.ndarray, sigma: np.ndarray) -> np.ndarray:
     return part
 
 
-def _clear(part: np.ndarray, tall: np.ndarray, sigma: np.ndarray, contrast: np.ndarray | None) -> np.ndarray:
+def _clear(
+    part: np.ndarray, tall: np.ndarray, sigma: np.ndarray, waves: np.ndarray, contrast: np.ndarray | None
+) -> np.ndarray:
     """Voxels (V,) of parts that stand out from the table's noise, all the more where they look like the table."""
     clear = np.zeros(len(part), dtype=bool)
     for index in np.unique(part[part >= 0]):
         own = part == index
-        needed = _CLEAR
+        times = _WAVES
         if contrast is not None:
-            needed = float(np.interp(np.median(contrast[own]), _CONTRASTS, _CLEAR_AT))
-        clear[own] = np.median(tall[own] / sigma[own]) > needed
+            times = float(np.interp(np.median(contrast[own]), _CONTRASTS, _WAVES_AT))
+        clear[own] = np.median(tall[own] / np.maximum(_CLEAR * sigma[own], times * waves[own])) > 1.0
     return clear
 
 
 def _objects(
-    part: np.ndarray, voxels: Voxels, tall: np.ndarray, cut: np.ndarray, outline: shapely.Polygon
+    part: np.ndarray,
+    voxels: Voxels,
+    tall: np.ndarray,
+    prominent: np.ndarray,
+    cut: np.ndarray,
+    outline: shapely.Polygon,
 ) -> np.ndarray:
     """The parts that are objects, counted anew."""
     of_voxel = np.full(len(part), -1)
@@ -165,10 +180,20 @@ def _objects(
     for index in np.unique(part[part >= 0]):
         members = part == index
         enough = _WHOLE if np.percentile(tall[members], 90) > _RISEN else _FLAT
+        if prominent[members].mean() > 0.5 and _by_itself(members, part, voxels.positions, tall):
+            enough = _SMALL
         if members.sum() < enough or supported[members].mean() < _SUPPORTED or cut[members].mean() > _CUT:
             continue
         of_voxel[members] = of_voxel.max() + 1
     return of_voxel
+
+
+def _by_itself(members: np.ndarray, part: np.ndarray, positions: np.ndarray, tall: np.ndarray) -> bool:
+    """Whether something small stands on the table, and is no splinter of what is next to it."""
+    others = (part >= 0) & ~members
+    if tall[members].min() > _RISEN:
+        return False
+    return not others.any() or bool(cKDTree(positions[others]).query(positions[members])[0].min() > _SPLINTER)
 
 
 def _without_the_wide(part: np.ndarray, positions: np.ndarray, widest: float) -> tuple[np.ndarray, np.ndarray]:

@@ -17,11 +17,13 @@ from scipy.spatial import cKDTree
 _BAND = 0.025  # m about the plane: the table's points, and those that may be flat things on it
 _CELL = 0.02  # m, of the grid in which the table's surface is told
 _DEGREE = 3  # of that surface: waves of decimetres, and nothing as small as a plate
-_ROUNDS = 5
+_OF_A_PLANE = [0, 1, _DEGREE + 1]  # of the polynomial's terms: 1, y and x
+_ROUNDS = 4
 _WINDOW = 3  # pixels across the neighbourhood of an organised cloud
+_WIDE_WINDOW = 11  # pixels: as wide as a fork
 _NEIGHBOURS = 12  # of an unorganised one
 _BINS = 8  # of distance, in which the noise is measured
-_LEAST_SIGMA = 0.0004  # m; no depth camera is better
+_LEAST_SIGMA = 0.0002  # m; no depth camera is better
 _ALONGSIDE = 0.1  # m about the largest part of the table, within which the other parts lie
 
 
@@ -33,12 +35,14 @@ class Relief:
         heights: (P,) metres, each by itself.
         smooth: (P,) metres, the mean over the neighbours that are about as high.
         sigma: (P,) the standard deviation of `smooth` where there is nothing but table.
+        waves: (P,) the same after averaging over a few centimetres: what is left are no single pixels' errors.
         outline: the table as far as it was seen, level frame; convex.
     """
 
     heights: np.ndarray
     smooth: np.ndarray
     sigma: np.ndarray
+    waves: np.ndarray
     outline: shapely.Polygon
 
 
@@ -57,13 +61,17 @@ def table_relief(level: np.ndarray, distances: np.ndarray, pixels: np.ndarray, s
     smooth = heights.copy()
     near = np.abs(heights) < _BAND
     if shape[0] > 1:
-        smooth[near] = _mean_in_picture(heights[near], pixels[near], shape)
+        smooth[near] = _mean_in_picture(heights[near], pixels[near], shape, _WINDOW)
+        wide = _mean_in_picture(heights[near], pixels[near], shape, _WIDE_WINDOW)
     else:
         _, neighbours = cKDTree(level[near]).query(level[near], k=min(_NEIGHBOURS, int(near.sum())))
         smooth[near] = heights[near][neighbours].mean(axis=1)
+        # The neighbours' neighbours reach farther.
+        wide = smooth[near][neighbours].mean(axis=1)
     on_table = near & shapely.contains_xy(outline, level[:, 0], level[:, 1])
     sigma = _sigma(smooth[on_table], distances[on_table], distances)
-    return Relief(heights, smooth, sigma, outline)
+    waves = _sigma(wide[on_table[near]], distances[on_table], distances)
+    return Relief(heights, smooth, sigma, waves, outline)
 
 
 def _outline(level: np.ndarray) -> shapely.Polygon:
@@ -106,22 +114,24 @@ def _surface(level: np.ndarray, outline: shapely.Polygon) -> np.ndarray:
 
     basis, kept = terms(means), np.ones(len(means), dtype=bool)
     left = means[:, 2] - np.median(means[:, 2])
-    for _ in range(_ROUNDS):
+    # First the plane alone: a plate would bend the rest to itself before it is known for what it is.
+    for columns in [_OF_A_PLANE] * _ROUNDS + [list(range(basis.shape[1]))] * _ROUNDS:
         spread = 1.48 * float(np.median(np.abs(left[kept])))
         # Things stand on a table, nothing hangs into it: what lies above is doubted sooner.
         kept = (left < max(2.0 * spread, 0.001)) & (left > -max(3.0 * spread, 0.001))
         if kept.sum() < 3 * basis.shape[1]:
             return np.zeros(len(level))
-        left = means[:, 2] - basis @ np.linalg.lstsq(basis[kept], means[kept, 2], rcond=None)[0]
+        fit = np.linalg.lstsq(basis[kept][:, columns], means[kept, 2], rcond=None)[0]
+        left = means[:, 2] - basis[:, columns] @ fit
     return terms(level) @ np.linalg.lstsq(basis[kept], means[kept, 2], rcond=None)[0]
 
 
-def _mean_in_picture(values: np.ndarray, pixels: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+def _mean_in_picture(values: np.ndarray, pixels: np.ndarray, shape: tuple[int, int], window: int) -> np.ndarray:
     """The mean over those of the neighbouring pixels that are given."""
     picture, there = np.zeros(shape[0] * shape[1], np.float32), np.zeros(shape[0] * shape[1], np.float32)
     picture[pixels], there[pixels] = values, 1.0
-    total = ndimage.uniform_filter(picture.reshape(shape), _WINDOW, mode="constant").ravel()[pixels]
-    return total / ndimage.uniform_filter(there.reshape(shape), _WINDOW, mode="constant").ravel()[pixels]
+    total = ndimage.uniform_filter(picture.reshape(shape), window, mode="constant").ravel()[pixels]
+    return total / ndimage.uniform_filter(there.reshape(shape), window, mode="constant").ravel()[pixels]
 
 
 def _sigma(smooth: np.ndarray, distances: np.ndarray, at: np.ndarray) -> np.ndarray:
