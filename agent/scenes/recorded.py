@@ -17,7 +17,7 @@ import trimesh
 from agent.arm.grasps import grasps_of
 from agent.bags.reading import read_recording
 from agent.bags.recording import RecordedOptions
-from agent.errors import UsageError
+from agent.errors import BadInput, NotBuildable, UsageError
 from agent.perception.picture import labelled_picture
 from agent.perception.segmenting import segment
 from agent.perception.segments import Segments
@@ -32,6 +32,7 @@ from grounding.spec import StructureSpec
 from structdiffusion.camera import camera_at
 from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel
 from structdiffusion.observation import ObjectCloud, Scene, Table
+from structdiffusion.scenes import SceneError
 
 _UNKNOWN = "object"
 _MESHES = "meshes"  # the folder beside a saved scene file
@@ -74,27 +75,44 @@ class RecordedSource:
 
     Raises:
         BadInput: for a recording that cannot be read, or without a table or objects.
+        NotBuildable: for one of whose objects the arm can take none.
         UsageError: for a noun of an object that there is not.
     """
 
     def __init__(self, path: Path, options: RecordedOptions = RecordedOptions()) -> None:
         self.recording = read_recording(path, options.reading)
         self.segments = segment(self.recording)
+        if not self.segments.objects:
+            raise BadInput("; ".join((f"{str(path)!r} shows a table and no object on it", *self.segments.notes)))
         self.objects = _objects(self.segments, options)
         self._taken = [each for each in self.objects if not each.trouble]
+        if not self._taken:
+            those = f"the arm can take none of the {len(self.objects)} objects in {str(path)!r}"
+            raise NotBuildable("; ".join((those, *self._left_out(), *self.segments.notes)))
         self.called = [each.called for each in self._taken]
+
+    def _left_out(self) -> list[str]:
+        """Why the arm cannot take some objects, a phrase for each reason."""
+        names: dict[str, list[str]] = {}
+        for each in self.objects:
+            if each.trouble:
+                names.setdefault(each.trouble, []).append(each.name)
+        return [f"{trouble}: {', '.join(those)}" for trouble, those in names.items()]
 
     @property
     def hint(self) -> str:
         """See `SceneSource`."""
-        hints = [f"{each.called} is left out: {each.trouble}" for each in self.objects if each.trouble]
+        hints = self._left_out()
         unnamed = next((each.name for each in self.objects if each.model.category == _UNKNOWN), None)
         return "; ".join(hints if unnamed is None else (*hints, f"--call '{unnamed}=cup' says what an object is"))
 
     def open(self, spec: StructureSpec, select: Select, seed: int) -> RecordedScene:
         """See `SceneSource`; from the seed follows the sensor's noise in later looks."""
         meant = [self._taken[index] for index in sorted(set(select(self.called)))]
-        check_count([each.name for each in meant], len(self.objects), spec)
+        try:
+            check_count([each.name for each in meant], len(self.objects), spec)
+        except SceneError as error:
+            raise SceneError("; ".join((str(error), *self._left_out()))) from error
         return RecordedScene(self, [*meant, *(each for each in self.objects if each not in meant)], len(meant), seed)
 
     def set_out(self, seed: int) -> RecordedScene:
@@ -142,7 +160,7 @@ def _objects(segments: Segments, options: RecordedOptions) -> tuple[RecordedObje
 def _trouble(cloud: ObjectCloud, world_from_object: np.ndarray, table: Table) -> str:
     """Why the arm cannot take an object, or nothing."""
     if table.overhang(world_from_object[None, :2, 3]) > 0.0:
-        return "it stands out of the arm's reach"
+        return "out of the arm's reach"
     return "" if grasps_of(cloud.points) else "no grasp fits the hand"
 
 

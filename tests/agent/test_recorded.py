@@ -8,7 +8,7 @@ import pytest
 from agent import events
 from agent.bags.recording import ReadingOf, RecordedOptions
 from agent.bags.session import record_session
-from agent.errors import UsageError
+from agent.errors import BadInput, NotBuildable, UsageError
 from agent.pipeline import RunOptions, run_instruction
 from agent.scenes.recorded import RecordedSource
 from agent.scenes.sources import FileSource, scene_source
@@ -106,12 +106,24 @@ def test_what_stands_too_far_away_is_left_where_it_is(bag):
     pose = RecordedSource(bag).segments.world_from_camera.copy()
     pose[0, 3] -= 0.25
     source = RecordedSource(bag, RecordedOptions(ReadingOf(world_from_camera=pose)))
-    far = "it stands out of the arm's reach"
+    far = "out of the arm's reach"
     assert [each.trouble for each in source.objects] == [far, "", far]
     with source.set_out(0) as table:
         assert table.out_of_reach == ("object 1", "object 3") and table.count == 1
-        assert any("object 1 is left where it is: it stands out of the arm's reach" in note for note in table.notes)
-    assert "out of the arm's reach" in source.hint
+        assert any("object 1 is left where it is: out of the arm's reach" in note for note in table.notes)
+    assert source.hint.startswith("out of the arm's reach: object 1, object 3; --call")
+    with pytest.raises(SceneError, match=r"means 1 of the scene's 3 objects.*; out of the arm's reach: object 1, obj"):
+        source.open(StructureSpec("line"), everything, 0)
+    pose[0, 3] += 5.0
+    with pytest.raises(NotBuildable, match=r"can take none of the 3 objects in .*: object 1, object 2, object 3; .*x 4.94"):
+        RecordedSource(bag, RecordedOptions(ReadingOf(world_from_camera=pose)))
+
+
+def test_a_table_with_nothing_on_it_is_no_scene(tmp_path):
+    with TableScene([], np.empty((0, 4, 4)), 0, np.random.default_rng(0)) as table:
+        record_session(table, tmp_path / "empty.bag", np.random.default_rng(0), seconds=0.1)
+    with pytest.raises(BadInput, match=r"empty.bag' shows a table and no object on it$"):
+        RecordedSource(tmp_path / "empty.bag")
 
 
 def test_a_run_over_a_recording_ends_as_a_run(bag):
