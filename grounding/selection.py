@@ -225,4 +225,4 @@ class _Scene:
             return ", ".join(f"object {number}" for number in range(1, len(self.names) + 1)) or "nothing"
         counted = Counter(self.names)
         parts = (f"{number} x {name}" if number > 1 else name for name, number in counted.items())
-        return ", ".join(parts) or "nothing"
+        return ("; " if any("," in name for name in counted) else ", ").join(parts) or "nothing"

@@ -57,10 +57,12 @@ def read_cloud(path: Path) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ..
     count = header.height * header.width
     if count == 0:
         raise BadInput(f"the cloud {str(path)!r} is empty")
-    if count > _MOST_POINTS or header.needed > size:
+    if count > _MOST_POINTS:
+        raise BadInput(f"the cloud {str(path)!r} claims {count} points; at most {_MOST_POINTS} are read")
+    if header.needed > size:
         raise BadInput(
-            f"the cloud {str(path)!r} claims {count} points, which need {header.needed} bytes, and has {size}; at most "
-            f"{_MOST_POINTS} points are read"
+            f"the cloud {str(path)!r} is cut short: it claims {count} points, which need {header.needed} bytes, "
+            f"and has {size}"
         )
     if header.lines and (lines := _lines_after(path, header.length)) < header.lines:
         raise BadInput(f"the cloud {str(path)!r} is damaged: of {count} points {lines} are there")

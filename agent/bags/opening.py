@@ -31,6 +31,7 @@ _BEGINNINGS = {
     ".db3": ("ROS 2 database", b"SQLite format 3\0"),
     ".mcap": ("ROS 2 MCAP file", b"\x89MCAP0\r\n"),
 }
+_MENDED_BY = {".bag": "rosbag reindex", ".db3": "sqlite3 FILE .recover", ".mcap": "mcap recover"}  # where there is ROS
 
 # Published with packages that are not in the library's collections.
 _MORE_TYPES = {
@@ -168,7 +169,7 @@ def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
     if path.stat().st_size == 0:
         raise BadInput(f"{str(path)!r} is empty")
     kind, beginning = _BEGINNINGS[path.suffix]
-    with _told(f"cannot read {str(path)!r} as a {kind}"):
+    with _told(f"cannot read {str(path)!r} as a {kind}", _MENDED_BY[path.suffix]):
         with path.open("rb") as file:
             header = file.read(100)
         begins = header[: len(beginning)]
@@ -216,7 +217,7 @@ def _known_types(ros1: bool) -> Typestore:
 
 
 @contextmanager
-def _told(what: str) -> Iterator[None]:
+def _told(what: str, mended_by: str = "") -> Iterator[None]:
     """Turns whatever the library raises on damaged data into one sentence that begins with `what`.
 
     It promises no kind of error: files cut short and bytes turned round were seen to raise nearly everything.
@@ -232,4 +233,5 @@ def _told(what: str) -> Iterator[None]:
         if not type(error).__module__.startswith("rosbags"):
             said = f"{type(error).__name__}: {said}"
         reason = shorten(said, 160, placeholder=" ...").rstrip(".")
-        raise BadInput(f"{what}: it is damaged or cut short ({reason})") from error
+        mending = f"; `{mended_by}` saves what is whole" if mended_by else ""
+        raise BadInput(f"{what}: it is damaged or cut short ({reason}){mending}") from error

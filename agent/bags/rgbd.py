@@ -88,7 +88,8 @@ def read_rgbd(
         matrix = matrix_of(*intrinsics)
     else:
         raise BadInput(
-            f"the folder {str(folder)!r} has no intrinsics ({KNOWN_FILES}); there are: {_listed(folder)}; "
+            f"the folder {str(folder)!r} has no file that tells fx, fy, cx and cy ({KNOWN_FILES}); there are: "
+            f"{_listed(folder)}; "
             "structagent bag from-rgbd DIR --intrinsics FX,FY,CX,CY --out FILE makes a bag with them"
         )
     _check_lens(matrix, values.shape)

@@ -26,8 +26,8 @@ HEIGHTS = (0.05, 0.14, 0.05)
 
 def block(name, size, color):
     return assemble(
-        name, "block", [box(size[0], size[1], 0.0, size[2])], density=400, friction=0.6, color=color, source="procedural",
-        rng=np.random.default_rng(0),
+        name, "block", [box(size[0], size[1], 0.0, size[2])], density=400, friction=0.6, color=color,
+        source="procedural", rng=np.random.default_rng(0),
     )  # fmt: skip
 
 
@@ -115,7 +115,7 @@ def test_what_stands_too_far_away_is_left_where_it_is(bag):
     with pytest.raises(SceneError, match=r"means 1 of the scene's 3 objects.*; out of the arm's reach: object 1, obj"):
         source.open(StructureSpec("line"), everything, 0)
     pose[0, 3] += 5.0
-    with pytest.raises(NotBuildable, match=r"can take none of the 3 objects in .*: object 1, object 2, object 3; .*x 4.94"):
+    with pytest.raises(NotBuildable, match=r"none of the 3 objects in .*: object 1, object 2, object 3; .*x 4.94"):
         RecordedSource(bag, RecordedOptions(ReadingOf(world_from_camera=pose)))
 
 
