@@ -2,6 +2,7 @@
 
 import math
 import re
+import time
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -206,6 +207,14 @@ def upright_camera():
     pose[:3, :3] = np.array(((1, 0, 0), (0, 0, 1), (0, -1, 0)))
     pose[:3, 3] = 0.0, 0.0, 0.5
     return pose
+
+
+def test_nothing_but_noise_is_refused_in_time():
+    points = np.random.default_rng(0).uniform(-1.0, 1.0, (480, 640, 3)).astype(np.float32) + (0.0, 0.0, 1.5)
+    began = time.process_time()
+    with pytest.raises(BadInput, match="there is no table to see"):
+        segment(Recording(Path("noise.bag"), DepthFrame(points.astype(np.float32))))
+    assert time.process_time() - began < 5.0
 
 
 def test_points_of_a_segment_are_its_pixels(mixed, found):
