@@ -85,8 +85,9 @@ def at_border(points: np.ndarray) -> np.ndarray:
     for turns in range(4):
         turned, marked = np.rot90(there, turns), np.rot90(border, turns)
         first = turned[turned.any(axis=1)].argmax(axis=1)
-        # Where many rows begin at one column, that is where the sensor begins.
-        at = int(first.min()) if len(first) else 0
+        # Where many rows begin at one column, that is where the sensor begins. Not so upright: there the far edge of a
+        # table begins at one row too.
+        at = int(first.min()) if len(first) and turns % 2 == 0 else 0
         begins = at if (first <= at + _BORDER).mean() > _STRAIGHT else 0
         marked[:, : begins + _BORDER] = True
     return border & there
