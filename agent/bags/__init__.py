@@ -1,4 +1,4 @@
-"""Recorded sessions: what a camera saw and how the arm stood, read from bags, clouds and pictures, and written to bags."""
+"""Recorded sessions: what a camera saw and how the arm stood, read from bags, clouds and pictures; bags written."""
 
 from pathlib import Path
 

@@ -6,7 +6,7 @@
 | `DepthFrame.color` | uint8 (H, W, 3) | RGB | 0 to 255; `None` where the camera has no colour |
 | `DepthFrame.intrinsics` | float64 (3, 3) | pixels | `None` where nobody tells them |
 | `ArmState.joints` | float | rad, not wrapped | a name without the arm's prefix -> angle |
-| `Recording.base_from_camera` | float64 (4, 4) | the arm's `link_base`: x left, y back, z up; m | `None` where nobody tells it |
+| `Recording.base_from_camera` | float64 (4, 4) | the arm's `link_base`: x left, y back, z up; m | or `None` |
 | `Recording.world_from_camera` | float64 (4, 4) | `world` of the project; m | only as somebody gives it by hand |
 
 An unorganised cloud is one row: H = 1. `link_base` is the frame of the maker's description: its origin is the centre of

@@ -34,7 +34,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Segments:
-    """A table and its objects, in the project's world frame: z = 0 is the table's surface, x points away from the robot.
+    """A table and its objects in the world frame: z = 0 is the table's surface, x points away from the robot.
 
     Attributes:
         objects: in the order of their numbers.
