@@ -18,6 +18,13 @@ from rapidfuzz.distance import OSA
 from grounding.frames import SLOTS_OF_HOLE, all_frames, all_phrases
 
 _WORD = re.compile(r"[^\W\d_]+(?:['’][^\W\d_]+)*|\d+[^\W\d_]*|[@&+]")
+# "Object 1, object 2 and object 3", "objects 1 and 3": to the parser one thing after another, each with an order.
+_NUMBERED = re.compile(
+    r"\b(?:the )?(?:objects?|things?) \d{1,3}"
+    r"(?:(?:, ?(?:and )?| and | & )(?:(?:the )?(?:objects?|things?) )?\d{1,3}\b)+",
+    re.IGNORECASE,
+)
+_TOGETHER = "the objects"
 _VOWELS = re.compile("[aeiouy]")
 SHORTHAND = {
     "u": "you", "ur": "your", "r": "are", "pls": "please", "plz": "please", "plse": "please", "thx": "thanks",
@@ -76,10 +83,16 @@ def mend(text: str, known: Collection[str]) -> Mended:
     shouting = text.upper() == text
     digits = {match.start() for match in _DIGITS_BETWEEN.finditer(text)}
     mended, words, end = "", [], 0
+    numbered = {match.start(): match for match in _NUMBERED.finditer(text)}
     for match in _WORD.finditer(text):
+        if match.start() < end:  # within numbered objects
+            continue
+        match = numbered.get(match.start(), match)
         mended += text[end : match.start()]
         word = match[0]
-        if word in ("2", "4"):
+        if match.re is _NUMBERED:
+            right = _TOGETHER
+        elif word in ("2", "4"):
             right = SHORTHAND[word] if match.start() in digits else word
         else:
             name = word[:1].isupper() and not shouting and match.start() > 0

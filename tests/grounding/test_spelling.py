@@ -39,6 +39,24 @@ def test_every_word_is_traceable(known):
     assert mended.original_span(len(mended.text), len(mended.text)) is None
 
 
+@pytest.mark.parametrize(
+    ("text", "mended"),
+    [
+        ("stack object 1 and object 2 on the left", "stack the objects on the left"),
+        ("Objects 1, 2, and 13 in a line", "the objects in a line"),
+        ("line up the object 1 & object 3", "line up the objects"),
+        ("stack object 1 on object 3", "stack object 1 on object 3"),
+        ("put object 1 on the left", "put object 1 on the left"),
+    ],
+)
+def test_numbered_objects_are_read_as_several(known, text, mended):
+    found = mend(text, known)
+    assert found.text == mended
+    if "the objects" in mended:
+        first = mended.index("the objects")
+        assert text[slice(*found.original_span(first, first + 3))][-1].isdecimal()
+
+
 def test_sentences_without_errors_stay_as_they_are(known):
     from grounding.benchmark import development_rows
 
