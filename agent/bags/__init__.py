@@ -4,6 +4,7 @@ from pathlib import Path
 
 EXAMPLE = "example"
 
+
 def example_path() -> Path:
     """The recorded session that comes with the project; `example/README.md` says what it shows."""
     return Path(__file__).parent / "example" / "cups.bag"
