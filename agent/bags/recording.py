@@ -86,7 +86,7 @@ class Recording:
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ReadingOf:
     """What decides how a recording is read.
 
@@ -103,7 +103,7 @@ class ReadingOf:
     world_from_camera: np.ndarray | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RecordedOptions:
     """What decides how a recorded scene is taken.
 
@@ -114,3 +114,11 @@ class RecordedOptions:
 
     reading: ReadingOf = ReadingOf()
     nouns: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def given(self) -> bool:
+        """Whether anything is said that needs a recording."""
+        reading = self.reading
+        return bool(
+            reading.at is not None or reading.topics or reading.world_from_camera is not None or self.nouns
+        )

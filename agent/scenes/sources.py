@@ -68,7 +68,7 @@ def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedO
         from agent.scenes.recorded import RecordedSource
 
         return RecordedSource(example_path() if scene == EXAMPLE else path, recorded)
-    if recorded != RecordedOptions():
+    if recorded.given:
         raise UsageError(
             f"--at, --topic, --camera-pose and --call are for recordings, and --scene is {shortened(scene)!r}"
         )

@@ -97,8 +97,14 @@ def test_options_of_recordings_need_a_recording(tmp_path):
     assert failed.exit_code == 2 and "--at, --topic, --camera-pose and --call are for recordings" in failed.message
     with pytest.raises(UsageError, match="--scene cannot be ''"):
         scene_source("", "procedural")
-    with pytest.raises(UsageError, match="for recordings, and --scene is 'simulated'"):
-        scene_source("simulated", "procedural", RecordedOptions(ReadingOf(at=1.0)))
+    for options in (
+        RecordedOptions(ReadingOf(at=0.0)),
+        RecordedOptions(ReadingOf(topics={"depth": "/x"})),
+        RecordedOptions(ReadingOf(world_from_camera=np.eye(4))),
+        RecordedOptions(nouns={"object 1": "cup"}),
+    ):
+        with pytest.raises(UsageError, match="for recordings, and --scene is 'simulated'"):
+            scene_source("simulated", "procedural", options)
 
 
 def test_what_stands_too_far_away_is_left_where_it_is(bag):
