@@ -98,14 +98,19 @@ class _Run:
         self.step = "parse"
 
     def steps(self) -> Iterator[events.Event]:
+        options, loaded = self.options, self.loaded
+        source, opening = None, 0.0
+        if options.scene != RunOptions.scene:  # a file that cannot be used should not cost the loading of models
+            self.step, began = "scene", time.perf_counter()
+            source = loaded.source(options.scene, options.objects, options.recorded)
+            opening = time.perf_counter() - began
+        self.step, began = "parse", time.perf_counter()
         import torch
 
         from agent.planning import worthwhile
         from grounding.selection import SelectionError, mentioned, select_objects
 
-        options, loaded = self.options, self.loaded
         torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
-        began = time.perf_counter()
         encoder = loaded.encoder
         reading = loaded.reader(options.reading).read(self.text)
         if reading.status != "ok":
@@ -113,8 +118,9 @@ class _Run:
         seconds = time.perf_counter() - began
         self.step = "model"  # early, because a wrong name or a broken checkpoint should not cost a minute
         planner = loaded.planner(options.model, options.weights)
-        self.step, began = "scene", time.perf_counter()
-        source = loaded.source(options.scene, options.objects, options.recorded)
+        self.step, began = "scene", time.perf_counter() - opening
+        if source is None:
+            source = loaded.source(options.scene, options.objects, options.recorded)
         try:
             selection = select_objects(self.text, source.called, encoder)
         except SelectionError as error:
