@@ -231,6 +231,38 @@ def from_rgbd(
     _tell_notes(picture.notes, sys.stderr)
 
 
+@bag_app.command("from-cloud")
+def from_cloud(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="A .ply or .pcd, in the camera's optical frame.", show_default=False),
+    ],
+    out: OutOption,
+    force: ForceOption = False,
+    json_output: JsonOption = False,
+) -> None:
+    """Make a bag of a cloud on disk.
+
+    Example: structagent bag from-cloud desk.pcd --out desk.bag
+    """
+    from agent.bags.writing import check_new
+
+    check_new(out, force)
+    from agent.bags.clouds import read_cloud
+    from agent.bags.from_rgbd import write_cloud
+    from agent.bags.inspecting import inspect_bag
+
+    with results_stream() as results:
+        points, color, notes = read_cloud(file)
+        write_cloud(points, color, out, force)
+        if json_output:
+            told = inspect_bag(out).to_dict() | {"made_from": {"points": str(file)}}
+            told["notes"] = [*told["notes"], *notes]
+            print(json.dumps(told, indent=1, ensure_ascii=False), file=results)
+    print(f"wrote {out}: points {file}", file=sys.stderr)
+    _tell_notes(notes, sys.stderr)
+
+
 def _tell_notes(notes: tuple[str, ...], where: TextIO) -> None:
     for note in notes:
         print(f"note: {note}", file=where)

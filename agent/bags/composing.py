@@ -42,6 +42,30 @@ def _image(writer: BagWriter, pixels: np.ndarray, encoding: str, seconds: float,
     )  # fmt: skip
 
 
+def cloud_message(writer: BagWriter, points: np.ndarray, color: np.ndarray | None, seconds: float, frame: str) -> Any:
+    """Points (H, W, 3), metres, NaN where nothing was measured, as sensor_msgs/PointCloud2: x, y, z, and rgb if known.
+
+    Args:
+        color: (H, W, 3) uint8 RGB, or `None`.
+    """
+    height, width = points.shape[:2]
+    names = ("x", "y", "z") if color is None else ("x", "y", "z", "rgb")
+    data = np.empty((height, width, len(names)), dtype="<f4")
+    data[..., :3] = points
+    if color is not None:
+        red, green, blue = np.moveaxis(color.astype("<u4"), -1, 0)
+        data[..., 3] = (red << 16 | green << 8 | blue).view("<f4")
+    fields = [
+        writer.message("sensor_msgs/msg/PointField", name=name, offset=4 * place, datatype=7, count=1)  # 7 is float32
+        for place, name in enumerate(names)
+    ]
+    step = 4 * len(names)
+    return writer.message(
+        "sensor_msgs/msg/PointCloud2", header=writer.header(seconds, frame), height=height, width=width, fields=fields,
+        is_bigendian=False, point_step=step, row_step=step * width, data=data.view(np.uint8).ravel(), is_dense=False,
+    )  # fmt: skip
+
+
 def lens_message(
     writer: BagWriter, intrinsics: np.ndarray, size: tuple[int, int], seconds: float, frame: str
 ) -> Any:

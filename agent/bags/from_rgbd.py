@@ -1,4 +1,4 @@
-"""Pictures from disk as the bag of a camera."""
+"""Pictures and clouds from disk as the bag of a camera."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agent.bags.composing import color_message, depth_message, fine_depth_message, lens_message
+from agent.bags.composing import cloud_message, color_message, depth_message, fine_depth_message, lens_message
 from agent.bags.rgbd import RgbdPicture
 from agent.bags.writing import BagWriter
 
@@ -38,3 +38,17 @@ def write_rgbd(picture: RgbdPicture, out: Path, force: bool = False) -> None:
             writer.write(f"/camera/{name}/image_raw", image, 0.0)
             lens = lens_message(writer, picture.intrinsics, size, 0.0, _OPTICAL)
             writer.write(f"/camera/{name}/camera_info", lens, 0.0)
+
+
+def write_cloud(points: np.ndarray, color: np.ndarray | None, out: Path, force: bool = False) -> None:
+    """Writes a bag with one cloud, in the frame that it has, under a RealSense's names.
+
+    Args:
+        points: (H, W, 3) the camera's optical frame, metres; NaN where nothing was measured.
+        color: (H, W, 3) uint8 RGB, or `None`.
+        out, force: as `write_rgbd`.
+
+    Raises: as `write_rgbd`.
+    """
+    with BagWriter(out, force) as writer:
+        writer.write("/camera/depth/color/points", cloud_message(writer, points, color, 0.0, _OPTICAL), 0.0)

@@ -47,7 +47,7 @@ def pictures(tmp_path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("arguments", [[], ["info"], ["objects"], ["record"], ["from-rgbd"]])
+@pytest.mark.parametrize("arguments", [[], ["info"], ["objects"], ["record"], ["from-rgbd"], ["from-cloud"]])
 def test_help_has_an_example(bag, arguments):
     code, out, _ = bag(*arguments, "--help")
     assert code == 0 and "Example: structagent bag" in out
@@ -192,3 +192,22 @@ def test_options_name_each_topic_and_object_once():
             recorded_options(None, None, None, calls)
     with pytest.raises(UsageError, match="only once"):
         reading_of(topics=["depth=/a", "depth=/b"])
+
+
+@pytest.mark.parametrize("out", ["cloud.bag", "cloud.mcap"])
+def test_a_cloud_becomes_the_bag_that_shows_the_same(bag, tmp_path, out):
+    rows = ["0.1 0.2 0.9 4210752", "nan nan nan 0", "-0.1 0.2 1.0 16711680", "0.1 -0.2 1.1 255"]
+    head = ["VERSION .7", "FIELDS x y z rgb", "SIZE 4 4 4 4", "TYPE F F F U", "COUNT 1 1 1 1", "WIDTH 2", "HEIGHT 2"]
+    head += ["VIEWPOINT 0 0 0 1 0 0 0", "POINTS 4", "DATA ascii"]
+    (tmp_path / "cloud.pcd").write_text("\n".join([*head, *rows]) + "\n")
+    code, said, err = bag("from-cloud", "cloud.pcd", "--out", out, "--json")
+    assert code == 0 and f"wrote {out}: points cloud.pcd" in err
+    assert json.loads(said)["made_from"] == {"points": "cloud.pcd"}
+    before, after = read_recording(tmp_path / "cloud.pcd").frame, read_recording(tmp_path / out).frame
+    assert after.points.shape == (2, 2, 3)
+    np.testing.assert_array_equal(after.points, before.points)
+    seen = np.isfinite(after.points[..., 0])
+    np.testing.assert_array_equal(after.color[seen], before.color[seen])
+    assert after.color[seen].tolist() == [[64, 64, 64], [255, 0, 0], [0, 0, 255]]
+    code, _, err = bag("from-cloud", "nowhere.pcd", "--out", "other.bag")
+    assert code == 6 and "there is no cloud 'nowhere.pcd'" in err and not (tmp_path / "other.bag").exists()

@@ -71,7 +71,10 @@ def test_what_is_broken_is_told_and_gives_no_pose(tmp_path, said, sentence):
 @pytest.mark.parametrize(
     ("said", "frames"),
     [
-        ([transform(BASE, "a"), transform("a", "b"), transform("b", "a"), transform("b", CAMERA)], "a -> b -> a|b -> a -> b"),
+        (
+            [transform(BASE, "a"), transform("a", "b"), transform("b", "a"), transform("b", CAMERA)],
+            "a -> b -> a|b -> a -> b",
+        ),
         ([transform(f"f{k}", f"f{(k + 1) % 3000}") for k in range(3000)] + LOOSE, "-> 2994 more ->"),
     ],
 )
