@@ -6,6 +6,7 @@ clouds move along with its bodies.
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -127,8 +128,12 @@ class RecordedSource:
         pose_of = table.poses()
         standing = []
         for each in self.objects:
-            file = meshes / f"{re.sub(r'[^a-z0-9]+', '-', each.name.lower())}.ply"
-            trimesh.Trimesh(each.model.mesh_vertices, each.model.mesh_faces, process=False).export(file)
+            surface = trimesh.Trimesh(each.model.mesh_vertices, each.model.mesh_faces, process=False)
+            mesh = surface.export(file_type="ply")
+            # Its content is in its name: another scene in the same folder keeps its own "object 1".
+            stem = re.sub(r"[^a-z0-9]+", "-", each.name.lower())
+            file = meshes / f"{stem}-{hashlib.sha256(mesh).hexdigest()[:8]}.ply"
+            file.write_bytes(mesh)
             color = "#" + "".join(f"{round(255 * share):02x}" for share in each.model.color)
             placed = PlacedObject(
                 str(file), name=each.name, noun=each.model.category, color=color,

@@ -158,3 +158,14 @@ def test_a_twin_that_is_saved_is_a_scene_file(source, tmp_path):
     assert [entry.name for entry in again.standing] == ["object 1", "object 2", "object 3"]
     for entry in again.standing:
         assert np.allclose(entry.world_from_object[:3, 3], poses[entry.name][:3, 3], atol=0.004)
+
+
+def test_scenes_saved_in_one_folder_keep_their_own_bodies(source, bag, tmp_path):
+    pose = source.segments.world_from_camera.copy()
+    pose[1, 3] += 0.04  # another recording: the same names, and other bodies
+    for each in (source, RecordedSource(bag, RecordedOptions(ReadingOf(at=0.5, world_from_camera=pose)))):
+        with each.set_out(0) as table:
+            each.saved(table, tmp_path)
+            each.saved(table, tmp_path)  # the same bodies again
+    meshes = sorted(mesh.name.partition("-")[0] for mesh in (tmp_path / "meshes").iterdir())
+    assert meshes == ["object"] * 6
