@@ -6,6 +6,7 @@ Needs the standard library alone: it is for environments in which anything else 
 from __future__ import annotations
 
 import importlib.metadata
+import platform
 import re
 import tomllib
 from dataclasses import dataclass
@@ -17,7 +18,8 @@ _REQUIREMENT = re.compile(r"\s*([A-Za-z0-9][A-Za-z0-9._-]*)\s*(?:\[[^\]]*\])?\s*
 _EXTRA = re.compile(r"""extra\s*==\s*["']([^"']+)["']""")
 _BOUND = re.compile(r"\s*(>=|<=|==|!=|~=|>|<)\s*([0-9][0-9.]*)")
 # Packages that are imported by another name than their own.
-_MODULES = {"pillow": "PIL", "pyyaml": "yaml", "rerun-sdk": "rerun"}
+_MODULES = {"open3d-cpu": "open3d", "pillow": "PIL", "pyyaml": "yaml", "rerun-sdk": "rerun"}
+_CLAUSE = re.compile(r"""\s*\(?\s*(\w+)\s*(==|!=)\s*["']([^"']*)["']\s*\)?\s*$""")
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ def required(root: Path = ROOT) -> list[Requirement]:
             listed = [(text, "") for text in importlib.metadata.requires(NAME) or ()]
         except importlib.metadata.PackageNotFoundError as error:
             raise OSError(f"there is no {project}, and {NAME} is not installed") from error
-    return [_parse(text, extra) for text, extra in listed]
+    return [_parse(text, extra) for text, extra in listed if _meant_here(text.partition(";")[2])]
 
 
 def installed(name: str) -> str | None:
@@ -79,6 +81,19 @@ def _parse(text: str, extra: str) -> Requirement:
         raise ValueError(f"{text!r} is no requirement")
     marked = _EXTRA.search(match[3] or "")
     return Requirement(match[1], re.sub(r"\s", "", match[2]), marked[1] if marked else extra)
+
+
+def _meant_here(marker: str) -> bool:
+    """Whether a requirement's marker speaks of this machine: of its system and processor; anything else is no bar."""
+    here = {"platform_system": platform.system(), "platform_machine": platform.machine()}
+
+    def holds(clause: str) -> bool:
+        match = _CLAUSE.match(clause)
+        if match is None or match[1] not in here:
+            return True
+        return (here[match[1]] == match[3]) == (match[2] == "==")
+
+    return any(all(map(holds, re.split(r"\band\b", part))) for part in re.split(r"\bor\b", marker))
 
 
 def _numbers(version: str) -> tuple[int, ...]:

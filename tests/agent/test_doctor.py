@@ -235,3 +235,18 @@ def test_versions(bounds, version, allowed):
 
 def test_the_python_that_is_asked_for():
     assert tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["requires-python"] == PYTHON.bounds
+
+
+def test_what_another_machine_needs_is_not_asked_for_here(tmp_path, monkeypatch):
+    here = "platform_system == 'Linux' and platform_machine == 'x86_64'"
+    elsewhere = "platform_system != 'Linux' or platform_machine != 'x86_64'"
+    told = f"""dependencies = ["small>=1; {here}", "large>=1; {elsewhere}", "any; python_version > '3'"]"""
+    (tmp_path / "pyproject.toml").write_text(f"[project]\n{told}\n")
+    for system, machine, names in (
+        ("Linux", "x86_64", ["small", "any"]),
+        ("Linux", "aarch64", ["large", "any"]),
+        ("Darwin", "x86_64", ["large", "any"]),
+    ):
+        monkeypatch.setattr("platform.system", lambda system=system: system)
+        monkeypatch.setattr("platform.machine", lambda machine=machine: machine)
+        assert [entry.name for entry in required(tmp_path)] == names
