@@ -67,7 +67,7 @@ class Loaded:
         """As `agent.scenes.sources.scene_source`; files are read anew, because they can be edited."""
         from agent.scenes.sources import SIMULATED, scene_source
 
-        if scene != SIMULATED or recorded != RecordedOptions():
+        if scene != SIMULATED or recorded.given:
             return scene_source(scene, objects, recorded)
         with self._lock:
             if objects not in self._libraries:
