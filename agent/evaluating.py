@@ -18,13 +18,8 @@ from agent.telling import aligned
 from agent.training import progress_bar
 from grounding.corpus import sentences
 from grounding.embedding_parser import EmbeddingParser
-from structdiffusion.evaluation import (
-    Evaluation,
-    EvaluationScene,
-    draw_evaluation_scenes,
-    evaluate_success,
-    wilson_interval,
-)
+from structdiffusion.evaluation import Evaluation, evaluate_success, wilson_interval
+from structdiffusion.evaluation_scenes import EvaluationScene, draw_evaluation_scenes
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.planners import PLANNERS
 from structdiffusion.sampling import load_planner

@@ -20,7 +20,7 @@ from agent.judging import judge_built
 from agent.planning import checked_planner, worthwhile
 from agent.telling import aligned
 from agent.training import progress_bar
-from structdiffusion.evaluation import EvaluationScene
+from structdiffusion.evaluation_scenes import EvaluationScene
 from structdiffusion.layouts import LayoutError
 from structdiffusion.observation import Goal
 from structdiffusion.sampling import Planner

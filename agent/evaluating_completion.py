@@ -25,7 +25,7 @@ from agent.training import progress_bar
 from agent.twin.bodies import body_of
 from agent.twin.completion import METHODS
 from grounding.spec import SHAPES
-from structdiffusion.evaluation import EvaluationScene
+from structdiffusion.evaluation_scenes import EvaluationScene
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects import meshes, solids
 from structdiffusion.objects.decomposition import signed_distance

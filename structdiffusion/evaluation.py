@@ -1,9 +1,8 @@
 """How often a planner's arrangements stand: success, the four failure classes, and success@k.
 
-Two steps, so that every planner is measured on the same scenes: `draw_evaluation_scenes` draws them
-(the reference arrangement of each passes the physical protocol, and the camera sees every object that
-takes part); `evaluate_success` lets a planner propose and tries its best-ranked arrangements in
-physics until one stands. Both go through a process pool, and follow from the seed alone.
+On scenes that `structdiffusion.evaluation_scenes` draws, so that every planner is measured on the same ones,
+`evaluate_success` lets a planner propose and tries its best-ranked arrangements in physics until one stands, in a
+process pool.
 """
 
 from __future__ import annotations
@@ -20,19 +19,16 @@ from typing import Any, Protocol
 import numpy as np
 import torch
 
-from grounding.spec import SHAPES, StructureSpec
+from grounding.spec import SHAPES
+from structdiffusion.evaluation_scenes import EvaluationScene
 from structdiffusion.layouts import LayoutError
-from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Arrangement, Goal, Scene
-from structdiffusion.physical import Verdict, place_and_check
-from structdiffusion.scenes import DrawnScene, SceneError, draw_scene, full_spec
+from structdiffusion.physical import Verdict
 from structdiffusion.success import FAILURE_CLASSES
-from structdiffusion.tabletop import ObservationError, TabletopWorld
 from structdiffusion.workers import in_parallel
 
 SCHEMA = "structagent-success/1"
 NO_ARRANGEMENT = "no arrangement"  # the planner gave up: counted beside the four failure classes
-_MAX_DRAWS = 100
 
 
 class ScenePlanner(Protocol):
@@ -42,41 +38,6 @@ class ScenePlanner(Protocol):
         self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
     ) -> list[Arrangement]:
         """Arrangements of the scene's objects, the best first."""
-
-
-@dataclass(frozen=True)
-class EvaluationScene:
-    """One scene to be solved.
-
-    Attributes:
-        drawn: the objects, where they stand at first, and the spec.
-        structure: the shape of the spec.
-        number: counts the scenes of this structure from 0.
-        seed: the base seed; with structure, number and draw it determines everything.
-        draw: how many draws before this one had no valid arrangement or an object out of sight.
-        words: the instruction, or `None`.
-        embedding: (384,) of the words, or `None`.
-        heard: what a parser made of the words, which is all that a planner told in words may know; `None` tells
-            it the true spec.
-    """
-
-    drawn: DrawnScene
-    structure: str
-    number: int
-    seed: int
-    draw: int
-    words: str | None = None
-    embedding: np.ndarray | None = None
-    heard: StructureSpec | None = None
-
-    @property
-    def spec(self) -> StructureSpec:
-        """What is asked for."""
-        return self.drawn.spec
-
-    def observed(self) -> Scene:
-        """What the depth camera sees, its noise drawn from the scene's seed."""
-        return _observe(self.drawn, _generator(self.seed, self.structure, self.number, self.draw, 1))
 
 
 @dataclass(frozen=True)
@@ -179,30 +140,6 @@ def wilson_interval(successes: int, n: int, z: float = 1.959964) -> tuple[float,
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
-def draw_evaluation_scenes(
-    models: Sequence[ObjectModel],
-    scenes: int,
-    *,
-    shapes: Sequence[str] = SHAPES,
-    seed: int = 0,
-    workers: int = 1,
-) -> Iterator[EvaluationScene]:
-    """`scenes` scenes of each shape with every slot specified, in order; yields them as they are drawn.
-
-    Args:
-        models: the object library.
-        scenes: how many per shape.
-        shapes: which structures.
-        seed: of everything.
-        workers: processes.
-
-    Raises:
-        SceneError: no scene of a shape can be drawn from these objects.
-    """
-    jobs = [(shape, number) for shape in shapes for number in range(scenes)]
-    yield from in_parallel(partial(_drawn, seed), tuple, (tuple(models),), jobs, workers)
-
-
 def evaluate_success(
     load_planner: Callable[[], ScenePlanner],
     scenes: Sequence[EvaluationScene],
@@ -215,7 +152,7 @@ def evaluate_success(
 
     Args:
         load_planner: gives the planner; called once in each process, so it must pickle when workers > 1.
-        scenes: from `draw_evaluation_scenes`, with words and embeddings where the planner needs them.
+        scenes: from `evaluation_scenes.draw_evaluation_scenes`, with words and embeddings where the planner needs them.
         candidates: how many arrangements the planner proposes per scene.
         top_k: how many of them are tried in physics at most; trying ends with the first that stands.
         workers: processes.
@@ -223,28 +160,8 @@ def evaluate_success(
     yield from in_parallel(partial(_solved, candidates, top_k), load_planner, (), list(scenes), workers)
 
 
-def _drawn(seed: int, models: Sequence[ObjectModel], job: tuple[str, int]) -> EvaluationScene:
-    shape, number = job
-    reason = ""
-    for draw in range(_MAX_DRAWS):
-        rng = _generator(seed, shape, number, draw, 0)
-        try:
-            drawn = draw_scene(models, full_spec(shape, rng), rng)
-            scene = EvaluationScene(drawn, shape, number, seed, draw)
-            scene.observed()
-        except (SceneError, ObservationError) as error:
-            reason = str(error)
-            continue
-        reference = _check(drawn, drawn.reference_goal_from_initial())
-        if reference.success:
-            return scene
-        reason = f"the reference arrangement fails: {reference.detail}"
-    raise SceneError(f"no {shape} in {_MAX_DRAWS} draws from {len(models)} objects: {reason}")
-
-
 def _solved(candidates: int, top_k: int, planner: ScenePlanner, scene: EvaluationScene) -> SceneResult:
-    noise = int(_generator(scene.seed, scene.structure, scene.number, scene.draw, 2).integers(2**62))
-    generator = torch.Generator().manual_seed(noise)
+    generator = torch.Generator().manual_seed(scene.planning_seed)
     goal = Goal(scene.heard or scene.spec, scene.words, scene.embedding)
     observed, problem = scene.observed(), None
     started = time.perf_counter()
@@ -255,25 +172,10 @@ def _solved(candidates: int, top_k: int, planner: ScenePlanner, scene: Evaluatio
     seconds = time.perf_counter() - started
     verdicts: list[Verdict] = []
     for arrangement in arrangements[:top_k]:
-        verdicts.append(_check(scene.drawn, arrangement.goal_from_initial))
+        verdicts.append(scene.verdict(arrangement.goal_from_initial))
         if verdicts[-1].success:
             break
     return SceneResult(scene, tuple(verdicts), len(arrangements), seconds, problem)
-
-
-def _check(drawn: DrawnScene, goal_from_initial: np.ndarray) -> Verdict:
-    n, poses = drawn.count, drawn.world_from_initial
-    others = list(zip(drawn.models[n:], poses[n:]))
-    return place_and_check(drawn.models[:n], poses[:n], goal_from_initial, drawn.spec, drawn.table, others)
-
-
-def _observe(drawn: DrawnScene, rng: np.random.Generator) -> Scene:
-    with TabletopWorld(drawn.models, list(drawn.world_from_initial), drawn.table) as world:
-        return world.observe(rng, range(drawn.count), range(drawn.count, len(drawn.models)))
-
-
-def _generator(seed: int, shape: str, number: int, draw: int, purpose: int) -> np.random.Generator:
-    return np.random.default_rng((seed, SHAPES.index(shape), number, draw, purpose))
 
 
 def _rates(rows: Sequence[SceneResult], top_k: int) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from functools import partial
 
 from agent.evaluating import spoken_scenes
 from agent.evaluating_arm import _built, _rates
-from structdiffusion.evaluation import draw_evaluation_scenes
+from structdiffusion.evaluation_scenes import draw_evaluation_scenes
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.sampling import GeometricPlanner
 

@@ -4,17 +4,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from structdiffusion.evaluation import (
-    NO_ARRANGEMENT,
-    Evaluation,
-    draw_evaluation_scenes,
-    evaluate_success,
-    wilson_interval,
-)
+from structdiffusion.evaluation import NO_ARRANGEMENT, Evaluation, evaluate_success, wilson_interval
+from structdiffusion.evaluation_scenes import draw_evaluation_scenes
 from structdiffusion.layouts import LayoutError
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.observation import Arrangement
-from structdiffusion.scenes import SceneError
 
 MODELS = [procedural_object(kind, index) for kind in ("block", "can", "box") for index in range(3)]
 
@@ -59,20 +53,6 @@ def test_wilson_needs_a_count():
         wilson_interval(4, 3)
 
 
-def test_scenes_follow_from_the_seed_and_can_be_solved(scenes):
-    assert [(scene.structure, scene.number) for scene in scenes] == [
-        ("line", 0), ("line", 1), ("tower", 0), ("tower", 1),
-    ]
-    again = list(draw_evaluation_scenes(MODELS, 1, shapes=("tower",), seed=3))[0]
-    assert again.spec == scenes[2].spec
-    np.testing.assert_array_equal(again.drawn.world_from_initial, scenes[2].drawn.world_from_initial)
-    first, second = scenes[2].observed(), again.observed()
-    np.testing.assert_array_equal(first.objects[0].points, second.objects[0].points)
-    assert len(first.objects) == again.drawn.count
-    other = list(draw_evaluation_scenes(MODELS, 1, shapes=("tower",), seed=4))[0]
-    assert not np.array_equal(other.drawn.world_from_initial, again.drawn.world_from_initial)
-
-
 def test_the_reference_succeeds_at_its_rank(scenes):
     scene = scenes[0]
     planner = Prepared(lambda n: [off_the_table(n), scene.drawn.reference_goal_from_initial(), stay(n)])
@@ -115,15 +95,3 @@ def test_a_planner_that_gives_up_is_counted(scenes):
     result = list(evaluate_success(lambda: Prepared(give_up), scenes[:1]))[0]
     assert (result.failure, result.problem, result.verdicts) == (NO_ARRANGEMENT, "it does not fit", ())
     assert Evaluation((result,), 5).aggregate()["line"]["failures"][NO_ARRANGEMENT]["count"] == 1
-
-
-def test_no_scene_can_be_drawn_from_nothing():
-    with pytest.raises(SceneError, match="no table setting in 100 draws from 9 objects"):
-        list(draw_evaluation_scenes(MODELS, 1, shapes=("table setting",)))
-
-
-def test_scenes_drawn_in_a_pool_are_those_drawn_alone(scenes):
-    pooled = list(draw_evaluation_scenes(MODELS, 2, shapes=("line", "tower"), seed=3, workers=2))
-    for one, other in zip(scenes, pooled, strict=True):
-        assert (one.spec, one.draw) == (other.spec, other.draw)
-        np.testing.assert_array_equal(one.drawn.world_from_initial, other.drawn.world_from_initial)

@@ -8,7 +8,7 @@ import pytest
 
 from agent.evaluating_completion import _compared, _rates, _Truth, tell_completion
 from agent.twin.completion import METHODS
-from structdiffusion.evaluation import draw_evaluation_scenes
+from structdiffusion.evaluation_scenes import draw_evaluation_scenes
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.procedural import procedural_objects
 
