@@ -169,8 +169,7 @@ def recorded_options(
 
 def _pose(text: str) -> np.ndarray:
     """The pose (4, 4) of `--camera-pose`."""
-    import numpy as np
-    from scipy.spatial.transform import Rotation
+    from structdiffusion.geometry import pose_from_xyz_rpy
 
     numbers = numbers_of(text, 6)
     if numbers is None:
@@ -178,10 +177,7 @@ def _pose(text: str) -> np.ndarray:
             f"--camera-pose cannot be {text!r}; legal: six numbers X,Y,Z,ROLL,PITCH,YAW in metres and radians, such as "
             "0.02,0,1.05,-2.753,0,-1.571"
         )
-    pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_euler("xyz", numbers[3:]).as_matrix()
-    pose[:3, 3] = numbers[:3]
-    return pose
+    return pose_from_xyz_rpy(numbers[:3], numbers[3:])
 
 
 def numbers_of(text: str, count: int) -> list[float] | None:

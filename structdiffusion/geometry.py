@@ -7,6 +7,7 @@ radians, right-handed, x forward, y left, z up (REP-103); quaternions are (x, y,
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,6 +19,19 @@ def pose_from_xyz_yaw(x: float, y: float, z: float, yaw: float) -> np.ndarray:
     """A transform (4, 4) that turns by `yaw` about z, then moves by (x, y, z)."""
     c, s = math.cos(yaw), math.sin(yaw)
     return np.array([[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, z], [0, 0, 0, 1]], dtype=np.float64)
+
+
+def pose_from_xyz_rpy(position: Sequence[float], angles: Sequence[float]) -> np.ndarray:
+    """A transform (4, 4) that turns about x, then y, then z, by three angles, then moves by a position (3,)."""
+    (cr, sr), (cp, sp), (cy, sy) = ((math.cos(angle), math.sin(angle)) for angle in angles)
+    pose = np.eye(4)
+    pose[:3, :3] = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+    pose[:3, 3] = position
+    return pose
 
 
 def transform_points(a_from_b: np.ndarray, points_b: np.ndarray) -> np.ndarray:

@@ -14,10 +14,9 @@ from importlib import resources
 from importlib.resources.abc import Traversable
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from agent.errors import BadInput
-from structdiffusion.geometry import pose_from_position_quaternion
+from structdiffusion.geometry import pose_from_xyz_rpy, pose_from_xyz_yaw
 
 # Waiting poses: the upper arm leans back and the forearm is folded down behind it, so that the table stays in view.
 _FOLDED = {
@@ -106,8 +105,7 @@ class ArmModel:
         """base_from_link (4, 4) of every link by name; a joint that `angles` leaves out is at 0."""
         poses = {self.chain[0].parent: np.eye(4)}
         for joint in self.chain:
-            turned = np.eye(4)
-            turned[:3, :3] = Rotation.from_rotvec((0.0, 0.0, angles.get(joint.name, 0.0))).as_matrix()
+            turned = pose_from_xyz_yaw(0.0, 0.0, 0.0, angles.get(joint.name, 0.0))
             poses[joint.child] = poses[joint.parent] @ joint.parent_from_joint @ turned
         return poses
 
@@ -155,8 +153,7 @@ def _numbers(text: str) -> np.ndarray:
 
 def _origin(element: ElementTree.Element) -> np.ndarray:
     origin = element.find("origin")
-    turned = Rotation.from_euler("xyz", _numbers(origin.get("rpy"))).as_quat()
-    return pose_from_position_quaternion(_numbers(origin.get("xyz")), turned)
+    return pose_from_xyz_rpy(_numbers(origin.get("xyz")), _numbers(origin.get("rpy")))
 
 
 def _solid(link: str, collision: ElementTree.Element) -> Solid:

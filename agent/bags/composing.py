@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from agent.bags.writing import BagWriter
+from structdiffusion.geometry import quaternion_from_matrix
 
 _MILLIMETRE = 0.001
 
@@ -130,5 +130,5 @@ def _position(pose: np.ndarray) -> dict[str, float]:
 
 
 def _quaternion(writer: BagWriter, pose: np.ndarray) -> Any:
-    turned = Rotation.from_matrix(pose[:3, :3]).as_quat().tolist()
+    turned = quaternion_from_matrix(pose).tolist()
     return writer.message("geometry_msgs/msg/Quaternion", **dict(zip("xyzw", turned, strict=True)))

@@ -13,6 +13,7 @@ import numpy as np
 from agent.bags.messages import TRANSFORMS, frame_name, stamp
 from agent.bags.opening import Bag, Stream
 from agent.errors import BadInput
+from structdiffusion.geometry import pose_from_position_quaternion
 
 _REACHES = (2.0, 20.0, 200.0)  # s; how far from the moment a transform is looked for
 _MOST_STATIC = 10_000  # messages; a bag with more of them on a static topic is broken
@@ -248,12 +249,5 @@ def _pose(transform: Any) -> tuple[np.ndarray | None, str]:
         length = float(np.linalg.norm(quaternion))
     if not (np.isfinite(quaternion).all() and np.isfinite(shift).all() and 1e-6 < length < 1e6):
         return None, "no rotation or no place"
-    pose = np.eye(4)
-    x, y, z, w = quaternion / length
-    pose[:3, :3] = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-    )
-    pose[:3, 3] = shift
+    pose = pose_from_position_quaternion(shift, quaternion)
     return pose, f"a quaternion of length {length:.3g}" if abs(length - 1) > 0.001 else ""

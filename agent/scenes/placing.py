@@ -16,7 +16,7 @@ import numpy as np
 
 from agent.scenes.files import PlacedObject, Problem, SceneFileError, parse_scene, read_text, rgb
 from grounding.names import read_name
-from structdiffusion.geometry import tilt_between, transform_points
+from structdiffusion.geometry import pose_from_xyz_rpy, tilt_between, transform_points
 from structdiffusion.objects.folder import FORMATS, object_from_file
 from structdiffusion.objects.libraries import LIBRARIES
 from structdiffusion.objects.model import ObjectError, ObjectModel
@@ -156,16 +156,10 @@ def _names(given: Sequence[str | None], nouns: Sequence[str]) -> list[str]:
 
 def pose_of(placed: PlacedObject, model: ObjectModel) -> np.ndarray:
     """world_from_object (4, 4) of an object that a file places."""
-    roll, pitch, yaw = (math.radians(angle) for angle in (placed.roll, placed.pitch, placed.yaw))
-    (cr, sr), (cp, sp), (cy, sy) = ((math.cos(angle), math.sin(angle)) for angle in (roll, pitch, yaw))
-    pose = np.eye(4)
-    pose[:3, :3] = [
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    ]
-    lowest = lowest_point(model, pose) if roll or pitch else 0.0  # an upright object's lowest point is its origin
-    pose[:3, 3] = placed.x, placed.y, placed.z - lowest
+    angles = [math.radians(angle) for angle in (placed.roll, placed.pitch, placed.yaw)]
+    pose = pose_from_xyz_rpy((placed.x, placed.y, placed.z), angles)
+    if placed.roll or placed.pitch:  # an upright object's lowest point is its origin
+        pose[2, 3] -= lowest_point(model, pose)
     return pose
 
 

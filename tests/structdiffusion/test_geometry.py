@@ -8,6 +8,7 @@ from structdiffusion.geometry import (
     HEADING_OF_ROTATION,
     matrix_from_quaternion,
     pose_from_position_quaternion,
+    pose_from_xyz_rpy,
     pose_from_xyz_yaw,
     quaternion_from_matrix,
     tilt_between,
@@ -51,6 +52,15 @@ def test_a_quaternion_turns_as_its_axis_and_angle_say():
     half = math.radians(60) / 2
     pose = pose_from_position_quaternion([1.0, 2.0, 3.0], [0.0, 0.0, math.sin(half), math.cos(half)])
     np.testing.assert_allclose(pose, pose_from_xyz_yaw(1.0, 2.0, 3.0, math.radians(60)), atol=1e-12)
+
+
+def test_roll_pitch_and_yaw_turn_about_the_fixed_axes_in_that_order():
+    roll, pitch, yaw = 0.4, -1.1, 2.5
+    about_x = pose_from_position_quaternion([0, 0, 0], [math.sin(roll / 2), 0, 0, math.cos(roll / 2)])
+    about_y = pose_from_position_quaternion([0, 0, 0], [0, math.sin(pitch / 2), 0, math.cos(pitch / 2)])
+    found = pose_from_xyz_rpy([1.0, 2.0, 3.0], [roll, pitch, yaw])
+    np.testing.assert_allclose(found, pose_from_xyz_yaw(1.0, 2.0, 3.0, yaw) @ about_y @ about_x, atol=1e-12)
+    np.testing.assert_array_equal(pose_from_xyz_rpy([1, 2, 3], [0, 0, yaw]), pose_from_xyz_yaw(1, 2, 3, yaw))
 
 
 def test_transforms_take_points_between_frames():
