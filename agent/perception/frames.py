@@ -13,7 +13,7 @@ import numpy as np
 
 from agent.arm.kinematics import WORLD_FROM_BASE
 from agent.bags.recording import Recording
-from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
+from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, transform_points
 from structdiffusion.observation import Table
 
 _WORTH_TELLING = math.radians(0.5)  # and 5 mm: less is what any calibration leaves
@@ -63,7 +63,7 @@ def world_frame(recording: Recording, level_from_camera: np.ndarray, places: np.
 def _by_arm(base_from_camera: np.ndarray, level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
     """tf tells where the base is; the plane tells what is up, and how high."""
     level_from_base = level_from_camera @ np.linalg.inv(base_from_camera)
-    lean = math.acos(float(np.clip(level_from_base[2, 2], -1.0, 1.0)))
+    lean, base_yaw = _lean_and_yaw(level_from_base)
     notes = []
     if lean > _DISAGREES:
         notes.append(
@@ -73,7 +73,6 @@ def _by_arm(base_from_camera: np.ndarray, level_from_camera: np.ndarray, places:
     elif lean > _WORTH_TELLING:
         notes.append(f"up is the table's normal: tf was corrected by {math.degrees(lean):.1f} degrees")
     base = level_from_base[:3, 3]
-    base_yaw = math.atan2(level_from_base[1, 0] - level_from_base[0, 1], level_from_base[0, 0] + level_from_base[1, 1])
     ahead = places.mean(axis=0) - base[:2]
     # The quarter turn of the base after which the objects lie most nearly ahead.
     quarters = round((math.atan2(ahead[1], ahead[0]) - base_yaw) / (math.pi / 2))
@@ -86,6 +85,12 @@ def _by_arm(base_from_camera: np.ndarray, level_from_camera: np.ndarray, places:
     )
 
 
+def _lean_and_yaw(level_from_other: np.ndarray) -> tuple[float, float]:
+    """How far another frame's z axis leans, and the turn about z that comes nearest to its own, radians."""
+    turn = level_from_other[:3, :3]
+    return tilt_between(turn, np.eye(3)), math.atan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1])
+
+
 def _plain_quarter(quarters: int) -> float:
     """So many quarter turns, as an angle in (-pi, pi]."""
     return (((quarters + 1) % 4) - 1) * math.pi / 2
@@ -94,10 +99,9 @@ def _plain_quarter(quarters: int) -> float:
 def _by_hand(world_from_camera: np.ndarray, level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
     """A pose given by hand is right about the place and the direction; the plane tells up and height."""
     level_from_world = level_from_camera @ np.linalg.inv(world_from_camera)
-    lean = math.acos(float(np.clip(level_from_world[2, 2], -1.0, 1.0)))
+    lean, yaw = _lean_and_yaw(level_from_world)
     middle = np.append(places.mean(axis=0), 0.0)
     given = transform_points(np.linalg.inv(level_from_world), middle)
-    yaw = math.atan2(level_from_world[1, 0] - level_from_world[0, 1], level_from_world[0, 0] + level_from_world[1, 1])
     # Turned about the middle of what lies there: x and y of the objects stay as the pose has them.
     level_from_corrected = pose_from_xyz_yaw(*level_from_world[:2, 3], 0.0, yaw)
     level_from_corrected[:2, 3] += middle[:2] - transform_points(level_from_corrected, np.append(given[:2], 0.0))[:2]
