@@ -47,13 +47,7 @@ class CVAEPlanner:
         self, seen: Observed, goal: Goal, count: int, generator: torch.Generator
     ) -> tuple[np.ndarray, np.ndarray]:
         """Sampled motions (count, N, 4, 4) and structure frames (count, 4, 4)."""
-        samples = begin(self.model, seen, goal, False, count, generator)
-        prior = self.model.prior(samples.condition)
-        latent = prior.mean + prior.stddev * torch.randn(prior.mean.shape, generator=generator)
-        state = self.model(latent, samples.condition)
-        if self.search is not None:
-            samples, state = self.search.improve(self.model, seen, samples, state, goal, generator)
-        return samples.motions(self.model, state)
+        return _sampled(self.model, self.search, seen, goal, count, generator)
 
 
 class StructFormerPlanner:
@@ -97,12 +91,24 @@ class StructFormerPlanner:
             share = len(range(number, count, len(shapes)))
             if not share:
                 continue
-            model, told = self.models[shape], replace(goal, spec=replace(goal.spec, shape=shape))
-            samples = begin(model, seen, told, False, share, generator)
-            state = model.sample(samples.condition, generator)
-            if self.search is not None:
-                samples, state = self.search.improve(model, seen, samples, state, told, generator)
-            of_shape, with_frames = samples.motions(model, state)
+            told = replace(goal, spec=replace(goal.spec, shape=shape))
+            of_shape, with_frames = _sampled(self.models[shape], self.search, seen, told, share, generator)
             motions.append(of_shape)
             frames.append(with_frames)
         return np.concatenate(motions), np.concatenate(frames)
+
+
+def _sampled(
+    network: PoseCVAE | StructFormer,
+    search: PoseSearch | None,
+    seen: Observed,
+    goal: Goal,
+    count: int,
+    generator: torch.Generator,
+) -> tuple[np.ndarray, np.ndarray]:
+    """What one network samples, improved where there is a search: motions (count, N, 4, 4), frames (count, 4, 4)."""
+    samples = begin(network, seen, goal, False, count, generator)
+    state = network.sample(samples.condition, generator)
+    if search is not None:
+        samples, state = search.improve(network, seen, samples, state, goal, generator)
+    return samples.motions(network, state)

@@ -70,6 +70,17 @@ class PoseCVAE(PoseBackbone):
         """The latent (B, Z) before any pose is known."""
         return self._latent(self.expectation, self.expectation_head, None, condition)
 
+    def sample(self, condition: Condition, generator: torch.Generator) -> Tensor:
+        """A state (B, 1 + N, 9) for each scene: of a latent that is drawn from the prior.
+
+        Args:
+            condition: the scenes.
+            generator: the only source of chance.
+        """
+        prior = self.prior(condition)
+        noise = torch.randn(prior.mean.shape, generator=generator, device=prior.mean.device)
+        return self(prior.mean + prior.stddev * noise, condition)
+
     def _latent(
         self, transformer: nn.Module, head: nn.Module, state: Tensor | None, condition: Condition
     ) -> Normal:
