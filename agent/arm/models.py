@@ -33,7 +33,6 @@ FINGER_EFFORT = 2.0  # Nm
 FINGER_SPEED = 1.0  # rad/s
 FINGER_OPEN = 0.2  # rad
 FINGER_CLOSED = 1.51  # rad
-FINGER_TIP_CLOSED = 2.0  # rad
 
 
 @dataclass(frozen=True, eq=False)
