@@ -7,12 +7,8 @@ process that started them, however that ends.
 from __future__ import annotations
 
 import multiprocessing
-import os
-import re
 import signal
-import socket
 import tempfile
-import threading
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -22,13 +18,10 @@ from typing import Any
 
 from agent.batch.rows import Row
 from agent.batch.working import CRASHED, carry_out, failed
-from agent.errors import UsageError, one_sentence
+from agent.cluster import ray_cluster
 from agent.loaded import Loaded
 from agent.streams import import_pybullet_silently
-
-RAY_HERE, RAY_FOUND = "local", "auto"
-_ADDRESS = re.compile(r"(ray://)?(?P<host>[^\s/:]+|\[[^\s/]+\]):(?P<port>\d{1,5})")
-_KNOCK_SECONDS = 5.0
+from structdiffusion.workers import end_with_parent
 
 
 @dataclass(frozen=True)
@@ -115,7 +108,7 @@ def _death(exit_code: int | None) -> str:
 def _serve(pipe: Connection) -> None:
     """The life of a worker process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
     import_pybullet_silently()
     loaded = Loaded()
     while True:
@@ -126,60 +119,18 @@ def _serve(pipe: Connection) -> None:
         pipe.send(carry_out(job.row, job.folder, loaded))
 
 
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(CRASHED)
-
-
 def on_ray(jobs: Sequence[Job], address: str, workers: int | None) -> Iterator[dict[str, Any]]:
     """As `on_this_machine`, by workers of a Ray cluster, whose machines need structagent and the rows' files.
 
     Args:
         jobs: the rows.
-        address: of the cluster, as HOST:PORT or ray://HOST:PORT; "auto" for the one that this machine is part of, and
-            "local" for one that is started here and ends with this process.
-        workers: how many; `None` for one per core of the cluster.
+        address, workers: as `ray_cluster` takes them.
 
     Raises:
         UsageError: when Ray is not installed, or no cluster answers at the address.
     """
-    # It asks nobody before it reports its use to its makers.
-    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-    try:
-        import ray
-    except ImportError as error:
-        raise UsageError("--ray needs Ray, and it is not installed; pip install 'structagent[ray]' does it") from error
-    own = {"num_cpus": workers, "include_dashboard": False} if address == RAY_HERE else {}
-    _knock(address)
-    try:
-        ray.init(address=address, log_to_driver=False, logging_level="ERROR", **own)
-    except (ConnectionError, RuntimeError, ValueError) as error:
-        raise UsageError(f"--ray cannot be {address!r}: {one_sentence(error)}") from error
-    try:
-        count = min(len(jobs), workers or max(1, int(ray.cluster_resources().get("CPU", 1))))
-        yield from _by_actors(jobs, count)
-    finally:
-        ray.shutdown()
-
-
-def _knock(address: str) -> None:
-    """Asks whether somebody listens at the address of a cluster: Ray itself would try for many minutes.
-
-    Raises:
-        UsageError: when nobody does, or it is no address.
-    """
-    if address in (RAY_HERE, RAY_FOUND):
-        return
-    place = _ADDRESS.fullmatch(address)
-    if place is None:
-        legal = f"{RAY_HERE}, {RAY_FOUND} (the cluster of this machine), HOST:PORT, ray://HOST:PORT"
-        raise UsageError(f"--ray cannot be {address!r}; legal: {legal}")
-    try:
-        socket.create_connection((place["host"].strip("[]"), int(place["port"])), _KNOCK_SECONDS).close()
-    except (OSError, OverflowError) as error:
-        raise UsageError(f"--ray cannot be {address!r}: nobody answers there ({one_sentence(error)})") from error
+    with ray_cluster(address, workers) as count:
+        yield from _by_actors(jobs, min(len(jobs), count))
 
 
 def _by_actors(jobs: Sequence[Job], count: int) -> Iterator[dict[str, Any]]:

@@ -1,0 +1,63 @@
+"""A Ray cluster to work in: one that is started here, the one of this machine, or any at an address."""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from agent.errors import UsageError, one_sentence
+
+RAY_HERE, RAY_FOUND = "local", "auto"
+_ADDRESS = re.compile(r"(ray://)?(?P<host>[^\s/:]+|\[[^\s/]+\]):(?P<port>\d{1,5})")
+_KNOCK_SECONDS = 5.0
+
+
+@contextmanager
+def ray_cluster(address: str, workers: int | None) -> Iterator[int]:
+    """A connection to a cluster, for as long as the context lasts; gives how many workers to start there.
+
+    Args:
+        address: of the cluster, as HOST:PORT or ray://HOST:PORT; "auto" for the one that this machine is part of, and
+            "local" for one that is started here and ends with this process.
+        workers: how many; `None` for one per core of the cluster.
+
+    Raises:
+        UsageError: when Ray is not installed, or no cluster answers at the address.
+    """
+    # It asks nobody before it reports its use to its makers.
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+    try:
+        import ray
+    except ImportError as error:
+        raise UsageError("--ray needs Ray, and it is not installed; pip install 'structagent[ray]' does it") from error
+    own = {"num_cpus": workers, "include_dashboard": False} if address == RAY_HERE else {}
+    _knock(address)
+    try:
+        ray.init(address=address, log_to_driver=False, logging_level="ERROR", **own)
+    except (ConnectionError, RuntimeError, ValueError) as error:
+        raise UsageError(f"--ray cannot be {address!r}: {one_sentence(error)}") from error
+    try:
+        yield workers or max(1, int(ray.cluster_resources().get("CPU", 1)))
+    finally:
+        ray.shutdown()
+
+
+def _knock(address: str) -> None:
+    """Asks whether somebody listens at the address of a cluster: Ray itself would try for many minutes.
+
+    Raises:
+        UsageError: when nobody does, or it is no address.
+    """
+    if address in (RAY_HERE, RAY_FOUND):
+        return
+    place = _ADDRESS.fullmatch(address)
+    if place is None:
+        legal = f"{RAY_HERE}, {RAY_FOUND} (the cluster of this machine), HOST:PORT, ray://HOST:PORT"
+        raise UsageError(f"--ray cannot be {address!r}; legal: {legal}")
+    try:
+        socket.create_connection((place["host"].strip("[]"), int(place["port"])), _KNOCK_SECONDS).close()
+    except (OSError, OverflowError) as error:
+        raise UsageError(f"--ray cannot be {address!r}: nobody answers there ({one_sentence(error)})") from error
