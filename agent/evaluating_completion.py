@@ -22,9 +22,9 @@ from scipy.spatial import cKDTree
 from agent.evaluating import drawn_scenes, rate_of, report_of
 from agent.telling import aligned
 from agent.training import progress_bar
-from agent.twin.bodies import body_of
-from agent.twin.completion import METHODS
 from grounding.spec import SHAPES
+from structdiffusion.completion.bodies import body_of
+from structdiffusion.completion.shapes import METHODS
 from structdiffusion.evaluation_scenes import EvaluationScene
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects import meshes, solids

@@ -27,10 +27,10 @@ from agent.scenes.placing import StandingObject, placement_of, saved_objects
 from agent.scenes.simulated import Select
 from agent.scenes.table import TableScene, drawing_and_noise
 from agent.scenes.taking_part import check_count
-from agent.twin.bodies import bodies_of
 from grounding.names import read_name
 from grounding.spec import StructureSpec
 from structdiffusion.camera import camera_at
+from structdiffusion.completion.bodies import bodies_of
 from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel
 from structdiffusion.observation import ObjectCloud, Scene, Table
 from structdiffusion.scenes import SceneError

@@ -1,1 +1,1 @@
-"""A simulated twin of a recorded scene: partly seen objects completed into bodies, and the arm as it stood."""
+"""The way back from a simulated twin of a recorded scene to the arm."""

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from agent.twin.completion import METHODS, complete
 from structdiffusion.camera import DepthCamera
+from structdiffusion.completion.shapes import METHODS, complete
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.decomposition import signed_distance
 from structdiffusion.objects.model import ObjectModel

@@ -1,4 +1,4 @@
-"""Partly seen objects as rigid bodies: what the twin of a recorded scene is made of."""
+"""Partly seen objects as rigid bodies: what the twin of a recorded scene, and physics that is imagined, are made of."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 from scipy.spatial import ConvexHull, QhullError
 
-from agent.twin.completion import BEST, CompletedShape, complete
+from structdiffusion.completion.shapes import BEST, CompletedShape, complete
 from structdiffusion.estimate import front_yaw
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.nouns import CUTLERY
@@ -46,7 +46,7 @@ def body_of(
     Args:
         cloud: what was seen of it.
         world_from_camera: (4, 4), or `None`.
-        method: one of `agent.twin.completion.METHODS`.
+        method: one of `structdiffusion.completion.shapes.METHODS`.
     """
     return _body(cloud, complete(cloud, world_from_camera, method))
 

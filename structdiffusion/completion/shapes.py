@@ -19,9 +19,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
-from agent.twin.columns import column_parts, solid
-from agent.twin.roundness import turned_body
-from agent.twin.seeing import View, level_top, levelled, without_strays
+from structdiffusion.completion.columns import column_parts, solid
+from structdiffusion.completion.roundness import turned_body
+from structdiffusion.completion.seeing import View, level_top, levelled, without_strays
 from structdiffusion.observation import ObjectCloud
 
 METHODS = ("hull", "extrude", "columns", "mirror", "symmetry")

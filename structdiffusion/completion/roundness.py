@@ -9,8 +9,8 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.spatial import cKDTree
 
-from agent.twin.seeing import View, level_top
-from agent.twin.turned import Turned
+from structdiffusion.completion.seeing import View, level_top
+from structdiffusion.completion.turned import Turned
 
 _FITTED = 300  # points that the axis is fitted to
 _OPPOSITE = math.radians(40.0)  # seen from the axis, points so far apart tell whether the outline turns

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agent.twin.bodies import DENSITY, bodies_of, body_of, separated
-from agent.twin.completion import CompletedShape, complete
+from structdiffusion.completion.bodies import DENSITY, bodies_of, body_of, separated
+from structdiffusion.completion.shapes import CompletedShape, complete
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.model import footprint_centroid
 from structdiffusion.objects.procedural import procedural_objects

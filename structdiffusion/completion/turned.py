@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from agent.twin.seeing import EDGE
+from structdiffusion.completion.seeing import EDGE
 from structdiffusion.objects.solids import frustum
 
 _SIDES = 16  # pieces around a hollow thing

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from agent.evaluating_completion import _compared, _rates, _Truth, tell_completion
-from agent.twin.completion import METHODS
+from structdiffusion.completion.shapes import METHODS
 from structdiffusion.evaluation_scenes import draw_evaluation_scenes
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.procedural import procedural_objects
