@@ -1,27 +1,70 @@
-"""The scenes that planners are measured on: drawn from a seed, solvable, and in full view of the camera.
+"""The scenes that planners are measured on: drawn from a seed, solvable, and seen by the camera.
 
 The reference arrangement of each passes the physical protocol, and the camera sees every object that takes part.
-Everything about a scene follows from its seed, structure, number and draw.
+Everything about a scene follows from its conditions, seed, structure, number and draw.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from grounding.spec import SHAPES, StructureSpec
+from structdiffusion.camera import DepthCamera
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.observation import Scene
+from structdiffusion.observation import Scene, Table
 from structdiffusion.physical import Verdict, place_and_check
 from structdiffusion.scenes import DrawnScene, SceneError, draw_scene, full_spec
 from structdiffusion.tabletop import ObservationError, TabletopWorld
 from structdiffusion.workers import in_parallel
 
+ANY_SHAPE = "structure"  # what a scene is called whose spec leaves the shape open
+CAMERA_SIDES = ("robot", "opposite", "left", "right")
 _MAX_DRAWS = 100
+_TRIES = 10  # draws after which a tower gets one object less than asked for
+_BEYOND_EDGE = 0.40  # m, from a table's left or right edge to the camera above
 _DRAWING, _SENSING, _PLANNING = range(3)  # what a scene's generators are for
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What scenes are drawn under; by default that which the models are trained for.
+
+    Attributes:
+        table: the table top's rectangle.
+        objects: the fewest and the most objects that take part; `None` for numbers that suit each structure. A table
+            setting has a place for ten things; a tower gets as many as stand.
+        camera: the depth camera.
+    """
+
+    table: Table = Table()
+    objects: tuple[int, int] | None = None
+    camera: DepthCamera = DepthCamera()
+
+
+def camera_beside(side: str, table: Table = Table()) -> DepthCamera:
+    """A depth camera above one side of a table: "robot" (the usual one), "opposite", "left" (+y) or "right".
+
+    From the left and from the right it stands farther back: the table is broader than deep, and all of it has to be
+    in the picture.
+
+    Raises:
+        ValueError: for another side.
+    """
+    usual = DepthCamera()
+    if side == "robot":
+        return usual
+    x, y, _ = usual.target
+    if side == "opposite":
+        return replace(usual, eye=(2 * x - usual.eye[0], 2 * y - usual.eye[1], usual.eye[2]))
+    if side == "left":
+        return replace(usual, eye=(x, table.y_max + _BEYOND_EDGE, usual.eye[2]))
+    if side == "right":
+        return replace(usual, eye=(x, table.y_min - _BEYOND_EDGE, usual.eye[2]))
+    raise ValueError(f"there is no camera on the side {side!r}; legal values: {', '.join(CAMERA_SIDES)}")
 
 
 @dataclass(frozen=True)
@@ -30,7 +73,7 @@ class EvaluationScene:
 
     Attributes:
         drawn: the objects, where they stand at first, and the spec.
-        structure: the shape of the spec.
+        structure: the shape of the spec, or `ANY_SHAPE`.
         number: counts the scenes of this structure from 0.
         seed: the base seed; with structure, number and draw it determines everything.
         draw: how many draws before this one had no valid arrangement or an object out of sight.
@@ -38,6 +81,7 @@ class EvaluationScene:
         embedding: (384,) of the words, or `None`.
         heard: what a parser made of the words, which is all that a planner told in words may know; `None` tells
             it the true spec.
+        camera: the depth camera that looks at it.
     """
 
     drawn: DrawnScene
@@ -48,6 +92,7 @@ class EvaluationScene:
     words: str | None = None
     embedding: np.ndarray | None = None
     heard: StructureSpec | None = None
+    camera: DepthCamera = DepthCamera()
 
     @property
     def spec(self) -> StructureSpec:
@@ -63,7 +108,7 @@ class EvaluationScene:
         """What the depth camera sees, its noise drawn from the scene's seed."""
         drawn = self.drawn
         rng = _generator(self.seed, self.structure, self.number, self.draw, _SENSING)
-        with TabletopWorld(drawn.models, list(drawn.world_from_initial), drawn.table) as world:
+        with TabletopWorld(drawn.models, list(drawn.world_from_initial), drawn.table, self.camera) as world:
             return world.observe(rng, range(drawn.count), range(drawn.count, len(drawn.models)))
 
     def verdict(self, goal_from_initial: np.ndarray) -> Verdict:
@@ -81,6 +126,7 @@ def draw_evaluation_scenes(
     shapes: Sequence[str] = SHAPES,
     seed: int = 0,
     workers: int = 1,
+    conditions: Conditions = Conditions(),
 ) -> Iterator[EvaluationScene]:
     """`scenes` scenes of each shape with every slot specified, in order; yields them as they are drawn.
 
@@ -90,22 +136,54 @@ def draw_evaluation_scenes(
         shapes: which structures.
         seed: of everything.
         workers: processes.
+        conditions: what to draw them under.
 
     Raises:
         SceneError: no scene of a shape can be drawn from these objects.
     """
     jobs = [(shape, number) for shape in shapes for number in range(scenes)]
-    yield from in_parallel(partial(_drawn, seed), tuple, (tuple(models),), jobs, workers)
+    yield from in_parallel(partial(_drawn, seed, conditions), tuple, (tuple(models),), jobs, workers)
 
 
-def _drawn(seed: int, models: Sequence[ObjectModel], job: tuple[str, int]) -> EvaluationScene:
+def _drawn(
+    seed: int, conditions: Conditions, models: Sequence[ObjectModel], job: tuple[str, int]
+) -> EvaluationScene:
     shape, number = job
+    return draw_evaluation_scene(models, shape, number, seed=seed, conditions=conditions)
+
+
+def draw_evaluation_scene(
+    models: Sequence[ObjectModel],
+    shape: str | None,
+    number: int,
+    *,
+    seed: int,
+    spec: StructureSpec | None = None,
+    conditions: Conditions = Conditions(),
+) -> EvaluationScene:
+    """One scene.
+
+    Args:
+        models: the object library.
+        shape: which structure; `None` for whichever the spec leaves possible.
+        number: counts the scenes of this shape.
+        seed: with shape and number it determines everything.
+        spec: what is asked for, of this shape; by default every slot of the shape is drawn.
+        conditions: what to draw it under.
+
+    Raises:
+        SceneError: no such scene can be drawn from these objects.
+    """
     reason = ""
     for draw in range(_MAX_DRAWS):
         rng = _generator(seed, shape, number, draw, _DRAWING)
         try:
-            drawn = draw_scene(models, full_spec(shape, rng), rng)
-            scene = EvaluationScene(drawn, shape, number, seed, draw)
+            wish = full_spec(shape, rng) if spec is None else spec
+            count = _count(shape, conditions, draw, rng)
+            drawn = draw_scene(models, wish, rng, count=count, table=conditions.table)
+            if shape in ("circle", "line") and count is not None and drawn.count < count:
+                raise SceneError(f"{drawn.count} of {count} objects that suit it")
+            scene = EvaluationScene(drawn, shape or ANY_SHAPE, number, seed, draw, camera=conditions.camera)
             scene.observed()
         except (SceneError, ObservationError) as error:
             reason = str(error)
@@ -114,8 +192,18 @@ def _drawn(seed: int, models: Sequence[ObjectModel], job: tuple[str, int]) -> Ev
         if reference.success:
             return scene
         reason = f"the reference arrangement fails: {reference.detail}"
-    raise SceneError(f"no {shape} in {_MAX_DRAWS} draws from {len(models)} objects: {reason}")
+    raise SceneError(f"no {shape or ANY_SHAPE} in {_MAX_DRAWS} draws from {len(models)} objects: {reason}")
 
 
-def _generator(seed: int, shape: str, number: int, draw: int, purpose: int) -> np.random.Generator:
-    return np.random.default_rng((seed, SHAPES.index(shape), number, draw, purpose))
+def _count(shape: str | None, conditions: Conditions, draw: int, rng: np.random.Generator) -> int | None:
+    """How many objects take part; `None` leaves it to the structure."""
+    if conditions.objects is None:
+        return None
+    low, high = conditions.objects
+    count = int(rng.integers(low, high + 1))
+    return max(2, count - draw // _TRIES) if shape == "tower" else count
+
+
+def _generator(seed: int, shape: str | None, number: int, draw: int, purpose: int) -> np.random.Generator:
+    kind = len(SHAPES) if shape in (None, ANY_SHAPE) else SHAPES.index(shape)
+    return np.random.default_rng((seed, kind, number, draw, purpose))

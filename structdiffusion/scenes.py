@@ -22,6 +22,7 @@ from structdiffusion.observation import Table
 _COUNTS = {"circle": (3, 7), "line": (2, 6), "tower": (2, 4), "table setting": (3, 6)}
 _WIDEST = 0.22  # m, across a footprint in a circle or line: wider things leave no room for company
 _TALLEST_TOWER = 0.40  # m: what the arm can still release onto
+_LOWEST_OF = 2  # a tower of more objects than usual takes the lowest of so many times as many
 _INITIAL_GAP = 0.02  # m, between footprints at first: room for a finger
 _EDGE = 0.01  # m, from the table's edge at first
 
@@ -103,7 +104,8 @@ def draw_scene(
         spec: what will be asked for; open slots stay open.
         rng: the only source of chance.
         categories: nouns that must take part, and nothing else; () leaves the choice free.
-        count: how many objects take part; `None` draws a number that suits the shape.
+        count: how many objects take part; `None` draws a number that suits the shape. A tower takes fewer where it
+            would become too high for the arm, and a table setting no more than two of a kind.
         distractors: how many others stand around; `None` draws 0 to 2.
         table: the table.
         attempts: how many sets of objects to try.
@@ -152,6 +154,7 @@ def _choose(
     """The objects that take part; circles and lines are often of one kind."""
     low, high = _COUNTS.get(shape, (3, 5))
     wanted = count if count is not None else int(rng.integers(low, high + 1))
+    many = wanted > high
     shuffled = [pool[i] for i in rng.permutation(len(pool))]
     if shape == "table setting":
         bases = [model for noun in BASES for model in shuffled if model.category == noun]
@@ -165,6 +168,10 @@ def _choose(
             match = next((m for m in shuffled if m.category in roles[str(role)] and m.radius < 0.15), None)
             if match is not None and len(chosen) < wanted:
                 chosen.append(match)
+        if many:  # a second one of each, but for bowls: two have no room behind the plate
+            for role in rng.permutation([role for role in roles if role != "bowl"]):
+                second = [m for m in shuffled if m.category in roles[str(role)] and m.radius < 0.15][1:2]
+                chosen += second[: wanted - len(chosen)]
         return chosen
     if shape in ("circle", "line") and not named and rng.random() < 0.5:
         same = [model for model in shuffled if model.category == shuffled[0].category]
@@ -174,6 +181,8 @@ def _choose(
         raise LayoutError(f"a {shape} needs {low} or more objects, and {len(shuffled)} suit it")
     chosen = shuffled[:wanted]
     if shape == "tower":
+        if many:
+            chosen = _low_enough(shuffled, wanted)
         if not any(model.stackable for model in chosen):
             raise LayoutError("none of the objects can carry another")
         # At most one object that cannot carry: it goes on top.
@@ -182,6 +191,13 @@ def _choose(
         if len(chosen) < low:
             raise LayoutError("too few of the objects can carry another")
     return chosen
+
+
+def _low_enough(shuffled: Sequence[ObjectModel], wanted: int) -> list[ObjectModel]:
+    """The lowest of some objects, up to as many as the arm can pile up."""
+    low = sorted(shuffled[: _LOWEST_OF * wanted], key=lambda model: model.height)[:wanted]
+    below = np.cumsum([0.0, *(model.height for model in low[:-1])])
+    return [model for model, height in zip(low, below) if height < _TALLEST_TOWER]
 
 
 def _scatter(
@@ -193,7 +209,8 @@ def _scatter(
     rng: np.random.Generator,
 ) -> np.ndarray:
     """Initial poses (M, 4, 4): distractors clear of the reference structure, everything clear of everything."""
-    goal = [turned(m.footprint, yaw + turn) + at[:2] for m, yaw, turn, at in zip(chosen, yaws, layout.turns, layout.positions)]
+    standing_at_goal = zip(chosen, yaws, layout.turns, layout.positions)
+    goal = [turned(m.footprint, yaw + turn) + at[:2] for m, yaw, turn, at in standing_at_goal]
     standing: list[np.ndarray] = []
 
     def put(outline: np.ndarray, avoid: Sequence[np.ndarray]) -> np.ndarray:

@@ -1,8 +1,20 @@
+import itertools
+
 import numpy as np
 import pytest
 
-from structdiffusion.evaluation_scenes import draw_evaluation_scenes
+from grounding.spec import StructureSpec
+from structdiffusion.camera import DepthCamera
+from structdiffusion.evaluation_scenes import (
+    ANY_SHAPE,
+    CAMERA_SIDES,
+    Conditions,
+    camera_beside,
+    draw_evaluation_scene,
+    draw_evaluation_scenes,
+)
 from structdiffusion.objects.procedural import procedural_object
+from structdiffusion.observation import Table
 from structdiffusion.scenes import SceneError
 
 MODELS = [procedural_object(kind, index) for kind in ("block", "can", "box") for index in range(3)]
@@ -54,3 +66,56 @@ def test_scenes_drawn_in_a_pool_are_those_drawn_alone(scenes):
     for one, other in zip(scenes, pooled, strict=True):
         assert (one.spec, one.draw) == (other.spec, other.draw)
         np.testing.assert_array_equal(one.drawn.world_from_initial, other.drawn.world_from_initial)
+
+
+def test_more_objects_than_usual_take_part():
+    many = Conditions(objects=(6, 7))
+    line, tower = draw_evaluation_scenes(MODELS, 1, shapes=("line", "tower"), seed=3, conditions=many)
+    assert 6 <= line.drawn.count <= 7 and len(line.observed().objects) == line.drawn.count
+    assert 4 < tower.drawn.count <= 7  # as many as stand, and more than usual
+    assert tower.verdict(tower.drawn.reference_goal_from_initial()).success
+    with pytest.raises(SceneError, match="no line in 100 draws from 3 objects: 3 of 6 objects that suit it"):
+        draw_evaluation_scene(MODELS[:3], "line", 0, seed=3, conditions=Conditions(objects=(6, 6)))
+
+
+@pytest.mark.parametrize("table", [Table(0.25, 0.65, -0.30, 0.30), Table(0.10, 0.80, -0.60, 0.60)])
+def test_a_scene_has_the_table_that_it_was_drawn_for(table):
+    (scene,) = draw_evaluation_scenes(MODELS, 1, shapes=("circle",), seed=3, conditions=Conditions(table=table))
+    assert scene.observed().table == scene.drawn.table == table
+    at = scene.drawn.world_from_initial[:, :2, 3]
+    assert table.overhang(at) == 0.0
+
+
+@pytest.mark.parametrize("side", CAMERA_SIDES)
+def test_a_camera_on_any_side_sees_the_whole_table(side):
+    table, camera = Table(), camera_beside(side)
+    corners = itertools.product((table.x_min, table.x_max), (table.y_min, table.y_max), (0.0, 0.15))
+    pixels = camera.pixels(np.array(list(corners)))
+    assert (pixels > 0).all() and (pixels < (camera.width, camera.height)).all()
+    toward = np.array(camera.eye[:2]) - camera.target[:2]
+    expected = {"robot": (-1, 0), "opposite": (1, 0), "left": (0, 1), "right": (0, -1)}[side]
+    np.testing.assert_allclose(toward / np.linalg.norm(toward), expected, atol=1e-9)
+    assert (camera == DepthCamera()) == (side == "robot")
+
+
+def test_the_scene_is_looked_at_by_its_camera(scenes):
+    opposite = Conditions(camera=camera_beside("opposite"))
+    (scene,) = draw_evaluation_scenes(MODELS, 1, shapes=("tower",), seed=3, conditions=opposite)
+    np.testing.assert_array_equal(scene.drawn.world_from_initial, scenes[2].drawn.world_from_initial)
+    seen, usual = scene.observed(), scenes[2].observed()
+    np.testing.assert_allclose(seen.world_from_camera[:3, 3], opposite.camera.eye)
+    # The far sides of things come into view, and the near ones leave it.
+    assert seen.objects[0].centroid[0] > usual.objects[0].centroid[0] + 0.01
+
+
+def test_what_a_wish_leaves_open_stays_open():
+    wish = StructureSpec(x_position="left")
+    scene = draw_evaluation_scene(MODELS, None, 4, seed=3, spec=wish)
+    assert scene.spec == wish and scene.structure == ANY_SHAPE and scene.number == 4
+    assert scene.verdict(scene.drawn.reference_goal_from_initial()).success
+    assert len(scene.observed().objects) == scene.drawn.count
+
+
+def test_no_camera_stands_elsewhere():
+    with pytest.raises(ValueError, match="'above'; legal values: robot, opposite, left, right"):
+        camera_beside("above")
