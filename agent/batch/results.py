@@ -8,19 +8,16 @@ that a batch that is killed loses the rows at work, and nothing else. Reports of
 
 from __future__ import annotations
 
-import fcntl
-import json
 import os
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from agent.errors import BadInput, UsageError
+from agent.journal import Journal, locked
 
 RESULTS = "results.jsonl"
 ROWS = "rows"
-_LOCK = ".lock"
 # What makes a line one of ours.
 _KEYS = {"id", "line", "fingerprint", "success", "exit_code", "report", "seconds"}
 
@@ -41,24 +38,16 @@ class Results:
     """
 
     def __init__(self, folder: Path) -> None:
-        if folder.exists() and not folder.is_dir():
-            raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
+        self._lock = locked(folder, "batch")
         self.folder, self.path, self._rows = folder, folder / RESULTS, folder / ROWS
-        self._rows.mkdir(parents=True, exist_ok=True)
-        self._lock = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT, 0o644)
         try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            os.close(self._lock)
-            message = f"another batch is at work in {str(folder)!r}; wait for it, or choose another --out"
-            raise UsageError(message) from None
-        try:
-            self.by_id = self._recovered()
-            self._sweep()
-            self._journal = os.open(self.path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+            self._rows.mkdir(exist_ok=True)
+            self._journal = Journal(self.path, _KEYS, "result of a batch")
         except BaseException:
             os.close(self._lock)
             raise
+        self.by_id: dict[str, dict[str, Any]] = {result["id"]: result for result in self._journal.entries}
+        self._sweep()
 
     def __enter__(self) -> Results:
         return self
@@ -69,7 +58,7 @@ class Results:
     def close(self) -> None:
         """Lets other batches into the folder."""
         self._sweep()
-        os.close(self._journal)
+        self._journal.close()
         os.close(self._lock)
 
     def workplace(self, row_id: str) -> Path:
@@ -86,69 +75,14 @@ class Results:
         shutil.rmtree(final, ignore_errors=True)
         if workplace.exists():
             workplace.rename(final)
-        _write_all(self._journal, _line(result))
-        os.fsync(self._journal)
+        self._journal.add(result)
         self.by_id[result["id"]] = result
 
     def arrange(self, results: Sequence[dict[str, Any]]) -> None:
         """Replaces the journal by these results, at once."""
-        self._replace(b"".join(map(_line, results)))
-        os.close(self._journal)
-        self._journal = os.open(self.path, os.O_WRONLY | os.O_APPEND)
-
-    def _recovered(self) -> dict[str, dict[str, Any]]:
-        """What the journal holds; a last line that is torn is dropped."""
-        try:
-            content = self.path.read_bytes()
-        except FileNotFoundError:
-            return {}
-        lines = content.split(b"\n")
-        by_id, whole = {}, b""
-        for number, line in enumerate(lines, start=1):
-            result = _result(line)
-            if result is not None:
-                by_id[result["id"]] = result
-                whole += line + b"\n"
-            elif any(lines[number:]):
-                raise BadInput(f"{str(self.path)!r}, line {number}: this is no result of a batch; choose another --out")
-        if whole != content:
-            self._replace(whole)
-        return by_id
-
-    def _replace(self, content: bytes) -> None:
-        new = self.path.with_name(f".{RESULTS}")
-        descriptor = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
-        try:
-            _write_all(descriptor, content)
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
-        os.replace(new, self.path)
-        folder = os.open(self.folder, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
+        self._journal.arrange(results)
 
     def _sweep(self) -> None:
         """Removes workplaces that nobody works in any more."""
         for path in self._rows.glob(".*"):
             shutil.rmtree(path, ignore_errors=True)
-
-
-def _line(result: dict[str, Any]) -> bytes:
-    return json.dumps(result, ensure_ascii=False, allow_nan=False).encode() + b"\n"
-
-
-def _result(line: bytes) -> dict[str, Any] | None:
-    """The result in a line of a journal, or `None` where it has none."""
-    try:
-        result = json.loads(line)
-    except ValueError:
-        return None
-    return result if isinstance(result, dict) and _KEYS <= result.keys() else None
-
-
-def _write_all(descriptor: int, content: bytes) -> None:
-    while content:
-        content = content[os.write(descriptor, content) :]

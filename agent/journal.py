@@ -1,0 +1,131 @@
+"""A file of JSON lines that one process appends to while it works; what a killed process has left torn is mended."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from agent.errors import BadInput, UsageError
+
+Entry = dict[str, Any]
+_LOCK = ".lock"
+
+
+def locked(folder: Path, who: str) -> int:
+    """Keeps a folder, made where it is not there, to this process until the descriptor is closed.
+
+    Args:
+        folder: what `--out` names.
+        who: works in it, as "batch".
+
+    Raises:
+        UsageError: when the folder is a file, or another process has it.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(lock)
+        message = f"another {who} is at work in {str(folder)!r}; wait for it, or choose another --out"
+        raise UsageError(message) from None
+    return lock
+
+
+class Journal:
+    """JSON lines, each forced to the disk as it is added. Close it, or use it as a context manager.
+
+    Args:
+        path: of the file, in a folder that is `locked`; made where it is not there.
+        keys: what makes an object one of this journal's entries.
+        what: an entry is called, as "result of a batch".
+
+    Attributes:
+        entries: in the order of the file; a last line that was torn is dropped from both.
+
+    Raises:
+        BadInput: when a line that others follow is no such entry.
+    """
+
+    def __init__(self, path: Path, keys: set[str], what: str) -> None:
+        self.path = path
+        self.entries: list[Entry] = []
+        self._recover(keys, what)
+        self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        os.close(self._file)
+
+    def add(self, entry: Entry) -> None:
+        """Appends an entry."""
+        _write_all(self._file, _line(entry))
+        os.fsync(self._file)
+        self.entries.append(entry)
+
+    def arrange(self, entries: Sequence[Entry]) -> None:
+        """Replaces all entries by these, at once."""
+        self._replace(b"".join(map(_line, entries)))
+        self.entries = list(entries)
+        os.close(self._file)
+        self._file = os.open(self.path, os.O_WRONLY | os.O_APPEND)
+
+    def _recover(self, keys: set[str], what: str) -> None:
+        try:
+            content = self.path.read_bytes()
+        except FileNotFoundError:
+            return
+        lines, whole = content.split(b"\n"), b""
+        for number, line in enumerate(lines, start=1):
+            entry = _entry(line, keys)
+            if entry is not None:
+                self.entries.append(entry)
+                whole += line + b"\n"
+            elif any(lines[number:]):
+                raise BadInput(f"{str(self.path)!r}, line {number}: this is no {what}; choose another --out")
+        if whole != content:
+            self._replace(whole)
+
+    def _replace(self, content: bytes) -> None:
+        new = self.path.with_name(f".{self.path.name}")
+        descriptor = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
+        try:
+            _write_all(descriptor, content)
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+        os.replace(new, self.path)
+        folder = os.open(self.path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+
+
+def _line(entry: Entry) -> bytes:
+    return json.dumps(entry, ensure_ascii=False, allow_nan=False).encode() + b"\n"
+
+
+def _entry(line: bytes, keys: set[str]) -> Entry | None:
+    """The entry in a line, or `None` where it has none."""
+    try:
+        entry = json.loads(line)
+    except ValueError:
+        return None
+    return entry if isinstance(entry, dict) and keys <= entry.keys() else None
+
+
+def _write_all(descriptor: int, content: bytes) -> None:
+    while content:
+        content = content[os.write(descriptor, content) :]
