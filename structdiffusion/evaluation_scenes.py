@@ -160,6 +160,7 @@ def draw_evaluation_scene(
     seed: int,
     spec: StructureSpec | None = None,
     conditions: Conditions = Conditions(),
+    accepted: int | None = None,
 ) -> EvaluationScene:
     """One scene.
 
@@ -170,12 +171,13 @@ def draw_evaluation_scene(
         seed: with shape and number it determines everything.
         spec: what is asked for, of this shape; by default every slot of the shape is drawn.
         conditions: what to draw it under.
+        accepted: the `EvaluationScene.draw` that was found for the same arguments before: it is not tried once more.
 
     Raises:
         SceneError: no such scene can be drawn from these objects.
     """
     reason = ""
-    for draw in range(_MAX_DRAWS):
+    for draw in range(_MAX_DRAWS) if accepted is None else (accepted,):
         rng = _generator(seed, shape, number, draw, _DRAWING)
         try:
             wish = full_spec(shape, rng) if spec is None else spec
@@ -184,6 +186,8 @@ def draw_evaluation_scene(
             if shape in ("circle", "line") and count is not None and drawn.count < count:
                 raise SceneError(f"{drawn.count} of {count} objects that suit it")
             scene = EvaluationScene(drawn, shape or ANY_SHAPE, number, seed, draw, camera=conditions.camera)
+            if accepted is not None:
+                return scene
             scene.observed()
         except (SceneError, ObservationError) as error:
             reason = str(error)

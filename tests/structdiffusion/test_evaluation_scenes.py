@@ -119,3 +119,11 @@ def test_what_a_wish_leaves_open_stays_open():
 def test_no_camera_stands_elsewhere():
     with pytest.raises(ValueError, match="'above'; legal values: robot, opposite, left, right"):
         camera_beside("above")
+
+
+def test_a_draw_that_was_accepted_before_is_not_tried_once_more(scenes, monkeypatch):
+    monkeypatch.setattr("structdiffusion.evaluation_scenes.place_and_check", None)
+    monkeypatch.setattr("structdiffusion.evaluation_scenes.TabletopWorld", None)
+    again = draw_evaluation_scene(MODELS, "tower", 1, seed=3, accepted=scenes[3].draw)
+    assert (again.spec, again.draw, again.planning_seed) == (scenes[3].spec, scenes[3].draw, scenes[3].planning_seed)
+    np.testing.assert_array_equal(again.drawn.world_from_initial, scenes[3].drawn.world_from_initial)
