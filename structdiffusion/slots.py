@@ -23,7 +23,9 @@ from structdiffusion.success import PlacedBody, check_structure
 _LINE_ROTATIONS = ("north", "east")
 _POSITIONS = {"x_position": ("right", "center", "left"), "y_position": ("bottom", "middle", "top")}
 # What the checks that measure a slot are called.
-_MEASURED_BY = {"size": "tightest extent", "x_position": "left: place", "y_position": "top: place", "rotation": "heading"}
+_MEASURED_BY = {
+    "size": "tightest extent", "x_position": "left: place", "y_position": "top: place", "rotation": "heading",
+}  # fmt: skip
 _OPENING = "opening / mean"
 _LEAST_OPENING = 1.5  # of a ring: one that is closed faces nowhere
 _FIT_ATTEMPTS = 10  # layouts tried before a value counts as one that does not fit
