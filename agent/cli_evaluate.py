@@ -16,6 +16,7 @@ from agent.cli_options import (
     LLMModelOption,
     LLMUrlOption,
     ObjectsOption,
+    ParserOption,
     Parsers,
     SeedOption,
     WeightsOption,
@@ -183,6 +184,68 @@ def evaluate_parse(
             for path in write_parsing(report, out):
                 print(f"wrote {path}", file=sys.stderr)
         _tell(report, json_output, tell_parsing, results)
+
+
+@evaluate_app.command("language")
+def evaluate_language(
+    data: Annotated[
+        str, typer.Option(metavar="free|templated|FILE", help="Sentences, as `structagent evaluate parse` takes them.")
+    ] = "free",
+    limit: Annotated[
+        int | None, typer.Option(min=1, help="Take so many rows, evenly spaced; by default all.")
+    ] = None,
+    objects: ObjectsOption = "ycb",
+    model: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "diffusion",
+    weights: WeightsOption = None,
+    parser: ParserOption = Parsers.embedding,
+    seed: SeedOption = 0,
+    candidates: Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")] = 64,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    json_output: JsonOption = False,
+) -> None:
+    """What parsing costs: sentences straight through parser, planner and physics, beside the same with the slots told.
+
+    Example: structagent evaluate language --data free --objects ycb --model diffusion
+    """
+    import_pybullet_silently()
+    from agent.evaluating import write_report
+    from agent.evaluating_language import measure_language, tell_language
+    from agent.reading import ReadingOptions
+
+    with results_stream() as results:
+        options = ReadingOptions(parser=parser.value)
+        report = measure_language(data, limit, objects, model, weights, options, seed, candidates, workers)
+        if out is not None:
+            write_report(report, out)
+        _tell(report, json_output, tell_language, results)
+
+
+@evaluate_app.command("coverage")
+def evaluate_coverage(
+    objects: ObjectsOption = "ycb",
+    model: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "diffusion",
+    weights: WeightsOption = None,
+    scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 10,
+    seed: SeedOption = 0,
+    candidates: Annotated[int, typer.Option(min=2, help="Arrangements imagined per scene.")] = 64,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    json_output: JsonOption = False,
+) -> None:
+    """How evenly imagined arrangements spread over what the instruction leaves open.
+
+    Example: structagent evaluate coverage --objects ycb --scenes 10
+    """
+    import_pybullet_silently()
+    from agent.evaluating import write_report
+    from agent.evaluating_coverage import measure_coverage, tell_coverage
+
+    with results_stream() as results:
+        report = measure_coverage(objects, model, weights, scenes, seed, candidates, workers)
+        if out is not None:
+            write_report(report, out)
+        _tell(report, json_output, tell_coverage, results)
 
 
 def _tell(

@@ -44,7 +44,7 @@ def measure_parsing(
     Returns:
         The report as JSON values.
     """
-    sets = {name: _thinned(SHIPPED[name]() if name in SHIPPED else load_rows(name), limit) for name in data}
+    sets = {name: thinned(benchmark_rows(name), limit) for name in data}
     evaluations = []
     with Progress(console=Console(stderr=True), transient=True, disable=None) as progress:
         for parser in parsers:
@@ -62,7 +62,13 @@ def measure_parsing(
     return {"schema_version": SCHEMA_VERSION, "version": __version__, "evaluations": evaluations}
 
 
-def _thinned(rows: list[Row], limit: int | None) -> list[Row]:
+def benchmark_rows(name: str) -> list[Row]:
+    """The rows of a data set that comes along, "templated" or "free", or of a file of the benchmark's form."""
+    return SHIPPED[name]() if name in SHIPPED else load_rows(name)
+
+
+def thinned(rows: list[Row], limit: int | None) -> list[Row]:
+    """At most `limit` of the rows, evenly spaced; all where it is `None`."""
     if limit is None or limit >= len(rows):
         return rows
     return [rows[i * len(rows) // limit] for i in range(limit)]

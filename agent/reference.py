@@ -28,6 +28,8 @@ _OF_THE_MACHINE = {
     ("evaluate arm", "workers"): "the number of cores",
     ("evaluate recordings", "workers"): "the number of cores",
     ("evaluate completion", "workers"): "the number of cores",
+    ("evaluate language", "workers"): "the number of cores",
+    ("evaluate coverage", "workers"): "the number of cores",
 }
 _VARIABLE = {setting.name: setting.variable for setting in SETTINGS}
 _EXAMPLE = "Example: "

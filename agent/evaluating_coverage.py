@@ -1,0 +1,177 @@
+"""`structagent evaluate coverage`: what a planner makes of slots that nobody filled.
+
+Where the shape alone is asked for, samples should differ in everything else. For each open slot: which of its values
+the samples realise, measured on the imagined bodies, and how evenly they spread over those that fit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+import torch
+from scipy.stats import t as student_t
+
+from agent.evaluating import Row, report_of, spoken_scenes
+from agent.planning import LEAST_SCORE, checked_planner
+from agent.telling import aligned, number, slot_label
+from agent.training import progress_bar
+from grounding.spec import SHAPES, SLOTS_OF_SHAPE, X_POSITIONS, StructureSpec
+from structdiffusion.estimate import estimate, imagined_bodies
+from structdiffusion.evaluation_scenes import EvaluationScene, draw_evaluation_scene
+from structdiffusion.geometry import yaw_of
+from structdiffusion.layouts import LayoutError
+from structdiffusion.objects.libraries import load_objects
+from structdiffusion.objects.model import ObjectModel
+from structdiffusion.observation import Arrangement, Goal, Scene
+from structdiffusion.sampling import Planner
+from structdiffusion.scenes import layout_item
+from structdiffusion.slots import distinct_values, fitting_values, normalised_entropy, realised_spec
+from structdiffusion.workers import in_parallel
+
+BEST = 5  # of the ranked samples: as many as success@k tries
+# Which samples: all of them, those that the ranking calls worth a try, the best of these.
+SAMPLED, WORTHWHILE, RANKED = "sampled", "worth a try", f"best {BEST}"
+
+
+def measure_coverage(
+    objects: str, name: str, weights: Path | None, count: int, seed: int, candidates: int, workers: int
+) -> Row:
+    """How evenly samples spread over the values of open slots, over `count` scenes of each kind, JSON-ready.
+
+    The kinds are the four shapes with all other slots open, and an open shape of which only the x position is said.
+
+    Args: as `measure_success`.
+    """
+    checked_planner(name, weights)
+    jobs = [(shape, place) for shape in (*SHAPES, None) for place in range(count)]
+    with progress_bar() as progress:
+        drawing = progress.add_task("scenes", total=len(jobs))
+        scenes: list[EvaluationScene] = []
+        for scene in in_parallel(partial(_drawn, seed), load_objects, (objects,), jobs, workers):
+            scenes.append(scene)
+            progress.update(drawing, completed=len(scenes))
+        sampling = progress.add_task("samples", total=len(scenes))
+        rows: list[Row] = []
+        load = partial(checked_planner, name, weights)
+        spoken = spoken_scenes(scenes, heard=False)
+        for done, found in enumerate(in_parallel(partial(_covered, candidates), load, (), spoken, workers), start=1):
+            rows += found
+            progress.update(sampling, completed=done)
+    command = f"structagent evaluate coverage --objects {objects} --scenes {count} --seed {seed} --model {name}"
+    command += f" --weights {weights}" if weights else ""
+    command += f" --candidates {candidates}"
+    return report_of(command, rows, _spread)
+
+
+def _drawn(seed: int, models: Sequence[ObjectModel], job: tuple[str | None, int]) -> EvaluationScene:
+    shape, place = job
+    said = StructureSpec(x_position=X_POSITIONS[place % len(X_POSITIONS)]) if shape is None else StructureSpec(shape)
+    return draw_evaluation_scene(models, shape, place, seed=seed, spec=said)
+
+
+def open_slots(spec: StructureSpec) -> list[str]:
+    """The slots in which samples of a spec may differ. A ring that was not asked to face anything is closed."""
+    if spec.shape is None:
+        return ["shape"]  # what the other slots mean depends on it
+    carried = [slot for slot in SLOTS_OF_SHAPE[spec.shape] if getattr(spec, slot) is None]
+    return [slot for slot in carried if (spec.shape, slot) != ("circle", "rotation")]
+
+
+def _covered(candidates: int, planner: Planner, scene: EvaluationScene) -> list[Row]:
+    """A row for each open slot of a scene."""
+    seen, spec, drawn = scene.observed(), scene.spec, scene.drawn
+    generator = torch.Generator().manual_seed(scene.planning_seed)
+    try:
+        goal = Goal(spec, scene.words, scene.embedding)
+        arrangements = planner.propose(seen, goal, count=candidates, generator=generator)
+    except LayoutError:
+        arrangements = []
+    realised = _realised(seen, spec, arrangements)
+    worthwhile = [found for found, one in zip(realised, arrangements) if one.scores["total"] >= LEAST_SCORE]
+    groups = {SAMPLED: realised, WORTHWHILE: worthwhile, RANKED: realised[:BEST]}
+    poses = drawn.world_from_initial[: drawn.count]
+    items = [layout_item(model, yaw_of(pose)) for model, pose in zip(drawn.models, poses)]
+    rows = []
+    for slot in open_slots(spec):
+        fits = fitting_values(items, spec, slot, drawn.table, np.random.default_rng(scene.planning_seed))
+        values = {name: [value for one in group if (value := getattr(one, slot))] for name, group in groups.items()}
+        rows.append(
+            {
+                "structure": scene.structure,
+                "slot": slot,
+                "number": scene.number,
+                "seed": scene.seed,
+                "draw": scene.draw,
+                "spec": spec.to_dict(),
+                "objects": [model.name for model in drawn.models[: drawn.count]],
+                "fits": list(fits),
+                "realised": {name: dict(Counter(found)) for name, found in values.items()},
+                "entropy": {name: normalised_entropy(found, len(fits)) for name, found in values.items()},
+            }
+        )
+    return rows
+
+
+def _realised(scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangement]) -> list[StructureSpec]:
+    objects = [estimate(cloud) for cloud in scene.objects]
+    imagined = (imagined_bodies(objects, arrangement.goal_from_initial) for arrangement in arrangements)
+    return [realised_spec(bodies, scene.table, spec.shape) for bodies in imagined]
+
+
+def _spread(rows: Sequence[Row]) -> dict[str, Row]:
+    """Per slot: how many scenes, and per group of samples the mean entropy and the share of each value."""
+    spread: dict[str, Row] = {}
+    for slot in dict.fromkeys(row["slot"] for row in rows):
+        of_slot = [row for row in rows if row["slot"] == slot]
+        spread[slot] = {"n": len(of_slot)} | {
+            name: {**_mean([row["entropy"][name] for row in of_slot]), "shares": _shares(of_slot, slot, name)}
+            for name in (SAMPLED, WORTHWHILE, RANKED)
+        }
+    return spread
+
+
+def _mean(entropies: Sequence[float | None]) -> Row:
+    """The mean of those that there are, with its 95 % interval by Student's t."""
+    found = np.array([value for value in entropies if value is not None])
+    if not len(found):
+        return {"n": 0, "mean": None, "low": None, "high": None}
+    mean, half = float(found.mean()), 1.0  # a single scene says nothing of others
+    if len(found) > 1:
+        half = float(student_t.ppf(0.975, len(found) - 1) * found.std(ddof=1)) / math.sqrt(len(found))
+    return {"n": len(found), "mean": mean, "low": max(0.0, mean - half), "high": min(1.0, mean + half)}
+
+
+def _shares(rows: Sequence[Row], slot: str, name: str) -> dict[str, float]:
+    """How much of all samples each value has."""
+    total = sum((Counter(row["realised"][name]) for row in rows), Counter())
+    shapes = {row["spec"]["shape"] for row in rows}
+    legal = dict.fromkeys(value for shape in sorted(shapes, key=str) for value in distinct_values(shape, slot))
+    return {value: total[value] / max(1, total.total()) for value in legal}
+
+
+def tell_coverage(report: Row, results: TextIO) -> None:
+    """The table for people: a row per structure and open slot."""
+    groups = (SAMPLED, WORTHWHILE, RANKED)
+    table = [["structure", "open slot", "scenes", *(cell for name in groups for cell in (name, "95 %")), "realised"]]
+    for structure, slots in report["aggregate"].items():
+        for slot, found in slots.items():
+            if structure == "all" and slot == "shape":
+                continue  # the same scenes as above
+            cells = [structure, slot_label(slot), str(found["n"])]
+            for name in groups:
+                spread = found[name]
+                cells += [number(spread["mean"], 2), f"{number(spread['low'], 2)} to {number(spread['high'], 2)}"]
+            shares = found[SAMPLED]["shares"].items()
+            table.append([*cells, ", ".join(f"{value} {100 * share:.0f} %" for value, share in shares)])
+    print(aligned(table, left=2), file=results)
+    print(
+        "\nentropy of the values that samples realise over the log of how many fit: 1 evenly spread, 0 all alike; "
+        f"means over scenes with 95 % intervals by Student's t\n{report['command']}",
+        file=results,
+    )
