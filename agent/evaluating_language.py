@@ -45,7 +45,7 @@ class Instruction:
     """A sentence of the benchmark that is about building one structure.
 
     Attributes:
-        number: its place among the rows that were read.
+        number: its place in the benchmark, from which its scene follows.
         row: the benchmark's row.
         meant: its slots.
         parse: what the parser made of it.
@@ -89,7 +89,7 @@ def measure_language(
         workers: processes.
     """
     checked_planner(name, weights)  # a broken checkpoint is known before anything is read
-    rows = thinned(benchmark_rows(data), limit)
+    rows = thinned(list(enumerate(benchmark_rows(data))), limit)
     instructions, left_out = understood(rows, options)
     results = []
     with progress_bar() as progress:
@@ -115,16 +115,23 @@ def measure_language(
 
 
 def understood(
-    rows: Sequence[benchmark.Row], options: ReadingOptions
+    rows: Sequence[tuple[int, benchmark.Row]], options: ReadingOptions
 ) -> tuple[list[Instruction], dict[str, int]]:
-    """The sentences that ask for one structure, with what was heard; and how many others there are, by reason."""
-    building = [(number, row) for number, row in enumerate(rows) if not row.refuse]
+    """The sentences that ask for one structure, with what was heard; and how many others there are, by reason.
+
+    They are read one by one: in a batch, the bits of a sentence's embedding depend on what else is in it.
+
+    Args:
+        rows: rows of the benchmark with their places in it.
+        options: how they are read.
+    """
+    building = [(number, row) for number, row in rows if not row.refuse]
     left_out = {REFUSED: len(rows) - len(building), NO_WISH: 0}
     encoder = SentenceEncoder()
-    texts = [row.text for _, row in building]
+    reader = make_reader(options, encoder, strict=True)
     instructions = []
-    parses, embeddings = make_reader(options, encoder, strict=True).parse_batch(texts), encoder.encode(texts)
-    for (number, row), parse, embedding in zip(building, parses, embeddings, strict=True):
+    for number, row in building:
+        parse, embedding = reader.parse(row.text), encoder.encode([row.text])[0]
         meant = meaning(row, parse.spec if parse.status == "ok" else None)
         if meant is None or not meant.tokens():
             left_out[NO_WISH] += 1

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
 from rich.console import Console
 from rich.progress import Progress
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from grounding.reading import Reader
 
 SCHEMA_VERSION = 1
+T = TypeVar("T")
 SHIPPED: Mapping[str, Callable[[], list[Row]]] = {"templated": templated_rows, "free": free_rows}
 # Instructions that are timed one by one.
 TIMED = 50
@@ -67,8 +68,8 @@ def benchmark_rows(name: str) -> list[Row]:
     return SHIPPED[name]() if name in SHIPPED else load_rows(name)
 
 
-def thinned(rows: list[Row], limit: int | None) -> list[Row]:
-    """At most `limit` of the rows, evenly spaced; all where it is `None`."""
+def thinned(rows: Sequence[T], limit: int | None) -> Sequence[T]:
+    """At most `limit` of some rows, evenly spaced; all where it is `None`."""
     if limit is None or limit >= len(rows):
         return rows
     return [rows[i * len(rows) // limit] for i in range(limit)]

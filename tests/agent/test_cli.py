@@ -48,8 +48,9 @@ def mesh_folder(folder: Path, count: int, side: float = 0.05) -> str:
 @pytest.mark.parametrize(
     "arguments",
     [[], ["run"], ["parse"], ["generate"], ["train"], ["evaluate"], ["evaluate", "success"], ["evaluate", "arm"],
-     ["evaluate", "parse"], ["scene"], ["scene", "show"], ["scene", "new"], ["scene", "validate"], ["doctor"],
-     ["config"], ["config", "show"], ["chat"], ["batch"], ["replay"], ["report"], ["completion"]],
+     ["evaluate", "parse"], ["evaluate", "language"], ["evaluate", "coverage"], ["scene"], ["scene", "show"],
+     ["scene", "new"], ["scene", "validate"], ["doctor"], ["config"], ["config", "show"], ["chat"], ["batch"],
+     ["replay"], ["report"], ["completion"]],
 )
 def test_help_has_an_example(arguments, capsys):
     assert command_line([*arguments, "--help"]) == 0
