@@ -22,6 +22,7 @@ from agent.cli_options import (
     WeightsOption,
 )
 from agent.streams import import_pybullet_silently, results_stream
+from grounding.spec import SHAPES
 
 evaluate_app = typer.Typer(rich_markup_mode=None)
 
@@ -41,27 +42,65 @@ def evaluate_success(
         list[str] | None, typer.Option(metavar="NAME", help="May be given several times.  [default: diffusion]")
     ] = None,
     weights: WeightsOption = None,
+    structure: Annotated[
+        list[str] | None,
+        typer.Option(metavar="|".join(SHAPES), help="May be given several times.  [default: all four]"),
+    ] = None,
     scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 50,
     seed: SeedOption = 0,
-    candidates: Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")] = 64,
+    candidates: Annotated[
+        int, typer.Option(min=1, help="Arrangements imagined per scene, by planners that choose among them.")
+    ] = 64,
     top_k: Annotated[int, typer.Option(min=1, help="Measure success@k up to this k.")] = 5,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    objects_per_scene: Annotated[
+        str | None, typer.Option(metavar="LOW-HIGH", help="How many objects take part; by default as in training.")
+    ] = None,
+    table: Annotated[
+        str | None, typer.Option(metavar="DEPTHxBREADTH", help="The table's size in metres; by default 0.54x0.90.")
+    ] = None,
+    camera: Annotated[
+        str, typer.Option(metavar="robot|opposite|left|right", help="From which side of the table it looks.")
+    ] = "robot",
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes; by default one per core, of this machine or the cluster.")
+    ] = None,
+    ray: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help='A Ray cluster that does the work, or "local" for one that is started.'),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Keep rows, tables, plots and pictures there, and go on where it stopped."),
+    ] = None,
+    pictures: Annotated[
+        int, typer.Option(min=0, help="With --out: the most pictures of failures per model and failure class.")
+    ] = 5,
     json_output: JsonOption = False,
 ) -> None:
     """How often the best imagined arrangement stands: released piece by piece in physics, without the arm.
 
-    Example: structagent evaluate success --objects ycb --model diffusion --model geometric --scenes 50
+    \b
+    Every model gets the same scenes. DIR gets rows.jsonl, a row per model and scene as
+    they come: the same command goes on where it was stopped, and one with more models
+    or more scenes adds to it. At the end eval.json, tables.md, success_at_k.png and
+    failures.png tell all that is there, and failures/ has pictures of what failed.
+
+    Example: structagent evaluate success --objects ycb --model diffusion --model geometric --out out/success
     """
     import_pybullet_silently()
-    from agent.evaluating import measure_success, tell_success, write_report
+    from agent.success.asked import Asked
+    from agent.success.measuring import checked_structures, measure_success
+    from agent.success.telling import tell_success, write_success
 
+    asked = Asked(objects, weights, seed, candidates, top_k, objects_per_scene, table, camera)
+    structures = checked_structures(structure)
     with results_stream() as results:
         report = measure_success(
-            objects, model or ["diffusion"], weights, scenes, seed, candidates, top_k, workers
+            asked, model or ["diffusion"], structures, scenes, workers=workers, ray=ray, out=out, pictures=pictures
         )
         if out is not None:
-            write_report(report, out)
+            for path in write_success(report, out):
+                print(f"wrote {path}", file=sys.stderr)
         _tell(report, json_output, tell_success, results)
 
 

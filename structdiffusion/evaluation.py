@@ -1,19 +1,17 @@
 """How often a planner's arrangements stand: success, the four failure classes, and success@k.
 
 On scenes that `structdiffusion.evaluation_scenes` draws, so that every planner is measured on the same ones,
-`evaluate_success` lets a planner propose and tries its best-ranked arrangements in physics until one stands, in a
-process pool.
+`solve` lets a planner propose and tries its best-ranked arrangements in physics until one stands, and
+`evaluate_success` does so for many scenes in a process pool.
 """
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -27,7 +25,8 @@ from structdiffusion.physical import Verdict
 from structdiffusion.success import FAILURE_CLASSES
 from structdiffusion.workers import in_parallel
 
-SCHEMA = "structagent-success/1"
+SCHEMA = "structagent-success/2"
+Row = dict[str, Any]
 NO_ARRANGEMENT = "no arrangement"  # the planner gave up: counted beside the four failure classes
 
 
@@ -47,15 +46,19 @@ class SceneResult:
     Attributes:
         scene: which.
         verdicts: of the best-ranked arrangements in order, up to the first that stands.
+        motions: (N, 4, 4) of the best-ranked arrangement (`Arrangement.goal_from_initial`), or `None`.
         proposed: how many arrangements the planner proposed.
         plan_seconds: the time that the planner took.
+        seconds: the time that everything took, from the look to the last verdict.
         problem: why there is no arrangement, or `None`.
     """
 
     scene: EvaluationScene
     verdicts: tuple[Verdict, ...]
+    motions: np.ndarray | None
     proposed: int
     plan_seconds: float
+    seconds: float
     problem: str | None = None
 
     @property
@@ -67,9 +70,23 @@ class SceneResult:
         """Whether one of the k best-ranked arrangements stands."""
         return any(verdict.success for verdict in self.verdicts[:k])
 
-    def to_dict(self) -> dict[str, Any]:
+    @property
+    def left(self) -> list[np.ndarray | None] | None:
+        """Where every object of a best-ranked arrangement that fails is in the end: poses (4, 4), world frame.
+
+        As predicted where the prediction intersects something; else as physics left them, with `None` for those that
+        were never placed. `None` where the arrangement stands, and where there is none.
+        """
+        if not self.verdicts or self.verdicts[0].success:
+            return None
+        if self.failure == "intersection":
+            return list(self.motions @ self.scene.drawn.world_from_initial[: self.scene.drawn.count])
+        return [None if np.isnan(pose).any() else pose for pose in self.verdicts[0].world_from_final]
+
+    def to_dict(self) -> Row:
         """JSON-ready."""
         scene, drawn = self.scene, self.scene.drawn
+        left = self.left
         return {
             "structure": scene.structure,
             "number": scene.number,
@@ -85,29 +102,31 @@ class SceneResult:
             "first_success_rank": next((k + 1 for k, v in enumerate(self.verdicts) if v.success), None),
             "proposed": self.proposed,
             "plan_seconds": round(self.plan_seconds, 3),
+            "seconds": round(self.seconds, 3),
             "problem": self.problem,
             "verdicts": [verdict.to_dict() for verdict in self.verdicts],
+            "left": left and [None if pose is None else pose.round(6).tolist() for pose in left],
         }
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """All rows, and the rates over them.
+    """All rows of a planner, and the rates over them.
 
     Attributes:
-        results: one per scene.
+        rows: one per scene, as `SceneResult.to_dict` gives them.
         top_k: success@k was measured up to this k.
         about: what was measured (model, objects, seed, command...), written along.
     """
 
-    results: tuple[SceneResult, ...]
+    rows: tuple[Row, ...]
     top_k: int
     about: dict[str, Any] = field(default_factory=dict)
 
     def aggregate(self) -> dict[str, dict[str, Any]]:
         """Rates per structure, and over all scenes as "all"."""
-        groups = {shape: [r for r in self.results if r.scene.structure == shape] for shape in SHAPES}
-        groups = {shape: rows for shape, rows in groups.items() if rows} | {"all": list(self.results)}
+        groups = {shape: [row for row in self.rows if row["structure"] == shape] for shape in SHAPES}
+        groups = {shape: rows for shape, rows in groups.items() if rows} | {"all": list(self.rows)}
         return {name: _rates(rows, self.top_k) for name, rows in groups.items()}
 
     def to_dict(self) -> dict[str, Any]:
@@ -117,15 +136,8 @@ class Evaluation:
             "about": self.about,
             "top_k": self.top_k,
             "aggregate": self.aggregate(),
-            "scenes": [result.to_dict() for result in self.results],
+            "scenes": list(self.rows),
         }
-
-    def write(self, path: str | Path) -> Path:
-        """Writes it as JSON; the path, whose folder is made where it is missing."""
-        path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
-        return path
 
 
 def wilson_interval(successes: int, n: int, z: float = 1.959964) -> tuple[float, float]:
@@ -152,33 +164,40 @@ def evaluate_success(
 
     Args:
         load_planner: gives the planner; called once in each process, so it must pickle when workers > 1.
-        scenes: from `evaluation_scenes.draw_evaluation_scenes`, with words and embeddings where the planner needs them.
+        scenes: from `draw_evaluation_scenes`, with words and embeddings where the planner needs them.
         candidates: how many arrangements the planner proposes per scene.
         top_k: how many of them are tried in physics at most; trying ends with the first that stands.
         workers: processes.
     """
-    yield from in_parallel(partial(_solved, candidates, top_k), load_planner, (), list(scenes), workers)
+    yield from in_parallel(partial(solve, candidates=candidates, top_k=top_k), load_planner, (), list(scenes), workers)
 
 
-def _solved(candidates: int, top_k: int, planner: ScenePlanner, scene: EvaluationScene) -> SceneResult:
+def solve(planner: ScenePlanner, scene: EvaluationScene, *, candidates: int = 64, top_k: int = 5) -> SceneResult:
+    """Lets a planner solve one scene. All but the times follows from the scene and the planner.
+
+    Args: as `evaluate_success`.
+    """
     generator = torch.Generator().manual_seed(scene.planning_seed)
     goal = Goal(scene.heard or scene.spec, scene.words, scene.embedding)
+    looked = time.perf_counter()
     observed, problem = scene.observed(), None
     started = time.perf_counter()
     try:
         arrangements = planner.propose(observed, goal, count=candidates, generator=generator)
     except LayoutError as error:
         arrangements, problem = [], str(error)
-    seconds = time.perf_counter() - started
+    planned = time.perf_counter()
     verdicts: list[Verdict] = []
     for arrangement in arrangements[:top_k]:
         verdicts.append(scene.verdict(arrangement.goal_from_initial))
         if verdicts[-1].success:
             break
-    return SceneResult(scene, tuple(verdicts), len(arrangements), seconds, problem)
+    motions = arrangements[0].goal_from_initial if arrangements else None
+    seconds = time.perf_counter() - looked
+    return SceneResult(scene, tuple(verdicts), motions, len(arrangements), planned - started, seconds, problem)
 
 
-def _rates(rows: Sequence[SceneResult], top_k: int) -> dict[str, Any]:
+def _rates(rows: Sequence[Row], top_k: int) -> dict[str, Any]:
     n = len(rows)
 
     def rate(count: int) -> dict[str, Any]:
@@ -186,10 +205,15 @@ def _rates(rows: Sequence[SceneResult], top_k: int) -> dict[str, Any]:
         return {"count": count, "rate": count / n if n else None, "low": low, "high": high}
 
     causes = (*FAILURE_CLASSES, NO_ARRANGEMENT)
+    ranks = [row["first_success_rank"] or math.inf for row in rows]
+    planning = [row["plan_seconds"] for row in rows]
     return {
         "n": n,
-        "success": rate(sum(row.success_at(1) for row in rows)),
-        "success_at": {str(k): rate(sum(row.success_at(k) for row in rows)) for k in range(1, top_k + 1)},
-        "failures": {cause: rate(sum(row.failure == cause for row in rows)) for cause in causes},
-        "plan_seconds": float(np.mean([row.plan_seconds for row in rows])) if rows else None,
+        "success": rate(sum(rank == 1 for rank in ranks)),
+        "success_at": {str(k): rate(sum(rank <= k for rank in ranks)) for k in range(1, top_k + 1)},
+        "failures": {cause: rate(sum(row["failure"] == cause for row in rows)) for cause in causes},
+        "plan_seconds": float(np.mean(planning)) if rows else None,
+        "plan_seconds_median": float(np.median(planning)) if rows else None,
+        "plan_seconds_total": sum(planning),
+        "seconds_total": sum(row["seconds"] for row in rows),
     }

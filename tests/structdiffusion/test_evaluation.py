@@ -35,6 +35,16 @@ def off_the_table(count):
     return motions
 
 
+def into_the_table(count):
+    motions = stay(count)
+    motions[:, 2, 3] = -0.02
+    return motions
+
+
+def rows_of(results):
+    return tuple(result.to_dict() for result in results)
+
+
 @pytest.fixture(scope="module")
 def scenes():
     return list(draw_evaluation_scenes(MODELS, 2, shapes=("line", "tower"), seed=3))
@@ -65,7 +75,7 @@ def test_the_reference_succeeds_at_its_rank(scenes):
     assert (goal.spec, goal.sentence, goal.embedding.shape) == (scene.spec, "put the things in a line", (384,))
 
 
-def test_rates_and_rows(scenes, tmp_path):
+def test_rates_and_rows(scenes):
     planner = Prepared(lambda n: [off_the_table(n)])
     results = tuple(evaluate_success(lambda: planner, scenes, top_k=2))
     seeds = [seed for _, _, seed in planner.seen]
@@ -74,9 +84,8 @@ def test_rates_and_rows(scenes, tmp_path):
     assert [seed for _, _, seed in planner.seen] == seeds + seeds
     assert [r.verdicts[0].detail for r in results] == [r.verdicts[0].detail for r in again]
 
-    path = Evaluation(results, 2, {"model": "prepared", "seed": 3}).write(tmp_path / "new" / "success.json")
-    report = json.loads(path.read_text())
-    assert report["schema"] == "structagent-success/1" and report["about"]["model"] == "prepared"
+    report = json.loads(json.dumps(Evaluation(rows_of(results), 2, {"model": "prepared", "seed": 3}).to_dict()))
+    assert report["schema"] == "structagent-success/2" and report["about"]["model"] == "prepared"
     assert set(report["aggregate"]) == {"line", "tower", "all"}
     every = report["aggregate"]["all"]
     assert every["n"] == 4 and every["success"]["count"] == 0
@@ -86,6 +95,7 @@ def test_rates_and_rows(scenes, tmp_path):
     row = report["scenes"][0]
     assert row["structure"] == "line" and row["failure"] == "abnormal velocity" and not row["success"]
     assert row["first_success_rank"] is None and row["verdicts"][0]["measured"]["speed"] > 1
+    assert row["seconds"] >= row["plan_seconds"] >= 0
 
 
 def test_a_planner_that_gives_up_is_counted(scenes):
@@ -94,4 +104,18 @@ def test_a_planner_that_gives_up_is_counted(scenes):
 
     result = list(evaluate_success(lambda: Prepared(give_up), scenes[:1]))[0]
     assert (result.failure, result.problem, result.verdicts) == (NO_ARRANGEMENT, "it does not fit", ())
-    assert Evaluation((result,), 5).aggregate()["line"]["failures"][NO_ARRANGEMENT]["count"] == 1
+    assert Evaluation(rows_of([result]), 5).aggregate()["line"]["failures"][NO_ARRANGEMENT]["count"] == 1
+
+
+def test_what_is_left_of_a_failure(scenes):
+    scene = scenes[0]
+    initial = scene.drawn.world_from_initial[: scene.drawn.count]
+
+    def left(ranks):
+        return list(evaluate_success(lambda: Prepared(ranks), [scene]))[0].to_dict()["left"]
+
+    np.testing.assert_allclose(left(lambda n: [into_the_table(n)]), into_the_table(len(initial)) @ initial, atol=1e-6)
+    fallen = left(lambda n: [off_the_table(n)])
+    assert sum(pose is not None for pose in fallen) == 1  # the first object left the table, the others were not placed
+    assert left(lambda n: [scene.drawn.reference_goal_from_initial()]) is None
+    assert left(lambda n: []) is None

@@ -1,0 +1,1 @@
+"""`structagent evaluate success`: how often what the planners imagine stands, measured on the same scenes."""

@@ -1,0 +1,111 @@
+"""What decides the rows of an evaluation, beside models and scenes: as options, as a command, as fingerprints."""
+
+from __future__ import annotations
+
+import hashlib
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from agent import __version__
+from agent.conditions import conditions_of
+from grounding.spec import SHAPES
+from structdiffusion.evaluation_scenes import Conditions
+from structdiffusion.objects.model import ObjectModel
+from structdiffusion.planners import PLANNERS
+from structdiffusion.sampling import WEIGHTS
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The options of which a row depends.
+
+    Attributes:
+        objects: as `load_objects` takes it.
+        weights: the folder of checkpoints, or `None` for those shipped.
+        seed: of scenes, sensor noise and sampling.
+        candidates: arrangements that a planner proposes per scene.
+        top_k: how many of them are tried at most.
+        objects_per_scene, table, camera: as `conditions_of` takes them.
+    """
+
+    objects: str
+    weights: Path | None = None
+    seed: int = 0
+    candidates: int = 64
+    top_k: int = 5
+    objects_per_scene: str | None = None
+    table: str | None = None
+    camera: str = "robot"
+
+    @property
+    def conditions(self) -> Conditions:
+        """What scenes are drawn under.
+
+        Raises:
+            UsageError: for a value that is not legal.
+        """
+        return conditions_of(self.objects_per_scene, self.table, self.camera)
+
+    def candidates_of(self, model: str) -> int:
+        """How many arrangements a planner is asked for: no more than are tried of one that neither ranks nor searches.
+
+        Its proposals are independent draws in the order of drawing, so that the first few are the same, in
+        distribution, however many follow.
+        """
+        parts = PLANNERS[model]
+        chooses = parts.ranked or parts.cem or parts.imagined
+        return parts.candidates or (self.candidates if chooses else min(self.candidates, self.top_k))
+
+    def command(self, models: Sequence[str], structures: Sequence[str], scenes: int) -> str:
+        """The command that makes these rows."""
+        words = ["structagent", "evaluate", "success", "--objects", self.objects, "--scenes", str(scenes)]
+        words += ["--seed", str(self.seed)]
+        for model in models:
+            words += ["--model", model]
+        if tuple(structures) != SHAPES:
+            for structure in structures:
+                words += ["--structure", structure]
+        words += ["--weights", str(self.weights)] if self.weights else []
+        words += ["--candidates", str(self.candidates), "--top-k", str(self.top_k)]
+        words += ["--objects-per-scene", self.objects_per_scene] if self.objects_per_scene else []
+        words += ["--table", self.table] if self.table else []
+        words += ["--camera", self.camera] if self.camera != "robot" else []
+        return shlex.join(words)
+
+    def fingerprint(self, library: Sequence[ObjectModel]) -> dict[str, Any]:
+        """What two commands have in common whose rows may stand in one table, JSON-ready.
+
+        "library" and "networks" are SHA-256 checksums: of the objects, and of every checkpoint in the folder.
+        """
+        return {
+            "version": __version__,
+            "objects": self.objects,
+            "seed": self.seed,
+            "candidates": self.candidates,
+            "top_k": self.top_k,
+            "objects_per_scene": self.objects_per_scene,
+            "table": self.table,
+            "camera": self.camera,
+            "library": _checksum_of_objects(library),
+            "networks": _checksums_of_networks(self.weights or WEIGHTS),
+        }
+
+
+def _checksum_of_objects(library: Sequence[ObjectModel]) -> str:
+    checksum = hashlib.sha256()
+    for model in library:
+        checksum.update(repr((model.name, model.category, model.mass, model.friction)).encode())
+        for part in model.hulls:
+            checksum.update(part.tobytes())
+    return checksum.hexdigest()
+
+
+def _checksums_of_networks(folder: Path) -> dict[str, str]:
+    checksums = {}
+    for weights in sorted(folder.glob("*/model.safetensors")):
+        with weights.open("rb") as file:
+            checksums[weights.parent.name] = hashlib.file_digest(file, "sha256").hexdigest()
+    return checksums

@@ -1,0 +1,219 @@
+"""Every planner of a list on the same scenes: what is missing in the folder is computed, by many workers."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from rich.progress import Progress
+
+from agent import __version__
+from agent.cluster import ray_cluster
+from agent.errors import UsageError
+from agent.evaluating import SCHEMA_VERSION, SPOKEN_TO, spoken_scenes
+from agent.events import json_value
+from agent.loaded import Loaded
+from agent.planning import checked_planner
+from agent.success.asked import Asked
+from agent.success.folder import EvaluationFolder, Place
+from agent.success.pictures import failure_picture, pictured
+from agent.training import progress_bar
+from grounding.spec import SHAPES
+from structdiffusion.evaluation import Evaluation, Row, solve
+from structdiffusion.evaluation_scenes import EvaluationScene, draw_evaluation_scene
+from structdiffusion.objects.libraries import load_objects
+from structdiffusion.objects.model import ObjectModel
+from structdiffusion.planners import PLANNERS
+from structdiffusion.workers import in_parallel
+
+
+def measure_success(
+    asked: Asked,
+    models: Sequence[str],
+    structures: Sequence[str],
+    scenes: int,
+    *,
+    workers: int | None = None,
+    ray: str | None = None,
+    out: Path | None = None,
+    pictures: int = 5,
+) -> dict[str, Any]:
+    """Success, failure classes and success@k of each planner on the same scenes, JSON-ready.
+
+    Args:
+        asked: the options that every row depends on.
+        models: names of planners.
+        structures: which of the four.
+        scenes: how many per structure.
+        workers: processes; `None` for one per core.
+        ray: the address of a Ray cluster whose workers do it, or `None` for processes of this machine.
+        out: a folder that keeps what is found out, in which the same command goes on where it was stopped, and another
+            one may add models and scenes; the report is then of all that it holds. `None` keeps nothing.
+        pictures: the most pictures of failures per model and failure class.
+
+    Raises:
+        UsageError: for an unknown model or structure, a folder that was made with other options, or a cluster that
+            does not answer.
+        SceneError: when there is no scene to be drawn of these objects.
+        CheckpointError: for a checkpoint that is missing or does not fit.
+    """
+    models, structures = list(dict.fromkeys(models)), [shape for shape in SHAPES if shape in structures]
+    for name in models:  # an unknown name or a broken checkpoint is known before any scene is drawn
+        checked_planner(name, asked.weights)
+    conditions, library = asked.conditions, load_objects(asked.objects)
+    places = [(shape, number) for number in range(scenes) for shape in structures]
+    started = time.perf_counter()
+    with (
+        _folder(out) as path,
+        EvaluationFolder(path, asked.fingerprint(library)) as kept,
+        _workforce(workers, ray) as workforce,
+        progress_bar() as progress,
+    ):
+        missing = [(name, place) for place in places for name in models if (name, *place) not in kept.rows]
+        draw = partial(_drawn, asked.seed, conditions)
+        drawn = _draw_scenes(kept, workforce, progress, draw, library, list(dict.fromkeys(p for _, p in missing)))
+        spoken = spoken_scenes(list(drawn.values()), heard=True) if drawn else []
+        told = {(scene.structure, scene.number): scene for scene in spoken}
+        jobs = [(name, told[place]) for name, place in missing]
+        solving = progress.add_task("tried", total=len(jobs))
+        for row in workforce.do(partial(_row, asked), Loaded, (), jobs):
+            kept.add_row(row)
+            progress.advance(solving)
+        seconds = round(time.perf_counter() - started, 1)
+        resources = {"workers": workforce.count, "ray": ray is not None, "rows": len(jobs), "seconds": seconds}
+        if out is not None:
+            wanted = {name: row for name, row in pictured(kept.rows.values(), pictures) if not (path / name).exists()}
+            lacking = {(row["structure"], row["number"]) for row in wanted.values()} - drawn.keys()
+            drawn |= _draw_scenes(kept, workforce, progress, draw, library, sorted(lacking))
+            _draw_pictures(path, workforce, progress, drawn, wanted)
+        return _report(asked, kept, resources)
+
+
+@dataclass(frozen=True)
+class _Workforce:
+    """Who does the work: so many processes of this machine, or workers of a Ray cluster."""
+
+    count: int
+    ray: bool
+
+    def do(
+        self, task: Callable[[Any, Any], Any], load: Callable[..., Any], arguments: tuple[Any, ...], jobs: Sequence[Any]
+    ) -> Iterator[Any]:
+        """The results of all jobs, as they end."""
+        if not jobs:
+            return
+        count = min(self.count, len(jobs))
+        with closing(in_parallel(task, load, arguments, jobs, count, ray=self.ray, ordered=False)) as results:
+            yield from results
+
+
+@contextmanager
+def _workforce(workers: int | None, ray: str | None) -> Iterator[_Workforce]:
+    if ray is None:
+        yield _Workforce(workers or os.cpu_count() or 1, ray=False)
+    else:
+        with ray_cluster(ray, workers) as count:
+            yield _Workforce(count, ray=True)
+
+
+@contextmanager
+def _folder(out: Path | None) -> Iterator[Path]:
+    if out is not None:
+        yield out
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            yield Path(folder)
+
+
+def _draw_scenes(
+    kept: EvaluationFolder,
+    workforce: _Workforce,
+    progress: Progress,
+    draw: Callable[[Sequence[ObjectModel], tuple[Place, int | None]], EvaluationScene],
+    library: Sequence[ObjectModel],
+    places: Sequence[Place],
+) -> dict[Place, EvaluationScene]:
+    """The scenes of these places, in their order."""
+    task = progress.add_task("scenes", total=len(places))
+    jobs = [(place, kept.draws.get(place)) for place in places]
+    scenes = {}
+    for scene in workforce.do(draw, tuple, (tuple(library),), jobs):
+        kept.add_scene(scene)
+        scenes[scene.structure, scene.number] = scene
+        progress.advance(task)
+    return {place: scenes[place] for place in places}
+
+
+def _drawn(
+    seed: int, conditions: Any, library: Sequence[ObjectModel], job: tuple[Place, int | None]
+) -> EvaluationScene:
+    (shape, number), accepted = job
+    return draw_evaluation_scene(library, shape, number, seed=seed, conditions=conditions, accepted=accepted)
+
+
+def _row(asked: Asked, loaded: Loaded, job: tuple[str, EvaluationScene]) -> Row:
+    """A planner on a scene. One that is not spoken to is told the true slots."""
+    name, scene = job
+    scene = scene if name in SPOKEN_TO else replace(scene, heard=None)
+    planner = loaded.planner(name, asked.weights)
+    result = solve(planner, scene, candidates=asked.candidates_of(name), top_k=asked.top_k)
+    return json_value({"model": name, **result.to_dict()})
+
+
+def _draw_pictures(
+    folder: Path,
+    workforce: _Workforce,
+    progress: Progress,
+    scenes: dict[Place, EvaluationScene],
+    wanted: dict[str, Row],
+) -> None:
+    task = progress.add_task("pictures", total=len(wanted))
+    jobs = [(name, row, scenes[row["structure"], row["number"]]) for name, row in wanted.items()]
+    for name, content in workforce.do(_picture, tuple, (), jobs):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_bytes(content)
+        progress.advance(task)
+
+
+def _picture(_: object, job: tuple[str, Row, EvaluationScene]) -> tuple[str, bytes]:
+    name, row, scene = job
+    return name, failure_picture(scene, row)
+
+
+def _report(asked: Asked, kept: EvaluationFolder, resources: dict[str, Any]) -> dict[str, Any]:
+    """All that the folder holds, each model's rows in the order of the scenes."""
+    models = [name for name in PLANNERS if any(name == row["model"] for row in kept.rows.values())]
+    structures = [shape for shape in SHAPES if any(shape == row["structure"] for row in kept.rows.values())]
+    scenes = 1 + max((row["number"] for row in kept.rows.values()), default=0)
+    evaluations = []
+    for name in models:
+        rows = [row for row in kept.rows.values() if row["model"] == name]
+        rows.sort(key=lambda row: (SHAPES.index(row["structure"]), row["number"]))
+        about = {"model": name, "objects": asked.objects, "seed": asked.seed, "candidates": asked.candidates_of(name)}
+        evaluations.append(Evaluation(tuple(rows), asked.top_k, about).to_dict())
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "version": __version__,
+        "command": asked.command(models, structures, scenes),
+        "resources": resources,
+        "evaluations": evaluations,
+    }
+
+
+def checked_structures(names: Sequence[str] | None) -> tuple[str, ...]:
+    """The structures of these names; all four where there is none.
+
+    Raises:
+        UsageError: for an unknown one.
+    """
+    for name in names or ():
+        if name not in SHAPES:
+            raise UsageError(f"--structure cannot be {name!r}; legal values: {', '.join(SHAPES)}")
+    return tuple(names or SHAPES)

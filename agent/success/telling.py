@@ -1,0 +1,51 @@
+"""What an evaluation found: the table of the terminal, and the files of its folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TextIO
+
+from agent.success.plots import draw_failures, draw_success_at_k
+from agent.success.tables import markdown_of
+from agent.telling import aligned
+
+
+def tell_success(report: Mapping[str, Any], results: TextIO) -> None:
+    """The table for people: a row per model and structure; all but n and the seconds in percent."""
+    top_k = report["evaluations"][0]["top_k"]
+    failures = list(report["evaluations"][0]["aggregate"]["all"]["failures"])
+    rows = [["model", "structure", "n", "success", "95 %", f"success@{top_k}", *failures, "seconds"]]
+    for evaluation in report["evaluations"]:
+        for structure, rates in evaluation["aggregate"].items():
+            success = rates["success"]
+            rows.append(
+                [
+                    evaluation["about"]["model"],
+                    structure,
+                    str(rates["n"]),
+                    _percent(success["rate"]),
+                    f"{_percent(success['low'])} to {_percent(success['high'])}",
+                    _percent(rates["success_at"][str(top_k)]["rate"]),
+                    *(_percent(rates["failures"][name]["rate"]) for name in failures),
+                    f"{rates['plan_seconds']:.2f}",
+                ]
+            )
+    print(aligned(rows, left=2), file=results)
+    print("\nrates in percent, with 95 % Wilson intervals; seconds of planning per scene", file=results)
+    print(report["command"], file=results)
+
+
+def write_success(report: Mapping[str, Any], folder: Path) -> list[Path]:
+    """Writes `eval.json`, `tables.md`, `success_at_k.png` and `failures.png`; their paths."""
+    paths = [folder / name for name in ("eval.json", "tables.md", "success_at_k.png", "failures.png")]
+    paths[0].write_text(json.dumps(report, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    paths[1].write_text(markdown_of(report), encoding="utf-8")
+    draw_success_at_k(report, paths[2])
+    draw_failures(report, paths[3])
+    return paths
+
+
+def _percent(share: float | None) -> str:
+    return "-" if share is None else f"{100 * share:.0f}"
