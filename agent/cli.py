@@ -30,7 +30,6 @@ from agent.cli_options import (
     JsonOption,
     LLMModelOption,
     LLMUrlOption,
-    ModelKind,
     ModelOption,
     ObjectsOption,
     ParserOption,
@@ -46,6 +45,7 @@ from agent.cli_options import (
 )
 from agent.cli_report import replay, report
 from agent.cli_scene import scene_app
+from agent.cli_train import generate, train
 from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, USAGE, UsageError, exit_code_of, one_sentence
 from agent.streams import import_pybullet_silently, results_stream
 
@@ -60,7 +60,7 @@ app = typer.Typer(
     "builds the best one with a simulated arm.\n\n"
     'Example: structagent run "put the cups in a small circle on the left"',
     epilog="Exit codes: 0 done; 2 usage; 3 instruction not understood or not buildable with these objects; "
-    "4 no valid goal; 5 execution failed; 6 bad input data; 130 interrupted.",
+    "4 no valid goal; 5 execution failed; 6 bad input data; 7 a model is not what its card says; 130 interrupted.",
     add_completion=False,
     no_args_is_help=False,
     pretty_exceptions_enable=False,
@@ -221,51 +221,8 @@ def parse(
         raise typer.Exit(NOT_BUILDABLE)
 
 
-@app.command()
-def generate(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the scenes go; finished shards there are kept.")],
-    scenes: Annotated[int, typer.Option(min=1, help="How many, rounded up to whole shards of 500.")] = 10_000,
-    pairs: Annotated[int, typer.Option(min=1, help="Pairs of objects for the collision discriminator.")] = 100_000,
-    objects: ObjectsOption = "training",
-    seed: SeedOption = 0,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
-) -> None:
-    """Draw training scenes with the geometric planner, towers proven in physics.
-
-    Example: structagent generate --out data/train --scenes 20000 --workers 8
-    """
-    import_pybullet_silently()
-    from agent.training import generate_scenes
-
-    generate_scenes(out, scenes, pairs, objects, seed, workers)
-
-
-@app.command()
-def train(
-    kind: Annotated[ModelKind, typer.Argument(metavar="|".join(ModelKind), show_default=False)],
-    data: Annotated[Path, typer.Option(metavar="DIR", help="Scenes that `structagent generate` made.")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Checkpoint, training state and log.csv of this run.")],
-    steps: Annotated[
-        int | None, typer.Option(min=1, help="In all, earlier runs included; by default what suits the model.")
-    ] = None,
-    device: Annotated[str, typer.Option(metavar="auto|cpu|cuda", help="Where to train.")] = "auto",
-    seed: SeedOption = 0,
-    learning_rate: Annotated[float | None, typer.Option(min=0.0, help="Its peak; by default what suits.")] = None,
-    batch: Annotated[int | None, typer.Option(min=3, help="Scenes, or pairs, per step; likewise.")] = None,
-) -> None:
-    """Train a generator of poses or a discriminator; a run that was stopped goes on where it stopped.
-
-    Example: structagent train diffusion --data data/train --out runs/diffusion --steps 12000
-    """
-    from dataclasses import replace
-
-    from agent.training import RECIPES, train_model
-
-    given = {"steps": steps, "learning_rate": learning_rate, "batch": batch}
-    recipe = replace(RECIPES[kind.value], **{name: value for name, value in given.items() if value is not None})
-    train_model(kind.value, data, out, recipe, device, seed)
-
-
+app.command("generate")(generate)
+app.command("train")(train)
 app.command("doctor")(doctor)
 app.command("completion")(completion)
 

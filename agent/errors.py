@@ -11,6 +11,7 @@ NOT_BUILDABLE = 3
 NO_VALID_GOAL = 4
 EXECUTION_FAILED = 5
 BAD_INPUT = 6
+NOT_VERIFIED = 7
 INTERRUPTED = 130
 
 
@@ -48,10 +49,17 @@ class BadInput(AgentError):
     exit_code = BAD_INPUT
 
 
+class NotVerified(AgentError):
+    """A model is not what its card says, or does not work."""
+
+    exit_code = NOT_VERIFIED
+
+
 # Where each error of the other packages is defined. They are looked up among the modules already loaded: an error of
 # a module that was never imported cannot have been raised, and importing one here would make every failure slow.
 _EXIT_CODE_OF = {
     ("builtins", "OSError"): BAD_INPUT,
+    ("builtins", "FloatingPointError"): BAD_INPUT,
     ("grounding.spec", "SpecError"): NOT_BUILDABLE,
     ("grounding.reading", "ViewpointError"): USAGE,
     ("grounding.llm_reply", "LLMError"): BAD_INPUT,
@@ -64,6 +72,7 @@ _EXIT_CODE_OF = {
     ("structdiffusion.tabletop", "ObservationError"): NOT_BUILDABLE,
     ("structdiffusion.objects.model", "ObjectError"): BAD_INPUT,
     ("structdiffusion.models.checkpoint", "CheckpointError"): BAD_INPUT,
+    ("structdiffusion.demonstrations", "DataFolderError"): BAD_INPUT,
     ("structdiffusion.workers", "WorkerError"): DEFECT,
 }
 

@@ -1,7 +1,8 @@
-"""The verbs that make models: their progress in the terminal, around `structdiffusion`'s own loops."""
+"""`structagent train`: its progress in the terminal, around `structdiffusion`'s own loop."""
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from agent import __version__
 from agent.errors import UsageError
 from grounding.spec import SHAPES
 from structdiffusion.models import structformer_name
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     import torch
 
     from structdiffusion.models.checkpoint import Checkpointed
+    from structdiffusion.together import Together
     from structdiffusion.training import Loss
 
 
@@ -41,10 +44,13 @@ RECIPES = {
     "collision": Recipe(5_000, 1e-3, 64),
 }
 DEVICES = ("auto", "cpu", "cuda")
+FLOAT32, BFLOAT16 = "float32", "bfloat16"
+PRECISIONS = (FLOAT32, BFLOAT16)
+_DISCRIMINATORS = ("structure", "collision")
 
 
-def progress_bar() -> Progress:
-    """A bar on standard error; it draws nothing where that is no terminal."""
+def progress_bar(quiet: bool = False) -> Progress:
+    """A bar on standard error; it draws nothing where that is no terminal, or when it is to be quiet."""
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -52,63 +58,106 @@ def progress_bar() -> Progress:
         TimeElapsedColumn(),
         TimeRemainingColumn(),
         console=Console(file=sys.stderr),
-        disable=not sys.stderr.isatty(),
+        disable=quiet or not sys.stderr.isatty(),
     )
 
 
-def generate_scenes(out: Path, scenes: int, pairs: int, objects: str, seed: int, workers: int) -> None:
-    """Writes demonstrations, the sentences that go with them and pairs of objects into `out`; says where they are."""
-    from agent.language_data import write_language
-    from grounding.encoder import SentenceEncoder
-    from structdiffusion.collision_pairs import generate_pairs
-    from structdiffusion.demonstrations import SHARD_SCENES, generate
-    from structdiffusion.objects.libraries import load_objects
+@dataclass(frozen=True)
+class TrainingRun:
+    """What is trained on what, and where.
 
-    models = load_objects(objects)
-    with progress_bar() as progress:
-        task = progress.add_task("shards of scenes", total=None)
-        for done, shards in generate(models, out, scenes, seed=seed, workers=workers):
-            progress.update(task, completed=done, total=shards)
-        task = progress.add_task("groups of pairs", total=None)
-        for groups_done, groups in generate_pairs(models, out, pairs, seed=seed, workers=workers):
-            progress.update(task, completed=groups_done, total=groups)
-    sentences = write_language(out, SentenceEncoder(), seed)
-    print(f"{done * SHARD_SCENES} scenes, {pairs} pairs and {sentences} sentences in {out}")
-
-
-def train_model(kind: str, data: Path, out: Path, recipe: Recipe, device_name: str, seed: int) -> None:
-    """Trains a model, or goes on where `out` stopped; tells every row of the log.
-
-    Args:
+    Attributes:
         kind: one of `RECIPES`.
-        data: a folder that `generate_scenes` made.
-        out: receives the checkpoint, the training state and `log.csv`.
+        data: a folder that `structagent generate` made.
+        out: receives the checkpoint, the training state, `log.csv` and `training.json`.
         recipe: how long, how fast, and on how much at once; steps of earlier runs are included.
-        device_name: one of `DEVICES`.
+        device: one of `DEVICES`.
+        devices: how many train together; each draws batches of its own.
+        precision: one of `PRECISIONS`.
         seed: of initial weights, batches and noise.
     """
+
+    kind: str
+    data: Path
+    out: Path
+    recipe: Recipe
+    device: str = "auto"
+    devices: int = 1
+    precision: str = FLOAT32
+    seed: int = 0
+
+
+def train_model(run: TrainingRun) -> None:
+    """Trains a model, or goes on where it stopped; tells every row of the log.
+
+    Raises:
+        UsageError: for a device or a precision that cannot be had.
+        FileNotFoundError: where the data lack a file.
+        FloatingPointError: when the loss is no number any more.
+    """
+    device = _device(run)
+    if run.precision != FLOAT32 and run.kind in _DISCRIMINATORS:
+        raise UsageError(
+            f"--precision cannot be {run.precision!r} for {run.kind!r}, which tells millimetres; legal: {FLOAT32}"
+        )
+    if run.devices == 1:
+        _train(run, device)
+    else:
+        from structdiffusion.together import in_processes
+
+        in_processes(_train_together, run.devices, run, device.type)
+
+
+def _device(run: TrainingRun) -> torch.device:
     import torch
 
     from structdiffusion.models.checkpoint import default_device
-    from structdiffusion.training import TrainingOptions, train
 
-    if device_name not in DEVICES:
-        raise UsageError(f"--device cannot be {device_name!r}; legal values: {', '.join(DEVICES)}")
-    if device_name == "cuda" and not torch.cuda.is_available():
+    if run.device not in DEVICES:
+        raise UsageError(f"--device cannot be {run.device!r}; legal values: {', '.join(DEVICES)}")
+    if run.device == "cuda" and not torch.cuda.is_available():
         raise UsageError("--device cannot be 'cuda' here: PyTorch finds no CUDA device; legal values: auto, cpu")
-    device = default_device() if device_name == "auto" else torch.device(device_name)
+    device = default_device() if run.device == "auto" else torch.device(run.device)
+    most = torch.cuda.device_count() if device.type == "cuda" else os.cpu_count() or 1
+    if run.devices > most:
+        what = "CUDA devices" if device.type == "cuda" else "processor cores"
+        raise UsageError(f"--devices cannot be {run.devices} here; legal: 1 to {most}, as many as there are {what}")
+    return device
+
+
+def _train_together(run: TrainingRun, device_type: str) -> None:
+    """The life of one process among several."""
+    from structdiffusion.together import Together
+
+    together = Together(cpu=device_type == "cpu")
+    _train(run, together.device, together)
+    together.end()
+
+
+def _train(run: TrainingRun, device: torch.device, together: Together | None = None) -> None:
+    import torch
+
+    from structdiffusion.training import TrainingOptions, train
+    from structdiffusion.training_record import Surroundings, about_data
+
     with torch.random.fork_rng():  # torch draws initial weights from its global generator alone
-        torch.manual_seed(seed)
-        model, loss = _TASKS[kind](data, device, recipe.batch)
-    options = TrainingOptions(steps=recipe.steps, learning_rate=recipe.learning_rate, seed=seed)
-    console = Console(soft_wrap=True, highlight=False)
-    with progress_bar() as progress:
-        task = progress.add_task(kind, total=recipe.steps)
-        for row in train(model, loss, out, options, device):
+        torch.manual_seed(run.seed)
+        model, loss = _TASKS[run.kind](run.data, device, run.recipe.batch)
+    if run.precision != FLOAT32:
+        loss = partial(loss, autocast=True)
+    options = TrainingOptions(steps=run.recipe.steps, learning_rate=run.recipe.learning_rate, seed=run.seed)
+    examples = "pairs" if run.kind == "collision" else "scenes"
+    surroundings = Surroundings(__version__, about_data(run.data), run.recipe.batch, examples, run.precision)
+    told = together is None or together.rank == 0
+    console = Console(soft_wrap=True, highlight=False, quiet=not told)
+    with progress_bar(quiet=not told) as progress:
+        task = progress.add_task(run.kind, total=run.recipe.steps)
+        for row in train(model, loss, run.out, options, device, surroundings=surroundings, together=together):
             progress.update(task, completed=row.step)
             losses = "  ".join(f"{name} {value:.4f}" for name, value in row.losses.items())
             console.print(f"step {row.step}/{row.steps}  {row.seconds:.0f} s  {losses}")
-    console.print(f"trained for {recipe.steps} steps on {device}: {out}")
+    where = str(device) if together is None else f"{together.count} devices ({device.type})"
+    console.print(f"trained for {run.recipe.steps} steps on {where}: {run.out}")
 
 
 def _diffusion(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:

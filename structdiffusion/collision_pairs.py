@@ -1,51 +1,75 @@
 """Training pairs for the collision discriminator: two objects, near each other or one on the other.
 
 The paper draws 100,000 pairwise configurations (section IV.E). The distance comes from the same
-physics engine, and the same convex parts, that judge arrangements later.
+physics engine, and the same convex parts, that judge arrangements later. Each group of objects is written
+as it is finished, so that a run that was stopped goes on where it stopped; then they become one file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from structdiffusion.demonstrations import save_arrays
 from structdiffusion.footprints import separation_along, turned
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.tabletop import TabletopWorld
+from structdiffusion.workers import in_parallel
 
 _GROUP = 10  # objects that share a world, and are paired with each other
 _REACH = 0.03  # m: farther apart than this is recorded as this
 
 
 def generate_pairs(
-    models: Sequence[ObjectModel], folder: str | Path, pairs: int, *, seed: int = 0, workers: int = 1
+    models: Sequence[ObjectModel],
+    folder: str | Path,
+    pairs: int,
+    *,
+    seed: int = 0,
+    workers: int = 1,
+    ray: bool = False,
 ) -> Iterator[tuple[int, int]]:
     """Write `pairs.npz` into a folder of demonstrations; yields (groups done, groups in all).
 
     Its arrays: `objects` (K, 2) ids in the library, `poses` (K, 2, 4) x, y, z (m) and yaw (rad), and `distance`
-    (K,) in metres, negative where the two intersect.
+    (K,) in metres, negative where the two intersect. A file with as many pairs is kept.
+
+    Args:
+        models: the objects of the folder's library.
+        folder: with `library.npz` (see `demonstrations.generate`).
+        pairs: how many, rounded up to as many for each group of ten objects.
+        seed: of everything.
+        workers: processes.
+        ray: the workers are of the Ray cluster that this process is connected to.
     """
-    groups = -(-len(models) // _GROUP)
-    task = partial(_group_pairs, models, -(-pairs // groups), seed)
-    if workers == 1:
-        results = map(task, range(groups))
-        parts = []
-        for part in results:
-            parts.append(part)
-            yield len(parts), groups
-    else:
-        parts = []
-        with ProcessPoolExecutor(workers) as pool:
-            for part in pool.map(task, range(groups)):
-                parts.append(part)
-                yield len(parts), groups
-    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    np.savez_compressed(Path(folder) / "pairs.npz", **columns)
+    path, groups = Path(folder) / "pairs.npz", -(-len(models) // _GROUP)
+    count = -(-pairs // groups)
+    if path.is_file():
+        with np.load(path) as there:
+            if len(there["distance"]) == count * groups:
+                yield groups, groups
+                return
+    parts = [path.with_name(f"pairs_{count}_{group:05d}.npz") for group in range(groups)]
+    missing = [group for group, part in enumerate(parts) if not part.is_file()]
+    done = groups - len(missing)
+    yield done, groups
+    task = partial(_drawn, count, seed)
+    for group, columns in in_parallel(task, tuple, (tuple(models),), missing, workers, ray=ray, ordered=False):
+        save_arrays(parts[group], columns)
+        done += 1
+        yield done, groups
+    loaded = [dict(np.load(part)) for part in parts]
+    save_arrays(path, {name: np.concatenate([part[name] for part in loaded]) for name in loaded[0]})
+    for part in parts:
+        part.unlink()
+
+
+def _drawn(count: int, seed: int, models: Sequence[ObjectModel], group: int) -> tuple[int, dict[str, np.ndarray]]:
+    return group, _group_pairs(models, count, seed, group)
 
 
 def _group_pairs(models: Sequence[ObjectModel], count: int, seed: int, group: int) -> dict[str, np.ndarray]:

@@ -1,6 +1,7 @@
 """One training loop for all models: AdamW, warm-up and decay, averaged weights, a CSV log, checkpoints that resume.
 
-Runs on CPU and CUDA alike. What differs between models is their loss, a function of a generator.
+Runs on CPU and CUDA alike, on several devices with `structdiffusion.together`. What differs between models is
+their loss, a function of a generator.
 """
 
 from __future__ import annotations
@@ -9,16 +10,22 @@ import csv
 import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import torch
 from torch import Tensor
 
 from structdiffusion.models.checkpoint import Checkpointed
+from structdiffusion.training_record import Surroundings, TrainingRecord
+
+if TYPE_CHECKING:
+    from structdiffusion.together import Together
 
 Loss = Callable[[torch.Generator], dict[str, Tensor]]
 _STATE_NAME = "training_state.pt"
+_APART = 0x9E3779B1  # between the seeds of devices: in the lower 32 bits, which are all that a CPU's generator takes
 
 
 @dataclass(frozen=True)
@@ -70,11 +77,19 @@ def learning_rate(step: int, options: TrainingOptions) -> float:
 
 
 def train(
-    model: Checkpointed, loss: Loss, folder: str | Path, options: TrainingOptions, device: torch.device
+    model: Checkpointed,
+    loss: Loss,
+    folder: str | Path,
+    options: TrainingOptions,
+    device: torch.device,
+    *,
+    surroundings: Surroundings | None = None,
+    together: Together | None = None,
 ) -> Iterator[Progress]:
     """Train, or go on where `folder` stopped; yields a `Progress` for every row of `folder`/log.csv.
 
     `folder` receives `config.json` and `model.safetensors` (averaged weights), the training state and the log.
+    Several devices draw a batch each, from generators of their own, and step by the mean of their gradients.
 
     Args:
         model: on `device`.
@@ -82,10 +97,14 @@ def train(
         folder: of this run.
         options: see `TrainingOptions`.
         device: where model and batches live.
+        surroundings: what is written into `folder`/training.json beside what the run knows; `None` writes none.
+        together: this process among those that train the model; `None` for a single device.
     """
-    folder = Path(folder)
+    folder, rank = Path(folder), together.rank if together else 0
     folder.mkdir(parents=True, exist_ok=True)
-    optimizer = torch.optim.AdamW(model.parameters(), lr=options.learning_rate, weight_decay=options.weight_decay, fused=True)
+    optimizer = torch.optim.AdamW(
+        model.parameters(), lr=options.learning_rate, weight_decay=options.weight_decay, fused=True
+    )
     average = {name: tensor.detach().clone() for name, tensor in model.state_dict().items()}
     step, spent = 0, 0.0
     state_path = folder / _STATE_NAME
@@ -95,26 +114,36 @@ def train(
         optimizer.load_state_dict(state["optimizer"])
         average, step, spent = state["average"], state["step"], state["seconds"]
     # A resumed run draws other batches than those already seen, yet the same ones every time.
-    generator = torch.Generator(device=device).manual_seed(options.seed * 1_000_003 + step)
+    seed = options.seed * 1_000_003 + step + rank * _APART
+    generator = torch.Generator(device=device).manual_seed(seed % 2**64)
+    losses_of = together.averaged(model, loss) if together else loss
+    record = None
+    if surroundings is not None and rank == 0:
+        count = together.count if together else 1
+        record = TrainingRecord(folder, model, asdict(options), surroundings, device, count, step)
 
     def save() -> None:
         trained = {name: tensor.clone() for name, tensor in model.state_dict().items()}
-        state = {"model": trained, "optimizer": optimizer.state_dict(), "average": average, "step": step, "seconds": spent}
+        state = {"model": trained, "optimizer": optimizer.state_dict(), "average": average}
+        state |= {"step": step, "seconds": spent}
         torch.save(state, state_path.with_suffix(".tmp"))
         state_path.with_suffix(".tmp").replace(state_path)
         model.load_state_dict(average)
         model.save_pretrained(folder)
         model.load_state_dict(trained)
+        if record is not None:
+            record.write(step, spent, means)
 
     model.train()
     started = last_saved = time.monotonic()
     sums: dict[str, float] = {}
+    means: dict[str, float] = {}  # of the last row of the log
     rows = 0  # steps since the last row of the log
     while step < options.steps:
         rate = learning_rate(step, options)
         for group in optimizer.param_groups:
             group["lr"] = rate
-        losses = loss(generator)
+        losses = losses_of(generator)
         optimizer.zero_grad(set_to_none=True)
         losses["loss"].backward()
         torch.nn.utils.clip_grad_norm_(model.parameters(), options.clip)
@@ -130,13 +159,15 @@ def train(
         now = time.monotonic()
         if step % options.log_every == 0 or step == options.steps:
             means = {name: value / rows for name, value in sums.items()}
+            means = together.mean(means) if together else means
             sums, rows = {}, 0
             progress = Progress(step, options.steps, spent + now - started, rate, means)
             if not all(math.isfinite(value) for value in means.values()):
                 raise FloatingPointError(f"the loss is {means} at step {step}; lower the learning rate")
-            _log(folder / "log.csv", progress)
+            if rank == 0:
+                _log(folder / "log.csv", progress)
             yield progress
-        if now - last_saved > options.save_seconds or step == options.steps:
+        if rank == 0 and (now - last_saved > options.save_seconds or step == options.steps):
             spent, started, last_saved = spent + now - started, now, now
             save()
     model.load_state_dict(average)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import torch
 from safetensors import SafetensorError
@@ -76,6 +77,15 @@ class Checkpointed(nn.Module):
                 )
         model.load_state_dict({name: weights[name].to(tensor.dtype) for name, tensor in own.items()})
         return model.eval()
+
+
+def file_facts(folder: str | Path) -> dict[str, dict[str, Any]]:
+    """The size and the checksum of both files of a checkpoint: name -> "bytes" and "sha256"."""
+    contents = {name: (Path(folder) / name).read_bytes() for name in (CONFIG_NAME, WEIGHTS_NAME)}
+    return {
+        name: {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
+        for name, content in contents.items()
+    }
 
 
 def parameter_count(model: nn.Module) -> int:

@@ -27,7 +27,7 @@ def folder(boxes, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         save_library(boxes, folder)
-        assert list(generate_pairs(boxes, folder, 300, seed=1)) == [(1, 1)]
+        assert list(generate_pairs(boxes, folder, 300, seed=1)) == [(0, 1), (1, 1)]
         (folder / "again").mkdir()
         list(generate_pairs(boxes, folder / "again", 300, seed=1))
     return folder
@@ -90,3 +90,28 @@ def test_missing_pairs_are_named(folder, tmp_path):
     (tmp_path / "library.npz").write_bytes((folder / "library.npz").read_bytes())
     with pytest.raises(FileNotFoundError, match="has no pairs.npz"):
         PairBatches.load(tmp_path)
+
+
+def test_a_stopped_run_draws_only_the_groups_that_are_missing(tmp_path):
+    library = [
+        assemble(
+            f"box_{i}", "box", [box(0.04 + 0.004 * i, 0.05, 0, 0.05)], density=500, friction=0.6, color=(1, 0, 0),
+            source="procedural", rng=np.random.default_rng(i),
+        )
+        for i in range(12)
+    ]  # fmt: skip
+    save_library(library, tmp_path)
+    run = generate_pairs(library, tmp_path, 40)
+    assert [next(run), next(run)] == [(0, 2), (1, 2)]
+    run.close()  # stopped: one of two groups is there
+    assert not (tmp_path / "pairs.npz").exists()
+    assert list(generate_pairs(library, tmp_path, 40)) == [(1, 2), (2, 2)]
+    assert not list(tmp_path.glob("pairs_*"))
+    (tmp_path / "whole").mkdir()
+    list(generate_pairs(library, tmp_path / "whole", 40))
+    with np.load(tmp_path / "pairs.npz") as pairs, np.load(tmp_path / "whole" / "pairs.npz") as whole:
+        for name, column in whole.items():
+            np.testing.assert_array_equal(pairs[name], column)
+    before = (tmp_path / "pairs.npz").stat().st_mtime_ns
+    assert list(generate_pairs(library, tmp_path, 40)) == [(2, 2)]
+    assert (tmp_path / "pairs.npz").stat().st_mtime_ns == before

@@ -5,12 +5,13 @@ import pytest
 
 from grounding.spec import StructureSpec
 from structdiffusion import demonstrations
-from structdiffusion.demonstrations import DemonstrationSet, generate, settled_tower, write_shard
+from structdiffusion.demonstrations import DataFolderError, DemonstrationSet, generate, keep_shard
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.models.encoders import WORDS
 from structdiffusion.objects.solids import assemble, box, frustum
 from structdiffusion.physical import place_and_check
 from structdiffusion.scenes import draw_scene
+from structdiffusion.shards import draw_shard, settled_tower
 
 TOWER = WORDS["shape", "tower"]
 
@@ -18,13 +19,14 @@ TOWER = WORDS["shape", "tower"]
 @pytest.fixture(autouse=True)
 def small_shards(monkeypatch, tmp_path):
     monkeypatch.setattr(demonstrations, "SHARD_SCENES", 6)
+    monkeypatch.setattr(demonstrations, "PROVEN", 0)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
 
 def test_the_same_seed_gives_the_same_shard_and_others_differ(library, tmp_path):
     for folder, seed, number in (("a", 1, 0), ("b", 1, 0), ("c", 2, 0), ("d", 1, 1)):
         (tmp_path / folder).mkdir()
-        write_shard(library, tmp_path / folder, seed, number)
+        keep_shard(tmp_path / folder, draw_shard(library, seed, number, 6))
     first, again, seeded, following = (DemonstrationSet.load(tmp_path / folder) for folder in "abcd")
     for name in DemonstrationSet.__dataclass_fields__:
         np.testing.assert_array_equal(getattr(first, name), getattr(again, name))
@@ -47,9 +49,41 @@ def test_a_stopped_run_writes_only_what_is_missing(library, tmp_path):
     for name, column in np.load(tmp_path / "old.npz").items():
         np.testing.assert_array_equal(stored[name], column)
     assert len(DemonstrationSet.load(folder)) == 18
-    sheet = json.loads((folder / "datasheet.json").read_text())
-    assert sheet["scenes"] == 18 == sum(sheet["scenes_per_shape"].values())
-    assert sheet["objects"] == len(library) == sum(sheet["objects_per_category"].values())
+    told = [json.loads(line)["shard"] for line in (folder / "shards.jsonl").read_text().splitlines()]
+    assert told == [0, 1, 2, 1]
+
+
+def test_processes_draw_what_one_does(library, tmp_path):
+    for folder, workers in (("one", 1), ("two", 2)):
+        list(generate(library, tmp_path / folder, 12, workers=workers))
+    for number in range(2):
+        one, two = (np.load(tmp_path / folder / f"shard_0000{number}.npz") for folder in ("one", "two"))
+        for name, column in one.items():
+            np.testing.assert_array_equal(two[name], column)
+
+
+def test_other_scenes_are_not_mixed_in(library, tmp_path):
+    list(generate(library, tmp_path, 6, seed=4))
+    before = (tmp_path / "library.npz").stat().st_mtime_ns
+    with pytest.raises(DataFolderError, match="has scenes of seed 4, and not of seed 5"):
+        list(generate(library, tmp_path, 12, seed=5))
+    with pytest.raises(DataFolderError, match="has other objects than the 50 given"):
+        list(generate(library[:-1], tmp_path, 12, seed=4))
+    assert (tmp_path / "library.npz").stat().st_mtime_ns == before
+    assert len(DemonstrationSet.load(tmp_path)) == 6
+
+
+def test_what_became_of_every_try_is_told(library):
+    shard = draw_shard(library, 1, 0, 24, proven=1)
+    shapes = shard.facts["shapes"]
+    words = shard.columns["words"][:, 0]
+    for number, (shape, counts) in enumerate(shapes.items(), start=1):
+        assert counts["tries"] == counts["accepted"] + counts["no scene"] + counts["fell"]
+        assert counts["accepted"] == (words == number).sum()
+        assert counts["proven"] == (0 if shape == "tower" else min(1, counts["accepted"]))
+        assert counts["fell"] == 0 or shape == "tower"
+        assert counts["stood"] == counts["proven"]  # exact shapes stand
+    assert shard.facts["scenes"] == 24 and shard.facts["seconds"] > 0
 
 
 def test_an_empty_folder_is_an_error_that_names_the_command(tmp_path):

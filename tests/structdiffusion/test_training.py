@@ -1,4 +1,6 @@
 import csv
+import hashlib
+import json
 import math
 from dataclasses import replace
 from functools import partial
@@ -7,6 +9,7 @@ import pytest
 import torch
 
 from structdiffusion.batches import DemonstrationBatches
+from structdiffusion.models.checkpoint import parameter_count
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.collision.model import CollisionConfig
 from structdiffusion.models.diffusion import PoseDiffusion
@@ -14,13 +17,14 @@ from structdiffusion.models.diffusion.loss import diffusion_loss
 from structdiffusion.models.diffusion.model import DiffusionConfig
 from structdiffusion.scheduler import NoiseScheduler
 from structdiffusion.training import TrainingOptions, learning_rate, train
+from structdiffusion.training_record import Surroundings
 
 CPU = torch.device("cpu")
 OPTIONS = TrainingOptions(steps=20, learning_rate=2e-3, warmup=2, log_every=5)
 
 
 def toy():
-    """A small network and a task with an exact answer: does the first cloud lie left of the second?"""
+    """A small network and a task with an exact answer: are two clouds near each other?"""
     torch.manual_seed(0)
     model = CollisionDiscriminator(CollisionConfig(width=8, layers=1, points=8))
 
@@ -101,6 +105,59 @@ def test_same_seed_same_weights(tmp_path):
         list(train(model, loss, tmp_path / folder, replace(OPTIONS, seed=seed), CPU))
         weights.append(torch.cat([tensor.flatten() for tensor in model.state_dict().values()]))
     assert torch.equal(weights[0], weights[1]) and not torch.equal(weights[0], weights[2])
+
+
+def test_one_device_takes_plain_steps(tmp_path):
+    """The loop against one that is written out: nothing of several devices, records or precision touches its bits."""
+    model, loss = toy()
+    list(train(model, loss, tmp_path, OPTIONS, CPU, surroundings=Surroundings("1.0", {}, 16)))
+    plain, loss = toy()
+    optimizer = torch.optim.AdamW(plain.parameters(), lr=2e-3, weight_decay=0.01, fused=True)
+    average = {name: tensor.clone() for name, tensor in plain.state_dict().items()}
+    generator = torch.Generator().manual_seed(0)
+    for step in range(20):
+        optimizer.param_groups[0]["lr"] = learning_rate(step, OPTIONS)
+        optimizer.zero_grad()
+        loss(generator)["loss"].backward()
+        torch.nn.utils.clip_grad_norm_(plain.parameters(), 1.0)
+        optimizer.step()
+        for name, tensor in plain.state_dict().items():
+            average[name].lerp_(tensor, 1 - min(0.999, (step + 2) / (step + 11)))
+    for name, tensor in model.state_dict().items():
+        torch.testing.assert_close(tensor, average[name], atol=0, rtol=0)
+
+
+def test_the_record_tells_sessions_speed_and_checksums(tmp_path):
+    here = Surroundings("1.0", {"name": "toys", "scenes": 7}, batch=16)
+    for steps, surroundings in ((20, here), (30, replace(here, version="1.1")), (40, replace(here, version="1.1"))):
+        model, loss = toy()
+        list(train(model, loss, tmp_path, replace(OPTIONS, steps=steps), CPU, surroundings=surroundings))
+    record = json.loads((tmp_path / "training.json").read_text())
+    assert (record["kind"], record["parameters"], record["steps"]) == ("collision", parameter_count(model), 40)
+    spans = [(s["version"], s["first_step"], s["last_step"], s["options"]["steps"]) for s in record["sessions"]]
+    assert spans == [("1.0", 0, 20, 20), ("1.1", 20, 30, 30), ("1.1", 30, 40, 40)]
+    assert all(session["data"] == {"name": "toys", "scenes": 7} for session in record["sessions"])
+    last = record["sessions"][-1]
+    assert last["steps_per_second"] > 0
+    assert last["examples_per_second"] == pytest.approx(16 * last["steps_per_second"], rel=0.01)
+    assert sum(session["seconds"] for session in record["sessions"]) == pytest.approx(record["seconds"], abs=0.2)
+    weights = (tmp_path / "model.safetensors").read_bytes()
+    told = record["files"]["model.safetensors"]
+    assert told == {"bytes": len(weights), "sha256": hashlib.sha256(weights).hexdigest()}
+    assert record["losses"]["loss"] == pytest.approx(float(rows(tmp_path)[-1]["loss"]), abs=1e-5)
+
+
+def test_a_run_that_was_only_interrupted_is_one_session(tmp_path):
+    """Checkpoints come while it runs; whoever starts it again with the same words goes on with the same session."""
+    here, halfway = Surroundings("1.0", {}, 16), replace(OPTIONS, save_seconds=0.0)
+    model, loss = toy()
+    run = train(model, loss, tmp_path, halfway, CPU, surroundings=here)
+    assert [next(run).step, next(run).step] == [5, 10]
+    run.close()  # the last checkpoint is that of step 9
+    model, loss = toy()
+    list(train(model, loss, tmp_path, halfway, CPU, surroundings=here))
+    (session,) = json.loads((tmp_path / "training.json").read_text())["sessions"]
+    assert (session["first_step"], session["last_step"]) == (0, 20)
 
 
 def test_the_rate_warms_up_holds_and_falls():

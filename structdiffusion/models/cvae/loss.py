@@ -18,7 +18,11 @@ ROTATION_WEIGHT = 0.5
 
 
 def cvae_loss(
-    model: PoseCVAE, data: DemonstrationBatches, generator: torch.Generator, scenes: int = 48
+    model: PoseCVAE,
+    data: DemonstrationBatches,
+    generator: torch.Generator,
+    scenes: int = 48,
+    autocast: bool = False,
 ) -> dict[str, Tensor]:
     """The negative bound, scaled so that the position's error counts as it is.
 
@@ -26,19 +30,23 @@ def cvae_loss(
     in units of the mean squared error of the T tokens' 3 numbers, KL weighs 2 s^2 / 3 T. The weight is the
     same from the first step: a generator that predicts all poses at once cannot do without the latent, so
     that nothing draws the posterior to the prior before it is used, which annealing would have to prevent.
+    With `autocast` the transformers compute in bfloat16, as in the diffusion model's loss.
     """
     batch = data.draw(scenes, generator)
     state = model.encode_state(batch.world_from_structure, batch.position, batch.turn)
     nouns = data.noun_ids(batch.object_ids, model.config.nouns, generator)
     condition = model.condition(batch.clouds, batch.present, nouns, words=batch.words, sentence=batch.sentence)
-    posterior = model.posterior(state, condition)
-    noise = torch.randn(posterior.mean.shape, generator=generator, device=state.device)
-    error = (model(posterior.mean + posterior.stddev * noise, condition) - state) ** 2
+    with torch.autocast(state.device.type, dtype=torch.bfloat16, enabled=autocast):
+        posterior = model.posterior(state, condition)
+        noise = torch.randn(posterior.mean.shape, generator=generator, device=state.device)
+        generated = model(posterior.mean + posterior.stddev * noise, condition)
+        prior = model.prior(condition)
+    error = (generated - state) ** 2
     there = torch.cat((torch.ones_like(condition.present[:, :1]), condition.present), dim=1)[..., None]  # (B, 1+N, 1)
     tokens = there.sum()
     position = (error[..., :3] * there).sum() / (3 * tokens)
     rotation = (error[..., 3:] * there).sum() / (6 * tokens)
-    divergence = kl_divergence(posterior, model.prior(condition)).sum(dim=-1)  # (B,) nats
+    divergence = kl_divergence(posterior, prior).sum(dim=-1)  # (B,) nats
     weight = 2 * DEVIATION**2 / 3
     loss = position + ROTATION_WEIGHT * rotation + weight * divergence.sum() / tokens
     return {"loss": loss, "position": position, "rotation": rotation, "divergence": divergence.mean()}

@@ -11,16 +11,23 @@ from structdiffusion.models.structformer.model import StructFormer
 
 
 def structformer_loss(
-    model: StructFormer, data: DemonstrationBatches, generator: torch.Generator, scenes: int = 48
+    model: StructFormer,
+    data: DemonstrationBatches,
+    generator: torch.Generator,
+    scenes: int = 48,
+    autocast: bool = False,
 ) -> dict[str, Tensor]:
     """The mean negative logarithm of the likelihood, nats a number, over `scenes` scenes of the model's shape.
 
     The frame counts as much as all objects together: where it goes and where it faces is most of what words say.
+    With `autocast` the transformer computes in bfloat16, as in the diffusion model's loss.
     """
     batch = data.draw(scenes, generator)
     state = model.encode_state(batch.world_from_structure, batch.position, batch.turn)
     nouns = data.noun_ids(batch.object_ids, model.config.nouns, generator)
     condition = model.condition(batch.clouds, batch.present, nouns, words=batch.words, sentence=batch.sentence)
-    surprise = -model(state, condition).log_prob(state) / POSE  # (B, 1 + N)
+    with torch.autocast(state.device.type, dtype=torch.bfloat16, enabled=autocast):
+        poses = model(state, condition)
+    surprise = -poses.log_prob(state) / POSE  # (B, 1 + N)
     frame, objects = surprise[:, 0].mean(), surprise[:, 1:][condition.present].mean()
     return {"loss": frame + objects, "frame": frame, "objects": objects}

@@ -1,0 +1,77 @@
+"""`structagent generate`: training data on the cores of this machine or of a Ray cluster, with a datasheet."""
+
+from __future__ import annotations
+
+import os
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from agent import __version__
+from agent.training import progress_bar
+
+
+@dataclass(frozen=True)
+class DataWish:
+    """What is to be drawn.
+
+    Attributes:
+        out: the folder; what is finished there is kept.
+        scenes: how many, rounded up to whole shards.
+        pairs: of objects, for the collision discriminator.
+        objects: as `load_objects` takes it.
+        seed: of everything.
+    """
+
+    out: Path
+    scenes: int
+    pairs: int
+    objects: str
+    seed: int
+
+    @property
+    def command(self) -> str:
+        """The command line that draws it."""
+        return (
+            f"structagent generate --scenes {self.scenes} --pairs {self.pairs} --objects {self.objects} "
+            f"--seed {self.seed}"
+        )
+
+
+def generate_data(wish: DataWish, workers: int | None, ray: str | None) -> None:
+    """Writes demonstrations, the sentences that go with them, pairs of objects and a datasheet; says where they are.
+
+    Args:
+        wish: what is drawn.
+        workers: processes; `None` for one per core, of this machine or the cluster.
+        ray: the address of a Ray cluster that does it (see `agent.cluster`), or `None` for this machine.
+
+    Raises:
+        UsageError: when the cluster cannot be had.
+        DataFolderError: when the folder has other data.
+    """
+    from agent.cluster import ray_cluster
+    from agent.language_data import write_language
+    from grounding.encoder import SentenceEncoder
+    from structdiffusion.collision_pairs import generate_pairs
+    from structdiffusion.datasheet import SHEET_TEXT, write_datasheet
+    from structdiffusion.demonstrations import generate
+    from structdiffusion.objects.libraries import load_objects
+
+    models = load_objects(wish.objects)
+    with ExitStack() as stack:
+        count = stack.enter_context(ray_cluster(ray, workers)) if ray else workers or os.cpu_count() or 1
+        how = {"seed": wish.seed, "workers": count, "ray": ray is not None}
+        progress = stack.enter_context(progress_bar())
+        task = progress.add_task("shards of scenes", total=None)
+        for done, shards in generate(models, wish.out, wish.scenes, **how):
+            progress.update(task, completed=done, total=shards)
+        task = progress.add_task("groups of pairs", total=None)
+        for done, groups in generate_pairs(models, wish.out, wish.pairs, **how):
+            progress.update(task, completed=done, total=groups)
+    if not (wish.out / "language.npz").is_file():
+        write_language(wish.out, SentenceEncoder(), wish.seed)
+    about = {"version": __version__, "command": wish.command, "library": wish.objects, "seed": wish.seed}
+    sheet = write_datasheet(wish.out, models, about)
+    counted = f"{sheet['scenes']} scenes, {sheet['pairs']['pairs']} pairs and {sheet['sentences']} sentences"
+    print(f"{counted} in {wish.out}; see {wish.out / SHEET_TEXT}")
