@@ -16,7 +16,7 @@ from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.nouns import CUTLERY
 from structdiffusion.objects.model import ObjectModel, footprint_centroid
 from structdiffusion.objects.solids import assemble
-from structdiffusion.observation import ObjectCloud
+from structdiffusion.observation import ObjectCloud, Scene
 
 DENSITY = 400.0  # kg/m^3: between an empty carton and a full can
 FRICTION = 0.5
@@ -36,6 +36,18 @@ def bodies_of(
     """
     shapes = separated([complete(cloud, world_from_camera, method) for cloud in clouds])
     return [_body(cloud, shape) for cloud, shape in zip(clouds, shapes, strict=True)]
+
+
+def bodies_of_scene(scene: Scene) -> tuple[list[ObjectModel], np.ndarray, list[tuple[ObjectModel, np.ndarray]]]:
+    """What `place_and_check` needs to try arrangements on guessed bodies, from nothing but what the camera saw.
+
+    Returns:
+        the models of the N objects that take part, their poses world_from_object (N, 4, 4), and the distractors, each
+        with its pose.
+    """
+    bodies = bodies_of((*scene.objects, *scene.distractors), scene.world_from_camera)
+    own = bodies[: len(scene.objects)]
+    return [model for model, _ in own], np.array([pose for _, pose in own]), bodies[len(own) :]
 
 
 def body_of(

@@ -97,7 +97,9 @@ def _cells(points: np.ndarray, support: float) -> tuple[np.ndarray, float]:
 def _overfill(points: np.ndarray, cells: np.ndarray, area: float, support: float) -> float:
     """What the hull over some points holds beyond the columns, m^3."""
     try:
-        volume = float(ConvexHull(_standing(points, support)).volume)
+        outermost = ConvexHull(points[:, :2]).vertices  # the shadows of all others lie between theirs
+        standing = _standing(points, support)
+        volume = float(ConvexHull(standing[np.concatenate((np.arange(len(points)), len(points) + outermost))]).volume)
     except (QhullError, ValueError):
         return 0.0
     return max(0.0, volume - float((cells[:, 2] - support).sum()) * area)

@@ -83,9 +83,10 @@ def sample_surface(
         candidates = triangles[pick, 0] + u * edges[pick, 0] + v * edges[pick, 1]
         probes = candidates + _INNER_STEP * normals[pick]
         outer = np.ones(len(pick), dtype=bool)
-        for index, solid in enumerate(solids):
-            inside = (probes @ solid.equations[:, :3].T + solid.equations[:, 3]).max(axis=1) < 0
-            outer &= ~inside | (owner[pick] == index)
+        for index, (hull, solid) in enumerate(zip(hulls, solids)):
+            near = (owner[pick] != index) & ((probes > hull.min(axis=0)) & (probes < hull.max(axis=0))).all(axis=1)
+            inside = (probes[near] @ solid.equations[:, :3].T + solid.equations[:, 3]).max(axis=1) < 0
+            outer[np.flatnonzero(near)[inside]] = False
         points.append(candidates[outer])
         kept_normals.append(normals[pick][outer])
         found += int(outer.sum())

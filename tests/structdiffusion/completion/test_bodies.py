@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from structdiffusion.completion.bodies import DENSITY, bodies_of, body_of, separated
+from grounding.spec import StructureSpec
+from structdiffusion.completion.bodies import DENSITY, bodies_of, bodies_of_scene, body_of, separated
 from structdiffusion.completion.shapes import CompletedShape, complete
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.model import footprint_centroid
 from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.objects.solids import box
 from structdiffusion.observation import ObjectCloud
+from structdiffusion.physical import place_and_check
 from structdiffusion.rigid_body import mass_properties
 from structdiffusion.tabletop import TabletopWorld
 
@@ -55,6 +57,22 @@ def test_bodies_stay_where_they_were_seen(seen):
     # A handle moves a footprint's middle by millimetres.
     for (_, pose), there in zip(bodies, true):
         assert np.linalg.norm(pose[:2, 3] - there[:2, 3]) < 0.015
+
+
+def test_arrangements_are_tried_on_guessed_bodies(seen):
+    scene = seen[0].select([4, 1])  # the fork and the box; what is left stands in the way
+    models, poses, others = bodies_of_scene(scene)
+    assert [model.name for model in models] == [cloud.name for cloud in scene.objects]
+    assert [model.name for model, _ in others] == [cloud.name for cloud in scene.distractors]
+
+    def tried(shift):
+        motions = np.array([np.eye(4), pose_from_xyz_yaw(*shift, 0.0)])
+        return place_and_check(models, poses, motions, StructureSpec("line"), scene.table, others)
+
+    assert tried((0.0, 0.0, 0.0)).success
+    bottle = seen[1][2][:3, 3] - seen[1][1][:3, 3]
+    assert tried(bottle).failure == "intersection"
+    assert tried((0.0, 0.0, 0.2)).failure == "abnormal velocity"  # it falls
 
 
 def test_what_stands_on_something_is_set_on_it(seen):
