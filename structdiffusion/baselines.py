@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
 import torch
 
 from grounding.spec import SHAPES, SLOTS_OF_SHAPE
@@ -13,8 +12,7 @@ from structdiffusion.cem import PoseSearch
 from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.observation import Arrangement, Goal, Scene
-from structdiffusion.proposing import Observed, begin, finish, observed
-from structdiffusion.ranking import Ranker
+from structdiffusion.proposing import Finish, Observed, Sampled, begin, observed
 
 
 class CVAEPlanner:
@@ -22,12 +20,12 @@ class CVAEPlanner:
 
     Args:
         model: the network.
-        ranker: the discriminators, or `None` for the order of sampling.
-        search: improves what was sampled before it is ranked, where given.
+        finish: what becomes of samples: how they are set down, refined and ranked.
+        search: improves what was sampled before, where given.
     """
 
-    def __init__(self, model: PoseCVAE, ranker: Ranker | None, search: PoseSearch | None = None) -> None:
-        self.model, self.ranker, self.search = model, ranker, search
+    def __init__(self, model: PoseCVAE, finish: Finish = Finish(), search: PoseSearch | None = None) -> None:
+        self.model, self.finish, self.search = model, finish, search
 
     @torch.no_grad()
     def propose(
@@ -39,14 +37,11 @@ class CVAEPlanner:
             ValueError: when the scene has too many objects.
         """
         seen = observed(scene, goal, self.model, False, generator)
-        motions, frames = self.sample(seen, goal, count, generator)
-        return finish(seen, scene, goal, motions, frames, self.ranker, generator)
+        return self.finish(seen, scene, goal, self.sample(seen, goal, count, generator), generator)
 
     @torch.no_grad()
-    def sample(
-        self, seen: Observed, goal: Goal, count: int, generator: torch.Generator
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Sampled motions (count, N, 4, 4) and structure frames (count, 4, 4)."""
+    def sample(self, seen: Observed, goal: Goal, count: int, generator: torch.Generator) -> Sampled:
+        """`count` samples as the network gives them."""
         return _sampled(self.model, self.search, seen, goal, count, generator)
 
 
@@ -57,14 +52,14 @@ class StructFormerPlanner:
 
     Args:
         models: the network for each shape.
-        ranker: the discriminators, or `None` for the order of sampling.
-        search: improves what was sampled before it is ranked, where given.
+        finish: what becomes of samples: how they are set down, refined and ranked.
+        search: improves what was sampled before, where given.
     """
 
     def __init__(
-        self, models: Mapping[str, StructFormer], ranker: Ranker | None, search: PoseSearch | None = None
+        self, models: Mapping[str, StructFormer], finish: Finish = Finish(), search: PoseSearch | None = None
     ) -> None:
-        self.models, self.ranker, self.search = models, ranker, search
+        self.models, self.finish, self.search = models, finish, search
 
     @torch.no_grad()
     def propose(
@@ -76,26 +71,21 @@ class StructFormerPlanner:
             ValueError: when the scene has too many objects.
         """
         seen = observed(scene, goal, next(iter(self.models.values())), False, generator)
-        motions, frames = self.sample(seen, goal, count, generator)
-        return finish(seen, scene, goal, motions, frames, self.ranker, generator)
+        return self.finish(seen, scene, goal, self.sample(seen, goal, count, generator), generator)
 
     @torch.no_grad()
-    def sample(
-        self, seen: Observed, goal: Goal, count: int, generator: torch.Generator
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Sampled motions (count, N, 4, 4) and structure frames (count, 4, 4)."""
+    def sample(self, seen: Observed, goal: Goal, count: int, generator: torch.Generator) -> Sampled:
+        """`count` samples as the network gives them."""
         asked = {slot for slot, _ in goal.spec.tokens()}
         shapes = [goal.spec.shape] if goal.spec.shape else [s for s in SHAPES if asked <= set(SLOTS_OF_SHAPE[s])]
-        motions, frames = [], []
+        parts = []
         for number, shape in enumerate(shapes):
             share = len(range(number, count, len(shapes)))
             if not share:
                 continue
             told = replace(goal, spec=replace(goal.spec, shape=shape))
-            of_shape, with_frames = _sampled(self.models[shape], self.search, seen, told, share, generator)
-            motions.append(of_shape)
-            frames.append(with_frames)
-        return np.concatenate(motions), np.concatenate(frames)
+            parts.append(_sampled(self.models[shape], self.search, seen, told, share, generator))
+        return Sampled.joined(parts)
 
 
 def _sampled(
@@ -105,10 +95,10 @@ def _sampled(
     goal: Goal,
     count: int,
     generator: torch.Generator,
-) -> tuple[np.ndarray, np.ndarray]:
-    """What one network samples, improved where there is a search: motions (count, N, 4, 4), frames (count, 4, 4)."""
+) -> Sampled:
+    """What one network samples, improved where there is a search."""
     samples = begin(network, seen, goal, False, count, generator)
     state = network.sample(samples.condition, generator)
     if search is not None:
         samples, state = search.improve(network, seen, samples, state, goal, generator)
-    return samples.motions(network, state)
+    return samples.sampled(network, state)

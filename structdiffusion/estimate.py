@@ -13,9 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from structdiffusion.footprints import overlap_depth, turned
+from structdiffusion.footprints import outline_centroid, overlap_depth, turned
 from structdiffusion.layouts import LayoutItem
-from structdiffusion.objects.model import footprint_centroid
 from structdiffusion.observation import ObjectCloud
 from structdiffusion.success import PlacedBody
 
@@ -56,7 +55,7 @@ class ObjectEstimate:
 
     def layout_item(self) -> LayoutItem:
         """The planner's view of it. A bottom cannot be seen, and is taken to be level."""
-        centred = self.outline - footprint_centroid(self.outline)
+        centred = self.outline - outline_centroid(self.outline)
         return LayoutItem(self.category, centred, self.height, self.front_yaw, self.stackable, flat_bottom=True)
 
     def outline_after(self, motion: np.ndarray) -> np.ndarray:
@@ -79,7 +78,7 @@ def estimate(cloud: ObjectCloud) -> ObjectEstimate:
     except (QhullError, ValueError):
         share = 0.0
     mean = cloud.points.mean(axis=0).astype(np.float64)
-    middle = footprint_centroid(outline)
+    middle = outline_centroid(outline)
     inner = np.linalg.norm(cloud.points[:, :2] - middle, axis=1) < _INNER * np.linalg.norm(outline - middle, axis=1).min()
     hollow = inner.sum() >= 5 and height - float(np.median(z[inner])) > _LEVEL
     if hollow:  # the points near the top are mostly on the wall below the rim
@@ -130,7 +129,7 @@ def imagined_bodies(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> l
         lift = float(motion[2, 3])
         bodies.append(
             PlacedBody(
-                thing.name, thing.category, outline, footprint_centroid(outline), lift, lift + thing.height, yaw
+                thing.name, thing.category, outline, outline_centroid(outline), lift, lift + thing.height, yaw
             )
         )
     order = sorted(range(len(bodies)), key=lambda i: bodies[i].z_bottom)

@@ -20,9 +20,11 @@ def turned(outline: np.ndarray, yaw: float) -> np.ndarray:
     return outline @ np.array([[c, s], [-s, c]])
 
 
-def polygons(outlines: Sequence[np.ndarray]) -> np.ndarray:
-    """Shapely polygons (N,) of convex outlines."""
-    return np.array([shapely.Polygon(outline) for outline in outlines])
+def outline_centroid(outline: np.ndarray) -> np.ndarray:
+    """The area centroid (2,) of a convex outline (K, 2)."""
+    following = np.roll(outline, -1, axis=0)
+    cross = outline[:, 0] * following[:, 1] - following[:, 0] * outline[:, 1]
+    return ((outline + following) * cross[:, None]).sum(axis=0) / (3.0 * cross.sum())
 
 
 def clear_gap(a: np.ndarray, b: np.ndarray) -> float:
@@ -35,6 +37,8 @@ def overlap_depth(a: np.ndarray, b: np.ndarray) -> float:
 
     Separating axes: a convex pair overlaps iff its shadows overlap along every edge normal.
     """
+    if (a.max(axis=0) <= b.min(axis=0)).any() or (b.max(axis=0) <= a.min(axis=0)).any():
+        return 0.0
     depth = math.inf
     for outline in (a, b):
         edges = np.roll(outline, -1, axis=0) - outline
@@ -50,17 +54,38 @@ def overlap_depth(a: np.ndarray, b: np.ndarray) -> float:
 def separation_along(a: np.ndarray, b: np.ndarray, direction: np.ndarray, clearance: float = CLEARANCE) -> float:
     """How far b's origin must lie from a's along a unit `direction` (2,) for a clear gap of `clearance`.
 
-    Both outlines (K, 2) are about their own origins. For convex outlines that contain their origins
-    the gap grows with the distance, so bisection finds it.
+    Both outlines (K, 2) are convex, counter-clockwise, and about their own origins. They are closer than `clearance`
+    as long as the vector between the origins lies inside a + (-b), rounded outward by `clearance`: the answer
+    is where the ray leaves that region, through an edge moved outward or through the arc about a corner.
     """
-    clearance = max(clearance, 1e-6)  # overlapping outlines are 0 apart, which is not clear
-    first, second = shapely.Polygon(a), shapely.Polygon(b)
-    low, high = 0.0, float(np.linalg.norm(a, axis=1).max() + np.linalg.norm(b, axis=1).max()) + clearance
-    for _ in range(14):  # to 1e-4 of the span
-        middle = 0.5 * (low + high)
-        shifted = shapely.affinity.translate(second, *(middle * direction))
-        low, high = (low, middle) if first.distance(shifted) >= clearance else (middle, high)
-    return high
+    corners = _minkowski_sum(a, -b)
+    edges = np.roll(corners, -1, axis=0) - corners
+    lengths = np.linalg.norm(edges, axis=1)
+    tangents = edges / (lengths[:, None] + 1e-12)
+    normals = np.column_stack((tangents[:, 1], -tangents[:, 0]))  # outward
+    facing = normals @ direction
+    with np.errstate(divide="ignore", invalid="ignore"):
+        leaves = ((normals * corners).sum(axis=1) + clearance) / facing
+    leaves[(facing <= 1e-9) | (lengths < 1e-9)] = math.inf
+    edge = int(leaves.argmin())
+    distance = float(leaves[edge])
+    place = float((distance * direction - corners[edge]) @ tangents[edge])
+    if 0.0 <= place <= lengths[edge]:
+        return max(0.0, distance)
+    corner = corners[edge if place < 0.0 else (edge + 1) % len(corners)]
+    along = float(corner @ direction)
+    beside = clearance**2 - (float(corner @ corner) - along**2)
+    return max(0.0, along + math.sqrt(max(beside, 0.0)))
+
+
+def _minkowski_sum(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The corners (K + L, 2) of the sum of two convex outlines (K, 2) and (L, 2), counter-clockwise as they are."""
+    edges = np.concatenate((np.roll(a, -1, axis=0) - a, np.roll(b, -1, axis=0) - b))
+    headings = np.arctan2(edges[:, 1], edges[:, 0])
+    # From the lowest corners (of several the leftmost) on, the edges of both follow each other by their headings.
+    lowest = sum(outline[np.lexsort((outline[:, 0], outline[:, 1]))[0]] for outline in (a, b))
+    order = np.argsort(np.where(headings < 0.0, headings + 2.0 * math.pi, headings), kind="stable")
+    return lowest + np.concatenate((np.zeros((1, 2)), np.cumsum(edges[order], axis=0)[:-1]))
 
 
 def tightest_ring_radius(outlines: Sequence[np.ndarray], directions: np.ndarray) -> float:

@@ -3,45 +3,90 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
 class PlannerParts:
-    """What a planner is made of.
+    """What a planner is made of. The switches below `cem` leave out one part each of what goes beyond the paper.
 
     Attributes:
         network: "diffusion", "cvae", "structformer" (one network a shape) or "geometric" (none).
         sentence: whether the network is told the sentence's embedding rather than word tokens.
         ranked: whether discriminators and checks rank what it proposes.
-        cem: whether the cross-entropy method improves samples by the structure discriminator's score.
         guidance: weight of the structure discriminator's gradient in the denoising.
+        cem: whether the cross-entropy method improves samples by the structure discriminator's score.
+        placed: whether objects are set down, and structures moved into the thirds asked for, by what the camera saw.
+        refined: whether circles and lines are drawn into the contract's bands, and objects apart.
+        discriminators: whether the trained discriminators count in the rank.
+        mean_collision: rank by the mean over pairs of the chance of no collision, as in the paper, not the product.
+        bounds: whether hanging over the table's edge counts in the rank.
+        checks: whether the imagined checks count in the rank.
+        imagined: how many of the best are tried out in imagined physics.
+        sampler: "ddim", or "ddpm" as in the paper.
+        steps: of denoising.
+        candidates: how many arrangements it proposes, whatever number is asked for; `None` for that number.
     """
 
     network: str
     sentence: bool = False
     ranked: bool = True
-    cem: bool = False
     guidance: float = 0.0
+    cem: bool = False
+    placed: bool = True
+    refined: bool = True
+    discriminators: bool = True
+    mean_collision: bool = False
+    bounds: bool = True
+    checks: bool = True
+    imagined: int = 0
+    sampler: str = "ddim"
+    steps: int = 25
+    candidates: int | None = None
 
 
-# The paper's methods and ablations. Only the diffusion model's weights come along (see `sampling.load_planner`).
+# The best-ranked are tried out in imagination until three of them stand; more than eight are hardly ever asked for.
+_TRIED = 8
+_FULL = PlannerParts("diffusion", imagined=_TRIED)
+_UNRANKED = replace(_FULL, ranked=False, imagined=0)
+_PAPER = replace(_FULL, placed=False, refined=False, mean_collision=True, bounds=False, checks=False, imagined=0)
+
+
+def _with_variants(name: str, parts: PlannerParts) -> dict[str, PlannerParts]:
+    """A baseline as it is, and without the discriminators' ranking; both on the same footing as the diffusion model."""
+    return {name: parts, f"{name}-unranked": replace(parts, ranked=False, imagined=0)}
+
+
+# The paper's methods, and ablations of what goes beyond it. Only the diffusion model's weights come along.
 PLANNERS: Mapping[str, PlannerParts] = {
-    "diffusion": PlannerParts("diffusion", sentence=True),
-    "diffusion-tokens": PlannerParts("diffusion"),
+    "diffusion": replace(_FULL, sentence=True),
+    "diffusion-tokens": _FULL,
     "geometric": PlannerParts("geometric"),
-    "diffusion-unranked": PlannerParts("diffusion", sentence=True, ranked=False),
-    "diffusion-tokens-unranked": PlannerParts("diffusion", ranked=False),
-    "diffusion-tokens+guidance1": PlannerParts("diffusion", guidance=1.0),
-    "diffusion-tokens+guidance2": PlannerParts("diffusion", guidance=2.0),
-    "diffusion-tokens+guidance4": PlannerParts("diffusion", guidance=4.0),
-    "diffusion-tokens+guidance8": PlannerParts("diffusion", guidance=8.0),
-    "cvae": PlannerParts("cvae"),
-    "cvae-unranked": PlannerParts("cvae", ranked=False),
-    "cvae+cem": PlannerParts("cvae", cem=True),
-    "cvae+cem-unranked": PlannerParts("cvae", cem=True, ranked=False),
-    "structformer": PlannerParts("structformer"),
-    "structformer-unranked": PlannerParts("structformer", ranked=False),
-    "structformer+cem": PlannerParts("structformer", cem=True),
-    "structformer+cem-unranked": PlannerParts("structformer", cem=True, ranked=False),
+    "geometric+imagined": PlannerParts("geometric", imagined=_TRIED),
+    "diffusion-unranked": replace(_UNRANKED, sentence=True),
+    "diffusion-tokens-unranked": _UNRANKED,
+    # As in the paper: no geometry, the two discriminators' rank alone, or none.
+    "diffusion-paper": replace(_PAPER, sentence=True),
+    "diffusion-paper-unranked": replace(_PAPER, sentence=True, ranked=False),
+    "diffusion-tokens-paper": _PAPER,
+    "diffusion-tokens-paper-unranked": replace(_PAPER, ranked=False),
+    **{f"diffusion-tokens+guidance{weight:g}": replace(_UNRANKED, guidance=weight) for weight in (1.0, 2.0, 4.0, 8.0)},
+    **_with_variants("cvae", replace(_FULL, network="cvae")),
+    **_with_variants("cvae+cem", replace(_FULL, network="cvae", cem=True)),
+    **_with_variants("structformer", replace(_FULL, network="structformer")),
+    **_with_variants("structformer+cem", replace(_FULL, network="structformer", cem=True)),
+    # One part left out, or another number of steps or candidates.
+    "diffusion-tokens-no-placement": replace(_FULL, placed=False, refined=False),
+    "diffusion-tokens-no-refinement": replace(_FULL, refined=False),
+    "diffusion-tokens-no-imagination": replace(_FULL, imagined=0),
+    "diffusion-tokens-no-discriminators": replace(_FULL, discriminators=False),
+    "diffusion-tokens-mean-collision": replace(_FULL, mean_collision=True),
+    "diffusion-tokens-no-bounds": replace(_FULL, bounds=False),
+    "diffusion-tokens-no-checks": replace(_FULL, checks=False),
+    "diffusion-tokens-steps5": replace(_FULL, steps=5),
+    "diffusion-tokens-steps10": replace(_FULL, steps=10),
+    "diffusion-tokens-ddpm200": replace(_FULL, sampler="ddpm", steps=200),
+    "diffusion-tokens-best4": replace(_FULL, candidates=4),
+    "diffusion-tokens-best16": replace(_FULL, candidates=16),
+    "diffusion-tokens-best256": replace(_FULL, candidates=256),
 }

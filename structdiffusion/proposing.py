@@ -1,4 +1,4 @@
-"""What every planner with a network does before it samples poses and after: encode once; settle, shift, rank."""
+"""What every planner with a network does before it samples poses and after: encode once; set down, refine, rank."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ from torch import Tensor
 
 from grounding.spec import StructureSpec
 from structdiffusion.estimate import ObjectEstimate, estimate
+from structdiffusion.imagination import Imagination, tried_out
 from structdiffusion.layouts import setting_base, tower_order
 from structdiffusion.models.backbone import Condition, PoseBackbone
 from structdiffusion.models.encoders import word_ids
-from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene
+from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene, Table
 from structdiffusion.placement import shift_into_place
 from structdiffusion.ranking import Ranker
+from structdiffusion.refinement import parted, straightened
 from structdiffusion.settle import settle
 
 _CLOUD_POINTS = 256  # as in training
@@ -57,14 +59,36 @@ class Samples:
         """Some of them, or all in another order."""
         return Samples(self.condition[rows], self.order[rows], self.means[rows])
 
-    def motions(self, model: PoseBackbone, state: Tensor) -> tuple[np.ndarray, np.ndarray]:
-        """A state (K, 1 + N, 9) as motions (K, N, 4, 4) of the objects and structure frames (K, 4, 4)."""
+    def sampled(self, model: PoseBackbone, state: Tensor) -> Sampled:
+        """What a state (K, 1 + N, 9) says."""
         frame, position, turn = model.decode_state(state)
         motion = torch.eye(4).repeat(*self.order.shape, 1, 1)
         motion[..., :3, :3] = turn
         motion[..., :3, 3] = position - torch.einsum("knij,knj->kni", turn, self.means)
         rows = torch.arange(len(motion))[:, None]
-        return motion[rows, self.order.argsort(dim=1)].double().numpy(), frame.double().numpy()
+        motions = motion[rows, self.order.argsort(dim=1)].double().numpy()
+        return Sampled(motions, frame.double().numpy(), self.order.numpy())
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """K samples as a network gives them.
+
+    Attributes:
+        motions: (K, N, 4, 4) of the objects, world frame.
+        frames: (K, 4, 4) world_from_structure.
+        orders: (K, N) the object of each place.
+    """
+
+    motions: np.ndarray
+    frames: np.ndarray
+    orders: np.ndarray
+
+    @classmethod
+    def joined(cls, parts: Sequence[Sampled]) -> Sampled:
+        """The samples of several, one after another."""
+        rows = zip(*((part.motions, part.frames, part.orders) for part in parts))
+        return cls(*(np.concatenate(row) for row in rows))
 
 
 def observed(scene: Scene, goal: Goal, model: PoseBackbone, sentence: bool, generator: torch.Generator) -> Observed:
@@ -107,34 +131,62 @@ def begin(
     return Samples(condition, order, seen.clouds.mean(dim=1)[order])
 
 
-def finish(
-    seen: Observed,
-    scene: Scene,
-    goal: Goal,
-    motions: np.ndarray,
-    frames: np.ndarray,
-    ranker: Ranker | None,
-    generator: torch.Generator,
-) -> list[Arrangement]:
-    """Sampled motions (K, N, 4, 4) and frames (K, 4, 4) set down, moved into place and ranked, best first.
+@dataclass(frozen=True)
+class Finish:
+    """What becomes of samples before they are proposed. Each part can be left out, to measure what it is worth.
 
-    Without a ranker the order stays, and every arrangement counts as worth a try: its total is 1.
+    Attributes:
+        placed: set objects down (`settle`), and move the structure as a whole into the thirds asked for (`placement`).
+        refined: draw circles and lines into the contract's bands, and objects apart (`refinement`).
+        ranker: gives the order; with none it is that of sampling.
+        imagined: how many of the best-ranked are tried out in imagination (`imagination`).
     """
-    motions, frames = np.array([settle(seen.objects, row) for row in motions]), frames.copy()
-    for row, frame in zip(motions, frames):
-        shift = shift_into_place(seen.objects, row, goal.spec, scene.table)
-        row[:, :2, 3] += shift
-        frame[:2, 3] += shift
-    arrangements = [Arrangement(row, {"total": 1.0}, frame) for row, frame in zip(motions, frames)]
-    if ranker is None:
+
+    placed: bool = True
+    refined: bool = True
+    ranker: Ranker | None = None
+    imagined: int = 0
+
+    def __call__(
+        self, seen: Observed, scene: Scene, goal: Goal, sampled: Sampled, generator: torch.Generator
+    ) -> list[Arrangement]:
+        """The samples as arrangements, best first. Without a ranker every one counts as worth a try: its total is 1."""
+        motions, frames = sampled.motions.copy(), sampled.frames.copy()
+        others = [estimate(cloud) for cloud in scene.distractors]
+        if self.placed:
+            for row, frame in zip(motions, frames):
+                self._place(seen.objects, others, row, frame, goal.spec, scene.table)
+        arrangements = [Arrangement(row, {"total": 1.0}, frame) for row, frame in zip(motions, frames)]
+        if self.ranker is not None:
+            other_clouds = sampled_clouds(scene.distractors, generator)
+            scores = self.ranker.scores(
+                seen.objects, others, seen.clouds, other_clouds, seen.nouns, motions, goal.spec, scene.table,
+                sampled.orders,
+            )  # fmt: skip
+            ranked = [replace(arrangement, scores=row) for arrangement, row in zip(arrangements, scores)]
+            arrangements = sorted(ranked, key=lambda arrangement: -arrangement.scores["total"])
+        if self.imagined:
+            arrangements = tried_out(Imagination(scene), arrangements, goal.spec, self.imagined)
         return arrangements
-    others = [estimate(cloud) for cloud in scene.distractors]
-    other_clouds = sampled_clouds(scene.distractors, generator)
-    scores = ranker.scores(
-        seen.objects, others, seen.clouds, other_clouds, seen.nouns, motions, goal.spec, scene.table
-    )
-    ranked = [replace(arrangement, scores=row) for arrangement, row in zip(arrangements, scores)]
-    return sorted(ranked, key=lambda arrangement: -arrangement.scores["total"])
+
+    def _place(
+        self,
+        objects: Sequence[ObjectEstimate],
+        others: Sequence[ObjectEstimate],
+        motions: np.ndarray,
+        frame: np.ndarray,
+        spec: StructureSpec,
+        table: Table,
+    ) -> None:
+        """Sets one arrangement (N, 4, 4) down, refines it, and moves it with its frame (4, 4), in place."""
+        motions[:] = settle(objects, motions)
+        if self.refined:
+            motions[:] = straightened(objects, motions, spec)
+        shift = shift_into_place(objects, motions, spec, table)
+        motions[:, :2, 3] += shift
+        frame[:2, 3] += shift
+        if self.refined:
+            motions[:] = parted(objects, others, motions)
 
 
 def place_orders(

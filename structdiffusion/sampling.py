@@ -1,9 +1,8 @@
-"""Planners: from a scene and a goal to ranked arrangements, by the diffusion model or by geometry alone."""
+"""Planners by name, and the diffusion model's: from a scene and a goal to ranked arrangements."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
@@ -13,11 +12,8 @@ import torch
 from grounding.spec import SHAPES
 from structdiffusion.baselines import CVAEPlanner, StructFormerPlanner
 from structdiffusion.cem import PoseSearch
-from structdiffusion.estimate import ObjectEstimate, estimate
-from structdiffusion.footprints import CLEARANCE, clear_gap
-from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.geometric import GeometricPlanner
 from structdiffusion.guidance import StructureScore, guided
-from structdiffusion.layouts import LayoutError, lay_out
 from structdiffusion.models import structformer_name
 from structdiffusion.models.checkpoint import CheckpointError
 from structdiffusion.models.collision import CollisionDiscriminator
@@ -25,15 +21,13 @@ from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structure import StructureDiscriminator
-from structdiffusion.observation import Arrangement, Goal, Scene, Table
+from structdiffusion.observation import Arrangement, Goal, Scene
 from structdiffusion.planners import PLANNERS, PlannerParts
-from structdiffusion.proposing import Observed, begin, finish, observed
-from structdiffusion.ranking import Ranker, checks_score
+from structdiffusion.proposing import Finish, Observed, Sampled, begin, observed
+from structdiffusion.ranking import Ranker
 from structdiffusion.scheduler import NoiseScheduler
-from structdiffusion.settle import settle
 
 WEIGHTS = Path(__file__).parent / "weights"
-SAMPLING_STEPS = 25
 # Told what is clean so far: (step, steps, motions (K, N, 4, 4)).
 Preview = Callable[[int, int, np.ndarray], None]
 
@@ -62,7 +56,7 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
         raise ValueError(f"model cannot be {name!r}; legal values: {', '.join(PLANNERS)}")
     parts = PLANNERS[name]
     if parts.network == "geometric":
-        return GeometricPlanner()
+        return GeometricPlanner(parts.imagined)
     folder = Path(weights) if weights is not None else WEIGHTS
     if not folder.is_dir():
         raise CheckpointError(f"there is no folder {folder} with checkpoints")
@@ -75,22 +69,37 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
             "to DIR, and give `--weights DIR`"
         )
     if parts.network == "structformer":
-        return StructFormerPlanner({shape: _structformer(folder, shape) for shape in SHAPES}, *_judges(parts, folder))
+        by_shape = {shape: _structformer(folder, shape) for shape in SHAPES}
+        return StructFormerPlanner(by_shape, _finish(parts, folder), _search(parts, folder))
     if parts.network == "cvae":
-        return CVAEPlanner(PoseCVAE.from_pretrained(folder / "cvae"), *_judges(parts, folder))
+        cvae = PoseCVAE.from_pretrained(folder / "cvae")
+        return CVAEPlanner(cvae, _finish(parts, folder), _search(parts, folder))
     model = PoseDiffusion.from_pretrained(folder / "diffusion")
-    ranker, _ = _judges(parts, folder)
     guide = StructureDiscriminator.from_pretrained(folder / "structure") if parts.guidance else None
-    return DiffusionPlanner(model, ranker, sentence=parts.sentence, guide=guide, guidance=parts.guidance)
+    return DiffusionPlanner(
+        model, _finish(parts, folder), sentence=parts.sentence, steps=parts.steps, sampler=parts.sampler,
+        guide=guide, guidance=parts.guidance, candidates=parts.candidates,
+    )  # fmt: skip
 
 
-def _judges(parts: PlannerParts, folder: Path) -> tuple[Ranker | None, PoseSearch | None]:
-    """What ranks and what improves a planner's samples, where it has them."""
-    if not (parts.ranked or parts.cem):
-        return None, None
-    structure = StructureDiscriminator.from_pretrained(folder / "structure")
-    ranker = Ranker(structure, CollisionDiscriminator.from_pretrained(folder / "collision")) if parts.ranked else None
-    return ranker, PoseSearch(structure) if parts.cem else None
+def _search(parts: PlannerParts, folder: Path) -> PoseSearch | None:
+    """What improves a planner's samples, where it has that."""
+    return PoseSearch(StructureDiscriminator.from_pretrained(folder / "structure")) if parts.cem else None
+
+
+def _finish(parts: PlannerParts, folder: Path) -> Finish:
+    """What a planner does with its samples."""
+    ranker = None
+    if parts.ranked:
+        ranker = Ranker(
+            StructureDiscriminator.from_pretrained(folder / "structure"),
+            CollisionDiscriminator.from_pretrained(folder / "collision"),
+            discriminators=parts.discriminators,
+            mean_collision=parts.mean_collision,
+            bounds=parts.bounds,
+            imagined_checks=parts.checks,
+        )
+    return Finish(parts.placed, parts.refined, ranker, parts.imagined)
 
 
 def _structformer(folder: Path, shape: str) -> StructFormer:
@@ -107,26 +116,28 @@ class DiffusionPlanner:
 
     Args:
         model: the denoiser.
-        ranker: the discriminators.
+        finish: what becomes of samples: how they are set down, refined and ranked.
         sentence: tell the model the sentence's embedding rather than word tokens.
         steps: denoising steps.
         sampler: "ddim", or "ddpm" as in the paper (with 200 steps).
         guide: the discriminator that guides the denoising (see `guidance`), with
         guidance: its weight; at 0 nothing guides.
+        candidates: how many it proposes, whatever number is asked for, or `None`.
     """
 
     def __init__(
         self,
         model: PoseDiffusion,
-        ranker: Ranker | None,
+        finish: Finish = Finish(),
         *,
         sentence: bool = True,
-        steps: int = SAMPLING_STEPS,
+        steps: int = 25,
         sampler: str = "ddim",
         guide: StructureDiscriminator | None = None,
         guidance: float = 0.0,
+        candidates: int | None = None,
     ) -> None:
-        self.model, self.ranker, self.sentence = model, ranker, sentence
+        self.model, self.finish, self.sentence, self.candidates = model, finish, sentence, candidates
         self.guide, self.guidance = guide, guidance if guide is not None else 0.0
         self.scheduler = NoiseScheduler(model.config.steps, model.config.prediction_type)
         self.scheduler.set_timesteps(steps, sampler)
@@ -147,14 +158,14 @@ class DiffusionPlanner:
             ValueError: when the sentence model gets no embedding, or the scene has too many objects.
         """
         seen = observed(scene, goal, self.model, self.sentence, generator)
-        motions, frames = self.sample(seen, goal, count, generator, preview)
-        return finish(seen, scene, goal, motions, frames, self.ranker, generator)
+        sampled = self.sample(seen, goal, self.candidates or count, generator, preview)
+        return self.finish(seen, scene, goal, sampled, generator)
 
     @torch.no_grad()
     def sample(
         self, seen: Observed, goal: Goal, count: int, generator: torch.Generator, preview: Preview | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Sampled motions (count, N, 4, 4) and structure frames (count, 4, 4), as the model gives them."""
+    ) -> Sampled:
+        """`count` samples as the model gives them."""
         samples = begin(self.model, seen, goal, self.sentence, count, generator)
         score = StructureScore.of(self.guide, seen, samples, goal) if self.guidance else None
         state = torch.randn(count, 1 + len(seen.objects), 9, generator=generator)
@@ -169,55 +180,5 @@ class DiffusionPlanner:
             step = self.scheduler.step(prediction, index, state, generator)
             state = step.previous
             if preview is not None:
-                preview(index + 1, len(timesteps), samples.motions(self.model, step.predicted_clean)[0])
-        return samples.motions(self.model, state)
-
-
-class GeometricPlanner:
-    """The exact planner, given only what the camera saw: a baseline without learning."""
-
-    def propose(
-        self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
-    ) -> list[Arrangement]:
-        """Up to `count` layouts of the estimated outlines, those whose imagined checks hold first.
-
-        Raises:
-            LayoutError: when no layout exists for these objects on this table.
-        """
-        rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
-        objects = [estimate(cloud) for cloud in scene.objects]
-        others = [estimate(cloud) for cloud in scene.distractors]
-        arrangements, reason = [], None
-        for _ in range(count):
-            order = rng.permutation(len(objects))
-            try:
-                layout = lay_out([objects[i].layout_item() for i in order], goal.spec, scene.table, rng)
-            except LayoutError as error:
-                reason = error
-                continue
-            motions = np.zeros((len(objects), 4, 4))
-            for place, i in enumerate(order):
-                item_at = objects[i].outline.mean(axis=0) - objects[i].layout_item().footprint.mean(axis=0)
-                turn = pose_from_xyz_yaw(0.0, 0.0, 0.0, layout.turns[place])
-                turn[:2, 3] = layout.positions[place, :2] - turn[:2, :2] @ item_at
-                turn[2, 3] = layout.positions[place, 2]
-                motions[i] = turn
-            motions = settle(objects, motions)
-            scores = self._scores(objects, others, motions, goal, scene.table)
-            arrangements.append(Arrangement(motions, scores, layout.world_from_structure))
-        if not arrangements:
-            raise reason
-        return sorted(arrangements, key=lambda arrangement: -arrangement.scores["total"])
-
-    @staticmethod
-    def _scores(
-        objects: Sequence[ObjectEstimate],
-        others: Sequence[ObjectEstimate],
-        motions: np.ndarray,
-        goal: Goal,
-        table: Table,
-    ) -> dict[str, float]:
-        outlines = [thing.outline_after(motion) for thing, motion in zip(objects, motions)]
-        hits = sum(clear_gap(outline, other.outline) < CLEARANCE for outline in outlines for other in others)
-        scores = {"checks": checks_score(objects, motions, goal.spec, table), "free of distractors": 1.0 / (1.0 + hits)}
-        return {**scores, "total": math.prod(scores.values())}
+                preview(index + 1, len(timesteps), samples.sampled(self.model, step.predicted_clean).motions)
+        return samples.sampled(self.model, state)

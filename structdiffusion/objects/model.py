@@ -13,6 +13,8 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from structdiffusion.footprints import outline_centroid
+
 SURFACE_POINTS = 1024
 
 
@@ -102,7 +104,4 @@ class ObjectModel:
 
 def footprint_centroid(points_xy: np.ndarray) -> np.ndarray:
     """The area centroid (2,) of the convex hull of points (P, 2)."""
-    outline = points_xy[ConvexHull(points_xy).vertices]
-    following = np.roll(outline, -1, axis=0)
-    cross = outline[:, 0] * following[:, 1] - following[:, 0] * outline[:, 1]
-    return ((outline + following) * cross[:, None]).sum(axis=0) / (3.0 * cross.sum())
+    return outline_centroid(points_xy[ConvexHull(points_xy).vertices])

@@ -5,8 +5,8 @@ from functools import partial
 from agent.evaluating import spoken_scenes
 from agent.evaluating_arm import _built, _rates
 from structdiffusion.evaluation_scenes import draw_evaluation_scenes
+from structdiffusion.geometric import GeometricPlanner
 from structdiffusion.objects.libraries import load_objects
-from structdiffusion.sampling import GeometricPlanner
 
 
 def test_a_scene_is_built_and_judged():

@@ -10,10 +10,10 @@ from agent.arm.events import Placed, Planned, PlanFailed, Stopped
 from agent.errors import NotBuildable, NoValidGoal
 from agent.scenes.table import TableScene
 from grounding.spec import StructureSpec
+from structdiffusion.geometric import GeometricPlanner
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene
-from structdiffusion.sampling import GeometricPlanner
 
 BLOCKS = [procedural_object("block", index) for index in range(3)]
 

@@ -7,6 +7,7 @@ import torch
 from grounding.spec import SHAPES, StructureSpec
 from structdiffusion.estimate import estimate, imagined_bodies
 from structdiffusion.footprints import clear_gap
+from structdiffusion.geometric import GeometricPlanner
 from structdiffusion.geometry import tilt_between
 from structdiffusion.layouts import LayoutError
 from structdiffusion.models.checkpoint import CheckpointError
@@ -19,7 +20,7 @@ from structdiffusion.models.structure.model import StructureConfig
 from structdiffusion.observation import Goal
 from structdiffusion.proposing import observed, place_orders
 from structdiffusion.ranking import Ranker
-from structdiffusion.sampling import DiffusionPlanner, GeometricPlanner, load_planner
+from structdiffusion.sampling import DiffusionPlanner, load_planner
 from structdiffusion.scenes import draw_scene, full_spec
 from structdiffusion.success import check_structure
 from structdiffusion.tabletop import TabletopWorld
@@ -119,19 +120,19 @@ def test_arrangements_of_the_diffusion_planner(circle, folder):
 
 def test_previews_lead_to_the_result(circle, folder):
     told = []
-    planner = DiffusionPlanner(PoseDiffusion.from_pretrained(folder / "diffusion"), None, sentence=False, steps=7)
+    planner = DiffusionPlanner(PoseDiffusion.from_pretrained(folder / "diffusion"), sentence=False, steps=7)
     goal = Goal(StructureSpec("circle"))
     scene = observed(circle, goal, planner.model, False, generator())
-    motions, frames = planner.sample(scene, goal, 3, generator(), lambda *step: told.append(step))
-    assert motions.shape == (3, len(circle.objects), 4, 4) and frames.shape == (3, 4, 4)
+    sampled = planner.sample(scene, goal, 3, generator(), lambda *step: told.append(step))
+    assert sampled.motions.shape == (3, len(circle.objects), 4, 4) and sampled.frames.shape == (3, 4, 4)
     assert [step[:2] for step in told] == [(k, 7) for k in range(1, 8)]
-    np.testing.assert_array_equal(told[-1][2], motions)
+    np.testing.assert_array_equal(told[-1][2], sampled.motions)
 
 
 def test_every_object_gets_the_motion_of_its_own_place(circle, folder):
     """With a denoiser that knows the answer by place, object and place have to match through every shuffle."""
     model = PoseDiffusion.from_pretrained(folder / "diffusion")
-    planner = DiffusionPlanner(model, None, sentence=False, steps=5)
+    planner = DiffusionPlanner(model, sentence=False, steps=5)
     count, things = 8, len(circle.objects)
     x, y = torch.linspace(0.3, 0.6, things), torch.linspace(-0.3, 0.3, things)
     places = torch.stack((x, y, torch.zeros(things)), dim=1)
@@ -148,14 +149,15 @@ def test_every_object_gets_the_motion_of_its_own_place(circle, folder):
     })()
     goal = Goal(StructureSpec("circle"))
     scene = observed(circle, goal, model, False, generator())
-    motions, _ = planner.sample(scene, goal, count, generator())
+    sampled = planner.sample(scene, goal, count, generator())
     means = scene.clouds.mean(dim=1).numpy()
     orders = set()
-    for row in motions:
+    for row, asked in zip(sampled.motions, sampled.orders):
         ends = np.einsum("nij,nj->ni", row[:, :3, :3], means) + row[:, :3, 3]
         place = np.linalg.norm(ends[:, None] - places.numpy()[None], axis=-1)
         np.testing.assert_allclose(place.min(axis=1), 0.0, atol=2e-3)
         assert sorted(place.argmin(axis=1)) == list(range(things))  # each place is taken once
+        assert (place.argmin(axis=1)[asked] == np.arange(things)).all()  # by the object that was to take it
         orders.add(tuple(place.argmin(axis=1)))
     assert len(orders) > 2  # in another order in each sample
 
@@ -172,7 +174,7 @@ def test_in_a_tower_the_broad_and_level_go_below(library):
 
 
 def test_without_a_ranker_everything_is_worth_a_try(circle, folder):
-    planner = DiffusionPlanner(PoseDiffusion.from_pretrained(folder / "diffusion"), None, sentence=False)
+    planner = DiffusionPlanner(PoseDiffusion.from_pretrained(folder / "diffusion"), sentence=False)
     found = planner.propose(circle, Goal(StructureSpec("circle")), count=2, generator=generator())
     assert [dict(arrangement.scores) for arrangement in found] == [{"total": 1.0}] * 2
 
@@ -192,7 +194,7 @@ def test_the_sentence_model_is_told_the_sentence(circle, folder):
 def test_more_objects_than_the_model_knows_are_an_error(circle, folder):
     small = PoseDiffusion(DiffusionConfig(width=32, layers=1, heads=2, feed_forward=32, max_objects=3))
     with pytest.raises(ValueError, match="4 objects are more than this model knows; legal: 1 to 3"):
-        DiffusionPlanner(small, None, sentence=False).propose(
+        DiffusionPlanner(small, sentence=False).propose(
             circle, Goal(StructureSpec("circle")), count=1, generator=generator()
         )
 
@@ -206,4 +208,4 @@ def test_loading_says_what_is_missing(folder, tmp_path):
     with pytest.raises(CheckpointError, match="diffusion has no config.json"):
         load_planner("diffusion", tmp_path)
     planner = load_planner("diffusion-tokens", str(folder))
-    assert not planner.sentence and isinstance(planner.ranker, Ranker)
+    assert not planner.sentence and isinstance(planner.finish.ranker, Ranker)

@@ -1,0 +1,123 @@
+"""Trying arrangements out in imagination: what the camera did not see is guessed, and physics says what would happen.
+
+Nothing but the partial clouds, the camera's place and the table is used. The guessed bodies go through the same
+protocol as the true ones do when success is measured (`physical.place_and_check`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from grounding.spec import StructureSpec
+from structdiffusion.completion.bodies import bodies_of
+from structdiffusion.geometry import transform_points
+from structdiffusion.observation import Arrangement, Scene
+from structdiffusion.physical import Verdict, executable_order, place_and_check
+from structdiffusion.tabletop import TabletopWorld
+
+BEST = 8  # so many of the best-ranked are tried,
+ENOUGH = 3  # until so many of them stand
+# What being tried is worth: an arrangement that was not tried is doubted, one that fell is hardly worth a second try.
+_UNTRIED, _FELL = 0.5, 0.1
+# What would fall farther than this, metres, into what is below it is lowered before it is tried,
+_FALL = 0.01
+# to this much above where guessed surfaces touch: how deep a vessel is was guessed.
+_ABOVE = 0.008
+_REACH = 0.05  # m, within which distances to what is below are asked for
+_STEP, _STEPS = 0.0005, 40  # of lowering: m that count as contact, and how often
+
+
+class Imagination:
+    """The guessed bodies of a scene, made when they are first needed.
+
+    Args:
+        scene: what was perceived.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+
+    @cached_property
+    def _bodies(self) -> list[tuple]:
+        clouds = [*self.scene.objects, *self.scene.distractors]
+        return bodies_of(clouds, self.scene.world_from_camera)
+
+    def verdict(self, motions: np.ndarray, spec: StructureSpec) -> Verdict:
+        """What would become of the objects, moved by (N, 4, 4), if they looked from behind as guessed."""
+        models, poses, others = self._parts()
+        names = [cloud.name for cloud in (*self.scene.objects, *self.scene.distractors)]
+        return place_and_check(models, poses, motions, spec, self.scene.table, others, names)
+
+    def lowered(self, motions: np.ndarray) -> np.ndarray:
+        """The motions (N, 4, 4), with what would fall into a vessel let down into it.
+
+        Straight down, object by object, supports first, as far as nothing touches.
+        """
+        if motions[:, 2, 3].max() < _FALL:  # everything stands on the table
+            return motions
+        models, poses, _ = self._parts()
+        goals = motions @ poses
+        result = motions.copy()
+        with TabletopWorld((), (), self.scene.table) as world:
+            for number in executable_order(models, goals):
+                index, goal = world.add(models[number], goals[number]), goals[number].copy()
+                bottom = float(transform_points(goal, np.concatenate(models[number].hulls))[:, 2].min())
+                fall = _free_fall(world, index, goal, bottom) if bottom > _FALL else 0.0
+                if fall > _FALL:
+                    result[number, 2, 3] -= fall - _ABOVE
+                    goal[2, 3] -= fall
+                world.set_pose(index, goal)
+        return result
+
+    def _parts(self) -> tuple[list, np.ndarray, list]:
+        count = len(self.scene.objects)
+        models, poses = [model for model, _ in self._bodies[:count]], [pose for _, pose in self._bodies[:count]]
+        return models, np.array(poses), self._bodies[count:]
+
+
+def _free_fall(world: TabletopWorld, index: int, goal: np.ndarray, most: float) -> float:
+    """How far, metres, an object can go straight down from its goal before it touches something; at most `most`.
+
+    It goes by its distance to the nearest surface, which can never be too far.
+    """
+    fallen, pose = 0.0, goal.copy()
+    for _ in range(_STEPS):
+        near = world.clearances(index, _REACH)
+        free = min(near.values(), default=_REACH)
+        if free < _STEP:
+            break
+        fallen = min(fallen + free, most)
+        pose[2, 3] = goal[2, 3] - fallen
+        world.set_pose(index, pose)
+        if fallen >= most:
+            break
+    return fallen
+
+
+def tried_out(
+    imagination: Imagination, arrangements: Sequence[Arrangement], spec: StructureSpec, best: int = BEST
+) -> list[Arrangement]:
+    """The arrangements, best first, after the best-ranked have been tried in imagination (score "imagined").
+
+    Args:
+        imagination: of the scene.
+        arrangements: best first, each with a "total".
+        spec: what was asked for.
+        best: how many are tried at most.
+    """
+    tried, stood = [], 0
+    for rank, arrangement in enumerate(arrangements):
+        worth = _UNTRIED
+        if rank < best and stood < ENOUGH:
+            motions = imagination.lowered(arrangement.goal_from_initial)
+            arrangement = replace(arrangement, goal_from_initial=motions)
+            stands = imagination.verdict(motions, spec).success
+            stood, worth = stood + stands, 1.0 if stands else _FELL
+        scores = {**arrangement.scores, "imagined": worth}
+        scores["total"] *= worth
+        tried.append(replace(arrangement, scores=scores))
+    return sorted(tried, key=lambda arrangement: -arrangement.scores["total"])
