@@ -49,11 +49,12 @@ def measure_coverage(
     Args: as `measure_success`.
     """
     checked_planner(name, weights)
+    models = tuple(load_objects(objects))
     jobs = [(shape, place) for shape in (*SHAPES, None) for place in range(count)]
     with progress_bar() as progress:
         drawing = progress.add_task("scenes", total=len(jobs))
         scenes: list[EvaluationScene] = []
-        for scene in in_parallel(partial(_drawn, seed), load_objects, (objects,), jobs, workers):
+        for scene in in_parallel(partial(_drawn, seed), tuple, (models,), jobs, workers):
             scenes.append(scene)
             progress.update(drawing, completed=len(scenes))
         sampling = progress.add_task("samples", total=len(scenes))

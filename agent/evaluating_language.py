@@ -88,13 +88,14 @@ def measure_language(
         candidates: arrangements that the planner imagines; the best is tried.
         workers: processes.
     """
-    checked_planner(name, weights)  # a broken checkpoint is known before anything is read
+    checked_planner(name, weights)  # a broken checkpoint, or a folder without meshes, is known before anything is read
+    models = tuple(load_objects(objects))
     rows = thinned(list(enumerate(benchmark_rows(data))), limit)
     instructions, left_out = understood(rows, options)
     results = []
     with progress_bar() as progress:
         task = progress.add_task("sentences", total=len(instructions))
-        load = partial(_loaded, objects, name, weights)
+        load = partial(_loaded, models, name, weights)
         for result in in_parallel(partial(_carried_out, seed, candidates), load, (), instructions, workers):
             results.append(result)
             progress.update(task, completed=len(results))
@@ -156,12 +157,14 @@ def meaning(row: benchmark.Row, heard: StructureSpec | None) -> StructureSpec | 
     return None
 
 
-def _loaded(objects: str, name: str, weights: Path | None) -> tuple[list[ObjectModel], Planner]:
-    return load_objects(objects), checked_planner(name, weights)
+def _loaded(
+    models: tuple[ObjectModel, ...], name: str, weights: Path | None
+) -> tuple[tuple[ObjectModel, ...], Planner]:
+    return models, checked_planner(name, weights)
 
 
 def _carried_out(
-    seed: int, candidates: int, loaded: tuple[list[ObjectModel], Planner], instruction: Instruction
+    seed: int, candidates: int, loaded: tuple[tuple[ObjectModel, ...], Planner], instruction: Instruction
 ) -> Row | None:
     """What becomes of one sentence; `None` where no scene can be drawn for it."""
     models, planner = loaded

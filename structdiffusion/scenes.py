@@ -22,9 +22,16 @@ from structdiffusion.observation import Table
 _COUNTS = {"circle": (3, 7), "line": (2, 6), "tower": (2, 4), "table setting": (3, 6)}
 _WIDEST = 0.22  # m, across a footprint in a circle or line: wider things leave no room for company
 _TALLEST_TOWER = 0.40  # m: what the arm can still release onto
+_TALLEST_IN_TOWER = 0.16  # m: of one object
 _LOWEST_OF = 2  # a tower of more objects than usual takes the lowest of so many times as many
 _INITIAL_GAP = 0.02  # m, between footprints at first: room for a finger
 _EDGE = 0.01  # m, from the table's edge at first
+_STANDING = f"level below and less than {_WIDEST} m across"
+# Who suits a structure, as `eligible` finds them.
+_SUITED = {
+    "table setting": f"by their nouns: {', '.join(BASES + CUTLERY + DRINKWARE)}",
+    "tower": f"{_STANDING}, lower than {_TALLEST_IN_TOWER} m, and no cutlery",
+}
 
 
 class SceneError(ValueError):
@@ -82,7 +89,7 @@ def eligible(models: Sequence[ObjectModel], shape: str | None) -> list[ObjectMod
         return [model for model in models if model.category in nouns]
     standing = [model for model in models if model.flat_bottom and model.radius < _WIDEST / 2]
     if shape == "tower":
-        return [model for model in standing if model.height < 0.16 and model.category not in CUTLERY]
+        return [model for model in standing if model.height < _TALLEST_IN_TOWER and model.category not in CUTLERY]
     return standing
 
 
@@ -118,7 +125,8 @@ def draw_scene(
         pool = [model for model in pool if model.category in categories]
     reason = f"{len(pool)} of {len(models)} objects suit a {spec.shape or 'structure'}"
     if len(pool) < 2:
-        raise SceneError(f"cannot make a {spec.shape or 'structure'}: only {reason}; 2 or more are needed")
+        who = _SUITED.get(spec.shape, _STANDING)
+        raise SceneError(f"cannot make a {spec.shape or 'structure'}: only {reason} ({who}); 2 or more are needed")
     for _ in range(attempts):
         try:
             chosen = _choose(pool, spec.shape, rng, count, bool(categories))

@@ -87,6 +87,8 @@ def test_layout_items_stand_as_the_model_does(library):
     ("spec", "options", "sentence"),
     [
         (StructureSpec("circle"), {"categories": ("teapot",)}, "cannot make a circle: only 0 of 51 objects suit"),
+        (StructureSpec("table setting"), {"categories": ("box",)}, "their nouns: plate, bowl, fork, .*2 or more are"),
+        (StructureSpec("tower"), {"categories": ("fork",)}, "less than 0.22 m across, lower than 0.16 m, and no cut"),
         (StructureSpec("circle"), {"categories": ("mug", "cup"), "count": 2, "attempts": 3}, "needs 3 or more"),
         (StructureSpec("line", "large", rotation="east"), {"count": 9, "attempts": 3}, "no scene in 3 attempts"),
         (StructureSpec("line", "large", rotation="east"), {"count": 9, "attempts": 3}, "and the table only"),
