@@ -1,17 +1,16 @@
 """How often a planner's arrangements stand: success, the four failure classes, and success@k.
 
 On scenes that `structdiffusion.evaluation_scenes` draws, so that every planner is measured on the same ones,
-`solve` lets a planner propose and tries its best-ranked arrangements in physics until one stands, and
-`evaluate_success` does so for many scenes in a process pool.
+`solve` lets a planner propose and tries its best-ranked arrangements in physics until one stands; `Evaluation` has the
+rates over the rows.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -23,7 +22,6 @@ from structdiffusion.layouts import LayoutError
 from structdiffusion.observation import Arrangement, Goal, Scene
 from structdiffusion.physical import Verdict
 from structdiffusion.success import FAILURE_CLASSES
-from structdiffusion.workers import in_parallel
 
 SCHEMA = "structagent-success/2"
 Row = dict[str, Any]
@@ -149,33 +147,18 @@ def wilson_interval(successes: int, n: int, z: float = 1.959964) -> tuple[float,
     share, spread = successes / n, z * z / n
     middle = (share + spread / 2) / (1 + spread)
     half = math.sqrt(share * (1 - share) * spread + spread * spread / 4) / (1 + spread)
-    return max(0.0, middle - half), min(1.0, middle + half)
-
-
-def evaluate_success(
-    load_planner: Callable[[], ScenePlanner],
-    scenes: Sequence[EvaluationScene],
-    *,
-    candidates: int = 64,
-    top_k: int = 5,
-    workers: int = 1,
-) -> Iterator[SceneResult]:
-    """Lets a planner solve every scene; yields the results in order as they come.
-
-    Args:
-        load_planner: gives the planner; called once in each process, so it must pickle when workers > 1.
-        scenes: from `draw_evaluation_scenes`, with words and embeddings where the planner needs them.
-        candidates: how many arrangements the planner proposes per scene.
-        top_k: how many of them are tried in physics at most; trying ends with the first that stands.
-        workers: processes.
-    """
-    yield from in_parallel(partial(solve, candidates=candidates, top_k=top_k), load_planner, (), list(scenes), workers)
+    # Rounding must not put an end that is 0 or 1, or any other, on the wrong side of the rate itself.
+    return max(0.0, min(share, middle - half)), min(1.0, max(share, middle + half))
 
 
 def solve(planner: ScenePlanner, scene: EvaluationScene, *, candidates: int = 64, top_k: int = 5) -> SceneResult:
     """Lets a planner solve one scene. All but the times follows from the scene and the planner.
 
-    Args: as `evaluate_success`.
+    Args:
+        planner: what is measured.
+        scene: with words and their embedding where the planner needs them.
+        candidates: how many arrangements the planner proposes.
+        top_k: how many of them are tried in physics at most; trying ends with the first that stands.
     """
     generator = torch.Generator().manual_seed(scene.planning_seed)
     goal = Goal(scene.heard or scene.spec, scene.words, scene.embedding)

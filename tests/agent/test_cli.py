@@ -335,10 +335,10 @@ def test_training_on_an_unknown_device(fails, tmp_path):
 
 def test_evaluation_measures_every_model_on_the_same_scenes(tmp_path, capsys):
     arguments = ["evaluate", "success", "--scenes", "1", "--workers", "1", "--candidates", "4", "--top-k", "2"]
-    arguments += [*EXACT, "--out", str(tmp_path / "reports" / "success.json")]
+    arguments += [*EXACT, "--out", str(tmp_path / "new" / "reports")]
     assert command_line(arguments) == 0
     table = capsys.readouterr().out
-    report = json.loads((tmp_path / "reports" / "success.json").read_text())
+    report = json.loads((tmp_path / "new" / "reports" / "eval.json").read_text())
     rates = report["evaluations"][0]["aggregate"]
     assert [rates[shape]["n"] for shape in ("circle", "line", "tower", "table setting", "all")] == [1, 1, 1, 1, 4]
     assert 0 <= rates["all"]["success"]["low"] <= rates["all"]["success"]["rate"] <= rates["all"]["success"]["high"] <= 1

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from structdiffusion.evaluation import NO_ARRANGEMENT, Evaluation, evaluate_success, wilson_interval
+from structdiffusion.evaluation import NO_ARRANGEMENT, Evaluation, solve, wilson_interval
 from structdiffusion.evaluation_scenes import draw_evaluation_scenes
 from structdiffusion.layouts import LayoutError
 from structdiffusion.objects.procedural import procedural_object
@@ -58,6 +58,13 @@ def test_wilson_intervals(successes, n, low, high):
     assert wilson_interval(successes, n) == pytest.approx((low, high), abs=1e-3)
 
 
+def test_wilson_intervals_hold_the_rate():
+    for n in range(1, 60):
+        for successes in (0, n // 2, n):
+            low, high = wilson_interval(successes, n)
+            assert 0 <= low <= successes / n <= high <= 1
+
+
 def test_wilson_needs_a_count():
     with pytest.raises(ValueError, match="between 0 and n = 3, got 4"):
         wilson_interval(4, 3)
@@ -67,7 +74,7 @@ def test_the_reference_succeeds_at_its_rank(scenes):
     scene = scenes[0]
     planner = Prepared(lambda n: [off_the_table(n), scene.drawn.reference_goal_from_initial(), stay(n)])
     named = replace(scene, words="put the things in a line", embedding=np.ones(384, np.float32))
-    result = list(evaluate_success(lambda: planner, [named], top_k=3))[0]
+    result = solve(planner, named, top_k=3)
     assert result.failure == "abnormal velocity"
     assert [result.success_at(k) for k in (1, 2, 3)] == [False, True, True]
     assert len(result.verdicts) == 2 and result.proposed == 3  # it stops at the first that stands
@@ -77,10 +84,10 @@ def test_the_reference_succeeds_at_its_rank(scenes):
 
 def test_rates_and_rows(scenes):
     planner = Prepared(lambda n: [off_the_table(n)])
-    results = tuple(evaluate_success(lambda: planner, scenes, top_k=2))
+    results = [solve(planner, scene, top_k=2) for scene in scenes]
     seeds = [seed for _, _, seed in planner.seen]
     assert len(set(seeds)) == len(seeds)
-    again = tuple(evaluate_success(lambda: planner, scenes, top_k=2))
+    again = [solve(planner, scene, top_k=2) for scene in scenes]
     assert [seed for _, _, seed in planner.seen] == seeds + seeds
     assert [r.verdicts[0].detail for r in results] == [r.verdicts[0].detail for r in again]
 
@@ -102,7 +109,7 @@ def test_a_planner_that_gives_up_is_counted(scenes):
     def give_up(count):
         raise LayoutError("it does not fit")
 
-    result = list(evaluate_success(lambda: Prepared(give_up), scenes[:1]))[0]
+    result = solve(Prepared(give_up), scenes[0])
     assert (result.failure, result.problem, result.verdicts) == (NO_ARRANGEMENT, "it does not fit", ())
     assert Evaluation(rows_of([result]), 5).aggregate()["line"]["failures"][NO_ARRANGEMENT]["count"] == 1
 
@@ -112,7 +119,7 @@ def test_what_is_left_of_a_failure(scenes):
     initial = scene.drawn.world_from_initial[: scene.drawn.count]
 
     def left(ranks):
-        return list(evaluate_success(lambda: Prepared(ranks), [scene]))[0].to_dict()["left"]
+        return solve(Prepared(ranks), scene).to_dict()["left"]
 
     np.testing.assert_allclose(left(lambda n: [into_the_table(n)]), into_the_table(len(initial)) @ initial, atol=1e-6)
     fallen = left(lambda n: [off_the_table(n)])
