@@ -1,4 +1,4 @@
-"""The profile of a round thing about a known axis: its radius over its height, outside and, where it is open, inside."""
+"""The profile of a round thing about a known axis: its radius over its height, outside and, if it is open, inside."""
 
 from __future__ import annotations
 
