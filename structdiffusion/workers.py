@@ -89,6 +89,7 @@ def _by_processes(
 ) -> Iterator[Any]:
     # Spawned, not forked: torch and PyBullet do not survive a fork with their threads and clients.
     context = multiprocessing.get_context("spawn")
+    others = set(multiprocessing.active_children())
     with ProcessPoolExecutor(workers, context, _load, (load, arguments)) as pool:
         futures = [pool.submit(partial(_work, task), job) for job in jobs]
         try:
@@ -96,8 +97,10 @@ def _by_processes(
                 yield future.result()
         except BrokenProcessPool as error:
             raise WorkerError(f"one of {workers} worker processes died, perhaps for want of memory") from error
-        finally:
-            pool.shutdown(cancel_futures=True)
+        except BaseException:  # Ctrl-C, or nobody wants the rest: what the workers are at is not waited for
+            for worker in set(multiprocessing.active_children()) - others:
+                worker.kill()
+            raise
 
 
 def _load(load: Callable[..., Any], arguments: tuple[Any, ...]) -> None:

@@ -8,15 +8,16 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from structdiffusion.evaluation import Row
 from structdiffusion.evaluation_scenes import EvaluationScene
 from structdiffusion.tabletop import TabletopWorld
 
 FOLDER = "failures"
-_WIDTH, _HEIGHT = 560, 420  # of each view, pixels
-_FONT, _LINE, _MARGIN, _CHARACTERS = 16, 21, 8, 130
+_RENDERED = 960, 720  # pixels of each view, before it is cropped
+_HEIGHT = 400  # of each view, pixels
+_FONT, _LINE, _MARGIN, _LETTER = 16, 21, 8, 9  # pixels
 
 
 def pictured(rows: Iterable[Row], most: int) -> Iterator[tuple[str, Row]]:
@@ -46,18 +47,28 @@ def failure_picture(scene: EvaluationScene, row: Row) -> bytes:
     bodies = list(zip(drawn.models, row["left"])) + list(zip(drawn.models, drawn.world_from_initial))[drawn.count :]
     there = [(model, np.asarray(pose)) for model, pose in bodies if pose is not None]
     with TabletopWorld([model for model, _ in there], [pose for _, pose in there], drawn.table, scene.camera) as world:
-        views = [world.picture(view, _WIDTH, _HEIGHT) for view in ("top", "robot")]
+        views = [_cropped(world.picture(view, *_RENDERED)) for view in ("top", "robot")]
     failed = "where it was predicted" if row["failure"] == "intersection" else "as physics left it"
+    width = sum(view.width for view in views)
     lines = [
-        f"{row['model']}, {row['structure']} {row['number']} (seed {row['seed']}): {scene.spec}",
+        f"{row['model']}, {row['structure']} {row['number']} of seed {row['seed']}; asked: {scene.spec}",
         f"{row['failure']}, {failed}: {row['verdicts'][0]['detail']}",
     ]
-    lines = [part for line in lines for part in textwrap.wrap(line, _CHARACTERS, subsequent_indent="    ")]
-    sheet = Image.new("RGB", (2 * _WIDTH, _HEIGHT + len(lines) * _LINE + 2 * _MARGIN), (255, 255, 255))
-    sheet.paste(Image.fromarray(np.hstack(views)))
+    lines = [part for line in lines for part in textwrap.wrap(line, width // _LETTER, subsequent_indent="    ")]
+    sheet = Image.new("RGB", (width, _HEIGHT + len(lines) * _LINE + 2 * _MARGIN), (255, 255, 255))
+    sheet.paste(views[0])
+    sheet.paste(views[1], (views[0].width, 0))
     pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(_FONT)
     for place, line in enumerate(lines):
         pen.text((_MARGIN, _HEIGHT + _MARGIN + place * _LINE), line, font=font, fill=(20, 20, 20))
     buffer = io.BytesIO()
     sheet.save(buffer, format="PNG", optimize=True)
     return buffer.getvalue()
+
+
+def _cropped(picture: np.ndarray) -> Image.Image:
+    """The part of a picture (H, W, 3) uint8 that is not white, at the height of all views."""
+    rows, columns = np.nonzero((picture < 250).any(axis=2))
+    shown = Image.fromarray(picture).crop((columns.min(), rows.min(), columns.max() + 1, rows.max() + 1))
+    shown = ImageOps.expand(shown, 2 * _MARGIN, (255, 255, 255))
+    return shown.resize((round(shown.width * _HEIGHT / shown.height), _HEIGHT), Image.Resampling.LANCZOS)

@@ -1,6 +1,8 @@
 """The same results in one process and in several, and a sentence for a worker that dies."""
 
+import multiprocessing
 import os
+import time
 
 import pytest
 import torch
@@ -10,6 +12,10 @@ from structdiffusion.workers import WorkerError, in_parallel
 
 def add(loaded, job):
     return loaded + job, torch.get_num_threads()
+
+
+def sleep(loaded, job):
+    time.sleep(job)
 
 
 def die(loaded, job):
@@ -27,3 +33,12 @@ def test_every_job_has_its_result_on_one_thread(workers, ordered):
 def test_a_worker_that_dies():
     with pytest.raises(WorkerError, match="one of 2 worker processes died"):
         list(in_parallel(die, int, (), [3, 3, 3], 2))
+
+
+def test_workers_end_when_nobody_waits_for_them_any_more():
+    results = in_parallel(sleep, int, (), [0, 600, 600, 600], 2)
+    next(results)
+    assert multiprocessing.active_children()
+    started = time.monotonic()
+    results.close()
+    assert not multiprocessing.active_children() and time.monotonic() - started < 60
