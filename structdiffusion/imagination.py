@@ -13,8 +13,9 @@ from functools import cached_property
 import numpy as np
 
 from grounding.spec import StructureSpec
-from structdiffusion.completion.bodies import bodies_of
+from structdiffusion.completion.bodies import bodies_of_scene
 from structdiffusion.geometry import transform_points
+from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.physical import Verdict, executable_order, place_and_check
 from structdiffusion.tabletop import TabletopWorld
@@ -28,6 +29,7 @@ _FALL = 0.01
 # to this much above where guessed surfaces touch: how deep a vessel is was guessed.
 _ABOVE = 0.008
 _REACH = 0.05  # m, within which distances to what is below are asked for
+_FINAL_SECONDS = 0.5  # what falls, falls at once; the 2 s of the protocol would double the time
 _STEP, _STEPS = 0.0005, 40  # of lowering: m that count as contact, and how often
 
 
@@ -42,15 +44,16 @@ class Imagination:
         self.scene = scene
 
     @cached_property
-    def _bodies(self) -> list[tuple]:
-        clouds = [*self.scene.objects, *self.scene.distractors]
-        return bodies_of(clouds, self.scene.world_from_camera)
+    def _bodies(self) -> tuple[list[ObjectModel], np.ndarray, list[tuple[ObjectModel, np.ndarray]]]:
+        return bodies_of_scene(self.scene)
 
     def verdict(self, motions: np.ndarray, spec: StructureSpec) -> Verdict:
         """What would become of the objects, moved by (N, 4, 4), if they looked from behind as guessed."""
-        models, poses, others = self._parts()
+        models, poses, others = self._bodies
         names = [cloud.name for cloud in (*self.scene.objects, *self.scene.distractors)]
-        return place_and_check(models, poses, motions, spec, self.scene.table, others, names)
+        return place_and_check(
+            models, poses, motions, spec, self.scene.table, others, names, final_seconds=_FINAL_SECONDS
+        )
 
     def lowered(self, motions: np.ndarray) -> np.ndarray:
         """The motions (N, 4, 4), with what would fall into a vessel let down into it.
@@ -59,10 +62,10 @@ class Imagination:
         """
         if motions[:, 2, 3].max() < _FALL:  # everything stands on the table
             return motions
-        models, poses, _ = self._parts()
+        models, poses, others = self._bodies
         goals = motions @ poses
         result = motions.copy()
-        with TabletopWorld((), (), self.scene.table) as world:
+        with TabletopWorld(*zip(*others), table=self.scene.table) as world:
             for number in executable_order(models, goals):
                 index, goal = world.add(models[number], goals[number]), goals[number].copy()
                 bottom = float(transform_points(goal, np.concatenate(models[number].hulls))[:, 2].min())
@@ -72,11 +75,6 @@ class Imagination:
                     goal[2, 3] -= fall
                 world.set_pose(index, goal)
         return result
-
-    def _parts(self) -> tuple[list, np.ndarray, list]:
-        count = len(self.scene.objects)
-        models, poses = [model for model, _ in self._bodies[:count]], [pose for _, pose in self._bodies[:count]]
-        return models, np.array(poses), self._bodies[count:]
 
 
 def _free_fall(world: TabletopWorld, index: int, goal: np.ndarray, most: float) -> float:

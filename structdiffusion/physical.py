@@ -107,6 +107,7 @@ def place_and_check(
     others: Sequence[tuple[ObjectModel, np.ndarray]] = (),
     names: Sequence[str] | None = None,
     ground: Table | None = None,
+    final_seconds: float = FINAL_SECONDS,
 ) -> Verdict:
     """Places an arrangement under the protocol and judges it. Deterministic.
 
@@ -119,6 +120,7 @@ def place_and_check(
         others: distractors with their poses (4, 4); they are in the world all the time.
         names: what the verdict calls the objects, then the others; by default their nouns, numbered.
         ground: the whole surface that carries things, where it is more than the table top.
+        final_seconds: of physics after the last object; the contract's 2 s.
     """
     started = time.perf_counter()
     world_from_goal = np.asarray(goal_from_initial) @ np.asarray(world_from_initial)
@@ -134,7 +136,7 @@ def place_and_check(
         try:
             for index in order:
                 trial.place(index)
-            checks = trial.judge(spec)
+            checks = trial.judge(spec, final_seconds)
         except _Failure as caught:
             failure = caught
         final = np.full(world_from_goal.shape, np.nan)
@@ -236,9 +238,9 @@ class _Trial:
         self._run(SETTLE_SECONDS, until_rest=True)
         self._check_places()
 
-    def judge(self, spec: StructureSpec) -> tuple[Check, ...]:
-        """Two more seconds, then the final places and the semantic checks."""
-        self._run(FINAL_SECONDS - REST_SECONDS, until_rest=False)
+    def judge(self, spec: StructureSpec, seconds: float) -> tuple[Check, ...]:
+        """So many more seconds, then the final places and the semantic checks."""
+        self._run(seconds - REST_SECONDS, until_rest=False)
         checks = semantic_checks(
             self.world, [self.placed[k] for k in range(len(self.models))], spec, self.own_names
         )

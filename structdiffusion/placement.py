@@ -18,7 +18,7 @@ from structdiffusion.observation import Table
 from structdiffusion.success import structure_centre
 
 # Kept from the borders of a third, as a share of it; and from the edge of the table, m.
-_MARGIN, _EDGE = 0.2, 0.008
+_MARGIN, _EDGE = 0.35, 0.008
 _THIRDS = {"right": 0, "center": 1, "left": 2, "bottom": 0, "middle": 1, "top": 2}
 
 
