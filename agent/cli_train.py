@@ -22,6 +22,9 @@ class Precision(str, Enum):
 def generate(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the scenes go; finished shards there are kept.")],
     scenes: Annotated[int, typer.Option(min=1, help="How many, rounded up to whole shards of 500.")] = 10_000,
+    crowded: Annotated[
+        int, typer.Option(min=0, help="How many more in which 8 to 10 objects take part, rounded up likewise.")
+    ] = 0,
     pairs: Annotated[int, typer.Option(min=1, help="Pairs of objects for the collision discriminator.")] = 100_000,
     objects: ObjectsOption = "training",
     seed: SeedOption = 0,
@@ -42,7 +45,7 @@ def generate(
     import_pybullet_silently()
     from agent.generating import DataWish, generate_data
 
-    generate_data(DataWish(out, scenes, pairs, objects, seed), workers, ray)
+    generate_data(DataWish(out, scenes, crowded, pairs, objects, seed), workers, ray)
 
 
 def train(

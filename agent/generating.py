@@ -18,6 +18,7 @@ class DataWish:
     Attributes:
         out: the folder; what is finished there is kept.
         scenes: how many, rounded up to whole shards.
+        crowded: how many more with 8 to 10 objects, rounded up likewise.
         pairs: of objects, for the collision discriminator.
         objects: as `load_objects` takes it.
         seed: of everything.
@@ -25,6 +26,7 @@ class DataWish:
 
     out: Path
     scenes: int
+    crowded: int
     pairs: int
     objects: str
     seed: int
@@ -33,7 +35,7 @@ class DataWish:
     def command(self) -> str:
         """The command line that draws it."""
         return (
-            f"structagent generate --scenes {self.scenes} --pairs {self.pairs} --objects {self.objects} "
+            f"structagent generate --scenes {self.scenes} --crowded {self.crowded} --pairs {self.pairs} --objects {self.objects} "
             f"--seed {self.seed}"
         )
 
@@ -64,7 +66,7 @@ def generate_data(wish: DataWish, workers: int | None, ray: str | None) -> None:
         how = {"seed": wish.seed, "workers": count, "ray": ray is not None}
         progress = stack.enter_context(progress_bar())
         task = progress.add_task("shards of scenes", total=None)
-        for done, shards in generate(models, wish.out, wish.scenes, **how):
+        for done, shards in generate(models, wish.out, wish.scenes, crowded=wish.crowded, **how):
             progress.update(task, completed=done, total=shards)
         task = progress.add_task("groups of pairs", total=None)
         for done, groups in generate_pairs(models, wish.out, wish.pairs, **how):

@@ -81,17 +81,22 @@ class DemonstrationBatches:
             self.normals = torch.from_numpy(library["normals"]).float().to(device)
             self.categories = [str(c) for c in library["categories"]]
         loaded = [dict(np.load(shard)) for shard in shards]
+        widths = [shard["goal"].shape[1] for shard in loaded]
+        loaded = [widened(shard, max(widths)) for shard in loaded]
+        width = torch.from_numpy(np.repeat(widths, [len(shard["goal"]) for shard in loaded]))
         column = {name: torch.from_numpy(np.concatenate([shard[name] for shard in loaded])) for name in loaded[0]}
         if shape is not None:
             alike = column["words"][:, SLOTS.index("shape")] == WORDS["shape", shape]
             if not alike.any():
                 made = f"make some with `structagent generate --out {folder}`"
                 raise FileNotFoundError(f"none of the {len(alike)} scenes in {folder} is a {shape}; {made}")
-            column = {name: rows[alike] for name, rows in column.items()}
-        self.objects = column["objects"].long().to(device)  # (D, 9)
+            column, width = {name: rows[alike] for name, rows in column.items()}, width[alike]
+        self.objects = column["objects"].long().to(device)  # (D, W + 2)
         self.initial, self.goal = column["initial"].to(device), column["goal"].to(device)
         self.frame, self.words = column["frame"].to(device), column["words"].long().to(device)
-        self.places = self.goal.shape[1]
+        self.places = self.goal.shape[1]  # W: the most objects that take part
+        # The rows of each width: a batch has one width, so that few crowded scenes do not make all batches wider.
+        self.rows = {int(w): torch.nonzero(width == w)[:, 0].to(device) for w in width.unique()}
         self._load_language(folder / "language.npz")
 
     def __len__(self) -> int:
@@ -109,23 +114,25 @@ class DemonstrationBatches:
 
     def draw(self, size: int, generator: torch.Generator, sentences: float = 0.5) -> Batch:
         """`size` random scenes; the share `sentences` of them with a sentence, the rest with word tokens."""
-        pick = torch.randint(len(self), (size,), generator=generator, device=self.device)
-        ids = self.objects[pick]  # (B, 9)
+        pick, places = self._pick(size, generator)
+        # N = `places` that take part, and the distractors.
+        slots = [*range(places), *range(self.places, self.objects.shape[1])]
+        ids = self.objects[pick][:, slots]  # (B, N + 2)
         there = ids >= 0
         ids = ids.clamp(min=0)
-        initial = self.initial[pick]  # (B, 9, 3)
-        rotation = yaw_matrices(initial[..., 2])  # (B, 9, 3, 3)
+        initial = self.initial[pick][:, slots]  # (B, N + 2, 3)
+        rotation = yaw_matrices(initial[..., 2])  # (B, N + 2, 3, 3)
         points = torch.einsum("bnij,bnsj->bnsi", rotation, self.surface[ids])
         points[..., :2] += initial[..., None, :2]
         normals = torch.einsum("bnij,bnsj->bnsi", rotation, self.normals[ids])
         clouds, seen = partial_views(points, normals, there, self.points, generator)
-        clouds, ids, there = clouds[:, : self.places], ids[:, : self.places], there[:, : self.places]
+        clouds, ids, there = clouds[:, :places], ids[:, :places], there[:, :places]
         # An object that is wholly hidden cannot be asked for: the camera of a real scene would not list it.
-        there = there & (seen[:, : self.places] > 0.02)
+        there = there & (seen[:, :places] > 0.02)
 
-        goal, frame = self.goal[pick], self.frame[pick]
+        goal, frame = self.goal[pick][:, :places], self.frame[pick]
         turn = yaw_matrices(goal[..., 3])  # (B, N, 3, 3)
-        origin = torch.cat((initial[:, : self.places, :2], torch.zeros_like(goal[..., :1])), dim=-1)
+        origin = torch.cat((initial[:, :places, :2], torch.zeros_like(goal[..., :1])), dim=-1)
         mean = clouds.mean(dim=2)
         position = torch.einsum("bnij,bnj->bni", turn, mean - origin) + goal[..., :3]
         world_from_structure = torch.eye(4, device=self.device).repeat(size, 1, 1)
@@ -133,6 +140,17 @@ class DemonstrationBatches:
         world_from_structure[:, :2, 3] = frame[:, :2]
         words, sentence = self._speak(self.words[pick], sentences, generator)
         return Batch(clouds, there, ids, words, sentence, position, turn, world_from_structure)
+
+    def _pick(self, size: int, generator: torch.Generator) -> tuple[Tensor, int]:
+        """Random scenes of one width, and that width; each width as often as it has scenes."""
+        if len(self.rows) == 1:
+            return torch.randint(len(self), (size,), generator=generator, device=self.device), self.places
+        chosen = int(torch.randint(len(self), (1,), generator=generator, device=self.device))
+        for width, rows in self.rows.items():
+            if chosen < len(rows):
+                break
+            chosen -= len(rows)
+        return rows[torch.randint(len(rows), (size,), generator=generator, device=self.device)], width
 
     def _speak(self, words: Tensor, sentences: float, generator: torch.Generator) -> tuple[Tensor, Tensor]:
         """Leave slots open at random, and put a share of the wishes into sentences."""
@@ -159,6 +177,18 @@ class DemonstrationBatches:
         forget = torch.rand(ids.shape, generator=generator, device=self.device) < _FORGET_NOUN
         forget |= torch.rand(len(ids), 1, generator=generator, device=self.device) < _FORGET_NOUNS
         return table[ids] * ~forget
+
+
+def widened(columns: dict[str, np.ndarray], places: int) -> dict[str, np.ndarray]:
+    """The columns of a `DemonstrationSet`, with room for this many objects that take part."""
+    have = columns["goal"].shape[1]
+
+    def with_room(column: np.ndarray, empty: int) -> np.ndarray:
+        room = np.full((len(column), places - have, *column.shape[2:]), empty, column.dtype)
+        return np.concatenate((column[:, :have], room, column[:, have:]), axis=1)
+
+    empties = {"objects": -1, "initial": 0, "goal": 0}
+    return {name: with_room(column, empties[name]) if name in empties else column for name, column in columns.items()}
 
 
 def _keys(words: Tensor) -> Tensor:

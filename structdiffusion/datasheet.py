@@ -19,7 +19,6 @@ from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, SLOTS_OF_SHAPE
 from structdiffusion.demonstrations import SHARD_FACTS, DemonstrationSet
 from structdiffusion.models.encoders import WORDS
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.shards import PLACES
 from structdiffusion.training_record import SHEET_NAME
 
 SCHEMA = "structagent-data/1"
@@ -38,7 +37,8 @@ _BIASES = (
     "A scene is drawn only where the planner finds a layout with room for it: wide objects, large structures and "
     "crowded corners of the table are rarer than they would be by chance.",
     "Towers that fell in physics are left out, so that broad and low things are overrepresented in them.",
-    "One table of one size; at most seven objects take part and at most two others stand around.",
+    "One table of one size; mostly two to seven objects take part, at most ten; at most two others stand around.",
+    "Where eight to ten objects take part there is room for small structures above all, and towers have fewer.",
     "Objects stand as they rest when let go; nothing lies on its side, leans, or holds anything.",
     "Each wish names every slot that its shape can carry (of a circle's rotation, 40 percent are left out); which "
     "slots are left open is drawn anew whenever a scene is used.",
@@ -56,7 +56,8 @@ def write_datasheet(folder: Path, models: Sequence[ObjectModel], about: Mapping[
     data = DemonstrationSet.load(folder)
     shapes = data.words[:, SLOTS.index("shape")]
     rows_of = {shape: data.words[shapes == WORDS["shape", shape]] for shape in SHAPES}
-    members = (data.objects[:, :PLACES] >= 0).sum(axis=1)
+    places = data.goal.shape[1]
+    members = (data.objects[:, :places] >= 0).sum(axis=1)
     sheet = {
         "schema": SCHEMA,
         **about,
@@ -68,7 +69,7 @@ def write_datasheet(folder: Path, models: Sequence[ObjectModel], about: Mapping[
         "objects_in_a_structure": {
             shape: _counts(members[shapes == WORDS["shape", shape]]) for shape in SHAPES
         },
-        "distractors": _counts((data.objects[:, PLACES:] >= 0).sum(axis=1)),
+        "distractors": _counts((data.objects[:, places:] >= 0).sum(axis=1)),
         "slots": {
             shape: {
                 slot: {

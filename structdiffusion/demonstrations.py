@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from structdiffusion.batches import widened
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.shards import Shard, draw_shard
 from structdiffusion.workers import in_parallel
@@ -25,12 +26,14 @@ SHARD_FACTS = "shards.jsonl"
 
 @dataclass(frozen=True)
 class DemonstrationSet:
-    """D training scenes over M objects. Absent entries are -1 in `objects` and 0 elsewhere.
+    """D training scenes over M objects, for up to W = 7 that take part, or 10 where some scenes are crowded.
+
+    Absent entries are -1 in `objects` and 0 elsewhere.
 
     Attributes:
-        objects: (D, 9) int16 ids of the objects that take part, place by place, then of the distractors.
-        initial: (D, 9, 3) float32 world x, y (m) and yaw (rad) before anything moves.
-        goal: (D, 7, 4) float32 world x, y, z (m) of the object frame and its turn from the initial yaw (rad).
+        objects: (D, W + 2) int16 ids of the objects that take part, place by place, then of the distractors.
+        initial: (D, W + 2, 3) float32 world x, y (m) and yaw (rad) before anything moves.
+        goal: (D, W, 4) float32 world x, y, z (m) of the object frame and its turn from the initial yaw (rad).
         frame: (D, 3) float32 world x, y (m) and heading (rad) of the structure frame.
         words: (D, 5) int8 word-token ids (`models.encoders.word_ids`) of the full spec.
     """
@@ -54,7 +57,9 @@ class DemonstrationSet:
         shards = sorted(Path(folder).glob("shard_*.npz"))
         if not shards:
             raise FileNotFoundError(f"{folder} has no shard_*.npz; `structagent generate --out {folder}` makes them")
-        loaded = [np.load(shard) for shard in shards]
+        loaded = [dict(np.load(shard)) for shard in shards]
+        places = max(shard["goal"].shape[1] for shard in loaded)
+        loaded = [widened(shard, places) for shard in loaded]
         return cls(*(np.concatenate([shard[name] for shard in loaded]) for name in cls.__dataclass_fields__))
 
 
@@ -98,6 +103,7 @@ def generate(
     folder: str | Path,
     scenes: int,
     *,
+    crowded: int = 0,
     seed: int = 0,
     workers: int = 1,
     ray: bool = False,
@@ -108,6 +114,7 @@ def generate(
         models: the training objects; written along as `library.npz`.
         folder: receives `library.npz`, `shard_*.npz` and `shards.jsonl`, the facts of each shard.
         scenes: how many, rounded up to whole shards of 500.
+        crowded: how many more in which 8 to 10 objects take part, rounded up likewise.
         seed: of everything.
         workers: processes.
         ray: the workers are of the Ray cluster that this process is connected to.
@@ -118,8 +125,10 @@ def generate(
     folder = Path(folder)
     save_library(models, folder)
     _remember_seed(folder, seed)
-    shards = -(-scenes // SHARD_SCENES)
-    missing = [number for number in range(shards) if not _shard_path(folder, number).is_file()]
+    wanted = [(number, False) for number in range(-(-scenes // SHARD_SCENES))]
+    wanted += [(number, True) for number in range(-(-crowded // SHARD_SCENES))]
+    missing = [job for job in wanted if not _shard_path(folder, *job).is_file()]
+    shards = len(wanted)
     done = shards - len(missing)
     yield done, shards
     task = partial(_drawn, seed, SHARD_SCENES, PROVEN)
@@ -131,17 +140,19 @@ def generate(
 
 def keep_shard(folder: Path, shard: Shard) -> None:
     """Write a shard; its facts first, since where they are alone the shard is drawn again, and told again."""
+    path = _shard_path(folder, shard.number, shard.crowded)
     with (folder / SHARD_FACTS).open("a", encoding="utf-8") as file:
-        file.write(json.dumps({"shard": shard.number, **shard.facts}) + "\n")
-    save_arrays(_shard_path(folder, shard.number), shard.columns)
+        file.write(json.dumps({"shard": path.stem, **shard.facts}) + "\n")
+    save_arrays(path, shard.columns)
 
 
-def _drawn(seed: int, scenes: int, proven: int, models: Sequence[ObjectModel], number: int) -> Shard:
-    return draw_shard(models, seed, number, scenes, proven)
+def _drawn(seed: int, scenes: int, proven: int, models: Sequence[ObjectModel], job: tuple[int, bool]) -> Shard:
+    number, crowded = job
+    return draw_shard(models, seed, number, scenes, proven, crowded)
 
 
-def _shard_path(folder: Path, number: int) -> Path:
-    return folder / f"shard_{number:05d}.npz"
+def _shard_path(folder: Path, number: int, crowded: bool) -> Path:
+    return folder / f"shard_{'crowded_' if crowded else ''}{number:05d}.npz"
 
 
 def _remember_seed(folder: Path, seed: int) -> None:

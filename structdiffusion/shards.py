@@ -25,8 +25,11 @@ from structdiffusion.scenes import DrawnScene, SceneError, draw_scene, full_spec
 from structdiffusion.tabletop import TabletopWorld
 
 PLACES, EXTRAS = 7, 2  # objects that take part, and distractors, at most
+# In a crowded scene more take part. Its rows are wider, and are kept apart from the others: most batches stay small.
+CROWDED_PLACES, _CROWD = 10, (8, 10)
 # Of the tries at a demonstration. Towers are drawn more often, since some of them fall and are dropped.
 _SHAPE_WEIGHTS = {"circle": 0.25, "line": 0.22, "tower": 0.28, "table setting": 0.25}
+_CROWDED_WEIGHTS = {"circle": 0.4, "line": 0.35, "tower": 0.05, "table setting": 0.2}
 # A tower stands if nothing moved or tilted by more than this when it was built and left alone.
 _TOWER_SHIFT, _TOWER_TILT = 0.015, np.radians(4.0)
 
@@ -37,6 +40,7 @@ class Shard:
 
     Attributes:
         number: of the shard.
+        crowded: whether it is one of crowded scenes; these are numbered apart.
         columns: the arrays of a `DemonstrationSet`.
         facts: JSON-ready: the seconds that it took; per shape, "tries" and what became of them: "accepted",
             "no scene" (no layout, or no room for it) or "fell"; and of those that were built in physics though
@@ -44,12 +48,15 @@ class Shard:
     """
 
     number: int
+    crowded: bool
     columns: dict[str, np.ndarray]
     facts: dict[str, Any]
 
 
-def draw_shard(models: Sequence[ObjectModel], seed: int, number: int, scenes: int, proven: int = 0) -> Shard:
-    """Draw one shard; the same (seed, number), library and size give the same scenes.
+def draw_shard(
+    models: Sequence[ObjectModel], seed: int, number: int, scenes: int, proven: int = 0, crowded: bool = False
+) -> Shard:
+    """Draw one shard; the same (seed, number, crowded), library and size give the same scenes.
 
     Args:
         models: the library.
@@ -57,13 +64,14 @@ def draw_shard(models: Sequence[ObjectModel], seed: int, number: int, scenes: in
         number: of the shard.
         scenes: how many.
         proven: how many of each exact shape are built in physics too; half a second each.
+        crowded: let 8 to 10 objects take part, towers as many of them as stand.
     """
     started = time.perf_counter()
-    rng = np.random.default_rng((seed, number))
+    rng = np.random.default_rng((seed, number, 1) if crowded else (seed, number))
     rows: list[dict[str, np.ndarray]] = []
     tries: dict[str, Counter[str]] = {shape: Counter() for shape in SHAPES}
     while len(rows) < scenes:
-        shape, row, scene = _try(models, rng)
+        shape, row, scene = _try(models, rng, crowded)
         tries[shape]["tries"] += 1
         tries[shape]["accepted" if row is not None else "no scene" if scene is None else "fell"] += 1
         if row is None:
@@ -74,20 +82,22 @@ def draw_shard(models: Sequence[ObjectModel], seed: int, number: int, scenes: in
             tries[shape]["stood"] += _stands(scene)
     columns = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
     facts = {"scenes": scenes, "seconds": round(time.perf_counter() - started, 2), "shapes": tries}
-    return Shard(number, columns, facts)
+    return Shard(number, crowded, columns, facts)
 
 
 def _try(
-    models: Sequence[ObjectModel], rng: np.random.Generator
+    models: Sequence[ObjectModel], rng: np.random.Generator, crowded: bool
 ) -> tuple[str, dict[str, np.ndarray] | None, DrawnScene | None]:
     """The shape that was tried, its row, and the scene, where there are any."""
-    shape = str(rng.choice(SHAPES, p=[_SHAPE_WEIGHTS[shape] for shape in SHAPES]))
+    weights = _CROWDED_WEIGHTS if crowded else _SHAPE_WEIGHTS
+    shape = str(rng.choice(SHAPES, p=[weights[shape] for shape in SHAPES]))
     spec = full_spec(shape, rng)
     if shape == "circle" and rng.random() < 0.4:
         # A ring without an opening is what a circle means when no rotation was asked for.
         spec = StructureSpec.from_dict({**spec.to_dict(), "rotation": None})
     try:
-        scene = draw_scene(models, spec, rng, attempts=20)
+        count = int(rng.integers(_CROWD[0], _CROWD[1] + 1)) if crowded else None
+        scene = draw_scene(models, spec, rng, count=count, attempts=20)
     except SceneError:
         return shape, None, None
     motions = scene.reference_goal_from_initial()
@@ -96,7 +106,7 @@ def _try(
         world_from_goal = settled_tower(scene, world_from_goal)
         if world_from_goal is None:
             return shape, None, scene
-    return shape, _row(models, scene, world_from_goal), scene
+    return shape, _row(models, scene, world_from_goal, CROWDED_PLACES if crowded else PLACES), scene
 
 
 def _stands(scene: DrawnScene) -> bool:
@@ -135,18 +145,20 @@ def settled_tower(scene: DrawnScene, world_from_goal: np.ndarray) -> np.ndarray 
     return settled
 
 
-def _row(models: Sequence[ObjectModel], scene: DrawnScene, world_from_goal: np.ndarray) -> dict[str, np.ndarray]:
+def _row(
+    models: Sequence[ObjectModel], scene: DrawnScene, world_from_goal: np.ndarray, places: int
+) -> dict[str, np.ndarray]:
     index = {model.name: number for number, model in enumerate(models)}
-    objects = np.full(PLACES + EXTRAS, -1, dtype=np.int16)
-    initial = np.zeros((PLACES + EXTRAS, 3), dtype=np.float32)
-    goal = np.zeros((PLACES, 4), dtype=np.float32)
+    objects = np.full(places + EXTRAS, -1, dtype=np.int16)
+    initial = np.zeros((places + EXTRAS, 3), dtype=np.float32)
+    goal = np.zeros((places, 4), dtype=np.float32)
     members = list(scene.reference.order) + list(range(scene.count, len(scene.models)))
-    slots = list(range(scene.count)) + [PLACES + i for i in range(len(scene.models) - scene.count)]
+    slots = list(range(scene.count)) + [places + i for i in range(len(scene.models) - scene.count)]
     for slot, member in zip(slots, members):
         pose = scene.world_from_initial[member]
         objects[slot] = index[scene.models[member].name]
         initial[slot] = pose[0, 3], pose[1, 3], yaw_of(pose)
-        if slot < PLACES:
+        if slot < places:
             goal[slot] = *world_from_goal[member][:3, 3], scene.reference.turns[member]
     frame = scene.reference.world_from_structure
     return {

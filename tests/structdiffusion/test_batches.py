@@ -6,13 +6,14 @@ import torch
 
 from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, StructureSpec
 from structdiffusion.batches import DemonstrationBatches, yaw_matrices
-from structdiffusion.demonstrations import DemonstrationSet
+from structdiffusion.demonstrations import DemonstrationSet, keep_shard
 from structdiffusion.footprints import turned
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.models.encoders import WORDS
 from structdiffusion.models.structure.loss import at_goal
 from structdiffusion.nouns import BASES, CUTLERY, DRINKWARE
 from structdiffusion.observation import Table
+from structdiffusion.shards import draw_shard
 from structdiffusion.success import PlacedBody, check_structure
 
 
@@ -134,3 +135,22 @@ def test_a_missing_file_is_named_with_the_command_that_makes_it(data_folder, tmp
 def test_every_value_of_every_slot_is_a_word():
     assert set(WORDS) == {(slot, value) for slot in SLOTS for value in LEGAL_VALUES[slot]}
     assert [WORDS["shape", shape] for shape in SHAPES] == [1, 2, 3, 4]
+
+
+def test_a_batch_is_as_wide_as_its_scenes(data_folder, library, tmp_path):
+    """Crowded scenes beside others: a batch has scenes of one width, with the objects and the goals of its rows."""
+    for path in data_folder.iterdir():
+        shutil.copy(path, tmp_path)
+    keep_shard(tmp_path, draw_shard(library, 0, 0, 8, crowded=True))
+    mixed, usual = DemonstrationBatches(tmp_path), DemonstrationBatches(data_folder)
+    assert len(mixed) == len(usual) + 8 and mixed.places == 10 and usual.places == 7
+    widths = [mixed.draw(3, generator(seed)).present.shape[1] for seed in range(40)]
+    assert set(widths) == {7, 10} and widths.count(10) < widths.count(7)
+    seed = widths.index(10)
+    batch = mixed.draw(3, generator(seed))
+    assert batch.clouds.shape[:2] == batch.position.shape[:2] == batch.turn.shape[:2] == (3, 10)
+    assert batch.present.sum(dim=1).max() > 7
+    for b, frame in enumerate(batch.world_from_structure):
+        row = int((mixed.frame[:, :2] - frame[:2, 3]).norm(dim=1).argmin())
+        there = batch.present[b]
+        assert (batch.object_ids[b, there] == mixed.objects[row, :10][there]).all()

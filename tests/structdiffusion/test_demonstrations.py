@@ -50,7 +50,7 @@ def test_a_stopped_run_writes_only_what_is_missing(library, tmp_path):
         np.testing.assert_array_equal(stored[name], column)
     assert len(DemonstrationSet.load(folder)) == 18
     told = [json.loads(line)["shard"] for line in (folder / "shards.jsonl").read_text().splitlines()]
-    assert told == [0, 1, 2, 1]
+    assert told == [f"shard_{number:05d}" for number in (0, 1, 2, 1)]
 
 
 def test_processes_draw_what_one_does(library, tmp_path):
@@ -141,3 +141,20 @@ def test_settling_gives_the_true_heights_and_refuses_a_tower_that_falls():
     off = planned.copy()
     off[top, 0, 3] += 0.055  # its centre is beyond the edge
     assert settled_tower(scene, off) is None
+
+
+def test_crowded_scenes_have_more_objects_and_share_a_folder_with_the_others(library, tmp_path):
+    assert list(generate(library, tmp_path, 6, crowded=6, seed=3))[-1] == (2, 2)
+    crowded, usual = (np.load(tmp_path / f"shard_{name}00000.npz") for name in ("crowded_", ""))
+    assert crowded["goal"].shape == (6, 10, 4) and usual["goal"].shape == (6, 7, 4)
+    beside = crowded["words"][:, 0] != TOWER
+    taking_part = (crowded["objects"][:, :10] >= 0).sum(axis=1)
+    assert (taking_part[beside] >= 7).all() and taking_part.max() > 7
+    both = DemonstrationSet.load(tmp_path)
+    assert len(both) == 12 and both.objects.shape == (12, 12)
+    np.testing.assert_array_equal(both.objects[6:], crowded["objects"])
+    np.testing.assert_array_equal(both.objects[:6, :7], usual["objects"][:, :7])
+    np.testing.assert_array_equal(both.objects[:6, 10:], usual["objects"][:, 7:])
+    assert (both.objects[:6, 7:10] == -1).all() and (both.goal[:6, 7:] == 0).all()
+    told = [json.loads(line)["shard"] for line in (tmp_path / "shards.jsonl").read_text().splitlines()]
+    assert sorted(told) == ["shard_00000", "shard_crowded_00000"]
