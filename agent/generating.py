@@ -35,8 +35,8 @@ class DataWish:
     def command(self) -> str:
         """The command line that draws it."""
         return (
-            f"structagent generate --scenes {self.scenes} --crowded {self.crowded} --pairs {self.pairs} --objects {self.objects} "
-            f"--seed {self.seed}"
+            f"structagent generate --scenes {self.scenes} --crowded {self.crowded} --pairs {self.pairs} "
+            f"--objects {self.objects} --seed {self.seed}"
         )
 
 
