@@ -83,7 +83,9 @@ def measure_success(
         told = {(scene.structure, scene.number): scene for scene in spoken}
         jobs = [(name, told[place]) for name, place in missing]
         solving = progress.add_task("tried", total=len(jobs))
-        for row in workforce.do(partial(_row, asked), Loaded, (), jobs):
+        # A worker's current folder may be another one.
+        there = replace(asked, weights=asked.weights and asked.weights.absolute())
+        for row in workforce.do(partial(_row, there), Loaded, (), jobs):
             kept.add_row(row)
             progress.advance(solving)
         seconds = round(time.perf_counter() - started, 1)
@@ -177,8 +179,11 @@ def _draw_pictures(
     task = progress.add_task("pictures", total=len(wanted))
     jobs = [(name, row, scenes[row["structure"], row["number"]]) for name, row in wanted.items()]
     for name, content in workforce.do(_picture, tuple, (), jobs):
-        (folder / name).parent.mkdir(exist_ok=True)
-        (folder / name).write_bytes(content)
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        unfinished = path.with_suffix(".tmp")
+        unfinished.write_bytes(content)
+        unfinished.replace(path)  # a picture is there whole or not at all
         progress.advance(task)
 
 
