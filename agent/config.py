@@ -16,7 +16,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from agent.errors import BadInput
-from structdiffusion.planners import PLANNERS
+from structdiffusion.planners import LEGAL_NAMES, PLANNERS
 
 PROJECT_FILE = "structagent.toml"
 PREFIX = "STRUCTAGENT_"
@@ -114,7 +114,7 @@ def _web_address(value: str, folder: Path) -> str:
 SETTINGS = (
     Setting("scene", str, "simulated, example, or an existing scene file or recording", _scene),
     Setting("objects", str, f"{', '.join(LIBRARIES)}, or an existing folder of meshes", _objects),
-    Setting("model", str, ", ".join(PLANNERS), _one_of(*PLANNERS)),
+    Setting("model", str, LEGAL_NAMES, _one_of(*PLANNERS)),
     Setting("weights", str, "an existing folder of checkpoints", _existing_folder),
     Setting("seed", int, "a whole number of at least 0", _at_least(0)),
     Setting("parser", str, "embedding, llm", _one_of("embedding", "llm")),

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from agent.errors import NoValidGoal, UsageError
 from structdiffusion.observation import Arrangement
-from structdiffusion.sampling import PLANNERS, Planner, load_planner
+from structdiffusion.planners import LEGAL_NAMES, PLANNERS
+from structdiffusion.sampling import Planner, load_planner
 
 # An arrangement that its own scores give less than this is not worth a try.
 LEAST_SCORE = 0.05
@@ -21,7 +22,7 @@ def checked_planner(name: str, weights: Path | None) -> Planner:
         CheckpointError: for a checkpoint that is missing or does not fit.
     """
     if name not in PLANNERS:
-        raise UsageError(f"--model cannot be {name!r}; legal values: {', '.join(PLANNERS)}")
+        raise UsageError(f"--model cannot be {name!r}; legal values: {LEGAL_NAMES}")
     return load_planner(name, weights)
 
 

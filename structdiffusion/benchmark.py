@@ -17,7 +17,8 @@ import torch
 from grounding.spec import StructureSpec
 from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.observation import Goal, Scene
-from structdiffusion.sampling import PLANNERS, load_planner
+from structdiffusion.planners import PLANNERS
+from structdiffusion.sampling import load_planner
 from structdiffusion.scenes import draw_scene
 from structdiffusion.tabletop import TabletopWorld
 

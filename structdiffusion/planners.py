@@ -90,3 +90,8 @@ PLANNERS: Mapping[str, PlannerParts] = {
     "diffusion-tokens-best16": replace(_FULL, candidates=16),
     "diffusion-tokens-best256": replace(_FULL, candidates=256),
 }
+
+
+_PLAIN = [name for name, parts in PLANNERS.items() if name in (parts.network, f"{parts.network}-tokens")]
+# How messages tell the names: all of them would fill half a page.
+LEGAL_NAMES = f"{', '.join(_PLAIN)}, and their variants (`structagent models list` names all {len(PLANNERS)})"

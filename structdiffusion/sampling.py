@@ -22,7 +22,7 @@ from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Arrangement, Goal, Scene
-from structdiffusion.planners import PLANNERS, PlannerParts
+from structdiffusion.planners import LEGAL_NAMES, PLANNERS, PlannerParts
 from structdiffusion.proposing import Finish, Observed, Sampled, begin, observed
 from structdiffusion.ranking import Ranker
 from structdiffusion.scheduler import NoiseScheduler
@@ -53,7 +53,7 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
         CheckpointError: for a checkpoint that is missing or does not fit.
     """
     if name not in PLANNERS:
-        raise ValueError(f"model cannot be {name!r}; legal values: {', '.join(PLANNERS)}")
+        raise ValueError(f"model cannot be {name!r}; legal values: {LEGAL_NAMES}")
     parts = PLANNERS[name]
     if parts.network == "geometric":
         return GeometricPlanner(parts.imagined)

@@ -89,16 +89,18 @@ def test_verbs_get_what_is_configured(project, monkeypatch, capsys):
     taken = {}
     run = lambda text, options, **_: taken.update(run=options) or iter(())  # noqa: E731
     monkeypatch.setattr("agent.pipeline.run_instruction", run)
-    monkeypatch.setattr("agent.training.generate_scenes", lambda *given: taken.update(generate=given))
-    monkeypatch.setattr("agent.evaluating.measure_success", lambda *given: taken.update(success=given) or {})
-    monkeypatch.setattr("agent.evaluating.tell_success", lambda *_: None)
+    monkeypatch.setattr("agent.generating.generate_data", lambda *given: taken.update(generate=given))
+    monkeypatch.setattr("agent.success.measuring.measure_success", lambda *given, **_: taken.update(success=given) or {})
+    monkeypatch.setattr("agent.success.telling.tell_success", lambda *_: None)
     cli.command_line(["run", "make a line"])  # comes to no end, and to no exit code that matters here
     assert cli.command_line(["generate", "--out", "data"]) == 0
     assert cli.command_line(["evaluate", "success", "--seed", "8"]) == 0
     run = taken["run"]
     assert (run.objects, run.model, run.execute, run.seed) == (str(project.parent / "meshes"), "geometric", False, 7)
-    assert taken["generate"][3:] == ("training", 7, 3)  # what is trained on is another question
-    assert taken["success"][0] == run.objects and taken["success"][1] == ["geometric"] and taken["success"][4] == 8
+    data, workers, _ = taken["generate"]
+    assert (data.objects, data.seed, workers) == ("training", 7, 3)  # what is trained on is another question
+    asked, models, *_ = taken["success"]
+    assert asked.objects == run.objects and models == ["geometric"] and asked.seed == 8
     assert cli.command_line(["run", "--help"]) == 0
     assert "[default: 7" in capsys.readouterr().out
 
@@ -249,10 +251,10 @@ def test_show_for_people(project, capsys):
 
 def test_legal_values_are_those_of_the_flags(configured):
     from structdiffusion.objects import libraries
-    from structdiffusion.sampling import PLANNERS
+    from structdiffusion.planners import LEGAL_NAMES
 
     legal = {setting.name: setting.legal for setting in config.SETTINGS}
-    assert legal["model"] == ", ".join(PLANNERS)
+    assert legal["model"] == LEGAL_NAMES
     assert legal["parser"] == ", ".join(entry.value for entry in cli_options.Parsers)
     assert legal["viewpoint"] == ", ".join(entry.value for entry in cli_options.Viewpoint)
     known = next(value for value in vars(libraries).values() if isinstance(value, dict) and "random_urdfs" in value)
