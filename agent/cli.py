@@ -43,6 +43,7 @@ from agent.cli_options import (
     complain,
     recorded_options,
 )
+from agent.cli_models import models_app
 from agent.cli_report import replay, report
 from agent.cli_scene import scene_app
 from agent.cli_train import generate, train
@@ -70,6 +71,7 @@ app.add_typer(evaluate_app, name="evaluate")
 app.add_typer(scene_app, name="scene")
 app.add_typer(config_app, name="config")
 app.add_typer(bag_app, name="bag")
+app.add_typer(models_app, name="models")
 app.command("chat")(chat)
 
 

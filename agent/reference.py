@@ -23,7 +23,6 @@ FILE = Path(__file__).with_suffix(".md")
 
 # Defaults that follow from the machine: command and option -> what stands for the number.
 _OF_THE_MACHINE = {
-    ("generate", "workers"): "the number of cores",
     ("evaluate success", "workers"): "the number of cores",
     ("evaluate arm", "workers"): "the number of cores",
     ("evaluate recordings", "workers"): "the number of cores",

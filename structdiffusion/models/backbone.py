@@ -9,19 +9,26 @@ identity for every heading.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor, nn
 
 from structdiffusion.models.checkpoint import Checkpointed
-from structdiffusion.models.encoders import OUTLINE_FEATURES, SENTENCE_WIDTH, VOCABULARY, PointEncoder, outline_features
+from structdiffusion.models.encoders import (
+    OUTLINE_FEATURES,
+    SENTENCE_WIDTH,
+    VOCABULARY,
+    WORD_TOKENS,
+    PointEncoder,
+    fake_scenes,
+    outline_features,
+)
 from structdiffusion.nouns import BASES, CUTLERY, DRINKWARE
 from structdiffusion.rotations import rotation_from_6d, rotation_to_6d
 
 POSE = 9  # 3 + 6 numbers a pose
-WORD_TOKENS = 5
 OBJECT_WIDTH = 96  # of an object's encoding
 _LANGUAGE_WIDTH, _POSE_WIDTH, _PLACE_WIDTH, _KIND_WIDTH = 96, 48, 24, 8
 
@@ -241,16 +248,13 @@ class PoseBackbone(Checkpointed):
 
     @classmethod
     def fake_input(cls, batch: int, objects: int, generator: torch.Generator) -> dict[str, Tensor]:
-        """A random observation of the right shapes and ranges, for tests and benchmarks."""
-        present = torch.ones(batch, objects, dtype=torch.bool)
-        present[1:, -1] = False
-        return {
-            "clouds": 0.05 * torch.randn(batch, objects, 256, 3, generator=generator)
-            + torch.tensor((0.45, 0.0, 0.05)),
-            "present": present,
-            "nouns": torch.zeros(batch, objects, dtype=torch.long),
-            "words": torch.randint(0, 4, (batch, WORD_TOKENS), generator=generator),
-        }
+        """Random scenes, as `condition` takes them (see `encoders.fake_scenes`)."""
+        return fake_scenes(batch, objects, generator)
+
+    def answer_shape(self, given: Mapping[str, Tensor]) -> tuple[int, ...]:
+        """The shape of what `try_out` gives for a fake input: the state, (B, 1 + N, 9)."""
+        batch, count = given["present"].shape
+        return batch, 1 + count, POSE
 
 
 def encoder_stack(config: BackboneConfig, layers: int | None = None) -> nn.TransformerEncoder:

@@ -22,7 +22,12 @@ class CheckpointError(ValueError):
 
 
 class Checkpointed(nn.Module):
-    """A network whose class has a frozen `Config` dataclass and a `kind`, and takes the config to build."""
+    """A network whose class has a frozen `Config` dataclass and a `kind`, and takes the config to build.
+
+    Each can be tried out without data: `fake_input(batch, objects, generator)` makes an input, documented with its
+    keys, types, shapes and frames; `try_out(given, generator)` passes it through the network, and gives a tensor of
+    the shape `answer_shape(given)`.
+    """
 
     kind: str
     Config: type
@@ -57,7 +62,8 @@ class Checkpointed(nn.Module):
             raise CheckpointError(f"{folder / CONFIG_NAME} is of kind {kind!r}; expected {cls.kind!r}")
         unknown = sorted(set(values) - known)
         if unknown:
-            raise CheckpointError(f"{folder / CONFIG_NAME} has the unknown key {unknown[0]!r}; legal: {', '.join(known)}")
+            legal = ", ".join(sorted(known))
+            raise CheckpointError(f"{folder / CONFIG_NAME} has the unknown key {unknown[0]!r}; legal: {legal}")
         try:  # JSON has no tuples
             model = cls(cls.Config(**{name: tuple(v) if isinstance(v, list) else v for name, v in values.items()}))
         except (TypeError, ValueError, RuntimeError, AssertionError) as error:
@@ -75,6 +81,9 @@ class Checkpointed(nn.Module):
                     f"{folder / WEIGHTS_NAME}: {name!r} has shape {tuple(weights[name].shape)}, "
                     f"its config asks for {tuple(tensor.shape)}"
                 )
+        unknown = sorted(weights.keys() - own.keys())
+        if unknown:
+            raise CheckpointError(f"{folder / WEIGHTS_NAME} has {unknown[0]!r}, which its config does not ask for")
         model.load_state_dict({name: weights[name].to(tensor.dtype) for name, tensor in own.items()})
         return model.eval()
 

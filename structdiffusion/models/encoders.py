@@ -15,11 +15,34 @@ OUTLINE_FEATURES = 3 + _DIRECTIONS + 2
 # Word tokens: 0 is "not specified", then every value of every slot has an id of its own.
 WORDS = {word: i + 1 for i, word in enumerate((slot, value) for slot in SLOTS for value in LEGAL_VALUES[slot])}
 VOCABULARY = len(WORDS) + 1
+WORD_TOKENS = len(SLOTS)
 
 
 def word_ids(spec: StructureSpec) -> list[int]:
     """The five word-token ids of a spec, slot by slot; 0 where unspecified."""
     return [WORDS.get((slot, value), 0) for slot, value in spec.to_dict().items()]
+
+
+def fake_scenes(batch: int, objects: int, generator: torch.Generator) -> dict[str, Tensor]:
+    """Random scenes of the right shapes and ranges, for tests, benchmarks and the check of a checkpoint.
+
+    Of all scenes but the first, the last object is not there. The keys:
+
+    | key | type and shape | what |
+    |---|---|---|
+    | clouds | float32 (B, N, 256, 3) | points, world frame, metres; 5 cm about (0.45, 0, 0.05), the table's middle |
+    | present | bool (B, N) | which objects are there; the absent come last |
+    | nouns | int64 (B, N) | noun ids from 0, "unknown"; here all unknown |
+    | words | int64 (B, 5) | a word id per slot, 0 where unspecified; here 0 to 3 |
+    """
+    present = torch.ones(batch, objects, dtype=torch.bool)
+    present[1:, -1] = False
+    return {
+        "clouds": 0.05 * torch.randn(batch, objects, 256, 3, generator=generator) + torch.tensor((0.45, 0.0, 0.05)),
+        "present": present,
+        "nouns": torch.zeros(batch, objects, dtype=torch.long),
+        "words": torch.randint(0, 4, (batch, WORD_TOKENS), generator=generator),
+    }
 
 
 def outline_features(points: Tensor) -> Tensor:

@@ -49,7 +49,8 @@ def mesh_folder(folder: Path, count: int, side: float = 0.05) -> str:
     "arguments",
     [[], ["run"], ["parse"], ["generate"], ["train"], ["evaluate"], ["evaluate", "success"], ["evaluate", "arm"],
      ["evaluate", "parse"], ["evaluate", "language"], ["evaluate", "coverage"], ["scene"], ["scene", "show"],
-     ["scene", "new"], ["scene", "validate"], ["doctor"], ["config"], ["config", "show"], ["chat"], ["batch"],
+     ["scene", "new"], ["scene", "validate"], ["doctor"], ["config"], ["config", "show"], ["models"],
+     ["models", "list"], ["models", "show"], ["models", "verify"], ["models", "card"], ["chat"], ["batch"],
      ["replay"], ["report"], ["completion"]],
 )
 def test_help_has_an_example(arguments, capsys):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import torch
@@ -37,6 +38,26 @@ class CollisionDiscriminator(Checkpointed):
         self.config = config
         self.encoder = PointEncoder(3 + 2, config.width, 2 * config.width, config.layers)
         self.head = nn.Sequential(nn.Linear(2 * config.width + 42, 256), nn.GELU(), nn.Linear(256, 1))
+
+    @classmethod
+    def fake_input(cls, batch: int, objects: int, generator: torch.Generator) -> dict[str, Tensor]:
+        """Random pairs, as `forward` takes them, however many `objects` are asked for.
+
+        `first` and `second` are float32 (B, 256, 3): points, world frame, metres, about 3 cm around the table's
+        middle and 5 cm to its left.
+        """
+        middle = torch.tensor((0.45, 0.0, 0.05))
+        first, second = 0.03 * torch.randn(2, batch, 256, 3, generator=generator) + middle
+        return {"first": first, "second": second + torch.tensor((0.0, 0.05, 0.0))}
+
+    def answer_shape(self, given: Mapping[str, Tensor]) -> tuple[int, ...]:
+        """The shape of what `try_out` gives for a fake input: a logit for each pair, (B,)."""
+        return (len(given["first"]),)
+
+    @torch.no_grad()
+    def try_out(self, given: Mapping[str, Tensor], generator: torch.Generator) -> Tensor:
+        """The logits of a fake input; nothing is drawn at random."""
+        return self(**given)
 
     def forward(self, first: Tensor, second: Tensor) -> Tensor:
         """Logits (B,) for clouds (B, P, 3) each, world frame, metres, P >= `config.points`."""

@@ -8,6 +8,7 @@ notes; here the latent alone decides what the wish leaves open.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import torch
@@ -80,6 +81,12 @@ class PoseCVAE(PoseBackbone):
         prior = self.prior(condition)
         noise = torch.randn(prior.mean.shape, generator=generator, device=prior.mean.device)
         return self(prior.mean + prior.stddev * noise, condition)
+
+    @torch.no_grad()
+    def try_out(self, given: Mapping[str, Tensor], generator: torch.Generator) -> Tensor:
+        """Samples for the scenes of a fake input, recognised and generated once more: all three networks in one."""
+        condition = self.condition(**given)
+        return self(self.posterior(self.sample(condition, generator), condition).mean, condition)
 
     def _latent(
         self, transformer: nn.Module, head: nn.Module, state: Tensor | None, condition: Condition

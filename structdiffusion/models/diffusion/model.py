@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import torch
@@ -52,3 +53,10 @@ class PoseDiffusion(PoseBackbone):
         tokens = torch.cat((self.language_tokens(condition, time), self.thing_tokens(condition, state, time)), dim=1)
         encoded = self.transformer(tokens, src_key_padding_mask=~condition.there)
         return self.head(encoded[:, WORD_TOKENS:]).float()
+
+    @torch.no_grad()
+    def try_out(self, given: Mapping[str, Tensor], generator: torch.Generator) -> Tensor:
+        """The prediction for noise at random steps, in the scenes of a fake input."""
+        state = torch.randn(self.answer_shape(given), generator=generator)
+        timesteps = torch.randint(self.config.steps, (len(state),), generator=generator)
+        return self(state, timesteps, self.condition(**given))

@@ -11,6 +11,7 @@ of them, and a baseline that has to predict it would prove little; the rest foll
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import torch
@@ -110,6 +111,11 @@ class StructFormer(PoseBackbone):
             noise = torch.randn(batch, POSE, generator=generator, device=device)
             state[:, i] = gaussian.loc[rows, i, drawn] + spread * noise
         return state
+
+    @torch.no_grad()
+    def try_out(self, given: Mapping[str, Tensor], generator: torch.Generator) -> Tensor:
+        """A sample for each of the scenes of a fake input."""
+        return self.sample(self.condition(**given), generator)
 
     @staticmethod
     def _unseen(count: int, device: torch.device) -> Tensor:

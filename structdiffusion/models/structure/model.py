@@ -6,13 +6,14 @@ number of its object. The scene is centred, and the words that place it on the t
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor, nn
 
 from structdiffusion.models.checkpoint import Checkpointed
-from structdiffusion.models.encoders import VOCABULARY, PointEncoder
+from structdiffusion.models.encoders import VOCABULARY, PointEncoder, fake_scenes
 
 LOCAL_SLOTS = (0, 1, 4)  # shape, size, rotation: what does not depend on where the structure stands
 
@@ -52,6 +53,20 @@ class StructureDiscriminator(Checkpointed):
             nn.Linear(2 * config.width + 32 * len(LOCAL_SLOTS), 256), nn.GELU(), nn.Linear(256, 128), nn.GELU(),
             nn.Linear(128, 1),
         )
+
+    @classmethod
+    def fake_input(cls, batch: int, objects: int, generator: torch.Generator) -> dict[str, Tensor]:
+        """Random scenes, as `forward` takes them (see `encoders.fake_scenes`); `clouds` are at their goals."""
+        return fake_scenes(batch, objects, generator)
+
+    def answer_shape(self, given: Mapping[str, Tensor]) -> tuple[int, ...]:
+        """The shape of what `try_out` gives for a fake input: a logit for each scene, (B,)."""
+        return (len(given["clouds"]),)
+
+    @torch.no_grad()
+    def try_out(self, given: Mapping[str, Tensor], generator: torch.Generator) -> Tensor:
+        """The logits of a fake input; nothing is drawn at random."""
+        return self(**given)
 
     def forward(self, clouds: Tensor, present: Tensor, nouns: Tensor, words: Tensor) -> Tensor:
         """Logits (B,).

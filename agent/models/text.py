@@ -1,0 +1,159 @@
+"""Model cards and what planners are made of, as Markdown; tables for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from agent.models.cards import Facts, facts_of, headline
+from agent.models.catalogue import FAMILIES, Network, networks_of, planners_of
+from agent.telling import aligned, duration
+from structdiffusion.planners import PLANNERS
+
+
+def card_text(facts: Mapping[str, Any]) -> str:
+    """The card of a network; what its family is good for and where it ends is in about/FAMILY.md."""
+    name, family = facts["name"], facts["family"]
+    size = sum(file["bytes"] for file in facts["files"].values())
+    parts = [
+        f"# {name}: {FAMILIES[family]}",
+        f"{facts['parameters']:,} parameters{f', {size / 1e6:.1f} MB' if size else ''}.",
+        (files("agent.models") / "about" / f"{family}.md").read_text(encoding="utf-8").strip(),
+        "## Training",
+        *_training(facts["training"]),
+        "## Results",
+        *(_results(result) for result in facts["results"]),
+    ]
+    if not facts["results"]:
+        parts.append(f"None written yet; {headline(facts)}.")
+    if facts["files"]:
+        rows = [[file, f"{about['bytes']:,}", f"`{about['sha256']}`"] for file, about in facts["files"].items()]
+        parts += ["## Files", _table(["file", "bytes", "SHA-256"], rows)]
+    return "\n\n".join(parts) + "\n"
+
+
+def shown_text(facts: Mapping[str, Any]) -> str:
+    """The card, and the planners that the network is part of, which are no fact about it and change more often."""
+    using = planners_of(facts["name"])
+    return card_text(facts) + (f"\n## Planners\n\n{', '.join(f'`{name}`' for name in using)}\n" if using else "")
+
+
+def planner_text(name: str, there: Sequence[str]) -> str:
+    """What a planner is made of.
+
+    Args:
+        name: of the planner.
+        there: the networks whose weights are at hand.
+    """
+    made = networks_of(name)
+    rows = [[key.replace("_", " "), _value(value)] for key, value in asdict(PLANNERS[name]).items()]
+    lines = [f"- `{one}`{'' if one in there else ': its weights are not there'}" for one in made]
+    return "\n\n".join(
+        [f"# Planner {name}", "Its networks:" if made else "It has no network.", *(["\n".join(lines)] if made else []),
+         _table(["part", "value"], rows)]
+    ) + "\n"  # fmt: skip
+
+
+def list_rows(networks: Mapping[str, Network]) -> list[Facts]:
+    """A row for each network, JSON-ready."""
+    rows = []
+    for network in networks.values():
+        facts = facts_of(network)
+        rows.append(
+            {
+                "name": network.name,
+                "family": network.family,
+                "what": FAMILIES[network.family],
+                "parameters": facts["parameters"],
+                "bytes": sum(_size(network.folder / file) for file in network.files),
+                "steps": (facts["training"] or {}).get("steps"),
+                "headline": headline(facts),
+                "folder": str(network.folder),
+            }
+        )
+    return rows
+
+
+def list_text(rows: Sequence[Facts]) -> str:
+    """The table for people."""
+    head = ["name", "what it does", "result", "parameters", "MB", "steps"]
+    lines = [
+        [row["name"], row["what"], row["headline"], f"{row['parameters']:,}", f"{row['bytes'] / 1e6:.1f}",
+         "-" if row["steps"] is None else f"{row['steps']:,}"]
+        for row in rows
+    ]  # fmt: skip
+    return aligned([head, *lines], left=3)
+
+
+def _training(training: Mapping[str, Any] | None) -> list[str]:
+    if training is None:
+        return ["Nothing is recorded."]
+    if "sessions" not in training:
+        return [_table(["fact", "value"], [[key.replace("_", " "), _value(value)] for key, value in training.items()])]
+    rows = []
+    for session in training["sessions"]:
+        options, data = session.get("options", {}), session.get("data", {})
+        rows.append(
+            [
+                f"{session['first_step']:,} to {session['last_step']:,}",
+                duration(session["seconds"]),
+                f"{session.get('devices', 1)} x {session['device']}",
+                _value(session.get("batch")) + f" {session.get('examples', 'scenes')}",
+                _value(options.get("learning_rate")),
+                _value(options.get("seed")),
+                _data(data),
+                _value(session.get("examples_per_second")),
+            ]
+        )
+    head = ["steps", "time", "devices", "batch, each", "learning rate", "seed", "data", "examples a second"]
+    losses = ", ".join(f"{name} {value:.4f}" for name, value in training["losses"].items())
+    return [
+        f"{training['steps']:,} steps in {duration(training['seconds'])}; at the end: {losses}.",
+        _table(head, rows),
+    ]
+
+
+def _data(data: Mapping[str, Any]) -> str:
+    if not data:
+        return "not recorded"
+    rest = {key: value for key, value in data.items() if key not in ("name", "sha256")}
+    return f"`{data['name']}`: {_value(rest)}" if rest else f"`{data['name']}`"
+
+
+def _results(result: Mapping[str, Any]) -> str:
+    rows = [
+        [row["by"], row["of"], str(row["n"]), _interval(row),
+         ", ".join(f"{name} {count}" for name, count in row.get("failures", {}).items())]
+        for row in result["rows"]
+    ]  # fmt: skip
+    what = result["rows"][0]["what"]
+    head = ["by", "of", "n", f"{what}, percent (95 % Wilson)", "failures"]
+    if not any(row[-1] for row in rows):
+        head, rows = head[:-1], [row[:-1] for row in rows]
+    return f"`{result['command']}` (structagent {result['version']})\n\n{_table(head, rows)}"
+
+
+def _interval(rate: Mapping[str, float]) -> str:
+    return f"{100 * rate['rate']:.1f} ({100 * rate['low']:.1f}-{100 * rate['high']:.1f})"
+
+
+def _value(value: Any) -> str:
+    if value is None:
+        return "not recorded"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_value(one)}" for key, one in value.items())
+    return f"{value:,}" if isinstance(value, int) else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _size(path: Path) -> int:
+    return path.stat().st_size if path.is_file() else 0
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)

@@ -1,0 +1,57 @@
+"""`structagent generate` from end to end, small."""
+
+import json
+from itertools import islice
+
+import numpy as np
+import pytest
+import trimesh
+
+from agent import language_data
+from agent.cli import command_line
+from grounding.corpus import all_sentences
+from structdiffusion import demonstrations
+
+
+@pytest.fixture
+def line(tmp_path, monkeypatch) -> list[str]:
+    """A command line that draws eight scenes of six boxes; sentences are few, because embedding them takes long."""
+    monkeypatch.setattr(demonstrations, "SHARD_SCENES", 4)
+    monkeypatch.setattr(demonstrations, "PROVEN", 0)
+    monkeypatch.setattr(language_data, "all_sentences", lambda: islice(all_sentences(), 20))
+    meshes = tmp_path / "boxes"
+    meshes.mkdir()
+    for number in range(6):
+        trimesh.creation.box((0.05, 0.05, 0.04 + 0.005 * number)).export(meshes / f"box_{number}.stl")
+    wanted = ["--scenes", "8", "--pairs", "30", "--objects", str(meshes), "--seed", "4"]
+    return ["generate", "--out", str(tmp_path / "data"), *wanted, "--workers", "1"]
+
+
+def test_data_and_their_datasheet_are_written_and_kept(line, tmp_path, capsys):
+    assert command_line(line) == 0
+    data = tmp_path / "data"
+    said = capsys.readouterr().out
+    assert said.startswith("8 scenes, 30 pairs and ") and said.endswith(f"see {data / 'datasheet.md'}\n")
+    sheet = json.loads((data / "datasheet.json").read_text())
+    assert (sheet["library"], sheet["seed"]) == (str(tmp_path / "boxes"), 4)
+    assert sheet["objects_per_source"] == {"folder": 6}
+    assert sheet["sentences"] == len(np.load(data / "language.npz")["words"]) > 0
+    assert "--seed 4" in (data / "datasheet.md").read_text()
+    files = ("library.npz", "language.npz", "pairs.npz", "shard_00000.npz", "shard_00001.npz")
+    before = {name: (data / name).stat().st_mtime_ns for name in files}
+    (data / "datasheet.md").unlink()
+    assert command_line(line) == 0  # of a finished folder, only the datasheet is written
+    assert {name: (data / name).stat().st_mtime_ns for name in files} == before
+    assert (data / "datasheet.md").is_file()
+
+
+def test_a_folder_with_other_scenes_is_bad_input(line, capsys):
+    assert command_line(line) == 0
+    capsys.readouterr()
+    assert command_line([*line, "--seed", "5"]) == 6
+    assert "has scenes of seed 4, and not of seed 5" in capsys.readouterr().err
+
+
+def test_a_cluster_that_is_not_there(line, capsys):
+    assert command_line([*line, "--ray", "127.0.0.1:1"]) == 2
+    assert "--ray cannot be '127.0.0.1:1'" in capsys.readouterr().err
