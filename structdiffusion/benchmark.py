@@ -1,7 +1,7 @@
-"""How long sampling and ranking takes: `python -m structdiffusion.benchmark [--json]`.
+"""How long sampling and ranking takes: `python -m structdiffusion.benchmark [--json] [--sweep DIR]`.
 
-A circle of seven procedural objects, seen through the simulated camera; the time from the clouds to
-the ranked arrangements, after one warm-up.
+A circle of procedural objects, seen through the simulated camera; the time from the clouds to the ranked
+arrangements, after one warm-up. What trying the best of them out in imagination adds is told apart.
 """
 
 from __future__ import annotations
@@ -9,12 +9,16 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
 
 from grounding.spec import StructureSpec
+from structdiffusion.geometric import GeometricPlanner
 from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.observation import Goal, Scene
 from structdiffusion.planners import PLANNERS
@@ -22,7 +26,9 @@ from structdiffusion.sampling import load_planner
 from structdiffusion.scenes import draw_scene
 from structdiffusion.tabletop import TabletopWorld
 
+Result = dict[str, Any]
 _SPEC = StructureSpec("circle", size="small", x_position="center", y_position="middle", rotation="south")
+_CANDIDATES, _OBJECTS = (1, 4, 16, 64, 256), (3, 4, 5, 6, 7, 8, 9, 10)
 
 
 def observed_scene(objects: int, seed: int) -> Scene:
@@ -33,51 +39,101 @@ def observed_scene(objects: int, seed: int) -> Scene:
         return world.observe(rng)
 
 
-def measure(model: str, objects: int, candidates: int, runs: int, weights: Path | None = None) -> dict[str, object]:
-    """Seconds of `runs` proposals, with what they depend on."""
+def measure(model: str, objects: int, candidates: int, runs: int, weights: Path | None = None) -> Result:
+    """Seconds of `runs` proposals, with what they depend on; "imagined_seconds" is what imagination adds to them."""
     planner = load_planner(model, weights)
     scene = observed_scene(objects, seed=0)
     # What the embedding holds makes no difference to the time.
     goal = Goal(_SPEC, "a sentence", np.full(384, 384**-0.5, dtype=np.float32))
-    seconds = []
-    for run in range(runs + 1):
+
+    def median_of(given: Sequence[float]) -> float:
+        return sorted(given)[len(given) // 2]
+
+    def timed(run: int) -> float:
         started = time.perf_counter()
         planner.propose(scene, goal, count=candidates, generator=torch.Generator().manual_seed(run))
-        seconds.append(time.perf_counter() - started)
-    measured = sorted(seconds[1:])
+        return time.perf_counter() - started
+
+    whole = [timed(run) for run in range(runs + 1)][1:]
+    imagined = PLANNERS[model].imagined > 0
+    if imagined and isinstance(planner, GeometricPlanner):
+        planner = GeometricPlanner()
+    elif imagined:
+        planner.finish = replace(planner.finish, imagined=0)
+    seconds = [timed(run) for run in range(runs)] if imagined else whole
     return {
         "model": model,
         "objects": objects,
         "candidates": candidates,
         "threads": torch.get_num_threads(),
         "runs": runs,
-        "seconds_min": measured[0],
-        "seconds_median": measured[runs // 2],
-        "seconds_max": measured[-1],
+        "seconds_min": min(seconds),
+        "seconds_median": median_of(seconds),
+        "seconds_max": max(seconds),
+        "imagined_seconds": median_of(whole) - median_of(seconds) if imagined else 0.0,
     }
+
+
+def sweep(model: str, runs: int, weights: Path | None = None) -> list[Result]:
+    """For every number of candidates with 7 objects, and for every number of objects with 64 candidates."""
+    wanted = [(7, candidates) for candidates in _CANDIDATES]
+    wanted += [(objects, 64) for objects in _OBJECTS if objects != 7]
+    return [measure(model, *point, runs, weights) for point in wanted]
+
+
+def plot(results: Sequence[Result], path: Path) -> None:
+    """Draws the cost against the number of candidates and of objects as a picture."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 3.4), layout="constrained")
+    panels = figure.subplots(1, 2)
+    for panel, key, fixed, held in ((panels[0], "candidates", "objects", 7), (panels[1], "objects", "candidates", 64)):
+        rows = sorted((row for row in results if row[fixed] == held), key=lambda row: row[key])
+        across, seconds = [row[key] for row in rows], [row["seconds_median"] for row in rows]
+        panel.plot(across, seconds, "o-", label="sampled and ranked")
+        panel.plot(across, [s + row["imagined_seconds"] for s, row in zip(seconds, rows)], "o--", label="and imagined")
+        panel.set(xlabel=f"{key} ({held} {fixed})", ylabel="seconds", ylim=(0, None))
+        panel.grid(alpha=0.3)
+        panel.legend()
+    panels[0].set_xscale("log", base=2)
+    panels[0].set_xticks(_CANDIDATES, [str(count) for count in _CANDIDATES])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=110)
+
+
+def told(result: Result) -> str:
+    """One result in words."""
+    spread = f"median of {result['runs']}; {result['seconds_min']:.2f} to {result['seconds_max']:.2f}"
+    imagined = f", imagination {result['imagined_seconds']:.2f} s more" if result["imagined_seconds"] else ""
+    return (
+        f"{result['candidates']} candidates for {result['objects']} objects by {result['model']}: "
+        f"{result['seconds_median']:.2f} s ({spread}){imagined}, {result['threads']} thread(s)"
+    )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m structdiffusion.benchmark", description=__doc__)
-    parser.add_argument("--model", choices=PLANNERS, default="diffusion")
+    parser.add_argument("--model", choices=PLANNERS, default="diffusion", metavar="NAME")
     parser.add_argument("--objects", type=int, default=7)
     parser.add_argument("--candidates", type=int, default=64)
     parser.add_argument("--runs", type=int, default=5)
     # The tensors are too small to share: two threads that wait for each other take several times as long as one.
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--weights", type=Path, help="a folder of checkpoints; by default those shipped")
+    parser.add_argument("--sweep", type=Path, metavar="DIR", help="measure many numbers; benchmark.json, .png go there")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     torch.set_num_threads(options.threads)
-    result = measure(options.model, options.objects, options.candidates, options.runs, options.weights)
-    if options.json:
-        print(json.dumps(result))
+    if options.sweep is not None:
+        results = sweep(options.model, options.runs, options.weights)
+        plot(results, options.sweep / "benchmark.png")
+        (options.sweep / "benchmark.json").write_text(json.dumps(results, indent=1) + "\n")
     else:
-        print(
-            f"{result['candidates']} candidates for {result['objects']} objects by {result['model']}: "
-            f"{result['seconds_median']:.2f} s (median of {result['runs']}; {result['seconds_min']:.2f} to "
-            f"{result['seconds_max']:.2f}), {result['threads']} thread(s)"
-        )
+        results = [measure(options.model, options.objects, options.candidates, options.runs, options.weights)]
+    if options.json:
+        print(json.dumps(results if options.sweep is not None else results[0]))
+    else:
+        print("\n".join(map(told, results)))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 import pytest
 
-from structdiffusion.benchmark import measure, observed_scene
+from structdiffusion import benchmark
+from structdiffusion.benchmark import measure, observed_scene, plot, sweep
 
 
 def test_the_scene_has_as_many_objects_as_asked_for():
@@ -12,6 +13,16 @@ def test_seconds_are_measured_and_ordered():
     result = measure("diffusion", objects=3, candidates=2, runs=3)
     assert 0 < result["seconds_min"] <= result["seconds_median"] <= result["seconds_max"]
     assert (result["objects"], result["candidates"], result["runs"]) == (3, 2, 3)
+    assert result["imagined_seconds"] > 0.02  # at least one arrangement was tried in physics
+
+
+def test_a_sweep_covers_both_numbers_and_is_drawn(monkeypatch, tmp_path):
+    monkeypatch.setattr(benchmark, "_CANDIDATES", (1, 2))
+    monkeypatch.setattr(benchmark, "_OBJECTS", (3, 7))
+    results = sweep("geometric+imagined", runs=1)
+    assert [(row["objects"], row["candidates"]) for row in results] == [(7, 1), (7, 2), (3, 64)]
+    plot(results, tmp_path / "out" / "benchmark.png")
+    assert (tmp_path / "out" / "benchmark.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_an_unknown_model_is_named():
