@@ -27,7 +27,7 @@ from structdiffusion.scenes import draw_scene
 from structdiffusion.tabletop import TabletopWorld
 
 Result = dict[str, Any]
-_SPEC = StructureSpec("circle", size="small", x_position="center", y_position="middle", rotation="south")
+_SPEC = StructureSpec("circle", size="small", rotation="south")
 _CANDIDATES, _OBJECTS = (1, 4, 16, 64, 256), (3, 4, 5, 6, 7, 8, 9, 10)
 
 
