@@ -107,7 +107,7 @@ def place_and_check(
     others: Sequence[tuple[ObjectModel, np.ndarray]] = (),
     names: Sequence[str] | None = None,
     ground: Table | None = None,
-    final_seconds: float = FINAL_SECONDS,
+    until_rest: bool = False,
 ) -> Verdict:
     """Places an arrangement under the protocol and judges it. Deterministic.
 
@@ -120,7 +120,7 @@ def place_and_check(
         others: distractors with their poses (4, 4); they are in the world all the time.
         names: what the verdict calls the objects, then the others; by default their nouns, numbered.
         ground: the whole surface that carries things, where it is more than the table top.
-        final_seconds: of physics after the last object; the contract's 2 s.
+        until_rest: judge as soon as everything is at rest, and not after the contract's 2 s.
     """
     started = time.perf_counter()
     world_from_goal = np.asarray(goal_from_initial) @ np.asarray(world_from_initial)
@@ -136,7 +136,7 @@ def place_and_check(
         try:
             for index in order:
                 trial.place(index)
-            checks = trial.judge(spec, final_seconds)
+            checks = trial.judge(spec, until_rest)
         except _Failure as caught:
             failure = caught
         final = np.full(world_from_goal.shape, np.nan)
@@ -238,9 +238,9 @@ class _Trial:
         self._run(SETTLE_SECONDS, until_rest=True)
         self._check_places()
 
-    def judge(self, spec: StructureSpec, seconds: float) -> tuple[Check, ...]:
-        """So many more seconds, then the final places and the semantic checks."""
-        self._run(seconds - REST_SECONDS, until_rest=False)
+    def judge(self, spec: StructureSpec, until_rest: bool) -> tuple[Check, ...]:
+        """Two more seconds, or less where everything rests before, then the final places and the semantic checks."""
+        self._run(FINAL_SECONDS - REST_SECONDS, until_rest)
         checks = semantic_checks(
             self.world, [self.placed[k] for k in range(len(self.models))], spec, self.own_names
         )

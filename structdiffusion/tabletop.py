@@ -18,7 +18,7 @@ from structdiffusion.camera import VIEWS, CameraImage, DepthCamera, measured_dep
 from structdiffusion.geometry import pose_from_position_quaternion, quaternion_from_matrix
 from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel
 from structdiffusion.observation import ObjectCloud, Scene, Table
-from structdiffusion.rigid_body import hulls_file, mass_properties, mesh_file
+from structdiffusion.rigid_body import hulls_file, mesh_file
 
 TABLE = -1  # stands for the table wherever indices of objects are given
 TIME_STEP = 1.0 / 240.0
@@ -122,7 +122,7 @@ class TabletopWorld:
 
     def add(self, model: ObjectModel, world_from_object: np.ndarray) -> int:
         """Puts one more object into the world, at rest at the pose (4, 4); its index."""
-        mass = mass_properties(model.hulls, model.mass)
+        mass = model.mass_properties
         frame = mass.object_from_inertial
         solid, surface = str(hulls_file(model.hulls)), str(mesh_file(model.mesh_vertices, model.mesh_faces))
         shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=solid, **self._here)

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from structdiffusion.footprints import outline_centroid
+from structdiffusion.rigid_body import MassProperties, mass_properties
 
 SURFACE_POINTS = 1024
 
@@ -57,6 +58,11 @@ class ObjectModel:
         """The convex outline (K, 2), counter-clockwise, of the object seen from above."""
         points = np.concatenate(self.hulls)[:, :2]
         return points[ConvexHull(points).vertices]
+
+    @cached_property
+    def mass_properties(self) -> MassProperties:
+        """How its mass is spread."""
+        return mass_properties(self.hulls, self.mass)
 
     @cached_property
     def height(self) -> float:
