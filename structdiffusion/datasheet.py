@@ -125,11 +125,7 @@ def markdown(sheet: Mapping[str, Any]) -> str:
         "tilts by more than 4 degrees; its goals are where it came to rest. Circles, lines and table settings stand by "
         "construction, everything on the table and clear of each other; of these, a few of every shard are put "
         "through the contract's whole protocol, to measure that.",
-        _table(
-            ["structure", "tries", "accepted", "no room or layout", "fell", "built though exact", "of these stood"],
-            [[shape, *(f"{found.get(outcome, 0):,}" for outcome in _OUTCOMES)]
-             for shape, found in drawing["shapes"].items()],
-        ),  # fmt: skip
+        _draws(drawing),
         f"Told by the draws of {drawing['scenes']:,} of the {sheet['scenes']:,} scenes.",
     ]
     if pairs is not None:
@@ -151,6 +147,18 @@ def markdown(sheet: Mapping[str, Any]) -> str:
         "points on their surfaces are, under the terms named above.",
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def _draws(drawing: Mapping[str, Any]) -> str:
+    if not drawing["scenes"]:
+        return "How many tries it took was not written down when these scenes were drawn."
+    return _table(
+        ["structure", "tries", "accepted", "no room or layout", "fell", "built though exact", "of these stood"],
+        [
+            [shape, *(f"{found.get(outcome, 0):,}" for outcome in _OUTCOMES)]
+            for shape, found in drawing["shapes"].items()
+        ],
+    )
 
 
 def _drawing(path: Path, scenes: int) -> dict[str, Any]:
