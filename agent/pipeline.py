@@ -135,7 +135,7 @@ class _Run:
             scene = table.look()
             yield steps.perceived(scene, time.perf_counter() - began, table)
             self.step = "imagination"
-            goal = wished(reading.spec, self.text if reading.spec == reading.parse.spec else None, encoder)
+            goal = wished(reading.spec, encoder)
             imagined = steps.imagine(planner, options.model, scene, goal, options.seed)
             yield imagined
             arrangements = worthwhile(imagined.arrangements)
@@ -176,16 +176,17 @@ class _Run:
             yield event
 
 
-def wished(spec: StructureSpec, words: str | None, encoder: SentenceEncoder) -> Goal:
-    """The goal of a planner.
+def wished(spec: StructureSpec, encoder: SentenceEncoder) -> Goal:
+    """The goal of a planner. What was heard is said anew, in the words that sentence models were trained on.
+
+    People say the same in ways that move its embedding far: told "facing me", such a model left no ring open.
 
     Args:
         spec: the slots, in the world's frame.
-        words: what was said; `None` where it was said in another frame, or in several sentences: then it is said anew.
-        encoder: embeds it.
+        encoder: embeds the sentence.
     """
     from grounding.corpus import sentences
     from structdiffusion.observation import Goal
 
-    words = sentences(spec)[0] if words is None else words
+    words = sentences(spec)[0]
     return Goal(spec, words, encoder.encode([words])[0])

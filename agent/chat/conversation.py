@@ -52,7 +52,6 @@ class Conversation:
         self.options, self._loaded, self._tell = options, loaded, tell
         self.question: Question | None = None
         self._asked: Revision | None = None
-        self._words: str | None = None
         self._past: list[Situation] = []
         self._future: list[Situation] = []
         self._step, self._busy = "parse", 0.0
@@ -75,13 +74,13 @@ class Conversation:
 
     def _fresh(self) -> Situation:
         poses = self.table.poses()
-        return Situation(None, None, self.table.names, poses, viewpoint=self.options.reading.viewpoint)
+        return Situation(None, self.table.names, poses, viewpoint=self.options.reading.viewpoint)
 
     # --- what is said ------------------------------------------------------------------------
 
     def say(self, text: str) -> bool:
         """An instruction or a correction, up to a proposal or a question; whether there is a proposal."""
-        self._words, self._busy = text, 0.0
+        self._busy = 0.0
         self.question = None
         self._tell(events.Started(text, events.json_value(asdict(self.options))))
         with self._turn("parse"):
@@ -98,7 +97,7 @@ class Conversation:
         question, revision = self.question, self._asked
         if question is None or revision is None:
             raise UsageError("nothing was asked")
-        self.question, self._words = None, None
+        self.question = None
         with self._turn("parse"):
             spec = answered(revision.spec, question.slot, value)
             # The parser's guesses have become facts, and what it thought of them is of no interest any more.
@@ -117,7 +116,7 @@ class Conversation:
         said = revise(asked.spec, text, self._loaded.reader(self.options.reading), self.options.reading.viewpoint)
         if said.status in ("refused", "unchanged"):
             raise NotBuildable(f"{said.message}; {question.text}")
-        self.question, self._words = None, None
+        self.question = None
         with self._turn("parse"):
             spec = completed(said.spec, asked.spec)
             still_open = question if question.slot == "shape" and spec.shape is None else said.question
@@ -139,8 +138,7 @@ class Conversation:
         if revision.message:
             self._tell(events.Noted(revision.message))
         reading = self.options.reading
-        words = self._words if revision.kind == "new" and reading.viewpoint == "robot" else None
-        situation = Situation(revision.spec, words, objects, self.table.poses(), viewpoint=reading.viewpoint)
+        situation = Situation(revision.spec, objects, self.table.poses(), viewpoint=reading.viewpoint)
         self._tell(
             events.Parsed(
                 situation.spec,
@@ -171,7 +169,7 @@ class Conversation:
         self._step = "imagination"
         options, loaded = self.options, self._loaded
         planner = loaded.planner(options.model, options.weights)
-        goal = wished(situation.spec, situation.words, loaded.encoder)
+        goal = wished(situation.spec, loaded.encoder)
         imagined = steps.imagine(planner, options.model, scene, goal, options.seed, self._tell)
         self._tell(imagined)
         proposal = Proposal(situation.spec, scene, imagined, len(worthwhile(imagined.arrangements)))

@@ -62,7 +62,6 @@ class Situation:
 
     Attributes:
         wish: what is wanted, as it was spoken; `None` before the first instruction.
-        words: the instruction, where the wish is just that and was spoken in the world's frame.
         objects: the names of those that take part.
         poses: name -> world_from_object (4, 4) of everything on the table.
         proposal: what would be built; `None` where there is nothing to decide.
@@ -70,7 +69,6 @@ class Situation:
     """
 
     wish: StructureSpec | None
-    words: str | None
     objects: tuple[str, ...]
     poses: Mapping[str, np.ndarray]
     proposal: Proposal | None = None
@@ -85,7 +83,7 @@ class Situation:
         """The same situation, its wish in the words of somebody at this side of the table."""
         if viewpoint == self.viewpoint:
             return self
-        return replace(self, wish=self.wish and self.wish.turned(), words=None, viewpoint=viewpoint)
+        return replace(self, wish=self.wish and self.wish.turned(), viewpoint=viewpoint)
 
 
 def meant_objects(
