@@ -48,6 +48,7 @@ from agent.cli_report import replay, report
 from agent.cli_scene import scene_app
 from agent.cli_train import generate, train
 from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, USAGE, UsageError, exit_code_of, one_sentence
+from agent.outputs import check_folder
 from agent.streams import import_pybullet_silently, results_stream
 
 # Typer carries its own copy of click in some versions and uses the installed one in others; its public
@@ -141,8 +142,7 @@ def run(
     from agent.session_file import run_session
 
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-seed{seed}"
-    if folder.exists() and not folder.is_dir():
-        raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
+    check_folder(folder)
     reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
     trajectories = export_trajectory or []
     if trajectories and not execute:

@@ -6,6 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, TextIO
 
@@ -21,6 +22,7 @@ from agent.cli_options import (
     SeedOption,
     WeightsOption,
 )
+from agent.outputs import check_file, check_folder, write_report
 from agent.streams import import_pybullet_silently, results_stream
 from grounding.spec import SHAPES
 
@@ -51,7 +53,10 @@ def evaluate_success(
     candidates: Annotated[
         int, typer.Option(min=1, help="Arrangements imagined per scene, by planners that choose among them.")
     ] = 64,
-    top_k: Annotated[int, typer.Option(min=1, help="Measure success@k up to this k.")] = 5,
+    top_k: Annotated[
+        int | None,
+        typer.Option(min=1, help="Measure success@k up to this k; by default 5, or --candidates where that is less."),
+    ] = None,
     objects_per_scene: Annotated[
         str | None, typer.Option(metavar="LOW-HIGH", help="How many objects take part; by default as in training.")
     ] = None,
@@ -87,21 +92,19 @@ def evaluate_success(
 
     Example: structagent evaluate success --objects ycb --model diffusion --model geometric --out out/success
     """
+    check_folder(out)
     import_pybullet_silently()
-    from agent.success.asked import Asked
+    from agent.success.asked import TOP_K, Asked
     from agent.success.measuring import checked_structures, measure_success
     from agent.success.telling import tell_success, write_success
 
-    asked = Asked(objects, weights, seed, candidates, top_k, objects_per_scene, table, camera)
+    most = min(TOP_K, candidates) if top_k is None else top_k
+    asked = Asked(objects, weights, seed, candidates, most, objects_per_scene, table, camera)
     structures = checked_structures(structure)
-    with results_stream() as results:
-        report = measure_success(
-            asked, model or ["diffusion"], structures, scenes, workers=workers, ray=ray, out=out, pictures=pictures
-        )
-        if out is not None:
-            for path in write_success(report, out):
-                print(f"wrote {path}", file=sys.stderr)
-        _tell(report, json_output, tell_success, results)
+    names = model or ["diffusion"]
+    how = {"workers": workers, "ray": ray, "out": out, "pictures": pictures}
+    measured = partial(measure_success, asked, names, structures, scenes, **how)
+    _report(measured, tell_success, out, json_output, write_success)
 
 
 @evaluate_app.command("arm")
@@ -120,15 +123,12 @@ def evaluate_arm(
 
     Example: structagent evaluate arm --objects ycb --scenes 5
     """
+    check_file(out)
     import_pybullet_silently()
-    from agent.evaluating import write_report
     from agent.evaluating_arm import measure_arm, tell_arm
 
-    with results_stream() as results:
-        report = measure_arm(objects, model, weights, scenes, seed, candidates, workers)
-        if out is not None:
-            write_report(report, out)
-        _tell(report, json_output, tell_arm, results)
+    measured = partial(measure_arm, objects, model, weights, scenes, seed, candidates, workers)
+    _report(measured, tell_arm, out, json_output)
 
 
 @evaluate_app.command("recordings")
@@ -149,15 +149,12 @@ def evaluate_recordings(
 
     Example: structagent evaluate recordings --objects ycb --scenes 8
     """
+    check_file(out)
     import_pybullet_silently()
-    from agent.evaluating import write_report
     from agent.evaluating_recordings import measure_recordings, tell_recordings
 
-    with results_stream() as results:
-        report = measure_recordings(objects, model, weights, scenes, seed, execute, workers)
-        if out is not None:
-            write_report(report, out)
-        _tell(report, json_output, tell_recordings, results)
+    measured = partial(measure_recordings, objects, model, weights, scenes, seed, execute, workers)
+    _report(measured, tell_recordings, out, json_output)
 
 
 @evaluate_app.command("completion")
@@ -173,15 +170,12 @@ def evaluate_completion(
 
     Example: structagent evaluate completion --objects ycb --scenes 10
     """
+    check_file(out)
     import_pybullet_silently()
-    from agent.evaluating import write_report
     from agent.evaluating_completion import measure_completion, tell_completion
 
-    with results_stream() as results:
-        report = measure_completion(objects, scenes, seed, workers)
-        if out is not None:
-            write_report(report, out)
-        _tell(report, json_output, tell_completion, results)
+    measured = partial(measure_completion, objects, scenes, seed, workers)
+    _report(measured, tell_completion, out, json_output)
 
 
 @evaluate_app.command("parse")
@@ -212,17 +206,14 @@ def evaluate_parse(
 
     Example: structagent evaluate parse --data free --parser embedding --parser llm --out out/parsing
     """
+    check_folder(out)
     from agent.evaluating_parse import measure_parsing, tell_parsing, write_parsing
     from agent.reading import ReadingOptions
 
     options = ReadingOptions(llm_model=llm_model, llm_url=llm_url, replies=replies)
     parsers = [name.value for name in parser or [Parsers.embedding]]
-    with results_stream() as results:
-        report = measure_parsing(parsers, data or ["templated", "free"], limit, options)
-        if out is not None:
-            for path in write_parsing(report, out):
-                print(f"wrote {path}", file=sys.stderr)
-        _tell(report, json_output, tell_parsing, results)
+    measured = partial(measure_parsing, parsers, data or ["templated", "free"], limit, options)
+    _report(measured, tell_parsing, out, json_output, write_parsing)
 
 
 @evaluate_app.command("language")
@@ -247,17 +238,14 @@ def evaluate_language(
 
     Example: structagent evaluate language --data free --objects ycb --model diffusion
     """
+    check_file(out)
     import_pybullet_silently()
-    from agent.evaluating import write_report
     from agent.evaluating_language import measure_language, tell_language
     from agent.reading import ReadingOptions
 
-    with results_stream() as results:
-        options = ReadingOptions(parser=parser.value)
-        report = measure_language(data, limit, objects, model, weights, options, seed, candidates, workers)
-        if out is not None:
-            write_report(report, out)
-        _tell(report, json_output, tell_language, results)
+    options = ReadingOptions(parser=parser.value)
+    measured = partial(measure_language, data, limit, objects, model, weights, options, seed, candidates, workers)
+    _report(measured, tell_language, out, json_output)
 
 
 @evaluate_app.command("coverage")
@@ -276,22 +264,27 @@ def evaluate_coverage(
 
     Example: structagent evaluate coverage --objects ycb --scenes 10
     """
+    check_file(out)
     import_pybullet_silently()
-    from agent.evaluating import write_report
     from agent.evaluating_coverage import measure_coverage, tell_coverage
 
-    with results_stream() as results:
-        report = measure_coverage(objects, model, weights, scenes, seed, candidates, workers)
-        if out is not None:
-            write_report(report, out)
-        _tell(report, json_output, tell_coverage, results)
+    measured = partial(measure_coverage, objects, model, weights, scenes, seed, candidates, workers)
+    _report(measured, tell_coverage, out, json_output)
 
 
-def _tell(
-    report: dict[str, Any], as_json: bool, table: Callable[[dict[str, Any], TextIO], None], results: TextIO
+def _report(
+    measured: Callable[[], dict[str, Any]],
+    table: Callable[[dict[str, Any], TextIO], None],
+    out: Path | None,
+    as_json: bool,
+    write: Callable[[dict[str, Any], Path], list[Path]] = write_report,
 ) -> None:
-    """The report on standard output: as JSON, or as the table for people."""
-    if as_json:
-        print(json.dumps(report, indent=1, ensure_ascii=False), file=results)
-    else:
-        table(report, results)
+    """Measures; the report goes where it is to be kept, and to standard output as JSON or as the table for people."""
+    with results_stream() as results:
+        report = measured()
+        for path in write(report, out) if out is not None else ():
+            print(f"wrote {path}", file=sys.stderr)
+        if as_json:
+            print(json.dumps(report, indent=1, ensure_ascii=False), file=results)
+        else:
+            table(report, results)

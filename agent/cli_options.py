@@ -48,7 +48,11 @@ class Viewpoint(str, Enum):
 
 
 ObjectsOption = Annotated[
-    str, typer.Option(metavar="ycb|procedural|random_urdfs|DIR", help="The objects: a library, or a folder of meshes.")
+    str,
+    typer.Option(
+        metavar="ycb|procedural|training|validation|random_urdfs|DIR",
+        help="The objects: a library, or a folder of meshes.",
+    ),
 ]
 SceneOption = Annotated[
     str,

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from agent.cli_options import ModelKind, ObjectsOption, SeedOption
+from agent.outputs import check_folder
 from agent.streams import import_pybullet_silently
 
 
@@ -42,6 +43,7 @@ def generate(
 
     Example: structagent generate --out data/train --scenes 20000 --workers 8
     """
+    check_folder(out)
     import_pybullet_silently()
     from agent.generating import DataWish, generate_data
 
@@ -72,6 +74,7 @@ def train(
 
     Example: structagent train diffusion --data data/train --out runs/diffusion --steps 12000
     """
+    check_folder(out)
     from dataclasses import replace
 
     from agent.training import RECIPES, TrainingRun, train_model

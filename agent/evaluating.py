@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-from rich.progress import Progress
-
 from agent import __version__
+from agent.progress import followed
 from grounding.corpus import sentences
 from grounding.embedding_parser import EmbeddingParser
+from grounding.spec import SHAPES
 from structdiffusion.evaluation import wilson_interval
 from structdiffusion.evaluation_scenes import EvaluationScene, draw_evaluation_scenes
 from structdiffusion.objects.libraries import load_objects
@@ -24,14 +22,10 @@ Row = dict[str, Any]
 SPOKEN_TO = tuple(name for name, parts in PLANNERS.items() if parts.sentence)
 
 
-def drawn_scenes(objects: str, count: int, seed: int, workers: int, progress: Progress) -> list[EvaluationScene]:
+def drawn_scenes(objects: str, count: int, seed: int, workers: int) -> list[EvaluationScene]:
     """`count` scenes of each structure, from a library as `load_objects` takes it."""
-    drawing = progress.add_task("scenes", total=None)
-    scenes = []
-    for scene in draw_evaluation_scenes(load_objects(objects), count, seed=seed, workers=workers):
-        scenes.append(scene)
-        progress.update(drawing, completed=len(scenes))
-    return scenes
+    scenes = draw_evaluation_scenes(load_objects(objects), count, seed=seed, workers=workers)
+    return list(followed("scenes drawn", scenes, count * len(SHAPES)))
 
 
 def report_of(command: str, rows: Sequence[Row], rates: Callable[[Sequence[Row]], Row]) -> Row:
@@ -74,9 +68,3 @@ def spoken_scenes(scenes: Sequence[EvaluationScene], *, heard: bool) -> list[Eva
         replace(scene, words=text, embedding=row, heard=parse.spec if parse else None)
         for scene, text, row, parse in rows
     ]
-
-
-def write_report(report: dict[str, Any], path: Path) -> None:
-    """The report as a JSON file; its folder is made where it is missing."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")

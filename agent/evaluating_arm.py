@@ -18,8 +18,8 @@ from agent.errors import NoValidGoal
 from agent.evaluating import SPOKEN_TO, Row, drawn_scenes, rate_of, report_of, spoken_scenes
 from agent.judging import judge_built
 from agent.planning import checked_planner, worthwhile
+from agent.progress import followed
 from agent.telling import aligned
-from agent.training import progress_bar
 from structdiffusion.evaluation_scenes import EvaluationScene
 from structdiffusion.layouts import LayoutError
 from structdiffusion.observation import Goal
@@ -36,15 +36,10 @@ def measure_arm(
     Args: as `measure_success`.
     """
     checked_planner(name, weights)
-    with progress_bar() as progress:
-        scenes = drawn_scenes(objects, count, seed, workers, progress)
-        scenes = spoken_scenes(scenes, heard=name in SPOKEN_TO)
-        building = progress.add_task("built", total=len(scenes))
-        rows = []
-        load = partial(checked_planner, name, weights)
-        for row in in_parallel(partial(_built, candidates), load, (), scenes, workers):
-            rows.append(row)
-            progress.update(building, completed=len(rows))
+    scenes = spoken_scenes(drawn_scenes(objects, count, seed, workers), heard=name in SPOKEN_TO)
+    load = partial(checked_planner, name, weights)
+    built = in_parallel(partial(_built, candidates), load, (), scenes, workers)
+    rows = list(followed("scenes built", built, len(scenes)))
     command = f"structagent evaluate arm --objects {objects} --scenes {count} --seed {seed} --model {name}"
     command += f" --weights {weights}" if weights else ""
     command += f" --candidates {candidates}"

@@ -20,8 +20,8 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from agent.evaluating import drawn_scenes, rate_of, report_of
+from agent.progress import followed
 from agent.telling import aligned
-from agent.training import progress_bar
 from grounding.spec import SHAPES
 from structdiffusion.completion.bodies import body_of
 from structdiffusion.completion.shapes import METHODS
@@ -50,13 +50,9 @@ def measure_completion(objects: str, count: int, seed: int, workers: int) -> dic
         seed: of scenes, sensor noise and placements.
         workers: processes.
     """
-    with progress_bar() as progress:
-        scenes = drawn_scenes(objects, count, seed, workers, progress)
-        completing = progress.add_task("completed", total=len(scenes))
-        rows = []
-        for row in in_parallel(partial(_compared, METHODS), tuple, (), scenes, workers):
-            rows.append(row)
-            progress.update(completing, completed=len(rows))
+    scenes = drawn_scenes(objects, count, seed, workers)
+    compared = in_parallel(partial(_compared, METHODS), tuple, (), scenes, workers)
+    rows = list(followed("scenes completed", compared, len(scenes)))
     nouns = sorted({thing["noun"] for row in rows for thing in row["objects"]})
     command = f"structagent evaluate completion --objects {objects} --scenes {count} --seed {seed}"
     return report_of(command, rows, _rates) | {

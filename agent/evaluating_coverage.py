@@ -19,8 +19,8 @@ from scipy.stats import t as student_t
 
 from agent.evaluating import Row, report_of, spoken_scenes
 from agent.planning import LEAST_SCORE, checked_planner
+from agent.progress import followed
 from agent.telling import aligned, number, slot_label
-from agent.training import progress_bar
 from grounding.spec import SHAPES, SLOTS_OF_SHAPE, X_POSITIONS, StructureSpec
 from structdiffusion.estimate import estimate, imagined_bodies
 from structdiffusion.evaluation_scenes import EvaluationScene, draw_evaluation_scene
@@ -51,19 +51,11 @@ def measure_coverage(
     checked_planner(name, weights)
     models = tuple(load_objects(objects))
     jobs = [(shape, place) for shape in (*SHAPES, None) for place in range(count)]
-    with progress_bar() as progress:
-        drawing = progress.add_task("scenes", total=len(jobs))
-        scenes: list[EvaluationScene] = []
-        for scene in in_parallel(partial(_drawn, seed), tuple, (models,), jobs, workers):
-            scenes.append(scene)
-            progress.update(drawing, completed=len(scenes))
-        sampling = progress.add_task("samples", total=len(scenes))
-        rows: list[Row] = []
-        load = partial(checked_planner, name, weights)
-        spoken = spoken_scenes(scenes, heard=False)
-        for done, found in enumerate(in_parallel(partial(_covered, candidates), load, (), spoken, workers), start=1):
-            rows += found
-            progress.update(sampling, completed=done)
+    drawn = in_parallel(partial(_drawn, seed), tuple, (models,), jobs, workers)
+    scenes = spoken_scenes(list(followed("scenes drawn", drawn, len(jobs))), heard=False)
+    load = partial(checked_planner, name, weights)
+    covered = in_parallel(partial(_covered, candidates), load, (), scenes, workers)
+    rows = [row for found in followed("scenes sampled", covered, len(scenes)) for row in found]
     command = f"structagent evaluate coverage --objects {objects} --scenes {count} --seed {seed} --model {name}"
     command += f" --weights {weights}" if weights else ""
     command += f" --candidates {candidates}"

@@ -19,9 +19,9 @@ from agent import __version__
 from agent.evaluating import SCHEMA_VERSION, Row, rate_of
 from agent.evaluating_parse import benchmark_rows, thinned
 from agent.planning import checked_planner
+from agent.progress import followed
 from agent.reading import ReadingOptions, make_reader
 from agent.telling import aligned
-from agent.training import progress_bar
 from grounding import benchmark
 from grounding.encoder import SentenceEncoder
 from grounding.parse import Parse
@@ -92,13 +92,9 @@ def measure_language(
     models = tuple(load_objects(objects))
     rows = thinned(list(enumerate(benchmark_rows(data))), limit)
     instructions, left_out = understood(rows, options)
-    results = []
-    with progress_bar() as progress:
-        task = progress.add_task("sentences", total=len(instructions))
-        load = partial(_loaded, models, name, weights)
-        for result in in_parallel(partial(_carried_out, seed, candidates), load, (), instructions, workers):
-            results.append(result)
-            progress.update(task, completed=len(results))
+    load = partial(_loaded, models, name, weights)
+    carried_out = in_parallel(partial(_carried_out, seed, candidates), load, (), instructions, workers)
+    results = list(followed("sentences", carried_out, len(instructions)))
     measured = [row for row in results if row is not None]
     left_out[NO_SCENE] = len(results) - len(measured)
     command = f"structagent evaluate language --data {data}" + (f" --limit {limit}" if limit else "")

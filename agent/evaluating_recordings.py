@@ -25,12 +25,12 @@ from agent.errors import exit_code_of, one_sentence
 from agent.evaluating import Row, rate_of, report_of
 from agent.loaded import Loaded
 from agent.pipeline import RunOptions, run_instruction
+from agent.progress import followed
 from agent.scenes.files import write_scene
 from agent.scenes.placing import drawn_objects, saved_objects
 from agent.scenes.recorded import RecordedSource
 from agent.scenes.sources import FileSource
 from agent.telling import aligned
-from agent.training import progress_bar
 from grounding.corpus import sentences
 from grounding.selection import mentioned
 from grounding.spec import SHAPES
@@ -66,12 +66,8 @@ def measure_recordings(
         workers: processes.
     """
     jobs = list(_jobs(objects, count, seed))
-    rows = []
-    with progress_bar() as progress:
-        task = progress.add_task("recorded", total=len(jobs))
-        for row in in_parallel(partial(_round_trip, objects, model, weights, execute), Loaded, (), jobs, workers):
-            rows.append(row)
-            progress.update(task, completed=len(rows))
+    recorded = in_parallel(partial(_round_trip, objects, model, weights, execute), Loaded, (), jobs, workers)
+    rows = list(followed("scenes recorded", recorded, len(jobs)))
     command = f"structagent evaluate recordings --objects {objects} --scenes {count} --seed {seed} --model {model}"
     command += f" --weights {weights}" if weights else ""
     command += "" if execute else " --no-execute"

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 from agent import __version__
-from agent.training import progress_bar
+from agent.progress import progress
 
 
 @dataclass(frozen=True)
@@ -64,16 +65,19 @@ def generate_data(wish: DataWish, workers: int | None, ray: str | None) -> None:
     with ExitStack() as stack:
         count = stack.enter_context(ray_cluster(ray, workers)) if ray else workers or os.cpu_count() or 1
         how = {"seed": wish.seed, "workers": count, "ray": ray is not None}
-        progress = stack.enter_context(progress_bar())
-        task = progress.add_task("shards of scenes", total=None)
-        for done, shards in generate(models, wish.out, wish.scenes, crowded=wish.crowded, **how):
-            progress.update(task, completed=done, total=shards)
-        task = progress.add_task("groups of pairs", total=None)
-        for done, groups in generate_pairs(models, wish.out, wish.pairs, **how):
-            progress.update(task, completed=done, total=groups)
+        _follow("shards of scenes", generate(models, wish.out, wish.scenes, crowded=wish.crowded, **how))
+        _follow("groups of pairs", generate_pairs(models, wish.out, wish.pairs, **how))
     if not (wish.out / "language.npz").is_file():
         write_language(wish.out, SentenceEncoder(), wish.seed)
     about = {"version": __version__, "command": wish.command, "library": wish.objects, "seed": wish.seed}
     sheet = write_datasheet(wish.out, models, about)
     counted = f"{sheet['scenes']} scenes, {sheet['pairs']['pairs']} pairs and {sheet['sentences']} sentences"
     print(f"{counted} in {wish.out}; see {wish.out / SHEET_TEXT}")
+
+
+def _follow(what: str, steps: Iterator[tuple[int, int]]) -> None:
+    """Goes through the steps of some work, which says before the first and after each how many of how many are done."""
+    done, total = next(steps)
+    with progress(what, total, done) as tell:
+        for _ in steps:
+            tell()

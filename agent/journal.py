@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput, UsageError
+from agent.outputs import check_folder
 
 Entry = dict[str, Any]
 _LOCK = ".lock"
@@ -24,9 +25,9 @@ def locked(folder: Path, who: str) -> int:
 
     Raises:
         UsageError: when the folder is a file, or another process has it.
+        BadInput: when nothing can be written there.
     """
-    if folder.exists() and not folder.is_dir():
-        raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
+    check_folder(folder)
     folder.mkdir(parents=True, exist_ok=True)
     lock = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT, 0o644)
     try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -11,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from agent import __version__
 from agent.errors import UsageError
+from agent.progress import progress_bar
 from grounding.spec import SHAPES
 from structdiffusion.models import structformer_name
 
@@ -47,19 +46,6 @@ DEVICES = ("auto", "cpu", "cuda")
 FLOAT32, BFLOAT16 = "float32", "bfloat16"
 PRECISIONS = (FLOAT32, BFLOAT16)
 _DISCRIMINATORS = ("structure", "collision")
-
-
-def progress_bar(quiet: bool = False) -> Progress:
-    """A bar on standard error; it draws nothing where that is no terminal, or when it is to be quiet."""
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        console=Console(file=sys.stderr),
-        disable=quiet or not sys.stderr.isatty(),
-    )
 
 
 @dataclass(frozen=True)

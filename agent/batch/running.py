@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from agent.batch.pools import Job, on_ray, on_this_machine
-from agent.batch.progress import progress
 from agent.batch.results import Results
 from agent.batch.rows import BadRow, Row, read_rows
 from agent.batch.summary import Summary
 from agent.batch.working import refused
 from agent.pipeline import RunOptions
+from agent.progress import progress
 
 
 def run_batch(source: str, out: Path, defaults: RunOptions, workers: int | None, ray: str | None) -> Summary:
@@ -40,7 +40,8 @@ def run_batch(source: str, out: Path, defaults: RunOptions, workers: int | None,
         for row in bad:
             if results.by_id.get(row.id) != refused(row):
                 results.add(refused(row))
-        with closing(_pool(jobs, workers, ray)) as ended, progress(len(rows) - len(kept), len(bad)) as tell:
+        count, refusals = len(rows) - len(kept), len(bad)
+        with closing(_pool(jobs, workers, ray)) as ended, progress("rows", count, refusals, refusals) as tell:
             for result in ended:
                 results.add(result)
                 tell(result["success"])

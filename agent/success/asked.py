@@ -17,6 +17,8 @@ from structdiffusion.objects.model import ObjectModel
 from structdiffusion.planners import PLANNERS
 from structdiffusion.sampling import WEIGHTS
 
+TOP_K = 5  # arrangements that are tried where nobody says how many
+
 
 @dataclass(frozen=True)
 class Asked:
@@ -27,7 +29,7 @@ class Asked:
         weights: the folder of checkpoints, or `None` for those shipped.
         seed: of scenes, sensor noise and sampling.
         candidates: arrangements that a planner proposes per scene.
-        top_k: how many of them are tried at most.
+        top_k: how many of them are tried at most, no more than there are.
         objects_per_scene, table, camera: as `conditions_of` takes them.
     """
 
@@ -35,7 +37,7 @@ class Asked:
     weights: Path | None = None
     seed: int = 0
     candidates: int = 64
-    top_k: int = 5
+    top_k: int = TOP_K
     objects_per_scene: str | None = None
     table: str | None = None
     camera: str = "robot"

@@ -24,6 +24,9 @@ from structdiffusion.evaluation_scenes import EvaluationScene
 
 Place = tuple[str, int]  # a scene's structure and number
 ABOUT = "about.json"
+SCENES, ROWS = "scenes.jsonl", "rows.jsonl"
+FAILURES = "failures"  # a folder of pictures
+RESULTS = ("eval.json", "tables.md", "success_at_k.png", "failures.png")
 _OPTIONS = ("objects", "seed", "candidates", "top_k", "objects_per_scene", "table", "camera")
 
 
@@ -49,11 +52,12 @@ class EvaluationFolder:
         self.path = path
         self._lock = locked(path, "evaluation")
         try:
+            _only_files(path)
             self._agree(asked)
-            self._scenes = Journal(path / "scenes.jsonl", {"structure", "number", "draw"}, "scene of an evaluation")
+            self._scenes = Journal(path / SCENES, {"structure", "number", "draw"}, "scene of an evaluation")
             try:
                 keys = {"model", "structure", "number", "failure", "verdicts"}
-                self._rows = Journal(path / "rows.jsonl", keys, "row of an evaluation")
+                self._rows = Journal(path / ROWS, keys, "row of an evaluation")
             except BaseException:
                 self._scenes.close()
                 raise
@@ -107,8 +111,8 @@ class EvaluationFolder:
             for name, checksum in asked["networks"].items():
                 if networks.get(name, checksum) != checksum:
                     raise self._refusal(f"with other weights of the network {name!r}, which have changed since")
-        elif (self.path / "rows.jsonl").exists():
-            raise BadInput(f"{str(self.path)!r} has rows.jsonl but no {ABOUT}; choose another --out")
+        elif (self.path / ROWS).exists():
+            raise BadInput(f"{str(self.path)!r} has {ROWS} but no {ABOUT}; choose another --out")
         merged = dict(asked) | {"networks": networks | asked["networks"]}
         new = path.with_name(f".{ABOUT}")
         new.write_text(json.dumps(merged, indent=1) + "\n", encoding="utf-8")
@@ -116,6 +120,15 @@ class EvaluationFolder:
 
     def _refusal(self, why: str) -> UsageError:
         return UsageError(f"{str(self.path)!r} holds an evaluation {why}; choose another --out")
+
+
+def _only_files(folder: Path) -> None:
+    """Refuses a folder in which another one has a file's name, before there is anything to be written to that file."""
+    for name in (ABOUT, SCENES, ROWS, *RESULTS):
+        if (folder / name).is_dir():
+            raise BadInput(f"{str(folder / name)!r} is a folder, and must be a file; choose another --out")
+    if (folder / FAILURES).is_file():
+        raise BadInput(f"{str(folder / FAILURES)!r} is a file, and must be a folder; choose another --out")
 
 
 def _difference(key: str, kept: Any, asked: Any) -> str:

@@ -12,8 +12,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rich.progress import Progress
-
 from agent import __version__
 from agent.cluster import ray_cluster
 from agent.errors import UsageError
@@ -21,10 +19,10 @@ from agent.evaluating import SCHEMA_VERSION, SPOKEN_TO, spoken_scenes
 from agent.events import json_value
 from agent.loaded import Loaded
 from agent.planning import checked_planner
+from agent.progress import progress
 from agent.success.asked import Asked
 from agent.success.folder import EvaluationFolder, Place
 from agent.success.pictures import failure_picture, pictured
-from agent.training import progress_bar
 from grounding.spec import SHAPES
 from structdiffusion.evaluation import Evaluation, Row, solve
 from structdiffusion.evaluation_scenes import EvaluationScene, draw_evaluation_scene
@@ -59,11 +57,16 @@ def measure_success(
         pictures: the most pictures of failures per model and failure class.
 
     Raises:
-        UsageError: for an unknown model or structure, a folder that was made with other options, or a cluster that
-            does not answer.
+        UsageError: for an unknown model or structure, more arrangements to be tried than candidates, a folder that was
+            made with other options, or a cluster that does not answer.
+        BadInput: for a folder that cannot be written to.
         SceneError: when there is no scene to be drawn of these objects.
         CheckpointError: for a checkpoint that is missing or does not fit.
     """
+    if asked.top_k > asked.candidates:
+        raise UsageError(
+            f"--top-k cannot be {asked.top_k} with --candidates {asked.candidates}; legal: 1 to {asked.candidates}"
+        )
     models, structures = list(dict.fromkeys(models)), [shape for shape in SHAPES if shape in structures]
     for name in models:  # an unknown name or a broken checkpoint is known before any scene is drawn
         checked_planner(name, asked.weights)
@@ -74,27 +77,26 @@ def measure_success(
         _folder(out) as path,
         EvaluationFolder(path, asked.fingerprint(library)) as kept,
         _workforce(workers, ray) as workforce,
-        progress_bar() as progress,
     ):
         missing = [(name, place) for place in places for name in models if (name, *place) not in kept.rows]
         draw = partial(_drawn, asked.seed, conditions)
-        drawn = _draw_scenes(kept, workforce, progress, draw, library, list(dict.fromkeys(p for _, p in missing)))
+        drawn = _draw_scenes(kept, workforce, draw, library, list(dict.fromkeys(p for _, p in missing)))
         spoken = spoken_scenes(list(drawn.values()), heard=True) if drawn else []
         told = {(scene.structure, scene.number): scene for scene in spoken}
         jobs = [(name, told[place]) for name, place in missing]
-        solving = progress.add_task("tried", total=len(jobs))
         # A worker's current folder may be another one.
         there = replace(asked, weights=asked.weights and asked.weights.absolute())
-        for row in workforce.do(partial(_row, there), Loaded, (), jobs):
-            kept.add_row(row)
-            progress.advance(solving)
+        with progress("rows", len(jobs)) as tell:
+            for row in workforce.do(partial(_row, there), Loaded, (), jobs):
+                kept.add_row(row)
+                tell()
         seconds = round(time.perf_counter() - started, 1)
         resources = {"workers": workforce.count, "ray": ray is not None, "rows": len(jobs), "seconds": seconds}
         if out is not None:
             wanted = {name: row for name, row in pictured(kept.rows.values(), pictures) if not (path / name).exists()}
             lacking = {(row["structure"], row["number"]) for row in wanted.values()} - drawn.keys()
-            drawn |= _draw_scenes(kept, workforce, progress, draw, library, sorted(lacking))
-            _draw_pictures(path, workforce, progress, drawn, wanted)
+            drawn |= _draw_scenes(kept, workforce, draw, library, sorted(lacking))
+            _draw_pictures(path, workforce, drawn, wanted)
         return _report(asked, kept, resources)
 
 
@@ -137,19 +139,18 @@ def _folder(out: Path | None) -> Iterator[Path]:
 def _draw_scenes(
     kept: EvaluationFolder,
     workforce: _Workforce,
-    progress: Progress,
     draw: Callable[[Sequence[ObjectModel], tuple[Place, int | None]], EvaluationScene],
     library: Sequence[ObjectModel],
     places: Sequence[Place],
 ) -> dict[Place, EvaluationScene]:
     """The scenes of these places, in their order."""
-    task = progress.add_task("scenes", total=len(places))
     jobs = [(place, kept.draws.get(place)) for place in places]
     scenes = {}
-    for scene in workforce.do(draw, tuple, (tuple(library),), jobs):
-        kept.add_scene(scene)
-        scenes[scene.structure, scene.number] = scene
-        progress.advance(task)
+    with progress("scenes drawn", len(jobs)) as tell:
+        for scene in workforce.do(draw, tuple, (tuple(library),), jobs):
+            kept.add_scene(scene)
+            scenes[scene.structure, scene.number] = scene
+            tell()
     return {place: scenes[place] for place in places}
 
 
@@ -172,19 +173,18 @@ def _row(asked: Asked, loaded: Loaded, job: tuple[str, EvaluationScene]) -> Row:
 def _draw_pictures(
     folder: Path,
     workforce: _Workforce,
-    progress: Progress,
     scenes: dict[Place, EvaluationScene],
     wanted: dict[str, Row],
 ) -> None:
-    task = progress.add_task("pictures", total=len(wanted))
     jobs = [(name, row, scenes[row["structure"], row["number"]]) for name, row in wanted.items()]
-    for name, content in workforce.do(_picture, tuple, (), jobs):
-        path = folder / name
-        path.parent.mkdir(exist_ok=True)
-        unfinished = path.with_suffix(".tmp")
-        unfinished.write_bytes(content)
-        unfinished.replace(path)  # a picture is there whole or not at all
-        progress.advance(task)
+    with progress("pictures", len(jobs)) as tell:
+        for name, content in workforce.do(_picture, tuple, (), jobs):
+            path = folder / name
+            path.parent.mkdir(exist_ok=True)
+            unfinished = path.with_suffix(".tmp")
+            unfinished.write_bytes(content)
+            unfinished.replace(path)  # a picture is there whole or not at all
+            tell()
 
 
 def _picture(_: object, job: tuple[str, Row, EvaluationScene]) -> tuple[str, bytes]:

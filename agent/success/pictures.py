@@ -10,11 +10,11 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
+from agent.success.folder import FAILURES
 from structdiffusion.evaluation import Row
 from structdiffusion.evaluation_scenes import EvaluationScene
 from structdiffusion.tabletop import TabletopWorld
 
-FOLDER = "failures"
 _RENDERED = 960, 720  # pixels of each view, before it is cropped
 _HEIGHT = 400  # of each view, pixels
 _FONT, _LINE, _MARGIN, _LETTER = 16, 21, 8, 9  # pixels
@@ -33,7 +33,7 @@ def pictured(rows: Iterable[Row], most: int) -> Iterator[tuple[str, Row]]:
         if row["left"] and counts[kind] < most:
             counts[kind] += 1
             scene = f"{row['structure'].replace(' ', '-')}-{row['number']:03d}"
-            yield f"{FOLDER}/{row['model']}_{row['failure'].replace(' ', '-')}_{scene}.png", row
+            yield f"{FAILURES}/{row['model']}_{row['failure'].replace(' ', '-')}_{scene}.png", row
 
 
 def failure_picture(scene: EvaluationScene, row: Row) -> bytes:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
+from agent.success.folder import RESULTS
 from agent.success.plots import draw_failures, draw_success_at_k
 from agent.success.tables import markdown_of
 from agent.telling import aligned
@@ -39,7 +40,7 @@ def tell_success(report: Mapping[str, Any], results: TextIO) -> None:
 
 def write_success(report: Mapping[str, Any], folder: Path) -> list[Path]:
     """Writes `eval.json`, `tables.md`, `success_at_k.png` and `failures.png`; their paths."""
-    paths = [folder / name for name in ("eval.json", "tables.md", "success_at_k.png", "failures.png")]
+    paths = [folder / name for name in RESULTS]
     paths[0].write_text(json.dumps(report, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     paths[1].write_text(markdown_of(report), encoding="utf-8")
     draw_success_at_k(report, paths[2])

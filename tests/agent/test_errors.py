@@ -25,3 +25,10 @@ def test_a_defect_has_no_code():
 
 def test_messages_are_one_line():
     assert errors.one_sentence(ValueError("a\n  b")) == "a b"
+
+
+def test_the_operating_system_is_quoted_without_its_number(tmp_path):
+    with pytest.raises(OSError) as caught:
+        tmp_path.read_text()
+    assert errors.one_sentence(caught.value) == f"'{tmp_path}': is a directory"
+    assert errors.one_sentence(FileNotFoundError("there are no scenes")) == "there are no scenes"

@@ -1,11 +1,10 @@
-"""The end of a batch: its exit code and its table; and the lines on the way there."""
+"""The end of a batch: its exit code and its table."""
 
 import io
 from pathlib import Path
 
 import pytest
 
-from agent.batch import progress
 from agent.batch.summary import Summary
 
 
@@ -50,18 +49,3 @@ def test_table_fits_into_the_terminal(width):
 
 def test_many_failures_are_counted():
     assert "and 10 more" in table([result(f"row-{number}", 3, "why") for number in range(30)])
-
-
-def test_plain_lines_now_and_then(monkeypatch, capsys):
-    now = 0.0
-    monkeypatch.setattr(progress.time, "monotonic", lambda: now)
-    with progress.progress(rows=10, failed=1) as tell:
-        for number in range(9):
-            now += 4.0 if number else 40.0
-            tell(number != 0)
-    assert capsys.readouterr().err.splitlines() == [
-        "2 of 10 rows, 2 failed",
-        "5 of 10 rows, 2 failed, about 20 s left",
-        "8 of 10 rows, 2 failed, about 8 s left",
-        "10 of 10 rows, 2 failed in 72 s",
-    ]

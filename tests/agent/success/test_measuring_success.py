@@ -1,5 +1,7 @@
 """An evaluation of success on a few boxes: the same rows however they come, and a folder that goes on."""
 
+import contextlib
+import io
 import json
 import shutil
 from dataclasses import replace
@@ -36,9 +38,11 @@ def asked(objects):
 
 @pytest.fixture(scope="module")
 def first(asked, tmp_path_factory):
-    """A finished folder and its report."""
+    """A finished folder, its report, and what was said on the way."""
     out = tmp_path_factory.mktemp("evaluation") / "out"
-    return out, measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=out)
+    with contextlib.redirect_stderr(io.StringIO()) as said:
+        report = measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=out)
+    return out, report, said.getvalue()
 
 
 @pytest.fixture
@@ -54,7 +58,7 @@ def timeless(report):
 
 
 def test_the_report_has_a_row_for_every_scene(first, asked):
-    out, report = first
+    out, report, said = first
     (evaluation,) = report["evaluations"]
     rows = evaluation["scenes"]
     assert [(row["structure"], row["number"]) for row in rows] == [(s, n) for s in ("line", "tower") for n in (0, 1)]
@@ -65,12 +69,19 @@ def test_the_report_has_a_row_for_every_scene(first, asked):
     assert len((out / "rows.jsonl").read_text().splitlines()) == 4
     structures = "--structure line --structure tower"
     assert report["command"].endswith(f"--scenes 2 --seed 20 --model geometric {structures} --candidates 4 --top-k 3")
+    assert "4 of 4 scenes drawn in " in said and "4 of 4 rows in " in said  # no terminal, and yet not nothing
 
 
-@pytest.mark.parametrize("ray", [None, "local"])
-def test_the_rows_are_the_same_with_more_workers(first, asked, ray):
-    report = measure_success(asked, MODELS, STRUCTURES, 2, workers=2, ray=ray)
-    assert timeless(report) == timeless(first[1]) and report["command"] == first[1]["command"]
+def test_the_rows_are_the_same_with_more_workers(asked):
+    models = ["geometric", "geometric+imagined"]  # on one scene: two rows, and only those need workers to be started
+    alone, together = (measure_success(asked, models, ["line"], 1, workers=workers) for workers in (1, 2))
+    assert (alone["resources"]["workers"], together["resources"]["workers"]) == (1, 2)
+    assert timeless(together) == timeless(alone) and together["command"] == alone["command"]
+
+
+def test_the_rows_are_the_same_on_ray(first, asked):
+    report = measure_success(asked, MODELS, ["line"], 1, workers=1, ray="local")
+    assert report["resources"]["ray"] and timeless(report)[0] == timeless(first[1])[0][:1]
 
 
 def test_what_is_there_is_not_computed_again(first, asked, finished, monkeypatch):
@@ -122,7 +133,7 @@ def test_other_objects_of_the_same_name_are_refused(tmp_path):
 
 def test_networks_may_be_added_and_not_changed(asked, tmp_path):
     weights, out = tmp_path / "weights", tmp_path / "out"
-    asked = replace(asked, weights=weights, candidates=1)
+    asked = replace(asked, weights=weights, candidates=1, top_k=1)
     for name in ("one", "two"):  # a geometric planner needs none of them
         (weights / name).mkdir(parents=True)
         (weights / name / "model.safetensors").write_bytes(name.encode())
@@ -202,6 +213,7 @@ def test_the_command(objects, tmp_path, capsys):
         (("--camera", "below"), "--camera cannot be 'below'"),
         (("--model", "best"), "--model cannot be 'best'"),
         (("--ray", "here"), "--ray cannot be 'here'"),
+        (("--top-k", "100", "--candidates", "3"), "--top-k cannot be 100 with --candidates 3; legal: 1 to 3"),
     ],
 )
 def test_options_that_are_not_legal(objects, option, said, capsys):
@@ -209,8 +221,15 @@ def test_options_that_are_not_legal(objects, option, said, capsys):
     assert said in capsys.readouterr().err
 
 
-def test_a_file_in_place_of_the_folder(objects, tmp_path, capsys):
-    (tmp_path / "eval.json").write_text("")
-    command = ["evaluate", "success", "--objects", str(objects), "--model", "geometric"]
-    assert command_line([*command, "--out", str(tmp_path / "eval.json")]) == 2
-    assert "--out must be a folder" in capsys.readouterr().err
+@pytest.mark.parametrize("name", ["about.json", "rows.jsonl", "eval.json"])
+def test_a_folder_in_place_of_a_file(objects, tmp_path, capsys, name):
+    (tmp_path / name).mkdir()
+    command = ["evaluate", "success", "--objects", str(objects), "--model", "geometric", "--out", str(tmp_path)]
+    assert command_line(command) == 6
+    assert f"'{tmp_path}/{name}' is a folder, and must be a file; choose another --out" in capsys.readouterr().err
+
+
+def test_a_file_in_place_of_the_folder_of_pictures(asked, tmp_path):
+    (tmp_path / "failures").touch()
+    with pytest.raises(BadInput, match="failures' is a file, and must be a folder; choose another --out"):
+        measure_success(asked, MODELS, STRUCTURES, 1, workers=1, out=tmp_path)

@@ -1,0 +1,82 @@
+"""How far a command is, on standard error: a bar with the time left, or off a terminal a plain line now and then."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import TypeVar
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+PLAIN_SECONDS = 10.0  # between two plain lines
+Result = TypeVar("Result")
+
+
+def progress_bar(quiet: bool = False) -> Progress:
+    """A bar on standard error; it draws nothing where that is no terminal, or when it is to be quiet."""
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        console=Console(file=sys.stderr),
+        disable=quiet or not sys.stderr.isatty(),
+    )
+
+
+@contextmanager
+def progress(what: str, total: int, done: int = 0, failed: int = 0) -> Iterator[Callable[..., None]]:
+    """Takes, for every piece of work that ends, whether it succeeded; it did where nothing is said.
+
+    Args:
+        what: the pieces are called, as "rows".
+        total: how many there are, those done before any work included.
+        done: how many were done before.
+        failed: how many of those have failed.
+    """
+    began = first = told = time.monotonic()
+    at_once, bar = done, progress_bar()
+    task = bar.add_task(_description(what, failed), total=total, completed=done)
+
+    def tell(success: bool = True) -> None:
+        nonlocal done, failed, first, told
+        done, failed = done + 1, failed + (not success)
+        bar.update(task, completed=done, description=_description(what, failed))
+        now = time.monotonic()
+        if done == at_once + 1:
+            first = now
+        if bar.disable and (now - told >= PLAIN_SECONDS or done == total):
+            told = now
+            said = f"{done} of {total} {_description(what, failed)}"
+            if done == total:
+                said += f" in {span(now - began)}"
+            elif now > first:  # the first says little: workers load their networks before it
+                said += f", about {span((now - first) / (done - at_once - 1) * (total - done))} left"
+            print(said, file=sys.stderr, flush=True)
+
+    with bar:
+        yield tell
+
+
+def followed(what: str, results: Iterable[Result], total: int) -> Iterator[Result]:
+    """The same results, of which there are `total`, while it is told how many have come."""
+    with progress(what, total) as tell:
+        for result in results:
+            tell()
+            yield result
+
+
+def _description(what: str, failed: int) -> str:
+    return f"{what}, {failed} failed" if failed else what
+
+
+def span(seconds: float) -> str:
+    """A time for people: "40 s", "3 min", "2 h 5 min"."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"

@@ -1,0 +1,25 @@
+"""What is said on the way where standard error is no terminal."""
+
+from agent import progress
+
+
+def test_plain_lines_now_and_then(monkeypatch, capsys):
+    now = 0.0
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now)
+    with progress.progress("rows", 10, done=1, failed=1) as tell:
+        for number in range(9):
+            now += 4.0 if number else 40.0
+            tell(number != 0)
+    assert capsys.readouterr().err.splitlines() == [
+        "2 of 10 rows, 2 failed",
+        "5 of 10 rows, 2 failed, about 20 s left",
+        "8 of 10 rows, 2 failed, about 8 s left",
+        "10 of 10 rows, 2 failed in 72 s",
+    ]
+
+
+def test_results_are_followed(monkeypatch, capsys):
+    monkeypatch.setattr(progress, "PLAIN_SECONDS", 0.0)
+    came = progress.followed("scenes drawn", iter("ab"), 2)
+    assert next(came) == "a" and capsys.readouterr().err == "1 of 2 scenes drawn\n"
+    assert list(came) == ["b"] and capsys.readouterr().err == "2 of 2 scenes drawn in 0 s\n"
