@@ -12,7 +12,7 @@ import typer
 from agent.cli_options import JsonOption, WeightsOption
 from agent.errors import NotVerified, UsageError
 from agent.streams import results_stream
-from structdiffusion.planners import PLANNERS
+from structdiffusion.planners import LEGAL_NAMES, PLANNERS
 
 models_app = typer.Typer(rich_markup_mode=None)
 
@@ -29,15 +29,15 @@ def _models() -> None:
 
 @models_app.command("list")
 def list_models(weights: WeightsOption = None, json_output: JsonOption = False) -> None:
-    """Every network: what it does, its result, size and training.
+    """Every network: what it does, its result, size and training; and the planners made of them.
 
     Example: structagent models list
     """
     from agent.models.catalogue import networks
-    from agent.models.text import list_rows, list_text
+    from agent.models.text import list_rows, list_text, planners_text
 
     rows = list_rows(networks(weights))
-    print(json.dumps(rows, indent=1) if json_output else list_text(rows))
+    print(json.dumps(rows, indent=1) if json_output else f"{list_text(rows)}\n\n{planners_text()}")
 
 
 @models_app.command("show")
@@ -64,7 +64,7 @@ def show(
         made = networks_of(name)
         content, text = {"planner": name, "networks": made, "parts": asdict(PLANNERS[name])}, planner_text(name, there)
     else:
-        raise UsageError(f"NAME cannot be {name!r}; networks here: {', '.join(there)}; planners: {', '.join(PLANNERS)}")
+        raise UsageError(f"NAME cannot be {name!r}; networks here: {', '.join(there)}; planners: {LEGAL_NAMES}")
     if json_output:
         print(json.dumps(content, indent=1))
     elif sys.stdout.isatty():

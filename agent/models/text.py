@@ -88,6 +88,15 @@ def list_text(rows: Sequence[Facts]) -> str:
     return aligned([head, *lines], left=3)
 
 
+def planners_text() -> str:
+    """The planners that networks are put together to, as `--model` takes them, by network."""
+    by_network: dict[str, list[str]] = {}
+    for name, parts in PLANNERS.items():
+        by_network.setdefault(parts.network, []).append(name)
+    lines = [f"  {network}: {', '.join(names)}" for network, names in by_network.items()]
+    return "\n".join(["planners (--model; `structagent models show NAME` says what one is made of):", *lines])
+
+
 def _training(training: Mapping[str, Any] | None) -> list[str]:
     if training is None:
         return ["Nothing is recorded."]
