@@ -22,6 +22,7 @@ _LEVEL = 0.008  # m: points this close below the highest count as near the top, 
 _TOP = 0.005  # m: points this close below the top belong to it; a ball has few of them
 _STACKABLE_SHARE = 0.45  # of the outline's area that a top has to span to carry something
 _RIM, _RIM_NOISE = 0.985, 0.003  # quantile of the points that is a rim's height; m that noise adds to it
+_WALL_NOISE = 0.002  # m: likewise of a vessel, whose rim is seen by few points; a tower adds such errors up
 _INNER = 0.5  # of the outline's smallest radius: where a vessel is lower than its rim
 _ON_TABLE = 0.008  # m: what is lifted less stands on the table
 # Outlines that overlap less, metres, are neighbours that touch, not one above the other.
@@ -82,7 +83,7 @@ def estimate(cloud: ObjectCloud) -> ObjectEstimate:
     inner = np.linalg.norm(cloud.points[:, :2] - middle, axis=1) < _INNER * np.linalg.norm(outline - middle, axis=1).min()
     hollow = inner.sum() >= 5 and height - float(np.median(z[inner])) > _LEVEL
     if hollow:  # the points near the top are mostly on the wall below the rim
-        height = rim
+        height = rim - _WALL_NOISE
     return ObjectEstimate(
         cloud.name,
         cloud.category,
