@@ -26,13 +26,21 @@ def checked_planner(name: str, weights: Path | None) -> Planner:
     return load_planner(name, weights)
 
 
+def worth_a_try(arrangement: Arrangement) -> bool:
+    """Whether its total score is at least `LEAST_SCORE`, or it stood in imagination.
+
+    The more objects there are, the smaller is the product of all scores, good as they may be.
+    """
+    return arrangement.scores["total"] >= LEAST_SCORE or arrangement.scores.get("imagined") == 1.0
+
+
 def worthwhile(arrangements: Sequence[Arrangement]) -> list[Arrangement]:
-    """Those, best first, whose total score is at least `LEAST_SCORE`.
+    """Those that are worth a try, best first.
 
     Raises:
         NoValidGoal: when there is none.
     """
-    good = [arrangement for arrangement in arrangements if arrangement.scores["total"] >= LEAST_SCORE]
+    good = [arrangement for arrangement in arrangements if worth_a_try(arrangement)]
     if not good:
         best = max((arrangement.scores["total"] for arrangement in arrangements), default=0.0)
         raise NoValidGoal(

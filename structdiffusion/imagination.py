@@ -99,6 +99,8 @@ def tried_out(
 ) -> list[Arrangement]:
     """The arrangements, best first, after the best-ranked have been tried in imagination (score "imagined").
 
+    Those that stood come first, then all others, each by their totals.
+
     Args:
         imagination: of the scene.
         arrangements: best first, each with a "total".
@@ -116,4 +118,4 @@ def tried_out(
         scores = {**arrangement.scores, "imagined": worth}
         scores["total"] *= worth
         tried.append(replace(arrangement, scores=scores))
-    return sorted(tried, key=lambda arrangement: -arrangement.scores["total"])
+    return sorted(tried, key=lambda row: (row.scores["imagined"] < 1.0, -row.scores["total"]))

@@ -181,6 +181,9 @@ def test_candidates_that_score_next_to_nothing_are_no_goal():
 
     good, bad = (Arrangement(np.eye(4)[None], {"total": score}) for score in (LEAST_SCORE, LEAST_SCORE / 2))
     assert worthwhile([good, bad]) == [good]
+    stood = Arrangement(np.eye(4)[None], {"total": LEAST_SCORE / 9, "imagined": 1.0})
+    fell = Arrangement(np.eye(4)[None], {"total": LEAST_SCORE / 9, "imagined": 0.1})
+    assert worthwhile([stood, good, bad, fell]) == [stood, good]
     with pytest.raises(NoValidGoal, match="none of 2 imagined arrangements is valid"):
         worthwhile([bad, bad])
 

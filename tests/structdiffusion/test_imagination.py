@@ -80,8 +80,8 @@ def test_the_best_are_tried_until_enough_of_them_stand(scene):
     two = scene.select([0, 2])
     good, bad = onto(2, 0, 0.064)[[0, 2]], onto(2, 0, 0.064, 0.075)[[0, 2]]
 
-    def tried(*motions, best=8):
-        totals = np.linspace(0.9, 0.5, len(motions))
+    def tried(*motions, best=8, lowest=0.5):
+        totals = np.linspace(0.9, lowest, len(motions))
         rows = [Arrangement(row, {"total": float(total)}) for row, total in zip(motions, totals)]
         return tried_out(Imagination(two), rows, TOWER, best)
 
@@ -91,3 +91,5 @@ def test_the_best_are_tried_until_enough_of_them_stand(scene):
     assert [row.scores["total"] for row in found] == pytest.approx([0.5, 0.09])
     assert [row.scores["imagined"] for row in tried(good, good, good, bad)] == [1.0, 1.0, 1.0, 0.5]
     assert [row.scores["imagined"] for row in tried(bad, good, best=1)] == [0.5, 0.1]
+    stood_first = tried(bad, good, lowest=0.01)
+    assert [row.scores["total"] for row in stood_first] == pytest.approx([0.01, 0.09])
