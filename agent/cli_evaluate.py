@@ -228,6 +228,10 @@ def evaluate_language(
     model: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "diffusion",
     weights: WeightsOption = None,
     parser: ParserOption = Parsers.embedding,
+    as_said: Annotated[
+        bool,
+        typer.Option("--as-said", help="Tell sentence models the instruction itself, not what was heard, said anew."),
+    ] = False,
     seed: SeedOption = 0,
     candidates: Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")] = 64,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
@@ -244,8 +248,8 @@ def evaluate_language(
     from agent.reading import ReadingOptions
 
     options = ReadingOptions(parser=parser.value)
-    measured = partial(measure_language, data, limit, objects, model, weights, options, seed, candidates, workers)
-    _report(measured, tell_language, out, json_output)
+    given = (data, limit, objects, model, weights, options, seed, candidates, workers, as_said)
+    _report(partial(measure_language, *given), tell_language, out, json_output)
 
 
 @evaluate_app.command("coverage")

@@ -23,6 +23,7 @@ from agent.progress import followed
 from agent.reading import ReadingOptions, make_reader
 from agent.telling import aligned
 from grounding import benchmark
+from grounding.corpus import sentences
 from grounding.encoder import SentenceEncoder
 from grounding.parse import Parse
 from grounding.spec import SLOTS, SpecError, StructureSpec
@@ -49,7 +50,9 @@ class Instruction:
         row: the benchmark's row.
         meant: its slots.
         parse: what the parser made of it.
-        embedding: (384,) of the sentence.
+        embedding: (384,) of what a sentence model is told when the slots are: they in the corpus's words, or the
+            instruction itself.
+        embedding_heard: (384,) of what it is told by the parser; the same where that is the instruction itself.
     """
 
     number: int
@@ -57,6 +60,7 @@ class Instruction:
     meant: StructureSpec
     parse: Parse
     embedding: np.ndarray
+    embedding_heard: np.ndarray
 
     @property
     def understood(self) -> bool:
@@ -74,6 +78,7 @@ def measure_language(
     seed: int,
     candidates: int,
     workers: int,
+    as_said: bool = False,
 ) -> Row:
     """How often a structure stands that was asked for in free words, and how often when its slots are told, JSON-ready.
 
@@ -87,11 +92,12 @@ def measure_language(
         seed: of scenes, sensor noise and sampling.
         candidates: arrangements that the planner imagines; the best is tried.
         workers: processes.
+        as_said: tell sentence models the instruction itself, and not what was heard in the corpus's words.
     """
     checked_planner(name, weights)  # a broken checkpoint, or a folder without meshes, is known before anything is read
     models = tuple(load_objects(objects))
     rows = thinned(list(enumerate(benchmark_rows(data))), limit)
-    instructions, left_out = understood(rows, options)
+    instructions, left_out = understood(rows, options, as_said)
     load = partial(_loaded, models, name, weights)
     carried_out = in_parallel(partial(_carried_out, seed, candidates), load, (), instructions, workers)
     results = list(followed("sentences", carried_out, len(instructions)))
@@ -99,7 +105,7 @@ def measure_language(
     left_out[NO_SCENE] = len(results) - len(measured)
     command = f"structagent evaluate language --data {data}" + (f" --limit {limit}" if limit else "")
     command += f" --objects {objects} --seed {seed} --model {name}" + (f" --weights {weights}" if weights else "")
-    command += f" --parser {options.parser} --candidates {candidates}"
+    command += f" --parser {options.parser} --candidates {candidates}" + (" --as-said" if as_said else "")
     return {
         "schema_version": SCHEMA_VERSION,
         "version": __version__,
@@ -112,7 +118,7 @@ def measure_language(
 
 
 def understood(
-    rows: Sequence[tuple[int, benchmark.Row]], options: ReadingOptions
+    rows: Sequence[tuple[int, benchmark.Row]], options: ReadingOptions, as_said: bool = False
 ) -> tuple[list[Instruction], dict[str, int]]:
     """The sentences that ask for one structure, with what was heard; and how many others there are, by reason.
 
@@ -121,6 +127,7 @@ def understood(
     Args:
         rows: rows of the benchmark with their places in it.
         options: how they are read.
+        as_said: as `measure_language` takes it.
     """
     building = [(number, row) for number, row in rows if not row.refuse]
     left_out = {REFUSED: len(rows) - len(building), NO_WISH: 0}
@@ -128,12 +135,15 @@ def understood(
     reader = make_reader(options, encoder, strict=True)
     instructions = []
     for number, row in building:
-        parse, embedding = reader.parse(row.text), encoder.encode([row.text])[0]
+        parse = reader.parse(row.text)
         meant = meaning(row, parse.spec if parse.status == "ok" else None)
         if meant is None or not meant.tokens():
             left_out[NO_WISH] += 1
         else:
-            instructions.append(Instruction(number, row, meant, parse, embedding))
+            heard = parse.spec if parse.status == "ok" else meant
+            texts = [row.text if as_said else sentences(spec)[0] for spec in (meant, heard)]
+            told = [encoder.encode([text])[0] for text in texts]
+            instructions.append(Instruction(number, row, meant, parse, *told))
     return instructions, left_out
 
 
@@ -199,7 +209,8 @@ def _failure_as_heard(
         return NOT_BUILT
     if heard == told.spec:  # the planner would do the same again
         return failure_told
-    return solve(planner, replace(told, heard=heard), candidates=candidates, top_k=1).failure
+    as_heard = replace(told, heard=heard, embedding=instruction.embedding_heard)
+    return solve(planner, as_heard, candidates=candidates, top_k=1).failure
 
 
 def _grouped(rows: Sequence[Row], key: str) -> dict[str, Row]:

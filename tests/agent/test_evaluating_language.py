@@ -38,7 +38,7 @@ def row_of(text="a line on the left", **acceptable):
 
 def heard(spec, status="ok"):
     meant = row_of(shape=("line",), x_position=("left",), rotation=("north",))
-    return Instruction(0, meant, LEFT_LINE, Parse(meant.text, spec, "told", status), np.zeros(384, np.float32))
+    return Instruction(0, meant, LEFT_LINE, Parse(meant.text, spec, "told", status), *np.zeros((2, 384), np.float32))
 
 
 def test_of_several_readings_the_one_that_was_heard_is_meant():
@@ -65,6 +65,11 @@ def test_what_asks_for_no_structure_is_left_out_and_counted():
     assert (instruction.number, instruction.understood) == (7, True)
     assert instruction.parse.spec == instruction.meant == StructureSpec("circle", x_position="left")
     assert instruction.embedding.shape == (384,)
+    # What was heard right is said as the slots are, in other words than the instruction; or else as it was said.
+    np.testing.assert_array_equal(instruction.embedding_heard, instruction.embedding)
+    ((as_said,), _) = understood(list(enumerate(rows, start=7)), ReadingOptions(), as_said=True)
+    np.testing.assert_array_equal(as_said.embedding_heard, as_said.embedding)
+    assert 0.3 < instruction.embedding @ as_said.embedding < 0.999
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +100,7 @@ def test_who_hears_wrong_builds_wrong_and_who_hears_right_is_not_asked_twice(car
 def test_objects_that_make_no_such_structure_give_no_row(carried_out):
     setting = StructureSpec("table setting")
     row = row_of("set the table", shape=("table setting",))
-    assert carried_out(Instruction(0, row, setting, Parse(row.text, setting, "told"), np.zeros(384))) is None
+    assert carried_out(Instruction(0, row, setting, Parse(row.text, setting, "told"), np.zeros(384), np.zeros(384))) is None
 
 
 def test_from_the_command_line(tmp_path, capsys):
