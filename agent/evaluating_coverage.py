@@ -18,7 +18,7 @@ import torch
 from scipy.stats import t as student_t
 
 from agent.evaluating import Row, report_of, spoken_scenes
-from agent.planning import LEAST_SCORE, checked_planner
+from agent.planning import checked_planner, worth_a_try
 from agent.progress import followed
 from agent.telling import aligned, number, slot_label
 from grounding.spec import SHAPES, SLOTS_OF_SHAPE, X_POSITIONS, StructureSpec
@@ -86,7 +86,7 @@ def _covered(candidates: int, planner: Planner, scene: EvaluationScene) -> list[
     except LayoutError:
         arrangements = []
     realised = _realised(seen, spec, arrangements)
-    worthwhile = [found for found, one in zip(realised, arrangements) if one.scores["total"] >= LEAST_SCORE]
+    worthwhile = [found for found, one in zip(realised, arrangements) if worth_a_try(one)]
     groups = {SAMPLED: realised, WORTHWHILE: worthwhile, RANKED: realised[:BEST]}
     poses = drawn.world_from_initial[: drawn.count]
     items = [layout_item(model, yaw_of(pose)) for model, pose in zip(drawn.models, poses)]
