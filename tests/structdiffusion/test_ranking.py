@@ -136,3 +136,40 @@ def test_the_base_of_a_setting_is_shown_first_whatever_the_order_of_the_objects(
         beside, nouns = structure.seen
         assert nouns.tolist() == [[7, 1, 3][i] for i in order]
         assert beside.tolist() == pytest.approx([[-0.2, 0.0, 0.2][i] for i in order], abs=0.005)
+
+
+def test_the_paper_s_mean_hides_what_the_product_shows():
+    """Three objects, one pair of which collides for sure: two thirds of the pairs are free."""
+    moves = np.array([shift(0, 0, 0.18, 0)])
+    (mean,) = scores(Ranker(Constant(), NearestPoints(), mean_collision=True), moves)
+    (product,) = scores(Ranker(Constant(), NearestPoints()), moves)
+    assert product["collision"] < 0.05
+    assert mean["collision"] == pytest.approx(2 / 3, abs=0.02)
+
+
+def test_every_part_of_the_score_can_be_left_out():
+    broken = np.array([shift(1, 0.1, 0, 0)])
+    full = set(scores(Ranker(Constant(), NearestPoints()), broken)[0])
+    for option, missing in (
+        ("discriminators", {"structure", "collision"}),
+        ("bounds", {"bounds"}),
+        ("imagined_checks", {"checks", "support"}),
+    ):
+        (row,) = scores(Ranker(Constant(), NearestPoints(), **{option: False}), broken)
+        assert set(row) == full - missing
+        assert row["total"] == pytest.approx(math.prod(value for name, value in row.items() if name != "total"))
+
+
+def test_the_structure_discriminator_sees_objects_in_the_order_of_their_places():
+    class Remembering(Constant):
+        def forward(self, clouds, present, nouns, words):
+            self.seen = clouds.mean(dim=2)[..., 1]
+            return super().forward(clouds, present, nouns, words)
+
+    structure = Remembering()
+    points = torch.from_numpy(np.stack([cloud.points for cloud in OBJECTS]))
+    Ranker(structure, NearestPoints()).scores(
+        [estimate(cloud) for cloud in OBJECTS], [], points, torch.zeros(0, 200, 3), torch.zeros(3, dtype=torch.long),
+        np.tile(np.eye(4), (2, 3, 1, 1)), SPEC, Table(), np.array([[2, 0, 1], [1, 2, 0]]),
+    )  # fmt: skip
+    np.testing.assert_allclose(structure.seen, [[0.2, -0.2, 0.0], [0.0, 0.2, -0.2]], atol=0.005)
