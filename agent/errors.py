@@ -72,7 +72,7 @@ _EXIT_CODE_OF = {
     ("structdiffusion.tabletop", "ObservationError"): NOT_BUILDABLE,
     ("structdiffusion.objects.model", "ObjectError"): BAD_INPUT,
     ("structdiffusion.models.checkpoint", "CheckpointError"): BAD_INPUT,
-    ("structdiffusion.demonstrations", "DataFolderError"): BAD_INPUT,
+    ("structdiffusion.arrays", "DataFolderError"): BAD_INPUT,
     ("structdiffusion.workers", "WorkerError"): DEFECT,
 }
 

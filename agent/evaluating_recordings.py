@@ -25,6 +25,7 @@ from agent.errors import exit_code_of, one_sentence
 from agent.evaluating import Row, rate_of, report_of
 from agent.loaded import Loaded
 from agent.pipeline import RunOptions, run_instruction
+from agent.planning import checked_planner
 from agent.progress import followed
 from agent.scenes.files import write_scene
 from agent.scenes.placing import drawn_objects, saved_objects
@@ -65,6 +66,7 @@ def measure_recordings(
         execute: build with the arm, or only try each goal without it.
         workers: processes.
     """
+    checked_planner(model, weights)  # an unknown name or a broken checkpoint is known before any scene is drawn
     jobs = list(_jobs(objects, count, seed))
     recorded = in_parallel(partial(_round_trip, objects, model, weights, execute), Loaded, (), jobs, workers)
     rows = list(followed("scenes recorded", recorded, len(jobs)))

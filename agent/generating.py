@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -68,6 +69,7 @@ def generate_data(wish: DataWish, workers: int | None, ray: str | None) -> None:
         _follow("shards of scenes", generate(models, wish.out, wish.scenes, crowded=wish.crowded, **how))
         _follow("groups of pairs", generate_pairs(models, wish.out, wish.pairs, **how))
     if not (wish.out / "language.npz").is_file():
+        print("embedding sentences, which takes a minute or two", file=sys.stderr)
         write_language(wish.out, SentenceEncoder(), wish.seed)
     about = {"version": __version__, "command": wish.command, "library": wish.objects, "seed": wish.seed}
     sheet = write_datasheet(wish.out, models, about)

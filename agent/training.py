@@ -79,6 +79,8 @@ def train_model(run: TrainingRun) -> None:
     Raises:
         UsageError: for a device or a precision that cannot be had.
         FileNotFoundError: where the data lack a file.
+        DataFolderError: where a file of the data is torn.
+        CheckpointError: where what an earlier run left in the folder cannot be gone on with.
         FloatingPointError: when the loss is no number any more.
     """
     device = _device(run)

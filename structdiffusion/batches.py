@@ -14,6 +14,7 @@ import torch
 from torch import Tensor
 
 from grounding.spec import LEGAL_VALUES, SLOTS
+from structdiffusion.arrays import read_arrays
 from structdiffusion.models.encoders import WORDS
 from structdiffusion.views import partial_views
 
@@ -61,6 +62,7 @@ class DemonstrationBatches:
 
     Raises:
         FileNotFoundError: for a missing file, or when no scene has the shape; the message says which command makes it.
+        DataFolderError: for a file that is torn.
     """
 
     def __init__(
@@ -76,11 +78,11 @@ class DemonstrationBatches:
             if not there:
                 raise FileNotFoundError(f"{folder} has no {name}; make it with `structagent generate --out {folder}`")
         self.device, self.points = torch.device(device), points
-        with np.load(folder / "library.npz") as library:
-            self.surface = torch.from_numpy(library["points"]).float().to(device)  # (M, S, 3)
-            self.normals = torch.from_numpy(library["normals"]).float().to(device)
-            self.categories = [str(c) for c in library["categories"]]
-        loaded = [dict(np.load(shard)) for shard in shards]
+        library = read_arrays(folder / "library.npz", "points", "normals", "categories")
+        self.surface = torch.from_numpy(library["points"]).float().to(device)  # (M, S, 3)
+        self.normals = torch.from_numpy(library["normals"]).float().to(device)
+        self.categories = [str(c) for c in library["categories"]]
+        loaded = [read_arrays(shard) for shard in shards]
         widths = [shard["goal"].shape[1] for shard in loaded]
         loaded = [widened(shard, max(widths)) for shard in loaded]
         width = torch.from_numpy(np.repeat(widths, [len(shard["goal"]) for shard in loaded]))
@@ -104,8 +106,8 @@ class DemonstrationBatches:
 
     def _load_language(self, path: Path) -> None:
         """Sentences sorted by what they specify, so that one of a given spec is a look-up."""
-        with np.load(path) as file:
-            embeddings, words = torch.from_numpy(file["embeddings"]), torch.from_numpy(file["words"]).long()
+        file = read_arrays(path, "embeddings", "words")
+        embeddings, words = torch.from_numpy(file["embeddings"]), torch.from_numpy(file["words"]).long()
         keys = _keys(words)
         order = keys.argsort(stable=True)
         self.embeddings = embeddings[order].to(self.device)  # (L, 384) float16

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from structdiffusion.demonstrations import save_arrays
+from structdiffusion.arrays import read_arrays, save_arrays
 from structdiffusion.footprints import separation_along, turned
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.model import ObjectModel
@@ -49,10 +49,9 @@ def generate_pairs(
     path, groups = Path(folder) / "pairs.npz", -(-len(models) // _GROUP)
     count = -(-pairs // groups)
     if path.is_file():
-        with np.load(path) as there:
-            if len(there["distance"]) == count * groups:
-                yield groups, groups
-                return
+        if len(read_arrays(path, "distance")["distance"]) == count * groups:
+            yield groups, groups
+            return
     parts = [path.with_name(f"pairs_{count}_{group:05d}.npz") for group in range(groups)]
     missing = [group for group, part in enumerate(parts) if not part.is_file()]
     done = groups - len(missing)
@@ -62,7 +61,7 @@ def generate_pairs(
         save_arrays(parts[group], columns)
         done += 1
         yield done, groups
-    loaded = [dict(np.load(part)) for part in parts]
+    loaded = [read_arrays(part) for part in parts]
     save_arrays(path, {name: np.concatenate([part[name] for part in loaded]) for name in loaded[0]})
     for part in parts:
         part.unlink()

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, SLOTS_OF_SHAPE
+from structdiffusion.arrays import read_arrays
 from structdiffusion.demonstrations import SHARD_FACTS, DemonstrationSet
 from structdiffusion.models.encoders import WORDS
 from structdiffusion.objects.model import ObjectModel
@@ -182,8 +183,7 @@ def _drawing(path: Path, scenes: int) -> dict[str, Any]:
 def _pairs(path: Path) -> dict[str, int] | None:
     if not path.is_file():
         return None
-    with np.load(path) as pairs:
-        distance = pairs["distance"]
+    distance = read_arrays(path, "distance")["distance"]
     return {
         "pairs": len(distance),
         "penetrating": int((distance < -_PENETRATION).sum()),
@@ -194,8 +194,7 @@ def _pairs(path: Path) -> dict[str, int] | None:
 def _sentences(path: Path) -> int:
     if not path.is_file():
         return 0
-    with np.load(path) as language:
-        return len(language["words"])
+    return len(read_arrays(path, "words")["words"])
 
 
 def _checksum(folder: Path) -> str:

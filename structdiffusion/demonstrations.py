@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from structdiffusion.arrays import DataFolderError, read_arrays, save_arrays
 from structdiffusion.batches import widened
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.shards import Shard, draw_shard
@@ -53,18 +54,15 @@ class DemonstrationSet:
 
         Raises:
             FileNotFoundError: when there is none.
+            DataFolderError: when one is torn.
         """
         shards = sorted(Path(folder).glob("shard_*.npz"))
         if not shards:
             raise FileNotFoundError(f"{folder} has no shard_*.npz; `structagent generate --out {folder}` makes them")
-        loaded = [dict(np.load(shard)) for shard in shards]
+        loaded = [read_arrays(shard) for shard in shards]
         places = max(shard["goal"].shape[1] for shard in loaded)
         loaded = [widened(shard, places) for shard in loaded]
         return cls(*(np.concatenate([shard[name] for shard in loaded]) for name in cls.__dataclass_fields__))
-
-
-class DataFolderError(ValueError):
-    """A folder that holds other scenes than those asked for; the message says how they differ."""
 
 
 def save_library(models: Sequence[ObjectModel], folder: str | Path) -> None:
@@ -85,17 +83,9 @@ def save_library(models: Sequence[ObjectModel], folder: str | Path) -> None:
     if not path.is_file():
         save_arrays(path, library)
         return
-    with np.load(path) as there:
-        if any(not np.array_equal(there[name], array) for name, array in library.items()):
-            raise DataFolderError(f"{path} has other objects than the {len(models)} given; choose another folder")
-
-
-def save_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    """Write a compressed .npz file, which is there whole or not at all."""
-    unfinished = path.with_suffix(".tmp")
-    with unfinished.open("wb") as file:
-        np.savez_compressed(file, **arrays)
-    unfinished.replace(path)
+    there = read_arrays(path, *library)
+    if any(not np.array_equal(there[name], array) for name, array in library.items()):
+        raise DataFolderError(f"{path} has other objects than the {len(models)} given; choose another folder")
 
 
 def generate(
@@ -167,6 +157,9 @@ def _remember_seed(folder: Path, seed: int) -> None:
     if known is None:
         path.write_text(json.dumps({"seed": seed}) + "\n")
         return
-    there = json.loads(known.read_text()).get("seed")
+    try:
+        there = json.loads(known.read_text())["seed"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise DataFolderError(f"{known} tells no seed of the scenes beside it; choose another folder") from error
     if there != seed:
         raise DataFolderError(f"{folder} has scenes of seed {there}, and not of seed {seed}; choose another folder")

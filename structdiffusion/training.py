@@ -12,12 +12,13 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import TYPE_CHECKING
 
 import torch
 from torch import Tensor
 
-from structdiffusion.models.checkpoint import Checkpointed
+from structdiffusion.models.checkpoint import CheckpointError, Checkpointed
 from structdiffusion.training_record import Surroundings, TrainingRecord
 
 if TYPE_CHECKING:
@@ -99,6 +100,9 @@ def train(
         device: where model and batches live.
         surroundings: what is written into `folder`/training.json beside what the run knows; `None` writes none.
         together: this process among those that train the model; `None` for a single device.
+
+    Raises:
+        CheckpointError: when what is in the folder cannot be gone on with.
     """
     folder, rank = Path(folder), together.rank if together else 0
     folder.mkdir(parents=True, exist_ok=True)
@@ -109,10 +113,14 @@ def train(
     step, spent = 0, 0.0
     state_path = folder / _STATE_NAME
     if state_path.is_file():
-        state = torch.load(state_path, map_location=device, weights_only=True)
-        model.load_state_dict(state["model"])
-        optimizer.load_state_dict(state["optimizer"])
-        average, step, spent = state["average"], state["step"], state["seconds"]
+        try:
+            state = torch.load(state_path, map_location=device, weights_only=True)
+            model.load_state_dict(state["model"])
+            optimizer.load_state_dict(state["optimizer"])
+            average, step, spent = state["average"], state["step"], state["seconds"]
+        except (RuntimeError, ValueError, KeyError, TypeError, EOFError, UnpicklingError) as error:
+            why = f"it is torn, or not that of a {model.kind} network like this one"
+            raise CheckpointError(f"{state_path} cannot be gone on with: {why}; choose another folder") from error
     # A resumed run draws other batches than those already seen, yet the same ones every time.
     seed = options.seed * 1_000_003 + step + rank * _APART
     generator = torch.Generator(device=device).manual_seed(seed % 2**64)

@@ -14,7 +14,8 @@ from typing import Any
 
 import torch
 
-from structdiffusion.models.checkpoint import Checkpointed, file_facts, parameter_count
+from structdiffusion.arrays import DataFolderError
+from structdiffusion.models.checkpoint import CheckpointError, Checkpointed, file_facts, parameter_count
 
 RECORD_NAME = "training.json"
 SHEET_NAME = "datasheet.json"  # of a folder of data
@@ -43,9 +44,17 @@ class Surroundings:
 
 
 def about_data(folder: Path) -> dict[str, Any]:
-    """What a training remembers of its data: the folder's name and the heart of its datasheet, where it has one."""
+    """What a training remembers of its data: the folder's name and the heart of its datasheet, where it has one.
+
+    Raises:
+        DataFolderError: for a datasheet that cannot be read.
+    """
     path = folder / SHEET_NAME
-    sheet = json.loads(path.read_text()) if path.is_file() else {}
+    try:
+        sheet = json.loads(path.read_text()) if path.is_file() else {}
+    except ValueError as error:
+        again = f"`structagent generate --out {folder}` writes it anew"
+        raise DataFolderError(f"{path} is no datasheet; {again}") from error
     known = ("scenes", "seed", "library", "objects", "version", "sha256")
     return {"name": folder.resolve().name, **{name: sheet[name] for name in known if name in sheet}}
 
@@ -61,6 +70,9 @@ class TrainingRecord:
         device: where the model lives.
         devices: how many train together.
         step: where the session begins.
+
+    Raises:
+        CheckpointError: for a record there that cannot be read.
     """
 
     def __init__(
@@ -75,7 +87,7 @@ class TrainingRecord:
     ) -> None:
         self._path, self._model = folder / RECORD_NAME, model
         self._first_step, self._batch = step, surroundings.batch * devices
-        self._earlier = json.loads(self._path.read_text())["sessions"] if step and self._path.is_file() else []
+        self._earlier = _sessions(self._path) if step and self._path.is_file() else []
         self._session = {
             "first_step": step,
             **asdict(surroundings),
@@ -123,6 +135,13 @@ class TrainingRecord:
         unfinished = self._path.with_suffix(".tmp")
         unfinished.write_text(json.dumps(record, indent=2) + "\n")
         unfinished.replace(self._path)
+
+
+def _sessions(path: Path) -> list[dict[str, Any]]:
+    try:
+        return list(json.loads(path.read_text())["sessions"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise CheckpointError(f"{path} is no record of a training: move it away, or choose another folder") from error
 
 
 def _circumstances(session: Mapping[str, Any]) -> dict[str, Any]:

@@ -46,7 +46,7 @@ class Checkpointed(nn.Module):
         """The network of a checkpoint folder, on the CPU, ready for inference.
 
         Raises:
-            CheckpointError: for a missing file, another model's config, or weights of a wrong shape.
+            CheckpointError: for a missing file, another model's config, or weights of a wrong shape or not finite.
         """
         folder = Path(folder)
         for name in (CONFIG_NAME, WEIGHTS_NAME):
@@ -81,6 +81,8 @@ class Checkpointed(nn.Module):
                     f"{folder / WEIGHTS_NAME}: {name!r} has shape {tuple(weights[name].shape)}, "
                     f"its config asks for {tuple(tensor.shape)}"
                 )
+            if not bool(weights[name].isfinite().all()):
+                raise CheckpointError(f"{folder / WEIGHTS_NAME}: {name!r} has numbers that are not finite")
         unknown = sorted(weights.keys() - own.keys())
         if unknown:
             raise CheckpointError(f"{folder / WEIGHTS_NAME} has {unknown[0]!r}, which its config does not ask for")

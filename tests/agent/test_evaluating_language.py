@@ -100,7 +100,8 @@ def test_who_hears_wrong_builds_wrong_and_who_hears_right_is_not_asked_twice(car
 def test_objects_that_make_no_such_structure_give_no_row(carried_out):
     setting = StructureSpec("table setting")
     row = row_of("set the table", shape=("table setting",))
-    assert carried_out(Instruction(0, row, setting, Parse(row.text, setting, "told"), np.zeros(384), np.zeros(384))) is None
+    parse = Parse(row.text, setting, "told")
+    assert carried_out(Instruction(0, row, setting, parse, np.zeros(384), np.zeros(384))) is None
 
 
 def test_from_the_command_line(tmp_path, capsys):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from agent import evaluating_recordings
+from agent.errors import UsageError
 from agent.evaluating import report_of
 from agent.evaluating_recordings import _Job, _overlaps, _rates, _round_trip, tell_recordings
 from agent.loaded import Loaded
@@ -31,6 +32,12 @@ def job() -> _Job:
     blocks = [model for model in library if model.category in ("block", "can")]
     spec = StructureSpec("line", size="medium", x_position="left")
     return _Job("line", 0, 5, draw_scene(blocks, spec, np.random.default_rng(2), count=3, distractors=0))
+
+
+def test_a_planner_that_is_not_there_is_known_before_any_scene_is_drawn(monkeypatch):
+    monkeypatch.setattr(evaluating_recordings, "load_objects", None)
+    with pytest.raises(UsageError, match="--model cannot be 'best'"):
+        evaluating_recordings.measure_recordings(LIBRARY, "best", None, 1, 0, False, 1)
 
 
 def test_a_scene_that_is_recorded_ends_as_it_does_in_simulation(job):

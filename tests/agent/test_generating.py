@@ -52,6 +52,25 @@ def test_a_folder_with_other_scenes_is_bad_input(line, capsys):
     assert "has scenes of seed 4, and not of seed 5" in capsys.readouterr().err
 
 
+def test_what_is_torn_is_bad_input(line, tmp_path, capsys):
+    assert command_line(line) == 0
+    data = tmp_path / "data"
+    whole = {name: (data / name).read_bytes() for name in ("library.npz", "shard_00000.npz", "pairs.npz", "seed.json")}
+    for name, content in whole.items():
+        (data / name).write_bytes(content[: len(content) // 2])
+        capsys.readouterr()
+        assert command_line(line) == 6
+        assert f"structagent: {data / name} " in capsys.readouterr().err
+        if name == "shard_00000.npz":  # what is said to help does
+            (data / name).unlink()
+            assert command_line(line) == 0
+        (data / name).write_bytes(content)
+    trained = ["train", "structure", "--data", str(data), "--out", str(tmp_path / "run"), "--device", "cpu"]
+    (data / "datasheet.json").write_text("{")
+    assert command_line([*trained, "--steps", "1"]) == 6
+    assert "datasheet.json is no datasheet; `structagent generate" in capsys.readouterr().err
+
+
 def test_a_cluster_that_is_not_there(line, capsys):
     assert command_line([*line, "--ray", "127.0.0.1:1"]) == 2
     assert "--ray cannot be '127.0.0.1:1'" in capsys.readouterr().err

@@ -9,7 +9,7 @@ import pytest
 import torch
 
 from structdiffusion.batches import DemonstrationBatches
-from structdiffusion.models.checkpoint import parameter_count
+from structdiffusion.models.checkpoint import CheckpointError, parameter_count
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.collision.model import CollisionConfig
 from structdiffusion.models.diffusion import PoseDiffusion
@@ -81,6 +81,22 @@ def test_a_finished_run_has_nothing_to_do_and_gives_its_weights(tmp_path):
     assert list(train(other, loss, tmp_path, OPTIONS, CPU)) == []
     for name, tensor in model.state_dict().items():
         torch.testing.assert_close(other.state_dict()[name], tensor, atol=0, rtol=0)
+
+
+def test_what_cannot_be_gone_on_with_is_told(tmp_path):
+    model, loss = toy()
+    surroundings = Surroundings("1.0", {"name": "toy"}, batch=16)
+    list(train(model, loss, tmp_path, replace(OPTIONS, steps=2), CPU, surroundings=surroundings))
+    other = CollisionDiscriminator(CollisionConfig(width=16, layers=1, points=8))
+    with pytest.raises(CheckpointError, match="training_state.pt cannot be gone on with: it is torn, or not that"):
+        list(train(other, loss, tmp_path, OPTIONS, CPU))
+    (tmp_path / "training.json").write_text('{"sessions"')
+    with pytest.raises(CheckpointError, match="training.json is no record of a training"):
+        list(train(model, loss, tmp_path, OPTIONS, CPU, surroundings=surroundings))
+    state = tmp_path / "training_state.pt"
+    state.write_bytes(state.read_bytes()[:1000])
+    with pytest.raises(CheckpointError, match="training_state.pt cannot be gone on with"):
+        list(train(model, loss, tmp_path, OPTIONS, CPU))
 
 
 def test_the_checkpoint_holds_the_averaged_weights(tmp_path):

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import torch
 from torch import Tensor, nn
 
+from structdiffusion.arrays import read_arrays
 from structdiffusion.batches import yaw_matrices
 from structdiffusion.models.collision.model import CollisionDiscriminator
 from structdiffusion.views import partial_views
@@ -39,14 +39,16 @@ class PairBatches:
 
         Raises:
             FileNotFoundError: for a missing file; the message says which command makes it.
+            DataFolderError: for a file that is torn.
         """
         folder = Path(folder)
         for name in ("library.npz", "pairs.npz"):
             if not (folder / name).is_file():
                 raise FileNotFoundError(f"{folder} has no {name}; make it with `structagent generate --out {folder}`")
-        with np.load(folder / "library.npz") as library, np.load(folder / "pairs.npz") as pairs:
-            arrays = (library["points"], library["normals"], pairs["objects"], pairs["poses"], pairs["distance"])
-            surface, normals, objects, poses, distance = (torch.from_numpy(array).to(device) for array in arrays)
+        library = read_arrays(folder / "library.npz", "points", "normals")
+        pairs = read_arrays(folder / "pairs.npz", "objects", "poses", "distance")
+        arrays = (*library.values(), *pairs.values())
+        surface, normals, objects, poses, distance = (torch.from_numpy(array).to(device) for array in arrays)
         return cls(surface.float(), normals.float(), objects.long(), poses, distance)
 
     def draw(self, size: int, generator: torch.Generator) -> tuple[Tensor, Tensor, Tensor]:

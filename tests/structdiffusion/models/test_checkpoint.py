@@ -57,6 +57,16 @@ def test_a_missing_file_is_named(folder, name):
         CollisionDiscriminator.from_pretrained(folder)
 
 
+@pytest.mark.parametrize("number", [torch.nan, torch.inf])
+def test_numbers_that_are_not_finite_are_refused(folder, number):
+    path = folder / "model.safetensors"
+    weights = load_file(path)
+    weights["head.0.bias"][0] = number
+    save_file(weights, path)
+    with pytest.raises(CheckpointError, match="model.safetensors: 'head.0.bias' has numbers that are not finite"):
+        CollisionDiscriminator.from_pretrained(folder)
+
+
 def test_another_models_checkpoint_is_refused(folder):
     with pytest.raises(CheckpointError, match="config.json is of kind 'collision'; expected 'structure'"):
         StructureDiscriminator.from_pretrained(folder)
