@@ -39,7 +39,7 @@ def progress(what: str, total: int, done: int = 0, failed: int = 0) -> Iterator[
         failed: how many of those have failed.
     """
     began = first = told = time.monotonic()
-    at_once, bar = done, progress_bar()
+    at_once, bar = done, progress_bar(quiet=total == done)  # no bar where there is nothing to do
     task = bar.add_task(_description(what, failed), total=total, completed=done)
 
     def tell(success: bool = True) -> None:

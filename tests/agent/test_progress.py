@@ -1,4 +1,8 @@
-"""What is said on the way where standard error is no terminal."""
+"""What is said on the way: a bar on a terminal, and lines where there is none."""
+
+import sys
+
+import pytest
 
 from agent import progress
 
@@ -23,3 +27,10 @@ def test_results_are_followed(monkeypatch, capsys):
     came = progress.followed("scenes drawn", iter("ab"), 2)
     assert next(came) == "a" and capsys.readouterr().err == "1 of 2 scenes drawn\n"
     assert list(came) == ["b"] and capsys.readouterr().err == "2 of 2 scenes drawn in 0 s\n"
+
+
+@pytest.mark.parametrize("total", [0, 2])
+def test_a_bar_is_drawn_where_there_is_something_to_do(monkeypatch, capsys, total):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert list(progress.followed("scenes drawn", iter("ab"[:total]), total)) == list("ab"[:total])
+    assert ("2/2" in capsys.readouterr().err) == bool(total)
