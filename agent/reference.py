@@ -23,7 +23,6 @@ FILE = Path(__file__).with_suffix(".md")
 
 # Defaults that follow from the machine: command and option -> what stands for the number.
 _OF_THE_MACHINE = {
-    ("evaluate success", "workers"): "the number of cores",
     ("evaluate arm", "workers"): "the number of cores",
     ("evaluate recordings", "workers"): "the number of cores",
     ("evaluate completion", "workers"): "the number of cores",
@@ -52,6 +51,7 @@ _EXIT_CODES = """\
 | 4 | no valid goal was found |
 | 5 | the arm could not build it, or it does not stand as asked |
 | 6 | bad input: a file, folder or setting that cannot be used |
+| 7 | a model is not what its card says (`structagent models verify`) |
 | 130 | interrupted |
 
 An error is one sentence on standard error; results alone go to standard output.
