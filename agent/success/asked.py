@@ -11,6 +11,7 @@ from typing import Any
 
 from agent import __version__
 from agent.conditions import conditions_of
+from agent.models.catalogue import networks_of
 from grounding.spec import SHAPES
 from structdiffusion.evaluation_scenes import Conditions
 from structdiffusion.objects.model import ObjectModel
@@ -77,11 +78,12 @@ class Asked:
         words += ["--camera", self.camera] if self.camera != "robot" else []
         return shlex.join(words)
 
-    def fingerprint(self, library: Sequence[ObjectModel]) -> dict[str, Any]:
+    def fingerprint(self, library: Sequence[ObjectModel], models: Sequence[str]) -> dict[str, Any]:
         """What two commands have in common whose rows may stand in one table, JSON-ready.
 
-        "library" and "networks" are SHA-256 checksums: of the objects, and of every checkpoint in the folder.
+        "library" and "networks" are SHA-256 checksums: of the objects, and of every network of these models.
         """
+        networks = sorted({network for model in models for network in networks_of(model)})
         return {
             "version": __version__,
             "objects": self.objects,
@@ -92,7 +94,7 @@ class Asked:
             "table": self.table,
             "camera": self.camera,
             "library": _checksum_of_objects(library),
-            "networks": _checksums_of_networks(self.weights or WEIGHTS),
+            "networks": _checksums_of_networks(self.weights or WEIGHTS, networks),
         }
 
 
@@ -105,9 +107,9 @@ def _checksum_of_objects(library: Sequence[ObjectModel]) -> str:
     return checksum.hexdigest()
 
 
-def _checksums_of_networks(folder: Path) -> dict[str, str]:
+def _checksums_of_networks(folder: Path, networks: Sequence[str]) -> dict[str, str]:
     checksums = {}
-    for weights in sorted(folder.glob("*/model.safetensors")):
-        with weights.open("rb") as file:
-            checksums[weights.parent.name] = hashlib.file_digest(file, "sha256").hexdigest()
+    for name in networks:
+        with (folder / name / "model.safetensors").open("rb") as file:
+            checksums[name] = hashlib.file_digest(file, "sha256").hexdigest()
     return checksums

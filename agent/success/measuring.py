@@ -75,7 +75,7 @@ def measure_success(
     started = time.perf_counter()
     with (
         _folder(out) as path,
-        EvaluationFolder(path, asked.fingerprint(library)) as kept,
+        EvaluationFolder(path, asked.fingerprint(library, models)) as kept,
         _workforce(workers, ray) as workforce,
     ):
         missing = [(name, place) for place in places for name in models if (name, *place) not in kept.rows]

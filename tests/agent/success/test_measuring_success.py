@@ -131,10 +131,12 @@ def test_other_objects_of_the_same_name_are_refused(tmp_path):
         measure_success(asked, MODELS, ["line"], 1, workers=1, out=out)
 
 
-def test_networks_may_be_added_and_not_changed(asked, tmp_path):
-    weights, out = tmp_path / "weights", tmp_path / "out"
+def test_networks_may_be_added_and_those_in_use_not_changed(asked, tmp_path, monkeypatch):
+    weights, out, used = tmp_path / "weights", tmp_path / "out", []
+    monkeypatch.setattr("agent.success.asked.networks_of", lambda model: used)  # a geometric planner needs none
     asked = replace(asked, weights=weights, candidates=1, top_k=1)
-    for name in ("one", "two"):  # a geometric planner needs none of them
+    for name in ("one", "two"):
+        used.append(name)
         (weights / name).mkdir(parents=True)
         (weights / name / "model.safetensors").write_bytes(name.encode())
         report = measure_success(asked, MODELS, ["line"], 1, workers=1, out=out)
@@ -142,6 +144,8 @@ def test_networks_may_be_added_and_not_changed(asked, tmp_path):
     (weights / "one" / "model.safetensors").write_bytes(b"three")
     with pytest.raises(UsageError, match="other weights of the network 'one', which have changed since"):
         measure_success(asked, MODELS, ["line"], 1, workers=1, out=out)
+    used.remove("one")
+    assert measure_success(asked, MODELS, ["line"], 1, workers=1, out=out)["resources"]["rows"] == 0
 
 
 def test_a_folder_of_something_else_is_left_alone(asked, tmp_path):
