@@ -24,9 +24,10 @@ BEST = 8  # so many of the best-ranked are tried,
 ENOUGH = 3  # until so many of them stand
 # What being tried is worth: an arrangement that was not tried is doubted, one that fell is hardly worth a second try.
 _UNTRIED, _FELL = 0.5, 0.1
-# What would fall farther than this, metres, into what is below it is lowered before it is tried,
-_FALL = 0.01
-# to this much above where guessed surfaces touch: how deep a vessel is was guessed.
+# What would fall farther than this, metres, into what is below it is let down before it is tried; what would be inside
+# of it by more than the other is lifted.
+_FALL, _INSIDE = 0.01, 0.001
+# Either ends this much, metres, above where guessed surfaces touch: how a vessel looks inside was guessed.
 _ABOVE = 0.008
 _REACH = 0.05  # m, within which distances to what is below are asked for
 _STEP, _STEPS = 0.0005, 40  # of lowering: m that count as contact, and how often
@@ -53,10 +54,10 @@ class Imagination:
         # What falls, falls at once: to wait for 2 s as the protocol does would double the time.
         return place_and_check(models, poses, motions, spec, self.scene.table, others, names, until_rest=True)
 
-    def lowered(self, motions: np.ndarray) -> np.ndarray:
-        """The motions (N, 4, 4), with what would fall into a vessel let down into it.
+    def set_down(self, motions: np.ndarray) -> np.ndarray:
+        """The motions (N, 4, 4), with what would fall into something let down into it, and what is inside of it lifted.
 
-        Straight down, object by object, supports first, as far as nothing touches.
+        Straight up and down, object by object, supports first, as far as nothing touches.
         """
         if motions[:, 2, 3].max() < _FALL:  # everything stands on the table
             return motions
@@ -67,12 +68,28 @@ class Imagination:
             for number in executable_order(models, goals):
                 index, goal = world.add(models[number], goals[number]), goals[number].copy()
                 bottom = float(transform_points(goal, np.concatenate(models[number].hulls))[:, 2].min())
-                fall = _free_fall(world, index, goal, bottom) if bottom > _FALL else 0.0
-                if fall > _FALL:
-                    result[number, 2, 3] -= fall - _ABOVE
+                if bottom > _FALL:
+                    lift = _lift(world, index, goal)
+                    goal[2, 3] += lift
+                    fall = _free_fall(world, index, goal, bottom + lift)
                     goal[2, 3] -= fall
+                    if lift > 0.0 or fall > _FALL:
+                        result[number, 2, 3] += lift - fall + _ABOVE
                 world.set_pose(index, goal)
         return result
+
+
+def _lift(world: TabletopWorld, index: int, goal: np.ndarray) -> float:
+    """How far, metres, an object has to go straight up from its goal until it is inside of nothing."""
+    lift, pose = 0.0, goal.copy()
+    for _ in range(_STEPS):
+        deepest = -min(world.clearances(index, _REACH).values(), default=0.0)
+        if deepest < _INSIDE:
+            break
+        lift += deepest
+        pose[2, 3] = goal[2, 3] + lift
+        world.set_pose(index, pose)
+    return lift
 
 
 def _free_fall(world: TabletopWorld, index: int, goal: np.ndarray, most: float) -> float:
@@ -81,6 +98,7 @@ def _free_fall(world: TabletopWorld, index: int, goal: np.ndarray, most: float) 
     It goes by its distance to the nearest surface, which can never be too far.
     """
     fallen, pose = 0.0, goal.copy()
+    world.set_pose(index, pose)
     for _ in range(_STEPS):
         near = world.clearances(index, _REACH)
         free = min(near.values(), default=_REACH)
@@ -111,7 +129,7 @@ def tried_out(
     for rank, arrangement in enumerate(arrangements):
         worth = _UNTRIED
         if rank < best and stood < ENOUGH:
-            motions = imagination.lowered(arrangement.goal_from_initial)
+            motions = imagination.set_down(arrangement.goal_from_initial)
             arrangement = replace(arrangement, goal_from_initial=motions)
             stands = imagination.verdict(motions, spec).success
             stood, worth = stood + stands, 1.0 if stands else _FELL

@@ -51,7 +51,7 @@ def onto(lower: int, upper: int, height: float, off: float = 0.0) -> np.ndarray:
 def test_what_goes_into_a_vessel_is_let_down(models, scene):
     """The rim is where the camera sees the bowl end: from there the can would fall by 7 cm."""
     rim = estimate(scene.objects[0]).height
-    lowered = Imagination(scene).lowered(onto(0, 1, rim))
+    lowered = Imagination(scene).set_down(onto(0, 1, rim))
     assert 0.006 < lowered[1, 2, 3] < 0.03
     np.testing.assert_array_equal(lowered[[0, 2]], onto(0, 1, rim)[[0, 2]])
     first = place_and_check(models[:2], AT[:2], onto(0, 1, rim)[:2], TOWER)
@@ -59,10 +59,21 @@ def test_what_goes_into_a_vessel_is_let_down(models, scene):
     assert first.failure == "abnormal velocity" and second.failure != "abnormal velocity"
 
 
+def test_what_would_be_inside_of_something_is_lifted_out_of_it(models, scene):
+    """A block 3 cm deep in the bowl's walls, which are narrower than it."""
+    deep = onto(0, 2, estimate(scene.objects[0]).height - 0.03)
+    lifted = Imagination(scene).set_down(deep)
+    pair = [models[0], models[2]]
+    before = place_and_check(pair, AT[::2], deep[[0, 2]], TOWER)
+    after = place_and_check(pair, AT[::2], lifted[[0, 2]], TOWER)
+    assert before.failure == "intersection" and after.success
+    np.testing.assert_array_equal(lifted[:2], deep[:2])
+
+
 def test_what_lands_on_a_level_top_or_on_the_table_stays_as_it_is(scene):
     imagination = Imagination(scene)
     for motions in (onto(2, 0, 0.062), np.tile(np.eye(4), (3, 1, 1))):
-        np.testing.assert_array_equal(imagination.lowered(motions), motions)
+        np.testing.assert_array_equal(imagination.set_down(motions), motions)
 
 
 def test_the_verdict_of_imagination_is_that_of_the_truth(models, scene):
