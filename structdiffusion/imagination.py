@@ -20,15 +20,16 @@ from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.physical import Verdict, executable_order, place_and_check
 from structdiffusion.tabletop import TabletopWorld
 
-BEST = 8  # so many of the best-ranked are tried,
+BEST = 16  # so many of the best-ranked are tried,
 ENOUGH = 3  # until so many of them stand
 # What being tried is worth: an arrangement that was not tried is doubted, one that fell is hardly worth a second try.
 _UNTRIED, _FELL = 0.5, 0.1
-# What would fall farther than this, metres, into what is below it is let down before it is tried; what would be inside
-# of it by more than the other is lifted.
-_FALL, _INSIDE = 0.01, 0.001
-# Either ends this much, metres, above where guessed surfaces touch: how a vessel looks inside was guessed.
-_ABOVE = 0.008
+# What is stacked is released from this much, metres, above where guessed surfaces touch. Where a thing touches a vessel
+# is guessed to a centimetre: higher by more than 2 cm, with the 3 cm of the protocol, it would fall too fast; lower
+# than the true contact, it would be inside of something.
+_LOWEST, _HIGHEST = 0.006, 0.013
+_STACKED = 0.01  # m above the table, from where on a thing is stacked
+_INSIDE = 0.001  # m of overlap that counts as none
 _REACH = 0.05  # m, within which distances to what is below are asked for
 _STEP, _STEPS = 0.0005, 40  # of lowering: m that count as contact, and how often
 
@@ -55,11 +56,11 @@ class Imagination:
         return place_and_check(models, poses, motions, spec, self.scene.table, others, names, until_rest=True)
 
     def set_down(self, motions: np.ndarray) -> np.ndarray:
-        """The motions (N, 4, 4), with what would fall into something let down into it, and what is inside of it lifted.
+        """The motions (N, 4, 4), with what is stacked a little above where it would touch what is below it.
 
-        Straight up and down, object by object, supports first, as far as nothing touches.
+        Straight up or down, object by object, supports first.
         """
-        if motions[:, 2, 3].max() < _FALL:  # everything stands on the table
+        if motions[:, 2, 3].max() < _STACKED:  # everything stands on the table
             return motions
         models, poses, others = self._bodies
         goals = motions @ poses
@@ -68,13 +69,12 @@ class Imagination:
             for number in executable_order(models, goals):
                 index, goal = world.add(models[number], goals[number]), goals[number].copy()
                 bottom = float(transform_points(goal, np.concatenate(models[number].hulls))[:, 2].min())
-                if bottom > _FALL:
+                if bottom > _STACKED:
                     lift = _lift(world, index, goal)
                     goal[2, 3] += lift
                     fall = _free_fall(world, index, goal, bottom + lift)
                     goal[2, 3] -= fall
-                    if lift > 0.0 or fall > _FALL:
-                        result[number, 2, 3] += lift - fall + _ABOVE
+                    result[number, 2, 3] += lift - fall + np.clip(fall - lift, _LOWEST, _HIGHEST)
                 world.set_pose(index, goal)
         return result
 

@@ -45,8 +45,8 @@ class PlannerParts:
     candidates: int | None = None
 
 
-# The best-ranked are tried out in imagination until three of them stand; more than eight are hardly ever asked for.
-_TRIED = 8
+# The best-ranked are tried out in imagination until three of them stand; so many are hardly ever asked for.
+_TRIED = 16
 _FULL = PlannerParts("diffusion", imagined=_TRIED)
 _UNRANKED = replace(_FULL, ranked=False, imagined=0)
 _PAPER = replace(_FULL, placed=False, refined=False, mean_collision=True, bounds=False, checks=False, imagined=0)

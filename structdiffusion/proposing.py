@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -18,7 +19,7 @@ from structdiffusion.models.encoders import word_ids
 from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene, Table
 from structdiffusion.placement import shift_into_place
 from structdiffusion.ranking import Ranker
-from structdiffusion.refinement import parted, straightened
+from structdiffusion.refinement import parted, pointed, straightened
 from structdiffusion.settle import settle
 
 _CLOUD_POINTS = 256  # as in training
@@ -182,6 +183,7 @@ class Finish:
         motions[:] = settle(objects, motions)
         if self.refined:
             motions[:] = straightened(objects, motions, spec)
+            motions[:] = pointed(objects, motions, spec, math.atan2(frame[1, 0], frame[0, 0]))
         shift = shift_into_place(objects, motions, spec, table)
         motions[:, :2, 3] += shift
         frame[:2, 3] += shift

@@ -70,10 +70,11 @@ def test_what_would_be_inside_of_something_is_lifted_out_of_it(models, scene):
     np.testing.assert_array_equal(lifted[:2], deep[:2])
 
 
-def test_what_lands_on_a_level_top_or_on_the_table_stays_as_it_is(scene):
+def test_what_lands_on_a_level_top_or_on_the_table_stays_where_it_is(models, scene):
     imagination = Imagination(scene)
-    for motions in (onto(2, 0, 0.062), np.tile(np.eye(4), (3, 1, 1))):
-        np.testing.assert_array_equal(imagination.set_down(motions), motions)
+    stacked, beside = onto(2, 0, 0.068), np.tile(np.eye(4), (3, 1, 1))
+    np.testing.assert_allclose(imagination.set_down(stacked), stacked, atol=0.003)  # the top is known to millimetres
+    np.testing.assert_array_equal(imagination.set_down(beside), beside)
 
 
 def test_the_verdict_of_imagination_is_that_of_the_truth(models, scene):
@@ -98,7 +99,7 @@ def test_the_best_are_tried_until_enough_of_them_stand(scene):
 
     found = tried(bad, good)
     assert [row.scores["imagined"] for row in found] == [1.0, 0.1]
-    np.testing.assert_array_equal(found[0].goal_from_initial, good)
+    np.testing.assert_allclose(found[0].goal_from_initial, good, atol=0.003)
     assert [row.scores["total"] for row in found] == pytest.approx([0.5, 0.09])
     assert [row.scores["imagined"] for row in tried(good, good, good, bad)] == [1.0, 1.0, 1.0, 0.5]
     assert [row.scores["imagined"] for row in tried(bad, good, best=1)] == [0.5, 0.1]

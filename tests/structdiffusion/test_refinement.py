@@ -1,6 +1,8 @@
 """Refinement: what misses the contract by little is drawn in, what holds stays, nothing is left overlapping."""
 
 import itertools
+import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,8 +10,9 @@ import pytest
 from grounding.spec import StructureSpec
 from structdiffusion.estimate import estimate, imagined_bodies
 from structdiffusion.footprints import clear_gap
+from structdiffusion.geometry import pose_from_xyz_yaw, wrap_angle
 from structdiffusion.observation import ObjectCloud, Table
-from structdiffusion.refinement import parted, straightened
+from structdiffusion.refinement import parted, pointed, straightened
 from structdiffusion.success import check_structure
 
 
@@ -85,3 +88,24 @@ def test_bodies_are_pushed_apart_and_riders_go_along():
     moved = parted(objects, [distractor], near)
     assert clear_gap(objects[0].outline_after(moved[0]), distractor.outline) > 0.005
     np.testing.assert_allclose(moved[1:], near[1:])
+
+
+def test_cutlery_points_away_from_the_diner():
+    """A fork that lies the wrong way round, one a little off, and a plate, which has no front."""
+    rng = np.random.default_rng(0)
+    handle = rng.uniform((-0.1, -0.004, 0.0), (0.05, 0.004, 0.004), (300, 3))
+    head = rng.uniform((0.05, -0.012, 0.0), (0.1, 0.012, 0.004), (300, 3))
+    fork = estimate(ObjectCloud("fork", "fork", np.concatenate((handle, head)).astype(np.float32)))
+    objects = [fork, replace(fork, name="fork 2"), replace(estimate(block("plate", 0.2, 0.02)), category="plate")]
+    spec = StructureSpec("table setting", rotation="south")  # the diner sits at -x
+    motions = at(np.array([[0.4, 0.2], [0.4, -0.2], [0.4, 0.0]]))
+    motions[0, :2, :2] *= -1.0  # half a turn
+    motions[1, :2, :2] = pose_from_xyz_yaw(0, 0, 0, 0.12)[:2, :2]
+    before, after = (imagined_bodies(objects, each) for each in (motions, pointed(objects, motions, spec, 1.0)))
+    fronts = [wrap_angle(body.front_yaw) for body in after]
+    assert abs(fronts[0]) < math.radians(8.1) and fronts[1] == pytest.approx(wrap_angle(before[1].front_yaw))
+    for was, now in zip(before, after):
+        np.testing.assert_allclose(now.centroid, was.centroid, atol=1e-9)
+    np.testing.assert_array_equal(pointed(objects, motions, StructureSpec("line"), 1.0), motions)
+    open_heading = imagined_bodies(objects, pointed(objects, motions, StructureSpec("table setting"), math.pi))
+    assert abs(wrap_angle(open_heading[0].front_yaw)) < math.radians(8.1)
