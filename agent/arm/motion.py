@@ -22,7 +22,7 @@ from structdiffusion.geometry import quaternion_from_matrix
 
 CLEARANCE = 0.004  # m kept between the arm and everything else
 CHECK_STEP = 0.04  # rad between the states of a motion that are checked
-FINE_STEP = 0.015  # rad, the same for a path that is found
+FINE_STEP = 0.01  # rad, the same for a path that is found
 FLOOR = 1.5  # m that the floor reaches to every side
 LEDGE = 0.1  # m ahead of a base that is lower than the table, where its edge is taken to be
 LEAVING = 0.35  # rad from a start within which the arm may be as near to things as it was there

@@ -60,7 +60,7 @@ def test_the_score_is_the_discriminators_of_the_moved_clouds_place_by_place(mode
     state = torch.randn(5, 4, 9, generator=generator(1))
     _, position, turn = model.decode_state(state)
     scores = StructureScore.of(structure, seen, samples, GOAL)(position, turn)
-    motions, _ = samples.motions(model, state)
+    motions = samples.sampled(model, state).motions
     for k in range(5):
         moved = torch.from_numpy(motions[k]).float()
         moved = torch.einsum("nij,npj->npi", moved[:, :3, :3], seen.clouds) + moved[:, None, :3, 3]
