@@ -20,6 +20,8 @@ from agent.cli_options import (
     ObjectsOption,
     ParserOption,
     Parsers,
+    PoolOption,
+    RayOption,
     SceneOption,
     SeedOption,
     TopicOption,
@@ -42,13 +44,8 @@ def batch(
     model: ModelOption = "diffusion",
     weights: WeightsOption = None,
     seed: SeedOption = 0,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes; by default one per core, of this machine or the cluster.")
-    ] = None,
-    ray: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help='A Ray cluster that does the work, or "local" for one that is started.'),
-    ] = None,
+    workers: PoolOption = None,
+    ray: RayOption = None,
     json_output: JsonOption = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,

@@ -19,6 +19,8 @@ from agent.cli_options import (
     ObjectsOption,
     ParserOption,
     Parsers,
+    PoolOption,
+    RayOption,
     SeedOption,
     WeightsOption,
 )
@@ -66,13 +68,8 @@ def evaluate_success(
     camera: Annotated[
         str, typer.Option(metavar="robot|opposite|left|right", help="From which side of the table it looks.")
     ] = "robot",
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes; by default one per core, of this machine or the cluster.")
-    ] = None,
-    ray: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help='A Ray cluster that does the work, or "local" for one that is started.'),
-    ] = None,
+    workers: PoolOption = None,
+    ray: RayOption = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Keep rows, tables, plots and pictures there, and go on where it stopped."),

@@ -69,6 +69,13 @@ WeightsOption = Annotated[
 ]
 _WHAT = ("points", "depth", "depth_info", "color", "joints")  # that a recording is read from
 MOST_SEED = 2**63 - 1  # what every generator takes
+PoolOption = Annotated[
+    int | None, typer.Option(min=1, help="Processes; by default one per core, of this machine or the cluster.")
+]
+RayOption = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help='A Ray cluster that does the work, or "local" for one that is started.'),
+]
 SeedOption = Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Everything drawn at random follows from it.")]
 ParserOption = Annotated[Parsers, typer.Option(help="Who reads the instruction.")]
 ViewpointOption = Annotated[

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from agent.cli_options import ModelKind, ObjectsOption, SeedOption
+from agent.cli_options import ModelKind, ObjectsOption, PoolOption, RayOption, SeedOption
 from agent.outputs import check_folder
 from agent.streams import import_pybullet_silently
 
@@ -29,13 +29,8 @@ def generate(
     pairs: Annotated[int, typer.Option(min=1, help="Pairs of objects for the collision discriminator.")] = 100_000,
     objects: ObjectsOption = "training",
     seed: SeedOption = 0,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes; by default one per core, of this machine or the cluster.")
-    ] = None,
-    ray: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help='A Ray cluster that does the work, or "local" for one that is started.'),
-    ] = None,
+    workers: PoolOption = None,
+    ray: RayOption = None,
 ) -> None:
     """Draw training scenes with the geometric planner, towers proven in physics; write a datasheet beside them.
 

@@ -20,8 +20,7 @@ from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.physical import Verdict, executable_order, place_and_check
 from structdiffusion.tabletop import TabletopWorld
 
-BEST = 16  # so many of the best-ranked are tried,
-ENOUGH = 3  # until so many of them stand
+ENOUGH = 3  # the best-ranked are tried until so many of them stand
 # What being tried is worth: an arrangement that was not tried is doubted, one that fell is hardly worth a second try.
 _UNTRIED, _FELL = 0.5, 0.1
 # What is stacked is released from this much, metres, above where guessed surfaces touch. Where a thing touches a vessel
@@ -113,7 +112,7 @@ def _free_fall(world: TabletopWorld, index: int, goal: np.ndarray, most: float) 
 
 
 def tried_out(
-    imagination: Imagination, arrangements: Sequence[Arrangement], spec: StructureSpec, best: int = BEST
+    imagination: Imagination, arrangements: Sequence[Arrangement], spec: StructureSpec, best: int
 ) -> list[Arrangement]:
     """The arrangements, best first, after the best-ranked have been tried in imagination (score "imagined").
 
