@@ -19,7 +19,7 @@ from structdiffusion.estimate import ObjectEstimate, imagined_bodies
 from structdiffusion.footprints import CLEARANCE, fit_circle, separation_along, tightest_ring_radius
 from structdiffusion.geometry import HEADING_OF_ROTATION, pose_from_xyz_yaw, wrap_angle
 from structdiffusion.nouns import CUTLERY
-from structdiffusion.success import PlacedBody
+from structdiffusion.success import OFF_LINE, PlacedBody, allowed_off_ring, allowed_unevenness
 
 # Extent over tightest extent, inside the contract's bands by what the outlines of partial views are wrong by; small
 # structures keep a clear gap.
@@ -127,7 +127,7 @@ def _to_ring(bodies: Sequence[PlacedBody], size: str | None) -> np.ndarray:
     directions = offsets / distances[:, None]
     tightest = tightest_ring_radius([body.local_footprint for body in bodies], directions)
     wanted = _in_band(radius, tightest, size)
-    most = _KEPT * max(0.02, 0.15 * wanted)  # as the contract's check of a circle
+    most = _KEPT * allowed_off_ring(wanted)
     return (wanted + np.clip(distances - radius, -most, most) - distances)[:, None] * directions
 
 
@@ -143,7 +143,7 @@ def _to_row(bodies: Sequence[PlacedBody], size: str | None) -> np.ndarray:
     tight = np.array([separation_along(one, other, direction) for one, other in zip(outlines, outlines[1:])])
     spread = np.diff(along[order]) - tight  # beyond the tightest
     for _ in range(_ROUNDS):  # the mean goes along with what is drawn in
-        most = _KEPT * max(0.5 * (spread.mean() + CLEARANCE), 0.015)  # as the contract's check of the clear gaps
+        most = _KEPT * allowed_unevenness(spread.mean() + CLEARANCE)
         spread = spread.mean() + np.clip(spread - spread.mean(), -most, most)
     extent, tightest = float((tight + spread).sum()), float(tight.sum())
     # Every gap changes by the same length: clear gaps that were even stay even.
@@ -152,7 +152,7 @@ def _to_row(bodies: Sequence[PlacedBody], size: str | None) -> np.ndarray:
     new_along += 0.5 * (along[order[0]] + along[order[-1]] - new_along[-1])
     moves = np.empty((len(bodies), 2))
     moves[order] = (new_along - along[order])[:, None] * direction
-    return moves + (np.clip(across, -_KEPT * 0.02, _KEPT * 0.02) - across)[:, None] * normal
+    return moves + (np.clip(across, -_KEPT * OFF_LINE, _KEPT * OFF_LINE) - across)[:, None] * normal
 
 
 def _in_band(extent: float, tightest: float, size: str | None) -> float:

@@ -70,36 +70,38 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
         )
     if parts.network == "structformer":
         by_shape = {shape: _structformer(folder, shape) for shape in SHAPES}
-        return StructFormerPlanner(by_shape, _finish(parts, folder), _search(parts, folder))
+        finish, search, _ = _judges(parts, folder)
+        return StructFormerPlanner(by_shape, finish, search)
     if parts.network == "cvae":
         cvae = PoseCVAE.from_pretrained(folder / "cvae")
-        return CVAEPlanner(cvae, _finish(parts, folder), _search(parts, folder))
+        finish, search, _ = _judges(parts, folder)
+        return CVAEPlanner(cvae, finish, search)
     model = PoseDiffusion.from_pretrained(folder / "diffusion")
-    guide = StructureDiscriminator.from_pretrained(folder / "structure") if parts.guidance else None
+    finish, _, guide = _judges(parts, folder)
     return DiffusionPlanner(
-        model, _finish(parts, folder), sentence=parts.sentence, steps=parts.steps, sampler=parts.sampler,
+        model, finish, sentence=parts.sentence, steps=parts.steps, sampler=parts.sampler,
         guide=guide, guidance=parts.guidance, candidates=parts.candidates,
     )  # fmt: skip
 
 
-def _search(parts: PlannerParts, folder: Path) -> PoseSearch | None:
-    """What improves a planner's samples, where it has that."""
-    return PoseSearch(StructureDiscriminator.from_pretrained(folder / "structure")) if parts.cem else None
-
-
-def _finish(parts: PlannerParts, folder: Path) -> Finish:
-    """What a planner does with its samples."""
-    ranker = None
+def _judges(
+    parts: PlannerParts, folder: Path
+) -> tuple[Finish, PoseSearch | None, StructureDiscriminator | None]:
+    """What a planner does with its samples, what improves them, and what guides them, where it has that."""
+    ranker = structure = None
+    if parts.ranked or parts.cem or parts.guidance:
+        structure = StructureDiscriminator.from_pretrained(folder / "structure")
     if parts.ranked:
         ranker = Ranker(
-            StructureDiscriminator.from_pretrained(folder / "structure"),
+            structure,
             CollisionDiscriminator.from_pretrained(folder / "collision"),
             discriminators=parts.discriminators,
             mean_collision=parts.mean_collision,
             bounds=parts.bounds,
             imagined_checks=parts.checks,
         )
-    return Finish(parts.placed, parts.refined, ranker, parts.imagined)
+    finish = Finish(parts.placed, parts.refined, ranker, parts.imagined)
+    return finish, PoseSearch(structure) if parts.cem else None, structure if parts.guidance else None
 
 
 def _structformer(folder: Path, shape: str) -> StructFormer:

@@ -27,6 +27,7 @@ from structdiffusion.nouns import BASES, CUTLERY, DRINKWARE
 from structdiffusion.observation import Table
 
 FAILURE_CLASSES = ("intersection", "abnormal velocity", "not upright", "semantic")
+OFF_LINE = 0.02  # m from a line that its centroids may be
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,16 @@ class Check:
     passed: bool
     measured: float
     limit: str
+
+
+def allowed_off_ring(radius: float) -> float:
+    """How far, metres, a centroid may be from a ring of this radius."""
+    return max(0.02, 0.15 * radius)
+
+
+def allowed_unevenness(mean_gap: float) -> float:
+    """How much, metres, the clear gaps of a line may differ from their mean."""
+    return max(0.5 * mean_gap, 0.015)
 
 
 def check_structure(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
@@ -110,7 +121,7 @@ def _check_circle(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Tabl
     centre, radius = fit_circle(points)
     offsets = points - centre
     worst = float(np.abs(np.linalg.norm(offsets, axis=1) - radius).max())
-    allowed = max(0.02, 0.15 * radius)
+    allowed = allowed_off_ring(radius)
     checks.append(Check("distance to the circle (m)", worst <= allowed, worst, f"<= {allowed:.3f}"))
 
     angles = np.sort(np.arctan2(offsets[:, 1], offsets[:, 0]))
@@ -142,12 +153,12 @@ def _check_line(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table)
     along = (points - middle) @ direction
     across = (points - middle) @ np.array([-direction[1], direction[0]])
     worst = float(np.abs(across).max())
-    checks.append(Check("distance to the line (m)", worst <= 0.02, worst, "<= 0.020"))
+    checks.append(Check("distance to the line (m)", worst <= OFF_LINE, worst, f"<= {OFF_LINE:.3f}"))
 
     order = np.argsort(along)
     neighbours = [(bodies[i], bodies[j]) for i, j in zip(order, order[1:])]
     gaps = np.array([clear_gap(a.footprint, b.footprint) for a, b in neighbours])
-    uneven, allowed = float(np.abs(gaps - gaps.mean()).max()), max(0.5 * float(gaps.mean()), 0.015)
+    uneven, allowed = float(np.abs(gaps - gaps.mean()).max()), allowed_unevenness(float(gaps.mean()))
     checks.append(Check("gap off the mean gap (m)", uneven <= allowed, uneven, f"<= {allowed:.3f}"))
     checks.append(_on_table_only(bodies))
     if spec.rotation is not None:
