@@ -23,8 +23,13 @@ _TOP = 0.005  # m: points this close below the top belong to it; a ball has few 
 _STACKABLE_SHARE = 0.45  # of the outline's area that a top has to span to carry something
 _RIM, _RIM_NOISE = 0.985, 0.003  # quantile of the points that is a rim's height; m that noise adds to it
 _WALL_NOISE = 0.002  # m: likewise of a vessel, whose rim is seen by few points; a tower adds such errors up
+# A top that falls off toward its border carries nothing. On the way to its outline an ellipsoid falls by 0.09 of its
+# height, a level top by 0, a bottle by 0.14 and more. m; of the height
+_FALLS, _ROUND = 0.0025, (0.06, 0.13)
+_MIDDLE, _BORDER = 0.35, (0.5, 0.7)  # of the way from the middle to the outline
 _INNER = 0.5  # of the outline's smallest radius: where a vessel is lower than its rim
 _ON_TABLE = 0.008  # m: what is lifted less stands on the table
+_FEWEST = 6  # points of which a median is taken
 # Outlines that overlap less, metres, are neighbours that touch, not one above the other.
 OVERLAP = 0.005
 
@@ -41,6 +46,7 @@ class ObjectEstimate:
         height: of its level top.
         front_yaw: heading of its front, were it cutlery.
         stackable: whether its top is level and broad enough to carry something.
+        rounded: whether its top falls off to all sides, as that of a fruit.
         hollow: whether the camera sees into it: a bowl, cup, pan or plate, into which something may sink.
     """
 
@@ -53,6 +59,7 @@ class ObjectEstimate:
     front_yaw: float
     stackable: bool
     hollow: bool
+    rounded: bool = False
 
     def layout_item(self) -> LayoutItem:
         """The planner's view of it. A bottom cannot be seen, and is taken to be level."""
@@ -84,6 +91,7 @@ def estimate(cloud: ObjectCloud) -> ObjectEstimate:
     hollow = inner.sum() >= 5 and height - float(np.median(z[inner])) > _LEVEL
     if hollow:  # the points near the top are mostly on the wall below the rim
         height = rim - _WALL_NOISE
+    rounded = not hollow and is_rounded(cloud.points, height)
     return ObjectEstimate(
         cloud.name,
         cloud.category,
@@ -92,8 +100,9 @@ def estimate(cloud: ObjectCloud) -> ObjectEstimate:
         outline,
         height,
         front_yaw(cloud.points),
-        bool(share > _STACKABLE_SHARE),
+        bool(share > _STACKABLE_SHARE) and not rounded,
         bool(hollow),
+        rounded,
     )
 
 
@@ -103,6 +112,31 @@ def _outline(points: np.ndarray) -> np.ndarray:
         return points[ConvexHull(points).vertices]
     except (QhullError, ValueError):  # fewer than three points, or all on one line
         return points.mean(axis=0) + 0.005 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+
+
+def is_rounded(points: np.ndarray, height: float) -> bool:
+    """Whether points (P, 3) of a thing of this height, metres, are those of something like a fruit."""
+    low, high = _ROUND
+    return max(_FALLS, low * height) < fall_of_top(points) < max(2 * _FALLS, high * height)
+
+
+def fall_of_top(points: np.ndarray) -> float:
+    """By how much, metres, points (P, 3) are lower on the way to their outline than in its middle; 0 of too few."""
+    try:
+        outline = points[ConvexHull(points[:, :2]).vertices, :2]
+    except (QhullError, ValueError):
+        return 0.0
+    middle = outline_centroid(outline)
+    corners = outline - middle
+    edges = np.roll(corners, -1, axis=0) - corners
+    normals = np.column_stack((edges[:, 1], -edges[:, 0]))
+    # How far out each point is, 1 on the outline.
+    out = ((points[:, :2] - middle) @ (normals / (normals * corners).sum(axis=1)[:, None]).T).max(axis=1)
+    inner = points[out < _MIDDLE, 2]
+    border = points[(out > _BORDER[0]) & (out < _BORDER[1]), 2]
+    if min(len(inner), len(border)) < _FEWEST:
+        return 0.0
+    return float(np.median(inner) - np.median(border))
 
 
 def front_yaw(points: np.ndarray) -> float:

@@ -11,11 +11,12 @@ import torch
 from structdiffusion.estimate import ObjectEstimate, estimate
 from structdiffusion.footprints import CLEARANCE, clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
-from structdiffusion.imagination import Imagination, tried_out
+from structdiffusion.imagination import Imagination
 from structdiffusion.layouts import LayoutError, lay_out
 from structdiffusion.observation import Arrangement, Goal, Scene, Table
 from structdiffusion.ranking import checks_score
 from structdiffusion.settle import settle
+from structdiffusion.trials import tried_out
 
 
 class GeometricPlanner:

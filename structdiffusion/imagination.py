@@ -6,7 +6,7 @@ protocol as the true ones do when success is measured (`physical.place_and_check
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 from dataclasses import replace
 from functools import cached_property
 
@@ -14,20 +14,21 @@ import numpy as np
 
 from grounding.spec import StructureSpec
 from structdiffusion.completion.bodies import bodies_of_scene
-from structdiffusion.geometry import transform_points
+from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.observation import Arrangement, Scene
+from structdiffusion.observation import Scene
 from structdiffusion.physical import Verdict, executable_order, place_and_check
 from structdiffusion.tabletop import TabletopWorld
 
-ENOUGH = 3  # the best-ranked are tried until so many of them stand
-# What being tried is worth: an arrangement that was not tried is doubted, one that fell is hardly worth a second try.
-_UNTRIED, _FELL = 0.5, 0.1
+HYPOTHESES = 5  # of what the camera did not see; the first is the likeliest
+# How far the others are from it, roughly: radius and height of bodies (m), their masses (factor e to this), and where
+# things land (m, rad).
+_SIZE, _MASS, _SHIFT, _TURN = 0.0015, 0.5, 0.003, 0.03
 # What is stacked is released from this much, metres, above where guessed surfaces touch. Where a thing touches a vessel
 # is guessed to a centimetre: higher by more than 2 cm, with the 3 cm of the protocol, it would fall too fast; lower
 # than the true contact, it would be inside of something.
 _LOWEST, _HIGHEST = 0.006, 0.013
-_STACKED = 0.01  # m above the table, from where on a thing is stacked
+STACKED = 0.01  # m above the table, from where on a thing is stacked
 _INSIDE = 0.001  # m of overlap that counts as none
 _REACH = 0.05  # m, within which distances to what is below are asked for
 _STEP, _STEPS = 0.0005, 40  # of lowering: m that count as contact, and how often
@@ -42,14 +43,43 @@ class Imagination:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
+        self._assumed: dict[int, tuple[list[ObjectModel], np.ndarray]] = {}
 
     @cached_property
     def _bodies(self) -> tuple[list[ObjectModel], np.ndarray, list[tuple[ObjectModel, np.ndarray]]]:
         return bodies_of_scene(self.scene)
 
-    def verdict(self, motions: np.ndarray, spec: StructureSpec) -> Verdict:
-        """What would become of the objects, moved by (N, 4, 4), if they looked from behind as guessed."""
+    def _hypothesis(self, number: int) -> tuple[list[ObjectModel], np.ndarray]:
+        """The N bodies a little larger, smaller, lighter and heavier than guessed, and errors (N, 4, 4) of landing."""
+        if number in self._assumed:
+            return self._assumed[number]
+        rng = np.random.default_rng(number)
+        models, errors = [], []
+        for model in self._bodies[0]:
+            broad, high = _SIZE * rng.standard_normal(2)
+            stretch = np.array([1 + broad / model.radius] * 2 + [1 + high / model.height])
+            hulls = tuple(hull * np.clip(stretch, 0.8, 1.25) for hull in model.hulls)
+            models.append(replace(model, hulls=hulls, mass=model.mass * math.exp(_MASS * rng.standard_normal())))
+            errors.append(pose_from_xyz_yaw(*_SHIFT * rng.standard_normal(2), 0.0, _TURN * rng.standard_normal()))
+        self._assumed[number] = models, np.array(errors)
+        return self._assumed[number]
+
+    def verdict(self, motions: np.ndarray, spec: StructureSpec, hypothesis: int = 0) -> Verdict:
+        """What would become of the objects, moved by (N, 4, 4), if they looked from behind as guessed.
+
+        Args:
+            motions: (N, 4, 4), world frame.
+            spec: what was asked for.
+            hypothesis: 0 for the likeliest bodies, landing exactly; below `HYPOTHESES` for others, that land a few
+                millimetres off.
+        """
         models, poses, others = self._bodies
+        if hypothesis:
+            models, errors = self._hypothesis(hypothesis)
+            at = motions @ poses
+            at[:, :3, :3] = at[:, :3, :3] @ errors[:, :3, :3]
+            at[:, :2, 3] += errors[:, :2, 3]
+            motions = at @ np.linalg.inv(poses)
         names = [cloud.name for cloud in (*self.scene.objects, *self.scene.distractors)]
         # What falls, falls at once: to wait for 2 s as the protocol does would double the time.
         return place_and_check(models, poses, motions, spec, self.scene.table, others, names, until_rest=True)
@@ -59,7 +89,7 @@ class Imagination:
 
         Straight up or down, object by object, supports first.
         """
-        if motions[:, 2, 3].max() < _STACKED:  # everything stands on the table
+        if motions[:, 2, 3].max() < STACKED:  # everything stands on the table
             return motions
         models, poses, others = self._bodies
         goals = motions @ poses
@@ -68,7 +98,7 @@ class Imagination:
             for number in executable_order(models, goals):
                 index, goal = world.add(models[number], goals[number]), goals[number].copy()
                 bottom = float(transform_points(goal, np.concatenate(models[number].hulls))[:, 2].min())
-                if bottom > _STACKED:
+                if bottom > STACKED:
                     lift = _lift(world, index, goal)
                     goal[2, 3] += lift
                     fall = _free_fall(world, index, goal, bottom + lift)
@@ -109,30 +139,3 @@ def _free_fall(world: TabletopWorld, index: int, goal: np.ndarray, most: float) 
         if fallen >= most:
             break
     return fallen
-
-
-def tried_out(
-    imagination: Imagination, arrangements: Sequence[Arrangement], spec: StructureSpec, best: int
-) -> list[Arrangement]:
-    """The arrangements, best first, after the best-ranked have been tried in imagination (score "imagined").
-
-    Those that stood come first, then all others, each by their totals.
-
-    Args:
-        imagination: of the scene.
-        arrangements: best first, each with a "total".
-        spec: what was asked for.
-        best: how many are tried at most.
-    """
-    tried, stood = [], 0
-    for rank, arrangement in enumerate(arrangements):
-        worth = _UNTRIED
-        if rank < best and stood < ENOUGH:
-            motions = imagination.set_down(arrangement.goal_from_initial)
-            arrangement = replace(arrangement, goal_from_initial=motions)
-            stands = imagination.verdict(motions, spec).success
-            stood, worth = stood + stands, 1.0 if stands else _FELL
-        scores = {**arrangement.scores, "imagined": worth}
-        scores["total"] *= worth
-        tried.append(replace(arrangement, scores=scores))
-    return sorted(tried, key=lambda row: (row.scores["imagined"] < 1.0, -row.scores["total"]))

@@ -170,17 +170,19 @@ def _draft_line(items: Sequence[LayoutItem], spec: StructureSpec, heading: float
     return _Draft(tuple(range(len(items))), along[:, None] * direction, np.zeros(len(items)), turns, heading)
 
 
-def tower_order(items: Sequence[LayoutItem], rng: np.random.Generator | None = None) -> tuple[int, ...]:
+def tower_order(
+    items: Sequence[LayoutItem], rng: np.random.Generator | None = None, blur: float = 0.1
+) -> tuple[int, ...]:
     """Items from the bottom up: what carries first, the larger footprint first.
 
-    With `rng`, sizes are blurred by a tenth, so that near-equal objects come in any order.
+    With `rng`, sizes are blurred by about this share, so that near-equal objects come in any order.
     """
 
     def key(index: int) -> tuple[int, float]:
         item = items[index]
         area = float(np.prod(np.ptp(item.footprint, axis=0)))
-        blur = math.exp(0.1 * rng.standard_normal()) if rng is not None else 1.0
-        return (not item.stackable, -area * blur)
+        factor = math.exp(blur * rng.standard_normal()) if rng is not None else 1.0
+        return (not item.stackable, -area * factor)
 
     return tuple(sorted(range(len(items)), key=key))
 

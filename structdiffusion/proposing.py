@@ -12,7 +12,7 @@ from torch import Tensor
 
 from grounding.spec import StructureSpec
 from structdiffusion.estimate import ObjectEstimate, estimate
-from structdiffusion.imagination import Imagination, tried_out
+from structdiffusion.imagination import Imagination
 from structdiffusion.layouts import setting_base, tower_order
 from structdiffusion.models.backbone import Condition, PoseBackbone
 from structdiffusion.models.encoders import word_ids
@@ -21,8 +21,12 @@ from structdiffusion.placement import shift_into_place
 from structdiffusion.ranking import Ranker
 from structdiffusion.refinement import parted, pointed, straightened
 from structdiffusion.settle import settle
+from structdiffusion.trials import tried_out
 
 _CLOUD_POINTS = 256  # as in training
+# Towers are sampled in the order of the demonstrations, by sizes blurred a little; after so many samples every second
+# has its sizes blurred much, so that there is a choice where the usual order cannot stand.
+_BLURS, _USUAL = (0.1, 0.8), 16
 
 
 @dataclass(frozen=True)
@@ -196,13 +200,14 @@ def place_orders(
 ) -> Tensor:
     """Which object takes which place, (count, N), as in the demonstrations.
 
-    Random around a ring and along a line; what carries goes below in a tower; the base of a table setting
-    comes first. With an open shape, every third sample has the order of each.
+    Random around a ring and along a line; what carries goes below in a tower, the broader the lower, but for every
+    second of many samples, whose order is less so; the base of a table setting comes first. With an open shape, every third sample has the order of each.
     """
     random = torch.rand(count, len(objects), generator=generator).argsort(dim=1)
     rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
     items = [thing.layout_item() for thing in objects]
-    stacked = torch.tensor([tower_order(items, rng) for _ in range(count)])
+    blurs = [_BLURS[k >= _USUAL and k % 2] for k in range(count)]
+    stacked = torch.tensor([tower_order(items, rng, blur) for blur in blurs])
     base = setting_base(items)
     first = (random == base).long().argsort(dim=1, descending=True, stable=True)
     based = random.gather(1, first)

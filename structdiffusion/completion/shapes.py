@@ -22,6 +22,9 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 from structdiffusion.completion.columns import column_parts, solid
 from structdiffusion.completion.roundness import turned_body
 from structdiffusion.completion.seeing import View, level_top, levelled, without_strays
+from structdiffusion.completion.turned import Turned
+from structdiffusion.estimate import fall_of_top, is_rounded
+from structdiffusion.objects.decomposition import few_vertices
 from structdiffusion.observation import ObjectCloud
 
 METHODS = ("hull", "extrude", "columns", "mirror", "symmetry")
@@ -36,6 +39,9 @@ _TRIED = 200  # points that are mirrored to try a symmetry
 _CERTAIN = 0.15  # how plausible a symmetry has to be at least
 _APPENDAGE = 25  # points besides a round body that make a handle
 _HANDLE = 0.006  # m below what was seen of a handle that belong to it
+# A ball's top falls off by a seventh of its radius (`fall_of_top`), a level one by nothing.
+_BALL_FALLS = 0.07
+_FOOT, _VERTICES = 0.0015, 64  # m that a round thing is flattened below; of a round body
 
 
 @dataclass(frozen=True)
@@ -86,9 +92,13 @@ def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: s
         return CompletedShape((solid(points, cloud.bottom),), points)
     if method == "columns" or view is None:
         return CompletedShape(column_parts(points, cloud.bottom), points)
-    if method == "symmetry" and (turned := turned_body(view, cloud.bottom)) is not None:
+    height = float(points[:, 2].max()) - cloud.bottom
+    round_top = is_rounded(points, height)
+    if method == "symmetry" and (turned := turned_body(view, cloud.bottom)) is not None and not _cornered(turned[0], points):
         body, own = turned
         parts = body.parts()
+        if round_top and not (body.hollow or body.ball):
+            parts = (_round_below(np.concatenate(parts), cloud.bottom),)
         handle = _largest_piece(points[~own])
         if len(handle) >= _APPENDAGE:
             hangs = max(cloud.bottom, float(np.quantile(handle[:, 2], 0.02)) - _HANDLE)
@@ -98,6 +108,8 @@ def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: s
     whole = np.concatenate((points, far))
     if method == "mirror":
         return CompletedShape((solid(whole, cloud.bottom),), points, symmetry)
+    if round_top:
+        return CompletedShape((_round_below(whole, cloud.bottom),), points, symmetry)
     return CompletedShape(column_parts(whole, cloud.bottom), points, symmetry)
 
 
@@ -160,6 +172,22 @@ def _reflected(points: np.ndarray, middle: np.ndarray, heading: float | None) ->
         return np.column_stack((middle - offset, points[:, 2]))
     normal = np.array([math.cos(heading), math.sin(heading)])
     return np.column_stack((points[:, :2] - 2 * (offset @ normal)[:, None] * normal, points[:, 2]))
+
+
+def _cornered(body: Turned, points: np.ndarray) -> bool:
+    """Whether what was taken for a ball has a level top: a small cube is nowhere far from one."""
+    radius = float(body.outer[:, 0].max())
+    return body.ball and fall_of_top(points) < _BALL_FALLS * radius
+
+
+def _round_below(points: np.ndarray, support: float) -> np.ndarray:
+    """The convex hull (V, 3) of a body that is as round below as it is above; it stands on a small flat."""
+    top = float(points[:, 2].max())
+    upper = points[points[:, 2] >= support + 0.5 * (top - support)]
+    lower = upper * [1, 1, -1] + [0, 0, top + support]
+    lower[:, 2] = np.maximum(lower[:, 2], support + _FOOT)
+    whole = np.concatenate((upper, lower - [0, 0, _FOOT]))
+    return few_vertices(whole[ConvexHull(whole).vertices], _VERTICES)
 
 
 def _lowered_hull(points: np.ndarray, support: float) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from structdiffusion.objects.everyday import everyday_objects
 from structdiffusion.objects.folder import folder_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.objects.procedural import procedural_objects
@@ -20,8 +21,8 @@ def training_objects() -> list[ObjectModel]:
 
 
 def validation_objects() -> list[ObjectModel]:
-    """Procedural objects that no model has seen."""
-    return procedural_objects()[TRAINING_COUNT:]
+    """Procedural objects that no model has seen, half of them of kinds that it has not seen either."""
+    return procedural_objects()[TRAINING_COUNT:] + everyday_objects()
 
 
 LIBRARIES: dict[str, Callable[[], list[ObjectModel]]] = {

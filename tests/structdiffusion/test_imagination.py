@@ -6,11 +6,12 @@ import pytest
 from grounding.spec import StructureSpec
 from structdiffusion.estimate import estimate
 from structdiffusion.geometry import pose_from_xyz_yaw
-from structdiffusion.imagination import Imagination, tried_out
+from structdiffusion.imagination import Imagination
 from structdiffusion.objects.solids import assemble, box, circle_outline, prism, shell
 from structdiffusion.observation import Arrangement
 from structdiffusion.physical import place_and_check
 from structdiffusion.tabletop import TabletopWorld
+from structdiffusion.trials import tried_out
 
 TOWER = StructureSpec("tower")
 AT = [pose_from_xyz_yaw(0.4, y, 0.0, 0.0) for y in (-0.2, 0.0, 0.2)]

@@ -1,0 +1,139 @@
+"""Round, thin-walled, studded and light things for validation: what the training kinds have nothing of.
+
+Towers and rows fail first where an object rocks, rolls, or sinks into another, which boxes and cans never do. No model
+is trained on these; ranking, refinement and imagination are tuned on them, so that real scans stay unseen.
+"""
+
+from __future__ import annotations
+
+import colorsys
+import math
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from structdiffusion.objects.decomposition import few_vertices
+from structdiffusion.objects.model import ObjectModel
+from structdiffusion.objects.solids import assemble, box, frustum, shell
+
+Parts = list[np.ndarray]
+Range = np.random.Generator
+
+_AROUND, _ALONG = 36, 21  # vertices of turned bodies,
+_VERTICES = 64  # of which a hull keeps as many as that of a scan
+_UNIT, _STUD, _STUD_HEIGHT = 0.016, 0.0047, 0.0045  # m: pitch, radius and height of the studs of large toy bricks
+
+
+def _turned(profile: Callable[[np.ndarray], np.ndarray], length: float) -> np.ndarray:
+    """Vertices of a body turned about the x axis, whose radius (A,) is told along its length in [0, 1]."""
+    at = 0.5 - 0.5 * np.cos(np.linspace(0.06, math.pi - 0.06, _ALONG))  # denser at the ends, which are more curved
+    angle = np.arange(_AROUND) * 2 * math.pi / _AROUND + math.pi / 2
+    radius = profile(at)
+    rings = np.broadcast_arrays(length * at[:, None], radius[:, None] * np.cos(angle), radius[:, None] * np.sin(angle))
+    return np.stack(rings, axis=-1).reshape(-1, 3)
+
+
+def _cut_below(body: np.ndarray, depth: float) -> np.ndarray:
+    """The vertices with the lowest few millimetres pressed flat: what a fruit or a ball stands on."""
+    flat = body.copy()
+    flat[:, 2] = np.maximum(flat[:, 2], flat[:, 2].min() + depth)
+    return few_vertices(flat[ConvexHull(flat).vertices], _VERTICES)
+
+
+def _ellipse(at: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.maximum(0.0, 1 - (2 * at - 1) ** 2))
+
+
+def _ball(r: Range) -> Parts:
+    radius = r.uniform(0.018, 0.055)
+    return [_cut_below(_turned(lambda at: radius * _ellipse(at), 2 * radius), 0.0004)]
+
+
+def _apple(r: Range) -> Parts:
+    radius, squash = r.uniform(0.024, 0.04), r.uniform(0.85, 1.05)
+    body = _turned(lambda at: radius * _ellipse(at), 2 * radius)
+    return [_cut_below(body * (1, 1, squash), r.uniform(0.001, 0.005))]
+
+
+def _pear(r: Range) -> Parts:
+    radius, length, neck = r.uniform(0.026, 0.036), r.uniform(0.075, 0.105), r.uniform(0.35, 0.6)
+    # A belly on one side, a neck on the other: an ellipse whose radius shrinks along its length.
+    body = _turned(lambda at: radius * _ellipse(at) * (1 - (1 - neck) * at**1.5), length)
+    return [_cut_below(body, r.uniform(0.001, 0.005))]
+
+
+def _lemon(r: Range) -> Parts:
+    radius = r.uniform(0.02, 0.03)
+    return [_cut_below(_turned(lambda at: radius * _ellipse(at), radius * r.uniform(2.5, 3.2)), 0.0005)]
+
+
+def _marker(r: Range) -> Parts:
+    radius, length, cap = r.uniform(0.007, 0.012), r.uniform(0.10, 0.15), r.uniform(0.25, 0.4)
+    taper = r.uniform(0.85, 1.0)
+    return [_cut_below(_turned(lambda at: np.where(at < cap, radius, taper * radius), length), 0.0002)]
+
+
+def _beaker(r: Range) -> Parts:
+    """A thin-walled cup of a set that goes into one another."""
+    radius = r.uniform(0.026, 0.054)
+    height, foot, wall = 0.045 + 0.6 * radius, r.uniform(0.8, 0.92), r.uniform(0.0016, 0.0026)
+    base = r.uniform(0.002, 0.004)
+    return [frustum(foot * radius, foot * radius, 0, base), *shell([(foot * radius, 0.0), (radius, height)], wall, 18)]
+
+
+def _studded(r: Range) -> Parts:
+    along, across, height = int(r.integers(2, 5)), 2, r.choice([0.0192, 0.0384])
+    parts = [box(along * _UNIT, across * _UNIT, 0, height)]
+    for i in range(along):
+        for j in range(across):
+            middle = _UNIT * (np.array([i, j]) - 0.5 * (np.array([along, across]) - 1))
+            parts.append(frustum(_STUD, _STUD, height, height + _STUD_HEIGHT, 10) + np.append(middle, 0.0))
+    return parts
+
+
+def _foam(r: Range) -> Parts:
+    return [box(r.uniform(0.06, 0.10), r.uniform(0.04, 0.06), 0, r.uniform(0.03, 0.06))]
+
+
+def _die(r: Range) -> Parts:
+    side = r.uniform(0.014, 0.03)
+    return [box(side, side, 0, side)]
+
+
+# kind: (builder, density of the parts in kg/m3, sliding friction's range)
+KINDS: dict[str, tuple[Callable[[Range], Parts], float, tuple[float, float]]] = {
+    "ball": (_ball, 400, (0.5, 0.7)),
+    "apple": (_apple, 350, (0.5, 0.7)),
+    "pear": (_pear, 350, (0.5, 0.7)),
+    "lemon": (_lemon, 350, (0.5, 0.7)),
+    "marker": (_marker, 500, (0.4, 0.6)),
+    "beaker": (_beaker, 1000, (0.4, 0.6)),
+    "studded brick": (_studded, 500, (0.4, 0.6)),
+    "foam brick": (_foam, 130, (0.7, 0.9)),
+    "die": (_die, 900, (0.4, 0.6)),
+}
+# A set of cups is many; of other kinds one scene rarely has two.
+_MANY = {"beaker": 3, "studded brick": 2}
+
+
+def everyday_objects(count: int = 6, seed: int = 0) -> list[ObjectModel]:
+    """`count` objects of each kind, of cups and bricks more. Same seed, same objects."""
+    return [
+        _everyday_object(kind, index, seed) for kind in KINDS for index in range(count * _MANY.get(kind, 1))
+    ]
+
+
+def _everyday_object(kind: str, index: int, seed: int) -> ObjectModel:
+    builder, density, (slippery, rough) = KINDS[kind]
+    rng = np.random.default_rng((seed, list(KINDS).index(kind), index))
+    return assemble(
+        f"{kind.replace(' ', '_')}_{seed}_{index:03d}",
+        {"beaker": "cup", "studded brick": "block", "foam brick": "brick", "die": "dice"}.get(kind, kind),
+        builder(rng),
+        density=density,
+        friction=float(rng.uniform(slippery, rough)),
+        color=colorsys.hsv_to_rgb(rng.random(), rng.uniform(0.35, 0.8), rng.uniform(0.6, 0.95)),
+        source="procedural",
+        rng=rng,
+    )
