@@ -8,6 +8,7 @@ from structdiffusion.estimate import estimate, imagined_bodies
 from structdiffusion.footprints import turned
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points, wrap_angle
 from structdiffusion.objects.model import footprint_centroid
+from structdiffusion.objects.everyday import everyday_objects
 from structdiffusion.observation import ObjectCloud
 from structdiffusion.views import partial_views
 
@@ -48,6 +49,15 @@ def test_what_can_carry_and_what_is_hollow(library):
         if model.category in hollow:
             hollow[model.category] += found.hollow
     assert all(count >= 2 for count in hollow.values()), hollow
+
+
+def test_fruit_is_rounded_and_carries_nothing(library):
+    fruit = [model for model in everyday_objects() if model.category in ("apple", "pear", "ball")]
+    found = [estimate(seen(model, seed=number)) for number, model in enumerate(fruit)]
+    assert sum(one.rounded for one in found) >= 0.9 * len(found)
+    assert not any(one.stackable for one in found if one.rounded)
+    level = [model for model in (*library, *everyday_objects()) if model.category in ("box", "can", "dice", "brick")]
+    assert not any(estimate(seen(model, seed=number)).rounded for number, model in enumerate(level))
 
 
 def test_cutlery_fronts_are_found_by_their_broad_end(library):

@@ -10,8 +10,10 @@ from scipy.spatial import cKDTree
 
 from structdiffusion.camera import DepthCamera
 from structdiffusion.completion.shapes import METHODS, complete
+from structdiffusion.estimate import estimate
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.decomposition import signed_distance
+from structdiffusion.objects.everyday import everyday_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.objects.solids import assemble
@@ -56,6 +58,21 @@ def overlap(parts, model: ObjectModel, pose: np.ndarray) -> float:
 def test_the_body_comes_near_the_true_one(noun, least):
     for model, pose, cloud, camera in looks(noun):
         assert overlap(complete(cloud, camera).parts, model, pose) > least
+
+
+def test_fruit_is_as_round_below_as_above_and_dice_are_no_balls():
+    rng = np.random.default_rng(0)
+    for model in everyday_objects(3):
+        if model.category not in ("apple", "pear", "lemon", "dice"):
+            continue
+        _, cloud, camera = look(model, rng)
+        points = np.concatenate(complete(cloud, camera).parts)
+        low = points[points[:, 2] < points[:, 2].min() + 0.1 * model.height, :2]
+        breadth = np.ptp(low, axis=0) / np.ptp(points[:, :2], axis=0)
+        if model.category == "dice":
+            assert breadth.min() > 0.9, model.name
+        elif estimate(cloud).rounded:
+            assert breadth.max() < 0.85, model.name
 
 
 @pytest.mark.parametrize("noun", ["bottle", "bowl", "mug", "pitcher"])
