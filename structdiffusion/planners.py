@@ -46,15 +46,24 @@ class PlannerParts:
 
 
 # The best-ranked are tried out in imagination until three of them stand; so many are hardly ever asked for.
-_TRIED = 16
+_TRIED = 24
 _FULL = PlannerParts("diffusion", imagined=_TRIED)
 _UNRANKED = replace(_FULL, ranked=False, imagined=0)
-_PAPER = replace(_FULL, placed=False, refined=False, mean_collision=True, bounds=False, checks=False, imagined=0)
+_AS_IN_THE_PAPER = {
+    "placed": False, "refined": False, "mean_collision": True, "bounds": False, "checks": False, "imagined": 0,
+}  # fmt: skip
+_PAPER = replace(_FULL, **_AS_IN_THE_PAPER)
 
 
 def _with_variants(name: str, parts: PlannerParts) -> dict[str, PlannerParts]:
-    """A baseline as it is, and without the discriminators' ranking; both on the same footing as the diffusion model."""
-    return {name: parts, f"{name}-unranked": replace(parts, ranked=False, imagined=0)}
+    """A baseline on the same footing as the diffusion model: with all parts, unranked, and without geometry."""
+    paper = replace(parts, **_AS_IN_THE_PAPER)
+    return {
+        name: parts,
+        f"{name}-unranked": replace(parts, ranked=False, imagined=0),
+        f"{name}-paper": paper,
+        f"{name}-paper-unranked": replace(paper, ranked=False),
+    }
 
 
 # The paper's methods, and ablations of what goes beyond it. Only the diffusion model's weights come along.

@@ -16,7 +16,8 @@ from structdiffusion.physical import MAX_DISPLACEMENT, MAX_SPEED, MAX_TILT, Verd
 ENOUGH = 3  # arrangements that stand whatever is assumed: then no more are tried
 # What being tried is worth: an arrangement that was not tried is doubted, one that fell is hardly worth a second try.
 _UNTRIED, _FELL = 0.5, 0.1
-_MOST, _GIVE_UP = 45, 2  # trials, all hypotheses counted; falls of one arrangement
+MOST = 90  # trials, all hypotheses counted
+_GIVE_UP = 2  # falls of one arrangement, after which it is tried under no further hypothesis
 _ROOM = 0.5  # what all of the room is worth, in shares of hypotheses
 _FALLING = 0.8  # m/s: what is released 3 cm above its place cannot be slower
 _SAME = 0.6  # for each tower that fell, others in the same order are tried that much later
@@ -45,7 +46,7 @@ def tried_out(
     waiting = list(range(len(arrangements)))
     while waiting and len(outcomes) < best:
         known = outcomes.values()
-        if sum(one.share == 1.0 for one in known) >= ENOUGH or sum(one.verdicts for one in known) >= _MOST:
+        if sum(one.share == 1.0 for one in known) >= ENOUGH or sum(one.verdicts for one in known) >= MOST:
             break
         number = max(waiting, key=lambda i: totals[i] * _SAME ** fallen[orders[i]])
         waiting.remove(number)

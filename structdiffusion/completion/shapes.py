@@ -12,7 +12,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -23,7 +23,7 @@ from structdiffusion.completion.columns import column_parts, solid
 from structdiffusion.completion.roundness import turned_body
 from structdiffusion.completion.seeing import View, level_top, levelled, without_strays
 from structdiffusion.completion.turned import Turned
-from structdiffusion.estimate import fall_of_top, is_rounded
+from structdiffusion.estimate import estimate, fall_of_top, is_rounded
 from structdiffusion.objects.decomposition import few_vertices
 from structdiffusion.observation import ObjectCloud
 
@@ -41,6 +41,7 @@ _APPENDAGE = 25  # points besides a round body that make a handle
 _HANDLE = 0.006  # m below what was seen of a handle that belong to it
 # A ball's top falls off by a seventh of its radius (`fall_of_top`), a level one by nothing.
 _BALL_FALLS = 0.07
+_STUDS = 0.0016  # m that a thing is at least higher than its level top would be
 _FOOT, _VERTICES = 0.0015, 64  # m that a round thing is flattened below; of a round body
 
 
@@ -80,6 +81,7 @@ def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: s
         raise ValueError(f"nothing was seen of the {cloud.name}")
     points = without_strays(points[:: math.ceil(len(points) / _MOST)])
     points[:, 2] = np.maximum(points[:, 2], cloud.bottom)
+    as_seen = replace(cloud, points=points)
     view = None
     if world_from_camera is not None and len(points) >= _FEWEST:
         view = View(points, world_from_camera[:3, 3])
@@ -103,14 +105,15 @@ def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: s
         if len(handle) >= _APPENDAGE:
             hangs = max(cloud.bottom, float(np.quantile(handle[:, 2], 0.02)) - _HANDLE)
             parts += column_parts(handle, hangs)
+        if not body.hollow:
+            parts = _as_high(parts, as_seen)
         return CompletedShape(parts, points, "ball" if body.ball else "turned", body.hollow)
     far, symmetry = mirrored(view, cloud.bottom)
     whole = np.concatenate((points, far))
     if method == "mirror":
         return CompletedShape((solid(whole, cloud.bottom),), points, symmetry)
-    if round_top:
-        return CompletedShape((_round_below(whole, cloud.bottom),), points, symmetry)
-    return CompletedShape(column_parts(whole, cloud.bottom), points, symmetry)
+    parts = (_round_below(whole, cloud.bottom),) if round_top else column_parts(whole, cloud.bottom)
+    return CompletedShape(_as_high(parts, as_seen), points, symmetry)
 
 
 def mirrored(view: View, support: float) -> tuple[np.ndarray, str]:
@@ -178,6 +181,16 @@ def _cornered(body: Turned, points: np.ndarray) -> bool:
     """Whether what was taken for a ball has a level top: a small cube is nowhere far from one."""
     radius = float(body.outer[:, 0].max())
     return body.ball and fall_of_top(points) < _BALL_FALLS * radius
+
+
+def _as_high(parts: tuple[np.ndarray, ...], cloud: ObjectCloud) -> tuple[np.ndarray, ...]:
+    """The parts, stretched where studs or a ridge, which few points show, reach higher than a level top would."""
+    top = max(float(part[:, 2].max()) for part in parts)
+    reach = estimate(cloud).height
+    if reach - top < _STUDS or top - cloud.bottom < _STUDS:
+        return parts
+    stretch = (reach - cloud.bottom) / (top - cloud.bottom)
+    return tuple((part - [0, 0, cloud.bottom]) * [1, 1, stretch] + [0, 0, cloud.bottom] for part in parts)
 
 
 def _round_below(points: np.ndarray, support: float) -> np.ndarray:
