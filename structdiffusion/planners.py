@@ -45,7 +45,7 @@ class PlannerParts:
     candidates: int | None = None
 
 
-# The best-ranked are tried out in imagination until three of them stand; so many are hardly ever asked for.
+# The best-ranked are tried out in imagination until enough of them stand; so many are hardly ever asked for.
 _TRIED = 24
 _FULL = PlannerParts("diffusion", imagined=_TRIED)
 _UNRANKED = replace(_FULL, ranked=False, imagined=0)
