@@ -24,6 +24,7 @@ HYPOTHESES = 5  # of what the camera did not see; the first is the likeliest
 # How far the others are from it, roughly: radius and height of bodies (m), their masses (factor e to this), and where
 # things land (m, rad).
 _SIZE, _MASS, _SHIFT, _TURN = 0.0015, 0.5, 0.003, 0.03
+_MISFIT = 0.0015  # m that the radius of one may be larger, and that of the next smaller
 # What is stacked is released from this much, metres, above where guessed surfaces touch. Where a thing touches a vessel
 # is guessed to a centimetre: higher by more than 2 cm, with the 3 cm of the protocol, it would fall too fast; lower
 # than the true contact, it would be inside of something.
@@ -43,26 +44,33 @@ class Imagination:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self._assumed: dict[int, tuple[list[ObjectModel], np.ndarray]] = {}
+        self._assumed: dict[tuple[int, tuple[int, ...]], tuple[list[ObjectModel], np.ndarray]] = {}
 
     @cached_property
     def _bodies(self) -> tuple[list[ObjectModel], np.ndarray, list[tuple[ObjectModel, np.ndarray]]]:
         return bodies_of_scene(self.scene)
 
-    def _hypothesis(self, number: int) -> tuple[list[ObjectModel], np.ndarray]:
-        """The N bodies a little larger, smaller, lighter and heavier than guessed, and errors (N, 4, 4) of landing."""
-        if number in self._assumed:
-            return self._assumed[number]
+    def _hypothesis(self, number: int, order: tuple[int, ...]) -> tuple[list[ObjectModel], np.ndarray]:
+        """The N bodies otherwise than guessed, and errors (N, 4, 4) of where they land.
+
+        First every second body of a tower is broader and the others are narrower, then the other way round, since it
+        is what goes into a vessel that depends on it; then all differ at random. Masses always do.
+        """
+        if (number, order) in self._assumed:
+            return self._assumed[number, order]
         rng = np.random.default_rng(number)
         models, errors = [], []
-        for model in self._bodies[0]:
+        for level in np.argsort(order):
             broad, high = _SIZE * rng.standard_normal(2)
+            if number <= 2:
+                broad = _MISFIT * (-1) ** (level + number)
+            model = self._bodies[0][len(models)]
             stretch = np.array([1 + broad / model.radius] * 2 + [1 + high / model.height])
             hulls = tuple(hull * np.clip(stretch, 0.8, 1.25) for hull in model.hulls)
             models.append(replace(model, hulls=hulls, mass=model.mass * math.exp(_MASS * rng.standard_normal())))
             errors.append(pose_from_xyz_yaw(*_SHIFT * rng.standard_normal(2), 0.0, _TURN * rng.standard_normal()))
-        self._assumed[number] = models, np.array(errors)
-        return self._assumed[number]
+        self._assumed[number, order] = models, np.array(errors)
+        return self._assumed[number, order]
 
     def verdict(self, motions: np.ndarray, spec: StructureSpec, hypothesis: int = 0) -> Verdict:
         """What would become of the objects, moved by (N, 4, 4), if they looked from behind as guessed.
@@ -75,7 +83,7 @@ class Imagination:
         """
         models, poses, others = self._bodies
         if hypothesis:
-            models, errors = self._hypothesis(hypothesis)
+            models, errors = self._hypothesis(hypothesis, bottom_up(motions))
             at = motions @ poses
             at[:, :3, :3] = at[:, :3, :3] @ errors[:, :3, :3]
             at[:, :2, 3] += errors[:, :2, 3]
@@ -106,6 +114,11 @@ class Imagination:
                     result[number, 2, 3] += lift - fall + np.clip(fall - lift, _LOWEST, _HIGHEST)
                 world.set_pose(index, goal)
         return result
+
+
+def bottom_up(motions: np.ndarray) -> tuple[int, ...]:
+    """The objects of a tower by their motions (N, 4, 4), the lowest first."""
+    return tuple(np.argsort(motions[:, 2, 3], kind="stable").tolist())
 
 
 def _lift(world: TabletopWorld, index: int, goal: np.ndarray) -> float:

@@ -183,8 +183,8 @@ def _held(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: Structur
 def support_score(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> float:
     """How well whatever is stacked is carried, in [0, 1]; 1 where nothing is.
 
-    On a level top: the share of the outline that is carried, 1 from a half on. On a vessel: 1 when the object
-    either covers the rim or goes well inside; in between it may wedge or tip.
+    On a level top: the share of the outline that is carried, 1 from a half on. On a vessel: the same when the object
+    covers the rim, 1 when it goes well inside; in between it may wedge or tip.
 
     Args: as `checks_score`.
     """
@@ -193,13 +193,15 @@ def support_score(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> flo
         upper = shapely.Polygon(body.footprint)
         for carrier in body.rests_on:
             lower = shapely.Polygon(bodies[carrier].footprint)
+            carried = min(1.0, 2.0 * upper.intersection(lower).area / upper.area)
             if not objects[carrier].stackable:
                 score *= _WEDGED
             elif objects[carrier].hollow:
                 inside = shapely.affinity.scale(lower, _WELL_INSIDE, _WELL_INSIDE)
-                score *= 1.0 if inside.contains(upper) or upper.buffer(_RIM_SLACK).contains(lower) else _WEDGED
+                covers = upper.buffer(_RIM_SLACK).contains(lower)
+                score *= 1.0 if inside.contains(upper) else carried if covers else _WEDGED
             else:
-                score *= min(1.0, 2.0 * upper.intersection(lower).area / upper.area)
+                score *= carried
     return score
 
 

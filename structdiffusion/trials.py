@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grounding.spec import StructureSpec
-from structdiffusion.imagination import HYPOTHESES, STACKED, Imagination
+from structdiffusion.imagination import HYPOTHESES, STACKED, Imagination, bottom_up
 from structdiffusion.observation import Arrangement
 from structdiffusion.physical import MAX_DISPLACEMENT, MAX_SPEED, MAX_TILT, Verdict
 
@@ -100,5 +100,4 @@ def _room(verdict: Verdict) -> float:
 
 def _stacking(motions: np.ndarray) -> tuple[int, ...]:
     """The objects from the bottom up; empty where all stand on the table."""
-    lifts = motions[:, 2, 3]
-    return tuple(np.argsort(lifts, kind="stable").tolist()) if lifts.max() >= STACKED else ()
+    return bottom_up(motions) if motions[:, 2, 3].max() >= STACKED else ()
