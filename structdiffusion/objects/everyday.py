@@ -84,7 +84,13 @@ def _beaker(r: Range) -> Parts:
 
 def _studded(r: Range) -> Parts:
     along, across, height = int(r.integers(2, 5)), 2, r.choice([0.0192, 0.0384])
-    parts = [box(along * _UNIT, across * _UNIT, 0, height)]
+    length, width = along * _UNIT, across * _UNIT
+    parts = [box(length, width, 0, height)]
+    if r.random() < 0.6:  # open below, as they are made
+        lid, wall = 0.004, r.uniform(0.0015, 0.003)
+        sides = [box(length, wall, 0, height - lid, y=y * (width - wall) / 2) for y in (-1, 1)]
+        ends = [box(wall, width, 0, height - lid, x=x * (length - wall) / 2) for x in (-1, 1)]
+        parts = [box(length, width, height - lid, height), *sides, *ends]
     for i in range(along):
         for j in range(across):
             middle = _UNIT * (np.array([i, j]) - 0.5 * (np.array([along, across]) - 1))
@@ -94,6 +100,14 @@ def _studded(r: Range) -> Parts:
 
 def _foam(r: Range) -> Parts:
     return [box(r.uniform(0.06, 0.10), r.uniform(0.04, 0.06), 0, r.uniform(0.03, 0.06))]
+
+
+def _peg(r: Range) -> Parts:
+    """A bit, socket or chess piece: much higher than broad, some with a narrower top."""
+    radius, height = r.uniform(0.008, 0.017), r.uniform(0.035, 0.07)
+    waist = height * r.uniform(0.4, 0.7)
+    top = radius * r.choice([1.0, 1.0, 0.6])
+    return [frustum(radius, radius, 0, waist, 12), frustum(top, top, waist, height, 12)]
 
 
 def _die(r: Range) -> Parts:
@@ -112,6 +126,7 @@ KINDS: dict[str, tuple[Callable[[Range], Parts], float, tuple[float, float]]] = 
     "studded brick": (_studded, 500, (0.4, 0.6)),
     "foam brick": (_foam, 130, (0.7, 0.9)),
     "die": (_die, 900, (0.4, 0.6)),
+    "peg": (_peg, 800, (0.4, 0.6)),
 }
 # A set of cups is many; of other kinds one scene rarely has two.
 _MANY = {"beaker": 3, "studded brick": 2}
@@ -129,7 +144,7 @@ def _everyday_object(kind: str, index: int, seed: int) -> ObjectModel:
     rng = np.random.default_rng((seed, list(KINDS).index(kind), index))
     return assemble(
         f"{kind.replace(' ', '_')}_{seed}_{index:03d}",
-        {"beaker": "cup", "studded brick": "block", "foam brick": "brick", "die": "dice"}.get(kind, kind),
+        {"beaker": "cup", "studded brick": "block", "foam brick": "brick", "die": "dice", "peg": "bit"}.get(kind, kind),
         builder(rng),
         density=density,
         friction=float(rng.uniform(slippery, rough)),

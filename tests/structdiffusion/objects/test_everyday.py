@@ -26,7 +26,7 @@ def test_the_same_seed_gives_the_same_objects(everyday):
 
 def test_sizes_are_those_of_things_on_a_table(everyday):
     for model in everyday:
-        assert 0.01 < model.height < 0.12 and 0.009 < model.radius < 0.09, model.name
+        assert 0.01 < model.height < 0.12 and 0.007 < model.radius < 0.09, model.name
         assert 0.02 <= model.mass <= 0.3, model.name
 
 
