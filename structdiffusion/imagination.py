@@ -24,11 +24,11 @@ HYPOTHESES = 5  # of what the camera did not see; the first is the likeliest
 # How far the others are from it, roughly: radius and height of bodies (m), their masses (factor e to this), and where
 # things land (m, rad).
 _SIZE, _MASS, _SHIFT, _TURN = 0.0015, 0.5, 0.003, 0.03
-_MISFIT = 0.0015  # m that the radius of one may be larger, and that of the next smaller
+_MISFIT = 0.0025  # m that the radius of one may be larger, and that of the next smaller
 # What is stacked is released from this much, metres, above where guessed surfaces touch. Where a thing touches a vessel
 # is guessed to a centimetre: higher by more than 2 cm, with the 3 cm of the protocol, it would fall too fast; lower
 # than the true contact, it would be inside of something.
-_LOWEST, _HIGHEST = 0.007, 0.013
+_LOWEST, _HIGHEST = 0.006, 0.009
 STACKED = 0.01  # m above the table, from where on a thing is stacked
 _INSIDE = 0.001  # m of overlap that counts as none
 _REACH = 0.05  # m, within which distances to what is below are asked for
