@@ -23,8 +23,11 @@ _TOP = 0.005  # m: points this close below the top belong to it; a ball has few 
 _STACKABLE_SHARE = 0.45  # of the outline's area that a top has to span to carry something
 _RIM, _RIM_NOISE = 0.985, 0.003  # quantile of the points that is a rim's height; m that noise adds to it
 _WALL_NOISE = 0.002  # m: likewise of a vessel, whose rim is seen by few points; a tower adds such errors up
-# A top that falls off toward its border carries nothing. On the way to its outline an ellipsoid falls by 0.09 of its
-# height, a level top by 0, a bottle by 0.14 and more. m; of the height
+# A level top shows most of what lies within 12 mm of it less than 5.5 mm below it, where studs still count; the ridge of a
+# banana shows three quarters, a ball two thirds. m; m, the side of the cells that are counted
+_NEAR_TOP, _BELOW_TOP, _CELL, _LEVEL_SHARE = 0.0055, 0.012, 0.004, 0.82
+# On the way to its outline an ellipsoid falls by 0.09 of its height, a level top by 0, a bottle by 0.14 and more. m; of
+# the height
 _FALLS, _ROUND = 0.0025, (0.06, 0.13)
 _MIDDLE, _BORDER = 0.35, (0.5, 0.7)  # of the way from the middle to the outline
 _INNER = 0.5  # of the outline's smallest radius: where a vessel is lower than its rim
@@ -46,7 +49,7 @@ class ObjectEstimate:
         height: of its level top.
         front_yaw: heading of its front, were it cutlery.
         stackable: whether its top is level and broad enough to carry something.
-        rounded: whether its top falls off to all sides, as that of a fruit.
+        rounded: whether its top falls off to its sides, as that of a fruit: nothing can stand on it.
         hollow: whether the camera sees into it: a bowl, cup, pan or plate, into which something may sink.
     """
 
@@ -91,7 +94,7 @@ def estimate(cloud: ObjectCloud) -> ObjectEstimate:
     hollow = inner.sum() >= 5 and height - float(np.median(z[inner])) > _LEVEL
     if hollow:  # the points near the top are mostly on the wall below the rim
         height = rim - _WALL_NOISE
-    rounded = not hollow and is_rounded(cloud.points, height)
+    rounded = not hollow and _level_share(cloud.points, height) < _LEVEL_SHARE
     return ObjectEstimate(
         cloud.name,
         cloud.category,
@@ -114,8 +117,15 @@ def _outline(points: np.ndarray) -> np.ndarray:
         return points.mean(axis=0) + 0.005 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
 
+def _level_share(points: np.ndarray, height: float) -> float:
+    """Which share of what is seen from above (P, 3) within 12 mm of a top belongs to that top."""
+    cells = np.floor(points[:, :2] / _CELL).astype(np.int64)
+    near, below = (np.unique(cells[points[:, 2] > height - depth], axis=0) for depth in (_NEAR_TOP, _BELOW_TOP))
+    return len(near) / max(1, len(below))
+
+
 def is_rounded(points: np.ndarray, height: float) -> bool:
-    """Whether points (P, 3) of a thing of this height, metres, are those of something like a fruit."""
+    """Whether points (P, 3) of a thing of this height, metres, fall off to all sides like those of an ellipsoid."""
     low, high = _ROUND
     return max(_FALLS, low * height) < fall_of_top(points) < max(2 * _FALLS, high * height)
 

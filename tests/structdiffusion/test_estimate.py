@@ -9,6 +9,7 @@ from structdiffusion.footprints import turned
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points, wrap_angle
 from structdiffusion.objects.model import footprint_centroid
 from structdiffusion.objects.everyday import everyday_objects
+from structdiffusion.objects.solids import assemble, box
 from structdiffusion.observation import ObjectCloud
 from structdiffusion.views import partial_views
 
@@ -58,6 +59,20 @@ def test_fruit_is_rounded_and_carries_nothing(library):
     assert not any(one.stackable for one in found if one.rounded)
     level = [model for model in (*library, *everyday_objects()) if model.category in ("box", "can", "dice", "brick")]
     assert not any(estimate(seen(model, seed=number)).rounded for number, model in enumerate(level))
+
+
+def test_nothing_stands_on_a_thick_ridge():
+    """A cylinder of 18 mm that lies, as broad as a banana, and a box of the same size."""
+    angles = np.arange(32) * 2 * math.pi / 32
+    ends = [np.column_stack((np.full(32, x), 0.018 * np.cos(angles), 0.018 * (1 + np.sin(angles)))) for x in (-0.08, 0.08)]
+    shapes = {"roll": np.concatenate(ends), "box": box(0.16, 0.036, 0.0, 0.036)}
+    for name, hull in shapes.items():
+        model = assemble(
+            name, name, [hull], density=500.0, friction=0.5, color=(0.5, 0.5, 0.5), source="procedural",
+            rng=np.random.default_rng(0),
+        )  # fmt: skip
+        found = estimate(seen(model, yaw=0.4))
+        assert found.stackable is (name == "box") and found.rounded is (name == "roll")
 
 
 def test_cutlery_fronts_are_found_by_their_broad_end(library):
