@@ -201,7 +201,8 @@ def place_orders(
     """Which object takes which place, (count, N), as in the demonstrations.
 
     Random around a ring and along a line; what carries goes below in a tower, the broader the lower, but for every
-    second of many samples, whose order is less so; the base of a table setting comes first. With an open shape, every third sample has the order of each.
+    second of many samples, whose order is less so; the base of a table setting comes first. With an open shape, every
+    third sample has the order of each.
     """
     random = torch.rand(count, len(objects), generator=generator).argsort(dim=1)
     rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))

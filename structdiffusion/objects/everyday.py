@@ -6,7 +6,6 @@ is trained on these; ranking, refinement and imagination are tuned on them, so t
 
 from __future__ import annotations
 
-import colorsys
 import math
 from collections.abc import Callable
 
@@ -15,10 +14,8 @@ from scipy.spatial import ConvexHull
 
 from structdiffusion.objects.decomposition import few_vertices
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.objects.solids import assemble, box, frustum, shell
-
-Parts = list[np.ndarray]
-Range = np.random.Generator
+from structdiffusion.objects.procedural import Kind, Parts, Range, made
+from structdiffusion.objects.solids import box, frustum, shell
 
 _AROUND, _ALONG = 36, 21  # vertices of turned bodies,
 _VERTICES = 64  # of which a hull keeps as many as that of a scan
@@ -115,8 +112,7 @@ def _die(r: Range) -> Parts:
     return [box(side, side, 0, side)]
 
 
-# kind: (builder, density of the parts in kg/m3, sliding friction's range)
-KINDS: dict[str, tuple[Callable[[Range], Parts], float, tuple[float, float]]] = {
+KINDS: dict[str, Kind] = {
     "ball": (_ball, 400, (0.5, 0.7)),
     "apple": (_apple, 350, (0.5, 0.7)),
     "pear": (_pear, 350, (0.5, 0.7)),
@@ -128,6 +124,8 @@ KINDS: dict[str, tuple[Callable[[Range], Parts], float, tuple[float, float]]] = 
     "die": (_die, 900, (0.4, 0.6)),
     "peg": (_peg, 800, (0.4, 0.6)),
 }
+# What people call a kind, where not by its name.
+_CATEGORIES = {"beaker": "cup", "studded brick": "block", "foam brick": "brick", "die": "dice", "peg": "bit"}
 # A set of cups is many; of other kinds one scene rarely has two.
 _MANY = {"beaker": 3, "studded brick": 2}
 
@@ -140,15 +138,5 @@ def everyday_objects(count: int = 6, seed: int = 0) -> list[ObjectModel]:
 
 
 def _everyday_object(kind: str, index: int, seed: int) -> ObjectModel:
-    builder, density, (slippery, rough) = KINDS[kind]
     rng = np.random.default_rng((seed, list(KINDS).index(kind), index))
-    return assemble(
-        f"{kind.replace(' ', '_')}_{seed}_{index:03d}",
-        {"beaker": "cup", "studded brick": "block", "foam brick": "brick", "die": "dice", "peg": "bit"}.get(kind, kind),
-        builder(rng),
-        density=density,
-        friction=float(rng.uniform(slippery, rough)),
-        color=colorsys.hsv_to_rgb(rng.random(), rng.uniform(0.35, 0.8), rng.uniform(0.6, 0.95)),
-        source="procedural",
-        rng=rng,
-    )
+    return made(f"{kind.replace(' ', '_')}_{seed}_{index:03d}", _CATEGORIES.get(kind, kind), KINDS[kind], rng)

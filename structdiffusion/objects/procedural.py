@@ -16,6 +16,8 @@ from structdiffusion.objects.solids import assemble, box, circle_outline, frustu
 
 Parts = list[np.ndarray]
 Range = np.random.Generator
+# The builder, the density of the parts in kg/m3, and the range of sliding friction.
+Kind = tuple[Callable[[Range], Parts], float, tuple[float, float]]
 
 
 def _box(r: Range) -> Parts:
@@ -152,8 +154,7 @@ def _pitcher(r: Range) -> Parts:
     return _vessel(r, radius, height) + handle
 
 
-# kind: (builder, density of the parts in kg/m3, sliding friction's range)
-KINDS: dict[str, tuple[Callable[[Range], Parts], float, tuple[float, float]]] = {
+KINDS: dict[str, Kind] = {
     "box": (_box, 350, (0.5, 0.8)),
     "block": (_block, 650, (0.5, 0.8)),
     "book": (_book, 700, (0.4, 0.7)),
@@ -186,12 +187,18 @@ def procedural_object(kind: str, index: int, seed: int = 0) -> ObjectModel:
     Raises:
         KeyError: for an unknown kind; `KINDS` lists them.
     """
-    builder, density, (slippery, rough) = KINDS[kind]
+    entry = KINDS[kind]
     rng = np.random.default_rng((seed, list(KINDS).index(kind), index))
+    return made(f"{kind}_{seed}_{index:03d}", kind, entry, rng)
+
+
+def made(name: str, category: str, kind: Kind, rng: Range) -> ObjectModel:
+    """An object of a kind, with everything that its kind leaves open drawn at random."""
+    builder, density, (slippery, rough) = kind
     hulls = builder(rng)
     return assemble(
-        f"{kind}_{seed}_{index:03d}",
-        kind,
+        name,
+        category,
         hulls,
         density=density,
         friction=float(rng.uniform(slippery, rough)),
