@@ -46,7 +46,7 @@ class PlannerParts:
 
 
 # The best-ranked are tried out in imagination until enough of them stand; so many are hardly ever asked for.
-_TRIED = 24
+_TRIED = 40
 _FULL = PlannerParts("diffusion", imagined=_TRIED)
 _UNRANKED = replace(_FULL, ranked=False, imagined=0)
 _AS_IN_THE_PAPER = {

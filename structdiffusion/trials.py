@@ -16,7 +16,7 @@ from structdiffusion.physical import MAX_DISPLACEMENT, MAX_SPEED, MAX_TILT, Verd
 ENOUGH = 3  # arrangements that stand whatever is assumed: then no more are tried
 # What being tried is worth: an arrangement that was not tried is doubted, one that fell is hardly worth a second try.
 _UNTRIED, _FELL = 0.5, 0.1
-MOST = 90  # trials, all hypotheses counted
+MOST = 150  # trials, all hypotheses counted
 _GIVE_UP = 2  # falls of one arrangement, after which it is tried under no further hypothesis
 _ROOM = 0.5  # what all of the room is worth, in shares of hypotheses
 _FALLING = 0.8  # m/s: what is released 3 cm above its place cannot be slower
