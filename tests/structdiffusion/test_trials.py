@@ -63,7 +63,7 @@ def test_another_order_is_tried_after_one_that_falls_again_and_again():
 
 
 def test_trying_ends_when_enough_stand_or_enough_was_tried():
-    rows = [tower(0, 1, total=0.9, at=k) for k in range(30)]
+    rows = [tower(0, 1, total=0.9, at=k) for k in range(50)]
     stands = Fancied(lambda motions, number: CALM)
     assert [row.scores["imagined"] for row in tried_out(stands, rows, TOWER, 16)[: ENOUGH + 1]] == [1.0] * ENOUGH + [0.5]
     assert len(stands.asked) == ENOUGH * HYPOTHESES
@@ -72,8 +72,8 @@ def test_trying_ends_when_enough_stand_or_enough_was_tried():
     assert len(falls.asked) == 16  # what falls as guessed is not tried otherwise
     assert [row.scores["imagined"] for row in found].count(0.1) == 16
     unsure = Fancied(lambda motions, number: CALM if number < 3 else None)
-    tried_out(unsure, rows, TOWER, 30)
-    assert MOST <= len(unsure.asked) < MOST + HYPOTHESES < 30 * HYPOTHESES
+    tried_out(unsure, rows, TOWER, 50)
+    assert MOST <= len(unsure.asked) < MOST + HYPOTHESES < 50 * HYPOTHESES
 
 
 def test_what_stands_on_the_table_is_tried_once():
