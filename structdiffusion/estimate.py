@@ -26,13 +26,8 @@ _WALL_NOISE = 0.002  # m: likewise of a vessel, whose rim is seen by few points;
 # A level top shows most of what lies within 12 mm of it less than 5.5 mm below it, where studs still count; the ridge of a
 # banana shows three quarters, a ball two thirds. m; m, the side of the cells that are counted
 _NEAR_TOP, _BELOW_TOP, _CELL, _LEVEL_SHARE = 0.0055, 0.012, 0.004, 0.82
-# On the way to its outline an ellipsoid falls by 0.09 of its height, a level top by 0, a bottle by 0.14 and more. m; of
-# the height
-_FALLS, _ROUND = 0.0025, (0.06, 0.13)
-_MIDDLE, _BORDER = 0.35, (0.5, 0.7)  # of the way from the middle to the outline
 _INNER = 0.5  # of the outline's smallest radius: where a vessel is lower than its rim
 _ON_TABLE = 0.008  # m: what is lifted less stands on the table
-_FEWEST = 6  # points of which a median is taken
 # Outlines that overlap less, metres, are neighbours that touch, not one above the other.
 OVERLAP = 0.005
 
@@ -76,24 +71,15 @@ class ObjectEstimate:
 
 def estimate(cloud: ObjectCloud) -> ObjectEstimate:
     """What a partial cloud tells of its object."""
-    outline = _outline(cloud.points[:, :2].astype(np.float64))
+    outline = outline_of(cloud.points[:, :2].astype(np.float64))
     z = cloud.points[:, 2]
-    # The highest points lie above a level top by deviations of the noise: take the median of those near them. But a
-    # can's narrow rim, on which things stand, is higher than its lid.
-    level = float(np.median(z[z > np.quantile(z, 0.97) - _LEVEL]))
-    rim = float(np.quantile(z, _RIM))
-    height = max(level, rim - _RIM_NOISE)
+    height, hollow = top_of(cloud.points, outline)
+    mean = cloud.points.mean(axis=0).astype(np.float64)
     try:
         # In 2-d, volume is area.
-        share = ConvexHull(cloud.points[z > height - _TOP, :2]).volume / ConvexHull(outline).volume
+        share = ConvexHull(cloud.points[z > _level_or_rim(z) - _TOP, :2]).volume / ConvexHull(outline).volume
     except (QhullError, ValueError):
         share = 0.0
-    mean = cloud.points.mean(axis=0).astype(np.float64)
-    middle = outline_centroid(outline)
-    inner = np.linalg.norm(cloud.points[:, :2] - middle, axis=1) < _INNER * np.linalg.norm(outline - middle, axis=1).min()
-    hollow = inner.sum() >= 5 and height - float(np.median(z[inner])) > _LEVEL
-    if hollow:  # the points near the top are mostly on the wall below the rim
-        height = rim - _WALL_NOISE
     rounded = not hollow and _level_share(cloud.points, height) < _LEVEL_SHARE
     return ObjectEstimate(
         cloud.name,
@@ -104,12 +90,38 @@ def estimate(cloud: ObjectCloud) -> ObjectEstimate:
         height,
         front_yaw(cloud.points),
         bool(share > _STACKABLE_SHARE) and not rounded,
-        bool(hollow),
+        hollow,
         rounded,
     )
 
 
-def _outline(points: np.ndarray) -> np.ndarray:
+def top_of(points: np.ndarray, outline: np.ndarray) -> tuple[float, bool]:
+    """The height of the level top or rim, metres, of a thing's points (P, 3), and whether the camera sees into it.
+
+    Args:
+        points: (P, 3) what was seen of it; it stands at z = 0.
+        outline: (K, 2) convex, of the same points.
+    """
+    z = points[:, 2]
+    height = _level_or_rim(z)
+    middle = outline_centroid(outline)
+    inner = np.linalg.norm(points[:, :2] - middle, axis=1) < _INNER * np.linalg.norm(outline - middle, axis=1).min()
+    hollow = bool(inner.sum() >= 5 and height - float(np.median(z[inner])) > _LEVEL)
+    # The points near a vessel's top are mostly on the wall below the rim.
+    return (float(np.quantile(z, _RIM)) - _WALL_NOISE if hollow else height), hollow
+
+
+def _level_or_rim(z: np.ndarray) -> float:
+    """The height of a top by the heights (P,) of all points.
+
+    The highest points lie above a level top by deviations of the noise: take the median of those near them. But a can's
+    narrow rim, on which things stand, is higher than its lid.
+    """
+    level = float(np.median(z[z > np.quantile(z, 0.97) - _LEVEL]))
+    return max(level, float(np.quantile(z, _RIM)) - _RIM_NOISE)
+
+
+def outline_of(points: np.ndarray) -> np.ndarray:
     """The convex outline (K, 2) of points (P, 2). Depth noise is along the ray, and mostly up and down."""
     try:
         return points[ConvexHull(points).vertices]
@@ -122,31 +134,6 @@ def _level_share(points: np.ndarray, height: float) -> float:
     cells = np.floor(points[:, :2] / _CELL).astype(np.int64)
     near, below = (np.unique(cells[points[:, 2] > height - depth], axis=0) for depth in (_NEAR_TOP, _BELOW_TOP))
     return len(near) / max(1, len(below))
-
-
-def is_rounded(points: np.ndarray, height: float) -> bool:
-    """Whether points (P, 3) of a thing of this height, metres, fall off to all sides like those of an ellipsoid."""
-    low, high = _ROUND
-    return max(_FALLS, low * height) < fall_of_top(points) < max(2 * _FALLS, high * height)
-
-
-def fall_of_top(points: np.ndarray) -> float:
-    """By how much, metres, points (P, 3) are lower on the way to their outline than in its middle; 0 of too few."""
-    try:
-        outline = points[ConvexHull(points[:, :2]).vertices, :2]
-    except (QhullError, ValueError):
-        return 0.0
-    middle = outline_centroid(outline)
-    corners = outline - middle
-    edges = np.roll(corners, -1, axis=0) - corners
-    normals = np.column_stack((edges[:, 1], -edges[:, 0]))
-    # How far out each point is, 1 on the outline.
-    out = ((points[:, :2] - middle) @ (normals / (normals * corners).sum(axis=1)[:, None]).T).max(axis=1)
-    inner = points[out < _MIDDLE, 2]
-    border = points[(out > _BORDER[0]) & (out < _BORDER[1]), 2]
-    if min(len(inner), len(border)) < _FEWEST:
-        return 0.0
-    return float(np.median(inner) - np.median(border))
 
 
 def front_yaw(points: np.ndarray) -> float:

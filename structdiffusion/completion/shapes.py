@@ -22,8 +22,9 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 from structdiffusion.completion.columns import column_parts, solid
 from structdiffusion.completion.roundness import turned_body
 from structdiffusion.completion.seeing import View, level_top, levelled, without_strays
+from structdiffusion.completion.tops import fall_of_top, is_rounded
 from structdiffusion.completion.turned import Turned
-from structdiffusion.estimate import estimate, fall_of_top, is_rounded
+from structdiffusion.estimate import outline_of, top_of
 from structdiffusion.objects.decomposition import few_vertices
 from structdiffusion.observation import ObjectCloud
 
@@ -94,9 +95,11 @@ def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: s
         return CompletedShape((solid(points, cloud.bottom),), points)
     if method == "columns" or view is None:
         return CompletedShape(column_parts(points, cloud.bottom), points)
-    height = float(points[:, 2].max()) - cloud.bottom
-    round_top = is_rounded(points, height)
-    if method == "symmetry" and (turned := turned_body(view, cloud.bottom)) is not None and not _cornered(turned[0], points):
+    if method == "mirror":
+        far, symmetry = mirrored(view, cloud.bottom)
+        return CompletedShape((solid(np.concatenate((points, far)), cloud.bottom),), points, symmetry)
+    round_top = is_rounded(points, float(points[:, 2].max()) - cloud.bottom)
+    if (turned := turned_body(view, cloud.bottom)) is not None and not _cornered(turned[0], points):
         body, own = turned
         parts = body.parts()
         if round_top and not (body.hollow or body.ball):
@@ -110,8 +113,6 @@ def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: s
         return CompletedShape(parts, points, "ball" if body.ball else "turned", body.hollow)
     far, symmetry = mirrored(view, cloud.bottom)
     whole = np.concatenate((points, far))
-    if method == "mirror":
-        return CompletedShape((solid(whole, cloud.bottom),), points, symmetry)
     parts = (_round_below(whole, cloud.bottom),) if round_top else column_parts(whole, cloud.bottom)
     return CompletedShape(_as_high(parts, as_seen), points, symmetry)
 
@@ -186,7 +187,7 @@ def _cornered(body: Turned, points: np.ndarray) -> bool:
 def _as_high(parts: tuple[np.ndarray, ...], cloud: ObjectCloud) -> tuple[np.ndarray, ...]:
     """The parts, stretched where studs or a ridge, which few points show, reach higher than a level top would."""
     top = max(float(part[:, 2].max()) for part in parts)
-    reach = estimate(cloud).height
+    reach, _ = top_of(cloud.points, outline_of(cloud.points[:, :2]))
     if reach - top < _STUDS or top - cloud.bottom < _STUDS:
         return parts
     stretch = (reach - cloud.bottom) / (top - cloud.bottom)
