@@ -34,11 +34,12 @@ class Recipe:
     batch: int
 
 
-# A baseline's step costs what one of the diffusion model does, of which each encoded scene serves six passes.
+# A baseline's step costs what one of the diffusion model does, of which each encoded scene serves six passes. The four
+# StructFormers together take as many as the CVAE.
 RECIPES = {
     "diffusion": Recipe(16_000, 8e-4, 32),
-    "cvae": Recipe(16_000, 8e-4, 48),
-    **{structformer_name(shape): Recipe(8_000, 8e-4, 48) for shape in SHAPES},
+    "cvae": Recipe(12_000, 8e-4, 48),
+    **{structformer_name(shape): Recipe(3_000, 8e-4, 48) for shape in SHAPES},
     "structure": Recipe(4_000, 1e-3, 32),
     "collision": Recipe(5_000, 1e-3, 64),
 }

@@ -66,7 +66,7 @@ def _with_variants(name: str, parts: PlannerParts) -> dict[str, PlannerParts]:
     }
 
 
-# The paper's methods, and ablations of what goes beyond it. Only the diffusion model's weights come along.
+# The paper's methods, and ablations of what goes beyond it.
 PLANNERS: Mapping[str, PlannerParts] = {
     "diffusion": replace(_FULL, sentence=True),
     "diffusion-tokens": _FULL,

@@ -62,11 +62,10 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
         raise CheckpointError(f"there is no folder {folder} with checkpoints")
     networks = [structformer_name(shape) for shape in SHAPES] if parts.network == "structformer" else [parts.network]
     missing = [network for network in networks if not (folder / network).is_dir()]
-    if weights is None and missing:
+    if missing:
         raise CheckpointError(
-            f"the weights of model {name!r} do not come along: make DIR/{', DIR/'.join(missing)} as with `structagent "
-            f"train {missing[0]} --data SCENES --out DIR/{missing[0]}`, copy structure/ and collision/ from {folder} "
-            "to DIR, and give `--weights DIR`"
+            f"{folder} lacks {', '.join(missing)}, of which model {name!r} is made: `structagent train {missing[0]} "
+            f"--data SCENES --out {folder / missing[0]}` makes it"
         )
     if parts.network == "structformer":
         by_shape = {shape: _structformer(folder, shape) for shape in SHAPES}

@@ -138,13 +138,20 @@ def test_more_objects_than_the_network_knows_are_an_error(scene):
 
 
 @pytest.mark.parametrize("name", ["cvae+cem", "structformer"])
-def test_weights_that_do_not_come_along_are_said_to_be_made_how(name):
+def test_networks_that_are_missing_are_said_to_be_made_how(name, tmp_path):
     network = {"cvae+cem": "cvae", "structformer": "structformer_circle"}[name]
     with pytest.raises(CheckpointError) as error:
-        load_planner(name)
+        load_planner(name, tmp_path)
     message = str(error.value)
-    assert f"{name!r} do not come along" in message and "--weights DIR" in message
-    assert f"structagent train {network} --data SCENES --out DIR/{network}" in message
+    assert f"{tmp_path} lacks {network}" in message and repr(name) in message
+    assert f"`structagent train {network} --data SCENES --out {tmp_path / network}`" in message
+
+
+@pytest.mark.parametrize("name", ["cvae-paper", "structformer-unranked"])
+def test_the_shipped_baselines_propose(name, scene):
+    arrangements = load_planner(name).propose(scene, GOAL, count=3, generator=generator())
+    assert len(arrangements) == 3
+    assert all(np.isfinite(arrangement.goal_from_initial).all() for arrangement in arrangements)
 
 
 def test_a_network_in_the_place_of_another_is_refused(weights, tmp_path):
