@@ -143,7 +143,11 @@ def few_vertices(vertices: np.ndarray, most: int = MAX_PART_VERTICES) -> np.ndar
     along = vertices @ np.array([*np.eye(3), *diagonals]).T
     chosen = sorted({*along.argmin(axis=0).tolist(), *along.argmax(axis=0).tolist()})
     while len(chosen) < most:
-        planes = ConvexHull(vertices[chosen]).equations
+        try:
+            planes = ConvexHull(vertices[chosen]).equations
+        except QhullError:  # all extremes lie in one plane
+            chosen.append(next(index for index in range(len(vertices)) if index not in chosen))
+            continue
         outside = (vertices @ planes[:, :3].T + planes[:, 3]).max(axis=1)
         if outside.max() < 1e-6:
             break

@@ -23,6 +23,10 @@ _HANDLE_FROM = 0.004
 _GRIP_DEPTH = 0.012
 # Wall pieces whose chords stay within this of the round wall, metres.
 _CHORD_WITHIN = 0.0016
+_IN_FRONT = 0.003  # m in front of a surface, where hulls should have ended
+# Of an inner surface: the upward part of its normal, and the share of the rim's radius, that make it belong to the floor.
+_LEVEL, _FLOOR_WITHIN = 0.5, 0.9
+_FRAGMENT = 0.05  # of the wall's area: smaller pieces are what stuck out of the floor
 
 
 def hollow_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:
@@ -63,11 +67,15 @@ def hollow_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:
     # A chord over the angle a lies r (1 - cos(a / 2)) inside the circle.
     sectors = math.ceil(math.pi / math.acos(1 - min(0.03, _CHORD_WITHIN / radius)))
     edges = np.linspace(0.0, 2 * math.pi, sectors + 1)
-    wedges = [_wedge(wall, low, high) for low, high in pairwise(edges)]
     middles = [(low + high) / 2 for low, high in pairwise(edges)]
-    slope, offsets = _best_cuts(wedges, middles)
-    for wedge, angle in zip(wedges, middles, strict=True):
-        parts += _hulls(_bands(wedge, angle, slope, offsets))
+    best: tuple[float, list[np.ndarray]] = (math.inf, [])
+    for surface in (wall, _without_floor(wall, radius)):
+        wedges = [_wedge(surface, low, high) for low, high in pairwise(edges)]
+        slope, offsets, error = _best_cuts(wedges, middles)
+        if error < best[0]:
+            cut = [_hulls(_bands(wedge, angle, slope, offsets)) for wedge, angle in zip(wedges, middles, strict=True)]
+            best = error, [hull for hulls in cut for hull in hulls]
+    parts += best[1]
     return tuple(part + [center[0], center[1], 0.0] for part in parts)
 
 
@@ -136,26 +144,45 @@ def _bands(
     return [*bands, wedge]
 
 
-def _best_cuts(wedges: list[trimesh.Trimesh], middles: list[float]) -> tuple[float, tuple[float, ...]]:
-    """The slope and one or two offsets of cuts that leave the hulls closest to the surface.
+def _without_floor(wall: trimesh.Trimesh, radius: float) -> trimesh.Trimesh:
+    """The wall without what is left of an uneven floor: a piece with some of it would fill the vessel from floor to rim."""
+    level = wall.face_normals[:, 2] > _LEVEL
+    within = np.linalg.norm(wall.triangles_center[:, :2], axis=1) < _FLOOR_WITHIN * radius
+    wall = trimesh.Trimesh(wall.vertices, wall.faces[~(level & within)])
+    pieces = trimesh.graph.connected_components(wall.face_adjacency, nodes=np.arange(len(wall.faces)))
+    large = [piece for piece in pieces if wall.area_faces[piece].sum() > _FRAGMENT * wall.area]
+    return trimesh.Trimesh(wall.vertices, wall.faces[np.concatenate(large)]) if large else wall
 
-    Judged on every fourth wall piece, by the mean of the depths that 3 % of its surface exceeds.
+
+def _best_cuts(
+    wedges: list[trimesh.Trimesh], middles: list[float]
+) -> tuple[float, tuple[float, ...], float]:
+    """The slope and one or two offsets of cuts that leave the hulls closest to the surface, and how close that is.
+
+    Judged on every fourth wall piece, by the mean of the errors that 3 % of its surface exceeds.
     """
     samples = list(zip(wedges, middles, strict=True))[::4]
     best: tuple[float, tuple[float, ...]] = (0.0, ())
-    best_depth = math.inf
+    least = math.inf
     for count, slopes in ((1, (0.0, math.pi / 4, math.pi / 2)), (2, None)):
         for slope in slopes or (best[0],):  # a second cut is parallel to the best single one
             spans = [wedge.vertices @ _across(slope, angle) for wedge, angle in samples]
             low, high = min(span.min() for span in spans), max(span.max() for span in spans)
             heights = low + (high - low) * np.array([0.15, 0.3, 0.45, 0.6, 0.75, 0.9])
             for offsets in combinations(heights.tolist(), count):
-                depths = []
+                errors = []
                 for wedge, angle in samples:
                     hulls = tuple(_hulls(_bands(wedge, angle, slope, offsets)))
-                    depths.append(np.percentile(-signed_distance(wedge.triangles_center, hulls), 97))
-                if np.mean(depths) < best_depth:
-                    best, best_depth = (slope, offsets), float(np.mean(depths))
-        if best_depth < _CHORD_WITHIN:
+                    errors.append(np.percentile(_errors(wedge, hulls), 97))
+                if np.mean(errors) < least:
+                    best, least = (slope, offsets), float(np.mean(errors))
+        if least < _CHORD_WITHIN:
             break
-    return best
+    return *best, least
+
+
+def _errors(surface: trimesh.Trimesh, hulls: tuple[np.ndarray, ...]) -> np.ndarray:
+    """How far (F,), metres, the faces of a surface lie inside of hulls, or the hulls reach out in front of them."""
+    inside = -signed_distance(surface.triangles_center, hulls)
+    filled = -signed_distance(surface.triangles_center + _IN_FRONT * surface.face_normals, hulls)
+    return np.maximum(inside, np.where(filled > 0, filled + _IN_FRONT, 0.0))

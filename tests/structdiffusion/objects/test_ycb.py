@@ -59,6 +59,15 @@ def test_hollow_things_stay_hollow(model):
     assert signed_distance(middle, model.hulls)[0] > 0.001
 
 
+@pytest.mark.parametrize("model", HOLLOW, ids=[model.name for model in HOLLOW])
+def test_nothing_fills_the_room_before_inner_walls(model):
+    """A part that spans floor and rim lies close to the surface at both ends, and fills what is between."""
+    inward = (model.surface_normals[:, :2] * model.surface_points[:, :2]).sum(axis=1) < 0
+    inner = inward & (model.surface_points[:, 2] > 0.35 * model.height)
+    before = (model.surface_points + 0.006 * model.surface_normals)[inner].astype(float)
+    assert np.mean(signed_distance(before, model.hulls) < 0) < 0.15
+
+
 def test_cutlery_points_along_x_with_the_working_end_first():
     for name in ("030_fork", "031_spoon", "032_knife", "033_spatula"):
         model = MODELS[name]
