@@ -77,10 +77,13 @@ def files_of(network: Network) -> dict[str, dict[str, Any]]:
 
 def headline(facts: Mapping[str, Any]) -> str:
     """The result that says most, in a few words; what the training ended with where nothing was measured."""
-    for result in facts["results"]:
-        for row in result["rows"]:
-            if row["of"] in ("all", "free"):
-                return f"{100 * row['rate']:.0f} % {row['what']} ({row['by']}, n = {row['n']})"
+    rows = [row for result in facts["results"] for row in result["rows"] if row["of"] in ("all", "free")]
+    if rows:
+        # Several evaluations of one planner, of other structures or seeds, count together.
+        same = [row for row in rows if all(row[key] == rows[0][key] for key in ("by", "of", "what"))]
+        n = sum(row["n"] for row in same)
+        rate = sum(row["rate"] * row["n"] for row in same) / n
+        return f"{100 * rate:.0f} % {rows[0]['what']} ({rows[0]['by']}, n = {n})"
     losses = (facts["training"] or {}).get("losses") or {}
     if "accuracy" in losses:
         return f"{100 * losses['accuracy']:.0f} % right at the end of training"
