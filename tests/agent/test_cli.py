@@ -147,7 +147,7 @@ def checkpoints(tmp_path_factory) -> Path:
 
 def test_folder_without_checkpoints(fails, tmp_path):
     sentence = fails(6, "run", CIRCLE, "--weights", str(tmp_path))
-    assert "diffusion" in sentence and "config.json" in sentence
+    assert f"{tmp_path} lacks diffusion" in sentence and "structagent train diffusion" in sentence
 
 
 @pytest.mark.parametrize("name", ["config.json", "model.safetensors"])
