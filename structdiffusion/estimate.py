@@ -75,9 +75,10 @@ def estimate(cloud: ObjectCloud) -> ObjectEstimate:
     z = cloud.points[:, 2]
     height, hollow = top_of(cloud.points, outline)
     mean = cloud.points.mean(axis=0).astype(np.float64)
+    top = _level_or_rim(z) if hollow else height  # the noise of a rim corrects its height alone
     try:
         # In 2-d, volume is area.
-        share = ConvexHull(cloud.points[z > _level_or_rim(z) - _TOP, :2]).volume / ConvexHull(outline).volume
+        share = ConvexHull(cloud.points[z > top - _TOP, :2]).volume / ConvexHull(outline).volume
     except (QhullError, ValueError):
         share = 0.0
     rounded = not hollow and _level_share(cloud.points, height) < _LEVEL_SHARE

@@ -69,7 +69,8 @@ def test_the_search_raises_the_discriminators_score_and_leaves_the_frame(sampled
         return StructureScore.of(structure, seen, samples, GOAL)(position, turn)
 
     before = scores(samples, state)
-    better, improved = PoseSearch(structure, share=0.5, deviation=(0.015, 0.015, 0.005, 0.15)).improve(model, seen, samples, state, GOAL, generator())
+    search = PoseSearch(structure, share=0.5, deviation=(0.015, 0.015, 0.005, 0.15))
+    better, improved = search.improve(model, seen, samples, state, GOAL, generator())
     after = scores(better, improved)
     assert (after.diff() <= 1e-5).all()  # best first
     ranked = before.argsort(descending=True)
