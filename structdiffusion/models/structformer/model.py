@@ -34,6 +34,10 @@ from structdiffusion.models.backbone import (
 # a pose that never change would be learned ever more sharply, at the cost of those that do; samples are free of it.
 _RESOLUTION = 0.1
 
+# How much of a Gaussian's spread its samples keep. Of validation scenes (seed 21, n = 100), 45, 50 and 49 % stood with the
+# first sample at 1, 0.5 and 0; of five samples one did in 65, 68 and 63 %.
+_SPREAD_KEPT = 0.5
+
 
 @dataclass(frozen=True)
 class StructFormerConfig(BackboneConfig):
@@ -109,7 +113,7 @@ class StructFormer(PoseBackbone):
             gaussian = poses.component_distribution.base_dist
             spread = (gaussian.scale[rows, i, drawn].square() - _RESOLUTION**2).clamp(min=0.0).sqrt()
             noise = torch.randn(batch, POSE, generator=generator, device=device)
-            state[:, i] = gaussian.loc[rows, i, drawn] + spread * noise
+            state[:, i] = gaussian.loc[rows, i, drawn] + _SPREAD_KEPT * spread * noise
         return state
 
     @torch.no_grad()
