@@ -12,7 +12,7 @@ import typer
 from agent.cli_options import JsonOption, WeightsOption
 from agent.errors import NotVerified, UsageError
 from agent.streams import results_stream
-from structdiffusion.planners import LEGAL_NAMES, PLANNERS
+from structdiffusion.planners import LEGAL_NAMES, PLANNERS, networks_of
 
 models_app = typer.Typer(rich_markup_mode=None)
 
@@ -53,7 +53,7 @@ def show(
     from dataclasses import asdict
 
     from agent.models.cards import facts_of
-    from agent.models.catalogue import networks, networks_of
+    from agent.models.catalogue import networks
     from agent.models.text import planner_text, shown_text
 
     there = networks(weights)

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from grounding.spec import SHAPES
+from structdiffusion.models import structformer_name
+
 
 @dataclass(frozen=True)
 class PlannerParts:
@@ -104,3 +107,14 @@ PLANNERS: Mapping[str, PlannerParts] = {
 _PLAIN = [name for name, parts in PLANNERS.items() if name in (parts.network, f"{parts.network}-tokens")]
 # How messages tell the names: all of them would fill half a page.
 LEGAL_NAMES = f"{', '.join(_PLAIN)}, and their variants (`structagent models list` names all {len(PLANNERS)})"
+
+
+def networks_of(planner: str) -> list[str]:
+    """The names of the networks that a planner (one of `PLANNERS`) needs: who proposes first, then who judges."""
+    parts = PLANNERS[planner]
+    proposing = [] if parts.network == "geometric" else [parts.network]
+    if parts.network == "structformer":
+        proposing = [structformer_name(shape) for shape in SHAPES]
+    judged = bool(proposing) and parts.ranked
+    structure = ["structure"] if judged or parts.cem or parts.guidance else []
+    return proposing + structure + (["collision"] if judged else [])

@@ -22,7 +22,7 @@ from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Arrangement, Goal, Scene
-from structdiffusion.planners import LEGAL_NAMES, PLANNERS, PlannerParts
+from structdiffusion.planners import LEGAL_NAMES, PLANNERS, PlannerParts, networks_of
 from structdiffusion.proposing import Finish, Observed, Sampled, begin, observed
 from structdiffusion.ranking import Ranker
 from structdiffusion.scheduler import NoiseScheduler
@@ -60,8 +60,7 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
     folder = Path(weights) if weights is not None else WEIGHTS
     if not folder.is_dir():
         raise CheckpointError(f"there is no folder {folder} with checkpoints")
-    networks = [structformer_name(shape) for shape in SHAPES] if parts.network == "structformer" else [parts.network]
-    missing = [network for network in networks if not (folder / network).is_dir()]
+    missing = [network for network in networks_of(name) if not (folder / network).is_dir()]
     if missing:
         raise CheckpointError(
             f"{folder} lacks {', '.join(missing)}, of which model {name!r} is made: `structagent train {missing[0]} "

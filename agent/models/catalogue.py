@@ -10,9 +10,7 @@ from pathlib import Path
 import grounding
 import structdiffusion
 from agent.errors import BadInput, UsageError
-from grounding.spec import SHAPES
-from structdiffusion.models import structformer_name
-from structdiffusion.planners import PLANNERS
+from structdiffusion.planners import PLANNERS, networks_of
 
 SHIPPED = Path(structdiffusion.__file__).parent / "weights"
 PARSERS = Path(grounding.__file__).parent / "weights"
@@ -89,17 +87,6 @@ def network(name: str, weights: Path | None = None) -> Network:
     if name not in found:
         raise UsageError(f"NAME cannot be {name!r}; networks here: {', '.join(found)}")
     return found[name]
-
-
-def networks_of(planner: str) -> list[str]:
-    """The names of the networks that a planner needs: who proposes first, then who judges."""
-    parts = PLANNERS[planner]
-    proposing = [] if parts.network == "geometric" else [parts.network]
-    if parts.network == "structformer":
-        proposing = [structformer_name(shape) for shape in SHAPES]
-    judged = bool(proposing) and parts.ranked
-    structure = ["structure"] if judged or parts.cem or parts.guidance else []
-    return proposing + structure + (["collision"] if judged else [])
 
 
 def planners_of(name: str) -> list[str]:

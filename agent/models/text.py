@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from agent.models.cards import Facts, facts_of, headline
-from agent.models.catalogue import FAMILIES, Network, networks_of, planners_of
+from agent.models.catalogue import FAMILIES, Network, planners_of
 from agent.telling import aligned, duration
-from structdiffusion.planners import PLANNERS
+from structdiffusion.planners import PLANNERS, networks_of
 
 
 def card_text(facts: Mapping[str, Any]) -> str:

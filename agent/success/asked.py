@@ -11,11 +11,10 @@ from typing import Any
 
 from agent import __version__
 from agent.conditions import conditions_of
-from agent.models.catalogue import networks_of
 from grounding.spec import SHAPES
 from structdiffusion.evaluation_scenes import Conditions
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.planners import PLANNERS
+from structdiffusion.planners import PLANNERS, networks_of
 from structdiffusion.sampling import WEIGHTS
 
 TOP_K = 5  # arrangements that are tried where nobody says how many

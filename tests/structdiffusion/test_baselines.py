@@ -143,8 +143,9 @@ def test_networks_that_are_missing_are_said_to_be_made_how(name, tmp_path):
     with pytest.raises(CheckpointError) as error:
         load_planner(name, tmp_path)
     message = str(error.value)
-    assert f"{tmp_path} lacks {network}" in message and repr(name) in message
+    assert f"{tmp_path} lacks {network}, " in message and repr(name) in message
     assert f"`structagent train {network} --data SCENES --out {tmp_path / network}`" in message
+    assert "structure, collision, of which" in message  # who judges is missing, too
 
 
 @pytest.mark.parametrize("name", ["cvae-paper", "structformer-unranked"])
@@ -158,4 +159,4 @@ def test_a_network_in_the_place_of_another_is_refused(weights, tmp_path):
     for shape in SHAPES:
         (tmp_path / structformer_name(shape)).symlink_to(weights / structformer_name("line"))
     with pytest.raises(CheckpointError, match="_circle is the network for a line; expected the one for a circle"):
-        load_planner("structformer", tmp_path)
+        load_planner("structformer-unranked", tmp_path)
