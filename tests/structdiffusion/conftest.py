@@ -20,6 +20,14 @@ def library():
     return procedural_objects(51, seed=7)
 
 
+@pytest.fixture(scope="module")
+def one_cache(tmp_path_factory):
+    """A cache that a module's tests share with nobody else."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
 @pytest.fixture
 def built():
     """A function that makes the finished structure of a layout: what would stand there if all went to plan."""

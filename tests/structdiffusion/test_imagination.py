@@ -13,15 +13,10 @@ from structdiffusion.physical import place_and_check
 from structdiffusion.tabletop import TabletopWorld
 from structdiffusion.trials import tried_out
 
+pytestmark = pytest.mark.usefixtures("one_cache")
+
 TOWER = StructureSpec("tower")
 AT = [pose_from_xyz_yaw(0.4, y, 0.0, 0.0) for y in (-0.2, 0.0, 0.2)]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def own_cache(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-        yield
 
 
 @pytest.fixture(scope="module")

@@ -26,6 +26,8 @@ from structdiffusion.scenes import draw_scene, full_spec
 from structdiffusion.success import check_structure
 from structdiffusion.tabletop import TabletopWorld
 
+pytestmark = pytest.mark.usefixtures("one_cache")
+
 SENTENCE = np.random.default_rng(0).standard_normal(384).astype(np.float32)
 
 
@@ -39,13 +41,6 @@ def seen(library, spec, seed=0, **options):
     drawn = draw_scene(library, spec, rng, **options)
     with TabletopWorld(drawn.models, drawn.world_from_initial) as world:
         return world.observe(rng, distractors=range(drawn.count, len(drawn.models)))
-
-
-@pytest.fixture(scope="module", autouse=True)
-def own_cache(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-        yield
 
 
 @pytest.fixture(scope="module")

@@ -6,29 +6,14 @@ import json
 import pytest
 import torch
 
-from structdiffusion.models.collision import CollisionDiscriminator
-from structdiffusion.models.collision.model import CollisionConfig
 from structdiffusion.together import Together, in_processes
 from structdiffusion.training import TrainingOptions, learning_rate, train
 from structdiffusion.training_record import Surroundings
+from tests.structdiffusion.toy import toy
 
 CPU = torch.device("cpu")
 OPTIONS = TrainingOptions(steps=6, learning_rate=2e-3, warmup=2, log_every=3, seed=5)
 SEEDS = (5 * 1_000_003, 5 * 1_000_003 + 0x9E3779B1)
-
-
-def toy():
-    torch.manual_seed(0)
-    model = CollisionDiscriminator(CollisionConfig(width=8, layers=1, points=8))
-
-    def loss(generator):
-        clouds = torch.randn(2, 16, 8, 3, generator=generator) * 0.03
-        near = torch.rand(16, generator=generator) < 0.5
-        clouds[1] += torch.where(near, 0.0, 0.15)[:, None, None]
-        logits = model(clouds[0], clouds[1])
-        return {"loss": torch.nn.functional.binary_cross_entropy_with_logits(logits, near.float())}
-
-    return model, loss
 
 
 def work(folder):
