@@ -25,7 +25,7 @@ def ray_cluster(address: str, workers: int | None) -> Iterator[int]:
         workers: how many; `None` for one per core of the cluster.
 
     Raises:
-        UsageError: when Ray is not installed, or no cluster answers at the address.
+        UsageError: when Ray is not installed, no cluster answers at the address, or it has fewer cores than workers.
     """
     # It asks nobody before it reports its use to its makers.
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
@@ -40,7 +40,10 @@ def ray_cluster(address: str, workers: int | None) -> Iterator[int]:
     except (ConnectionError, RuntimeError, ValueError) as error:
         raise UsageError(f"--ray cannot be {address!r}: {one_sentence(error)}") from error
     try:
-        yield workers or max(1, int(ray.cluster_resources().get("CPU", 1)))
+        cores = max(1, int(ray.cluster_resources().get("CPU", 1)))
+        if workers is not None and workers > cores:  # the last ones would wait for a core for ever, and we for them
+            raise UsageError(f"--workers cannot be {workers}: the cluster at {address} has {cores} cores; legal: 1 to {cores}")
+        yield workers or cores
     finally:
         ray.shutdown()
 

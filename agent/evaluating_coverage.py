@@ -31,7 +31,7 @@ from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Arrangement, Goal, Scene
 from structdiffusion.sampling import Planner
 from structdiffusion.scenes import layout_item
-from structdiffusion.slots import distinct_values, fitting_values, normalised_entropy, realised_spec
+from structdiffusion.slots import distinct_values, evenness, fitting_values, realised_spec
 from structdiffusion.workers import in_parallel
 
 BEST = 5  # of the ranked samples: as many as success@k tries
@@ -105,7 +105,7 @@ def _covered(candidates: int, planner: Planner, scene: EvaluationScene) -> list[
                 "objects": [model.name for model in drawn.models[: drawn.count]],
                 "fits": list(fits),
                 "realised": {name: dict(Counter(found)) for name, found in values.items()},
-                "entropy": {name: normalised_entropy(found, len(fits)) for name, found in values.items()},
+                "evenness": {name: evenness(found, fits) for name, found in values.items()},
             }
         )
     return rows
@@ -118,26 +118,26 @@ def _realised(scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangem
 
 
 def _spread(rows: Sequence[Row]) -> dict[str, Row]:
-    """Per slot: how many scenes, and per group of samples the mean entropy and the share of each value."""
+    """Per slot: how many scenes, and per group of samples the mean evenness and the share of each value."""
     spread: dict[str, Row] = {}
     for slot in dict.fromkeys(row["slot"] for row in rows):
         of_slot = [row for row in rows if row["slot"] == slot]
         spread[slot] = {"n": len(of_slot)} | {
-            name: {**_mean([row["entropy"][name] for row in of_slot]), "shares": _shares(of_slot, slot, name)}
+            name: {**_mean([row["evenness"][name] for row in of_slot]), "shares": _shares(of_slot, slot, name)}
             for name in (SAMPLED, WORTHWHILE, RANKED)
         }
     return spread
 
 
-def _mean(entropies: Sequence[float | None]) -> Row:
+def _mean(values: Sequence[float | None]) -> Row:
     """The mean of those that there are, with its 95 % interval by Student's t."""
-    found = np.array([value for value in entropies if value is not None])
+    found = np.array([value for value in values if value is not None])
     if not len(found):
         return {"n": 0, "mean": None, "low": None, "high": None}
     mean, half = float(found.mean()), 1.0  # a single scene says nothing of others
     if len(found) > 1:
         half = float(student_t.ppf(0.975, len(found) - 1) * found.std(ddof=1)) / math.sqrt(len(found))
-    return {"n": len(found), "mean": mean, "low": max(0.0, mean - half), "high": min(1.0, mean + half)}
+    return {"n": len(found), "mean": mean, "low": max(0.0, mean - half), "high": mean + half}
 
 
 def _shares(rows: Sequence[Row], slot: str, name: str) -> dict[str, float]:
@@ -151,7 +151,7 @@ def _shares(rows: Sequence[Row], slot: str, name: str) -> dict[str, float]:
 def tell_coverage(report: Row, results: TextIO) -> None:
     """The table for people: a row per structure and open slot."""
     groups = (SAMPLED, WORTHWHILE, RANKED)
-    table = [["structure", "open slot", "scenes", *(cell for name in groups for cell in (name, "95 %")), "realised"]]
+    table = [["structure", "open slot", "scenes", *(cell for name in groups for cell in (name, "95 %", "n")), "realised"]]
     for structure, slots in report["aggregate"].items():
         for slot, found in slots.items():
             if structure == "all" and slot == "shape":
@@ -159,12 +159,13 @@ def tell_coverage(report: Row, results: TextIO) -> None:
             cells = [structure, slot_label(slot), str(found["n"])]
             for name in groups:
                 spread = found[name]
-                cells += [number(spread["mean"], 2), f"{number(spread['low'], 2)} to {number(spread['high'], 2)}"]
+                ends = f"{number(spread['low'], 2)} to {number(spread['high'], 2)}"
+                cells += [number(spread["mean"], 2), ends, str(spread["n"])]
             shares = found[SAMPLED]["shares"].items()
             table.append([*cells, ", ".join(f"{value} {100 * share:.0f} %" for value, share in shares)])
     print(aligned(table, left=2), file=results)
     print(
-        "\nentropy of the values that samples realise over the log of how many fit: 1 evenly spread, 0 all alike; "
-        f"means over scenes with 95 % intervals by Student's t\n{report['command']}",
+        "\nentropy of the values that samples realise, of those that fit, over that of as many even draws: 1 evenly spread, "
+        f"0 all alike; means over n scenes with two such samples, 95 % intervals by Student's t\n{report['command']}",
         file=results,
     )

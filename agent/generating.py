@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -37,7 +38,7 @@ class DataWish:
     def command(self) -> str:
         """The command line that draws it."""
         return (
-            f"structagent generate --scenes {self.scenes} --crowded {self.crowded} --pairs {self.pairs} "
+            f"structagent generate --out {shlex.quote(str(self.out))} --scenes {self.scenes} --crowded {self.crowded} --pairs {self.pairs} "
             f"--objects {self.objects} --seed {self.seed}"
         )
 

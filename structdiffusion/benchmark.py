@@ -19,11 +19,12 @@ import torch
 
 from grounding.spec import StructureSpec
 from structdiffusion.geometric import GeometricPlanner
+from structdiffusion.models.checkpoint import CheckpointError
 from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.observation import Goal, Scene
 from structdiffusion.planners import PLANNERS
 from structdiffusion.sampling import load_planner
-from structdiffusion.scenes import draw_scene
+from structdiffusion.scenes import SceneError, draw_scene
 from structdiffusion.tabletop import TabletopWorld
 
 Result = dict[str, Any]
@@ -123,13 +124,19 @@ def main() -> None:
     parser.add_argument("--sweep", type=Path, metavar="DIR", help="measure many numbers; benchmark.json, .png go there")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
+    for name in ("objects", "candidates", "runs", "threads"):
+        if getattr(options, name) < 1:
+            parser.error(f"--{name} cannot be {getattr(options, name)}; legal: 1 or more")
     torch.set_num_threads(options.threads)
-    if options.sweep is not None:
-        results = sweep(options.model, options.runs, options.weights)
-        plot(results, options.sweep / "benchmark.png")
-        (options.sweep / "benchmark.json").write_text(json.dumps(results, indent=1) + "\n")
-    else:
-        results = [measure(options.model, options.objects, options.candidates, options.runs, options.weights)]
+    try:
+        if options.sweep is not None:
+            results = sweep(options.model, options.runs, options.weights)
+            plot(results, options.sweep / "benchmark.png")
+            (options.sweep / "benchmark.json").write_text(json.dumps(results, indent=1) + "\n")
+        else:
+            results = [measure(options.model, options.objects, options.candidates, options.runs, options.weights)]
+    except (SceneError, CheckpointError) as error:
+        parser.error(str(error))
     if options.json:
         print(json.dumps(results if options.sweep is not None else results[0]))
     else:

@@ -6,6 +6,7 @@ what was told while they were drawn; `datasheet.md` says the same for people.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 from collections import Counter
@@ -163,9 +164,16 @@ def _draws(drawing: Mapping[str, Any]) -> str:
 
 
 def _drawing(path: Path, scenes: int) -> dict[str, Any]:
-    """What was told of the draws, summed; a shard that was drawn twice counts once."""
+    """What was told of the draws, summed; a shard that was drawn twice counts once.
+
+    A line that was torn when its writer was killed tells nothing; its scenes are counted as not told of.
+    """
     lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
-    shards = {facts["shard"]: facts for facts in map(json.loads, lines)}
+    shards = {}
+    for line in lines:
+        with contextlib.suppress(json.JSONDecodeError):
+            facts = json.loads(line)
+            shards[facts["shard"]] = facts
     seconds = sum(facts["seconds"] for facts in shards.values())
     told = sum(facts["scenes"] for facts in shards.values())
     summed: dict[str, Counter[str]] = {shape: Counter() for shape in SHAPES}

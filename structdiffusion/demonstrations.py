@@ -59,7 +59,7 @@ class DemonstrationSet:
         shards = sorted(Path(folder).glob("shard_*.npz"))
         if not shards:
             raise FileNotFoundError(f"{folder} has no shard_*.npz; `structagent generate --out {folder}` makes them")
-        loaded = [read_arrays(shard) for shard in shards]
+        loaded = [read_arrays(shard, *cls.__dataclass_fields__) for shard in shards]
         places = max(shard["goal"].shape[1] for shard in loaded)
         loaded = [widened(shard, places) for shard in loaded]
         return cls(*(np.concatenate([shard[name] for shard in loaded]) for name in cls.__dataclass_fields__))

@@ -175,6 +175,6 @@ def imagined_bodies(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> l
             if overlap_depth(bodies[upper].footprint, bodies[lower].footprint) > OVERLAP
         ]
         if below:  # it rests on the highest of them
-            carrier = max(below, key=lambda lower: bodies[lower].z_bottom)
+            carrier = max(below, key=lambda lower: bodies[lower].z_top)
             bodies[upper] = replace(bodies[upper], rests_on=(carrier,))
     return bodies

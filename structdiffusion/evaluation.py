@@ -122,7 +122,11 @@ class Evaluation:
     about: dict[str, Any] = field(default_factory=dict)
 
     def aggregate(self) -> dict[str, dict[str, Any]]:
-        """Rates per structure, and over all scenes as "all"."""
+        """Rates per structure, and over all scenes as "all".
+
+        "failures" are those of the best-ranked arrangements; "into_table" is how many of them intersect the table:
+        these count as "intersection" there.
+        """
         groups = {shape: [row for row in self.rows if row["structure"] == shape] for shape in SHAPES}
         groups = {shape: rows for shape, rows in groups.items() if rows} | {"all": list(self.rows)}
         return {name: _rates(rows, self.top_k) for name, rows in groups.items()}
@@ -188,6 +192,7 @@ def _rates(rows: Sequence[Row], top_k: int) -> dict[str, Any]:
         return {"count": count, "rate": count / n if n else None, "low": low, "high": high}
 
     causes = (*FAILURE_CLASSES, NO_ARRANGEMENT)
+    first = [row["verdicts"][0] for row in rows if row["verdicts"]]
     ranks = [row["first_success_rank"] or math.inf for row in rows]
     planning = [row["plan_seconds"] for row in rows]
     return {
@@ -195,6 +200,7 @@ def _rates(rows: Sequence[Row], top_k: int) -> dict[str, Any]:
         "success": rate(sum(rank == 1 for rank in ranks)),
         "success_at": {str(k): rate(sum(rank <= k for rank in ranks)) for k in range(1, top_k + 1)},
         "failures": {cause: rate(sum(row["failure"] == cause for row in rows)) for cause in causes},
+        "into_table": rate(sum(verdict["penetrated"] == "table" for verdict in first)),
         "plan_seconds": float(np.mean(planning)) if rows else None,
         "plan_seconds_median": float(np.median(planning)) if rows else None,
         "plan_seconds_total": sum(planning),

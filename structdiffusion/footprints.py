@@ -21,10 +21,13 @@ def turned(outline: np.ndarray, yaw: float) -> np.ndarray:
 
 
 def outline_centroid(outline: np.ndarray) -> np.ndarray:
-    """The area centroid (2,) of a convex outline (K, 2)."""
-    following = np.roll(outline, -1, axis=0)
-    cross = outline[:, 0] * following[:, 1] - following[:, 0] * outline[:, 1]
-    return ((outline + following) * cross[:, None]).sum(axis=0) / (3.0 * cross.sum())
+    """The area centroid (2,) of a convex outline (K, 2); the mean of its corners where it has no area."""
+    about = outline - outline[0]  # far from the origin, areas about it would cancel out
+    following = np.roll(about, -1, axis=0)
+    cross = about[:, 0] * following[:, 1] - following[:, 0] * about[:, 1]
+    if not cross.sum():
+        return outline.mean(axis=0)
+    return outline[0] + ((about + following) * cross[:, None]).sum(axis=0) / (3.0 * cross.sum())
 
 
 def clear_gap(a: np.ndarray, b: np.ndarray) -> float:
@@ -56,7 +59,8 @@ def separation_along(a: np.ndarray, b: np.ndarray, direction: np.ndarray, cleara
 
     Both outlines (K, 2) are convex, counter-clockwise, and about their own origins. They are closer than `clearance`
     as long as the vector between the origins lies inside a + (-b), rounded outward by `clearance`: the answer
-    is where the ray leaves that region, through an edge moved outward or through the arc about a corner.
+    is where the ray leaves that region, through an edge moved outward or through the arc about a corner. It is the
+    last of all such places; sides that are parallel have edges in one line, of which none is the only one it could be.
     """
     corners = _minkowski_sum(a, -b)
     edges = np.roll(corners, -1, axis=0) - corners
@@ -66,16 +70,13 @@ def separation_along(a: np.ndarray, b: np.ndarray, direction: np.ndarray, cleara
     facing = normals @ direction
     with np.errstate(divide="ignore", invalid="ignore"):
         leaves = ((normals * corners).sum(axis=1) + clearance) / facing
-    leaves[(facing <= 1e-9) | (lengths < 1e-9)] = math.inf
-    edge = int(leaves.argmin())
-    distance = float(leaves[edge])
-    place = float((distance * direction - corners[edge]) @ tangents[edge])
-    if 0.0 <= place <= lengths[edge]:
-        return max(0.0, distance)
-    corner = corners[edge if place < 0.0 else (edge + 1) % len(corners)]
-    along = float(corner @ direction)
-    beside = clearance**2 - (float(corner @ corner) - along**2)
-    return max(0.0, along + math.sqrt(max(beside, 0.0)))
+    leaves[(facing <= 1e-9) | (lengths < 1e-9)] = 0.0
+    places = leaves * (tangents @ direction) - (tangents * corners).sum(axis=1)  # along each edge
+    leaves[(places < -1e-9) | (places > lengths + 1e-9)] = 0.0
+    along = corners @ direction
+    beside = clearance**2 - ((corners**2).sum(axis=1) - along**2)
+    arcs = np.where(beside >= 0.0, along + np.sqrt(np.maximum(beside, 0.0)), 0.0)
+    return max(0.0, float(leaves.max()), float(arcs.max()))
 
 
 def _minkowski_sum(a: np.ndarray, b: np.ndarray) -> np.ndarray:

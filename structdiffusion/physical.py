@@ -25,6 +25,7 @@ from grounding.spec import StructureSpec
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel, footprint_centroid
 from structdiffusion.observation import Table
+from structdiffusion.slots import realised_shape
 from structdiffusion.success import Check, PlacedBody, check_structure
 from structdiffusion.tabletop import REST_SECONDS, TABLE, TabletopWorld, unique_names
 
@@ -45,6 +46,7 @@ class Verdict:
         success: whether none of the four failures happened.
         failure: one of `structdiffusion.success.FAILURE_CLASSES`, or `None`.
         failed_object: the name of the object that failed, or `None` (semantic failures concern all).
+        penetrated: what it would penetrate, "table" or the name of an object, or `None`.
         detail: one sentence with the value and its limit.
         checks: the semantic checks; empty when physics failed before.
         measured: "penetration" (m), "speed" (m/s), "displacement" (m), "tilt" (rad): the largest of each.
@@ -62,6 +64,7 @@ class Verdict:
     order: tuple[int, ...] = ()
     world_from_final: np.ndarray | None = None
     seconds: float = 0.0
+    penetrated: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready, without the poses."""
@@ -69,6 +72,7 @@ class Verdict:
             "success": self.success,
             "failure": self.failure,
             "failed_object": self.failed_object,
+            "penetrated": self.penetrated,
             "detail": self.detail,
             "checks": [asdict(check) for check in self.checks],
             "measured": dict(self.measured),
@@ -78,9 +82,9 @@ class Verdict:
 
 
 class _Failure(Exception):
-    def __init__(self, failure: str, name: str | None, detail: str) -> None:
+    def __init__(self, failure: str, name: str | None, detail: str, penetrated: str | None = None) -> None:
         super().__init__(detail)
-        self.failure, self.name, self.detail = failure, name, detail
+        self.failure, self.name, self.detail, self.penetrated = failure, name, detail, penetrated
 
 
 def executable_order(models: Sequence[ObjectModel], world_from_goal: np.ndarray) -> tuple[int, ...]:
@@ -156,6 +160,7 @@ def place_and_check(
         order=order,
         world_from_final=final,
         seconds=time.perf_counter() - started,
+        penetrated=failure and failure.penetrated,
     )
 
 
@@ -195,7 +200,7 @@ def semantic_checks(
     foreign = sum(not own.issuperset(supports[index]) for index in indices)
     checks = [*check_structure(bodies, spec, world.table)]
     checks.append(Check("objects that rest on a distractor", foreign == 0, foreign, "0"))
-    if spec.shape == "tower":
+    if (spec.shape or realised_shape(bodies, world.table)) == "tower":
         leaning = sum(TABLE in supports[index] and len(supports[index]) > 1 for index in indices)
         checks.append(Check("objects that rest on the table and on another", leaning == 0, leaning, "0"))
     return tuple(checks)
@@ -229,9 +234,9 @@ class _Trial:
         for other, clearance in self.world.clearances(index).items():
             self._record("penetration", -clearance)
             if clearance < -MAX_PENETRATION:
-                thing = "the table" if other == TABLE else f"the {self.names[other]}"
+                thing = "table" if other == TABLE else self.names[other]
                 depth = f"{-clearance * 1000:.1f} mm, allowed 2 mm"
-                raise self._failure("intersection", index, f"would penetrate {thing} by {depth}")
+                raise self._failure("intersection", index, f"would penetrate the {thing} by {depth}", thing)
         above = goal.copy()
         above[2, 3] += RELEASE_HEIGHT
         self.world.set_pose(index, above)
@@ -277,8 +282,8 @@ class _Trial:
                 what = f"ends tilted by {math.degrees(tilt):.0f} degrees, allowed 15"
                 raise self._failure("not upright", index, what)
 
-    def _failure(self, failure: str, index: int, what: str) -> _Failure:
-        return _Failure(failure, self.names[index], f"the {self.names[index]} {what}")
+    def _failure(self, failure: str, index: int, what: str, penetrated: str | None = None) -> _Failure:
+        return _Failure(failure, self.names[index], f"the {self.names[index]} {what}", penetrated)
 
     def _record(self, what: str, value: float) -> None:
         self.measured[what] = max(self.measured[what], float(value))

@@ -110,9 +110,9 @@ class Ranker:
     def _collision_free(
         self, outlines: list[list[np.ndarray]], others: list[np.ndarray], at_goal: Tensor, other_clouds: Tensor
     ) -> Tensor:
-        """For each arrangement, the chance that no pair collides: the product over pairs, not the mean.
+        """For each arrangement, the chance that no pair collides: the product over pairs, or, as in the paper, the mean.
 
-        One hard hit among 21 pairs would cost a mean only five percent. Pairs too far apart to collide are skipped.
+        One hard hit among 21 pairs costs a mean only five percent. Pairs too far apart to collide are skipped.
         """
         first, second, owner = [], [], []
         for k, row in enumerate(outlines):

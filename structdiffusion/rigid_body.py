@@ -1,14 +1,15 @@
 """Mass properties of convex parts, and the shape files that the physics engine loads.
 
 The physics engine takes a concave body as a Wavefront file with one group per convex part. The
-files are named by a digest of their content, so every process writes each of them at most once.
+files are named by a digest of their content, and those in use are written once.
 """
 
 from __future__ import annotations
 
+import functools
 import hashlib
-import os
 import tempfile
+from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +20,7 @@ from scipy.spatial import ConvexHull
 # Thin things (a fork's radius of gyration about its long axis is 3 mm) spin faster than a 1/240 s
 # step can follow; a floor on the radius of gyration, metres, keeps contacts steady.
 MIN_GYRATION = 0.008
+_MOST_SHAPES = 2000  # files, some 20 MB; a world loads a few dozen
 
 
 @dataclass(frozen=True)
@@ -96,24 +98,22 @@ def _shape_file(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> Path:
         lines += ["f %d %d %d" % tuple(f) for f in (faces + offset).tolist()]
         offset += len(vertices)
     content = ("\n".join(lines) + "\n").encode()
-    path = _shape_directory() / f"{hashlib.sha256(content).hexdigest()[:32]}.obj"
-    if not path.exists():
-        # Written aside and moved, so that another process never reads half a file.
-        handle, aside = tempfile.mkstemp(dir=path.parent, suffix=".part")
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.replace(aside, path)
+    folder = Path(_shape_folder().name)
+    path = folder / f"{hashlib.sha256(content).hexdigest()[:32]}.obj"
+    if path in _shapes:
+        _shapes.move_to_end(path)
+    else:
+        path.write_bytes(content)
+        _shapes[path] = None
+        if len(_shapes) > _MOST_SHAPES:  # bodies guessed for one scene are never asked for again
+            _shapes.popitem(last=False)[0].unlink(missing_ok=True)
     return path
 
 
-def _shape_directory() -> Path:
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "structagent" / "shapes"
-    try:
-        cache.mkdir(parents=True, exist_ok=True)
-        if os.access(cache, os.W_OK):
-            return cache
-    except OSError:
-        pass  # a home that cannot be written to: the temporary directory serves as well
-    fallback = Path(tempfile.gettempdir()) / f"structagent-shapes-{os.getuid()}"
-    fallback.mkdir(mode=0o700, exist_ok=True)
-    return fallback
+_shapes: OrderedDict[Path, None] = OrderedDict()  # the files there are, the last used last
+
+
+@functools.cache
+def _shape_folder() -> tempfile.TemporaryDirectory:
+    """Of this process, and gone with it."""
+    return tempfile.TemporaryDirectory(prefix="structagent-shapes-", ignore_cleanup_errors=True)

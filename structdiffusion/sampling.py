@@ -76,10 +76,13 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
         return CVAEPlanner(cvae, finish, search)
     model = PoseDiffusion.from_pretrained(folder / "diffusion")
     finish, _, guide = _judges(parts, folder)
-    return DiffusionPlanner(
-        model, finish, sentence=parts.sentence, steps=parts.steps, sampler=parts.sampler,
-        guide=guide, guidance=parts.guidance, candidates=parts.candidates,
-    )  # fmt: skip
+    try:
+        return DiffusionPlanner(
+            model, finish, sentence=parts.sentence, steps=parts.steps, sampler=parts.sampler,
+            guide=guide, guidance=parts.guidance, candidates=parts.candidates,
+        )  # fmt: skip
+    except ValueError as error:  # it was trained with fewer steps than this planner takes
+        raise CheckpointError(f"{folder / 'diffusion'} is of no use to model {name!r}: {error}") from error
 
 
 def _judges(

@@ -133,7 +133,7 @@ def draw_scene(
             yaws = rng.uniform(-np.pi, np.pi, len(chosen))
             items = [layout_item(model, yaw) for model, yaw in zip(chosen, yaws)]
             layout = lay_out(items, spec, table, rng)
-            if spec.shape == "tower" and layout.positions[:, 2].max() > _TALLEST_TOWER:
+            if layout.spec.shape == "tower" and layout.positions[:, 2].max() > _TALLEST_TOWER:
                 raise LayoutError("the tower would be higher than the arm can build")
             number = int(rng.integers(0, 3)) if distractors is None else distractors
             taken = {model.category for model in chosen} if categories else set()
@@ -185,8 +185,9 @@ def _choose(
         same = [model for model in shuffled if model.category == shuffled[0].category]
         if len(same) >= wanted:
             shuffled = same
-    if len(shuffled) < low:
-        raise LayoutError(f"a {shape} needs {low} or more objects, and {len(shuffled)} suit it")
+    least = low if shape else 2  # of two, a tower or a line can be made
+    if len(shuffled) < least:
+        raise LayoutError(f"a {shape or 'structure'} needs {least} or more objects, and {len(shuffled)} suit it")
     chosen = shuffled[:wanted]
     if shape == "tower":
         if many:

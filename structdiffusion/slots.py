@@ -99,21 +99,34 @@ def fitting_values(
     return tuple(value for value in legal if fits(value))
 
 
-def normalised_entropy(values: Sequence[str], legal: int) -> float | None:
-    """How evenly some values are spread over the legal ones: 1 evenly, 0 all the same.
+def evenness(values: Sequence[str], fits: Sequence[str]) -> float | None:
+    """How evenly some values are spread over those that fit: 0 all the same, 1 in the mean where all are as likely.
+
+    A few even draws rarely look even: their entropy is below that of the values they are drawn of, in the mean by
+    a good deal (Miller, 1955), which is no fault of who drew them. Hence the mean entropy of as many even draws is the
+    measure, and a lucky few may come out above 1.
 
     Args:
-        values: what was realised, one per sample; those that nothing realised are left out before.
-        legal: how many different ones there may be; fewer samples than that can only show as many.
+        values: what was realised, one per sample; those that do not fit, and those that nothing realised, do not count.
+        fits: the different values that there may be.
 
     Returns:
-        The entropy over its largest value, or `None` where nothing could differ.
+        The entropy over that of as many even draws, or `None` where nothing could differ.
     """
-    most = min(legal, len(values))
-    if most < 2:
+    values = [value for value in values if value in fits]
+    if min(len(values), len(fits)) < 2:
         return None
     shares = np.array(list(Counter(values).values())) / len(values)
-    return min(1.0, float(-(shares * np.log(shares)).sum()) / math.log(most))
+    return float(-(shares * np.log(shares)).sum()) / _entropy_of_even_draws(len(values), len(fits))
+
+
+def _entropy_of_even_draws(draws: int, values: int) -> float:
+    """The mean entropy, in nats, of the shares in so many independent draws of so many equally likely values."""
+    often = np.arange(1, draws + 1)  # how often one of the values is drawn: binomial
+    ways = [math.lgamma(draws + 1) - math.lgamma(n + 1) - math.lgamma(draws - n + 1) for n in often]
+    chances = np.exp(np.array(ways) - often * math.log(values) + (draws - often) * math.log1p(-1 / values))
+    shares = often / draws
+    return float(-values * (chances * shares * np.log(shares)).sum())
 
 
 def _size(bodies: Sequence[PlacedBody], table: Table, shape: str, slot: str) -> str | None:

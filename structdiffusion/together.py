@@ -17,6 +17,9 @@ from accelerate import Accelerator
 from torch import Tensor, nn
 from torch.multiprocessing import start_processes
 
+from structdiffusion.arrays import DataFolderError
+from structdiffusion.models.checkpoint import CheckpointError
+
 if TYPE_CHECKING:
     from structdiffusion.training import Loss
 
@@ -94,7 +97,8 @@ def _start(rank: int, work: Callable[..., None], count: int, port: int, failures
     )  # fmt: skip
     try:
         work(*arguments)
-    except (OSError, FloatingPointError) as error:  # bad data or numbers: no defect, and no traceback
+    except (OSError, FloatingPointError, CheckpointError, DataFolderError) as error:
+        # Bad data, numbers or weights: no defect, and no traceback.
         failures.put(error)
         sys.exit(1)
 

@@ -128,7 +128,7 @@ def train(
     record = None
     if surroundings is not None and rank == 0:
         count = together.count if together else 1
-        record = TrainingRecord(folder, model, asdict(options), surroundings, device, count, step)
+        record = TrainingRecord(folder, model, asdict(options), surroundings, device, count, step, spent)
 
     def save() -> None:
         trained = {name: tensor.clone() for name, tensor in model.state_dict().items()}
@@ -166,6 +166,8 @@ def train(
         rows += 1
         now = time.monotonic()
         if step % options.log_every == 0 or step == options.steps:
+            # Weights are saved only where the loss is known to be a number still.
+            due = now - last_saved > options.save_seconds or step == options.steps
             means = {name: value / rows for name, value in sums.items()}
             means = together.mean(means) if together else means
             sums, rows = {}, 0
@@ -174,10 +176,10 @@ def train(
                 raise FloatingPointError(f"the loss is {means} at step {step}; lower the learning rate")
             if rank == 0:
                 _log(folder / "log.csv", progress)
+            if rank == 0 and due:
+                spent, started, last_saved = spent + now - started, now, now
+                save()
             yield progress
-        if rank == 0 and (now - last_saved > options.save_seconds or step == options.steps):
-            spent, started, last_saved = spent + now - started, now, now
-            save()
     model.load_state_dict(average)
     model.eval()
 

@@ -70,6 +70,7 @@ class TrainingRecord:
         device: where the model lives.
         devices: how many train together.
         step: where the session begins.
+        spent: seconds of training before it, whether they are in the record or not.
 
     Raises:
         CheckpointError: for a record there that cannot be read.
@@ -84,6 +85,7 @@ class TrainingRecord:
         device: torch.device,
         devices: int,
         step: int,
+        spent: float,
     ) -> None:
         self._path, self._model = folder / RECORD_NAME, model
         self._first_step, self._batch = step, surroundings.batch * devices
@@ -97,7 +99,7 @@ class TrainingRecord:
             "devices": devices,
             "threads": torch.get_num_threads(),
         }
-        self._seconds = sum(session["seconds"] for session in self._earlier)
+        self._seconds = spent
         last = self._earlier[-1] if self._earlier else {}
         if last.get("last_step") == step and _circumstances(last) == _circumstances(self._session):
             # The same run went on: one stretch.

@@ -5,16 +5,20 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput
 from agent.models.catalogue import Network, planners_of
+from grounding.spec import SHAPES
+from structdiffusion.models import structformer_name
 
 SCHEMA = "structagent-card/1"
 RECORD = "training.json"
 Facts = dict[str, Any]
+_FACTS = ("name", "family", "parameters", "files", "training", "results")
+_RECORDED = ("steps", "seconds", "losses", "sessions", "files")
 _SAID_ELSEWHERE = ("schema", "kind", "parameters", "files")  # of a training's record, in the card
 
 
@@ -28,9 +32,9 @@ def facts_of(network: Network) -> Facts:
         facts = _json(network.facts_path)
         if facts.get("schema") != SCHEMA:
             raise BadInput(f'{network.facts_path} is no card: its "schema" must be {SCHEMA!r}')
-        return facts
+        return _complete(facts, _FACTS, network.facts_path)
     record = network.folder / RECORD
-    training = _json(record) if record.is_file() else None
+    training = _complete(_json(record), _RECORDED, record) if record.is_file() else None
     return _facts(network, training, [], training["files"] if training else {})
 
 
@@ -49,7 +53,7 @@ def new_facts(network: Network, run: Path | None, reports: tuple[Path, ...]) -> 
     known = facts_of(network)
     training, results = known["training"], known["results"]
     if run is not None:
-        training = _json(run / RECORD)
+        training = _complete(_json(run / RECORD), _RECORDED, run / RECORD)
         if training["files"] != files_of(network):
             raise BadInput(f"{run / RECORD} is of other weights than those in {network.folder}; copy them there first")
     elif network.family in ("embedding", "llm"):
@@ -78,6 +82,8 @@ def files_of(network: Network) -> dict[str, dict[str, Any]]:
 def headline(facts: Mapping[str, Any]) -> str:
     """The result that says most, in a few words; what the training ended with where nothing was measured."""
     rows = [row for result in facts["results"] for row in result["rows"] if row["of"] in ("all", "free")]
+    # Of a network for one structure there are no others.
+    rows = rows or [row for result in facts["results"] for row in result["rows"]]
     if rows:
         # Several evaluations of one planner, of other structures or seeds, count together.
         same = [row for row in rows if all(row[key] == rows[0][key] for key in ("by", "of", "what"))]
@@ -144,10 +150,13 @@ def _result(network: Network, path: Path) -> Facts:
 
 def _success_rows(network: Network, evaluations: list[Facts]) -> list[Facts]:
     using, rows = planners_of(network.name), []
+    own = next((shape for shape in SHAPES if structformer_name(shape) == network.name), None)
     for evaluation in evaluations:
         if evaluation["about"]["model"] not in using:
             continue
         for structure, rates in evaluation["aggregate"].items():
+            if own is not None and structure != own:  # what the other networks of that planner did
+                continue
             rows.append(
                 {
                     "by": evaluation["about"]["model"],
@@ -170,7 +179,15 @@ def _parsing_rows(network: Network, evaluations: list[Facts]) -> list[Facts]:
 
 
 def _rate(found: Mapping[str, Any]) -> dict[str, float]:
-    return {name: round(found[name], 4) for name in ("rate", "low", "high")}
+    # Cards show tenths of a percent; rounded to them twice, 0.06049 would be 6.1.
+    return {name: round(found[name], 6) for name in ("rate", "low", "high")}
+
+
+def _complete(content: Facts, keys: Sequence[str], path: Path) -> Facts:
+    lacking = [key for key in keys if key not in content]
+    if lacking:
+        raise BadInput(f"{path} lacks {', '.join(map(repr, lacking))}; it needs {', '.join(map(repr, keys))}")
+    return content
 
 
 def _json(path: Path) -> Facts:

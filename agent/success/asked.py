@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import structdiffusion
 from agent import __version__
 from agent.conditions import conditions_of
 from grounding.spec import SHAPES
@@ -80,11 +81,13 @@ class Asked:
     def fingerprint(self, library: Sequence[ObjectModel], models: Sequence[str]) -> dict[str, Any]:
         """What two commands have in common whose rows may stand in one table, JSON-ready.
 
-        "library" and "networks" are SHA-256 checksums: of the objects, and of every network of these models.
+        "code", "library" and "networks" are SHA-256 checksums: of this project's way from a goal to a verdict, of the
+        objects, and of every network of these models.
         """
         networks = sorted({network for model in models for network in networks_of(model)})
         return {
             "version": __version__,
+            "code": _checksum_of_code(),
             "objects": self.objects,
             "seed": self.seed,
             "candidates": self.candidates,
@@ -95,6 +98,14 @@ class Asked:
             "library": _checksum_of_objects(library),
             "networks": _checksums_of_networks(self.weights or WEIGHTS, networks),
         }
+
+
+def _checksum_of_code() -> str:
+    checksum = hashlib.sha256()
+    folder = Path(structdiffusion.__file__).parent
+    for path in sorted(folder.rglob("*.py")):
+        checksum.update(f"{path.relative_to(folder)} {path.stat().st_size}\n".encode() + path.read_bytes())
+    return checksum.hexdigest()
 
 
 def _checksum_of_objects(library: Sequence[ObjectModel]) -> str:

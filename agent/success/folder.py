@@ -134,6 +134,8 @@ def _only_files(folder: Path) -> None:
 def _difference(key: str, kept: Any, asked: Any) -> str:
     if key == "version":
         return f"by structagent {kept}, and this is {asked}"
+    if key == "code":
+        return "by other code, and rows of both may not mix"
     if key not in _OPTIONS:
         return "with other objects of that name, which have changed since"
     option = "--" + key.replace("_", "-")

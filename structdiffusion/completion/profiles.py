@@ -82,12 +82,13 @@ def _hollow(
     """
     lowest = radii < 0.35 * outermost
     floor = float(np.median(heights[lowest])) if lowest.sum() >= 4 else float(np.quantile(heights[~front], 0.02))
-    floor = float(np.clip(floor, 0.002, rim - 0.004))
+    floor = float(np.clip(floor, min(0.002, 0.4 * rim), max(rim - 0.004, 0.4 * rim)))
     wall = heights > floor + min(0.004, 0.3 * (rim - floor))
     far = wall & ~front & (radii > 0.3 * outermost)
     inside = _curve(radii[far], heights[far])
     levels = np.linspace(floor, rim, 5)
-    inner = np.minimum(inside(levels) if inside else outermost - _WALL, outermost - _THINNEST_WALL)
+    seen_inside = inside(levels) if inside else np.full(len(levels), outermost - _WALL)
+    inner = np.minimum(seen_inside, outermost - _THINNEST_WALL)
     inner = np.clip(inner, 0.25 * outermost, None)
     near = front & (heights > 0.002) & (radii > np.interp(heights, levels, inner)) & (heights < rim)
     slope = np.gradient(inner, levels)

@@ -11,6 +11,7 @@ import hashlib
 import os
 import tempfile
 import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +44,6 @@ def convex_parts(
     *,
     max_parts: int = MAX_PARTS,
     resolution: int = RESOLUTION,
-    cached: bool = True,
 ) -> tuple[np.ndarray, ...]:
     """Splits a surface into convex parts, each (V, 3) with V <= 32, in the mesh's own frame.
 
@@ -55,7 +55,6 @@ def convex_parts(
         faces: (F, 3) vertex indices.
         max_parts: the most parts to return.
         resolution: voxels that V-HACD fills; the cost grows with it.
-        cached: whether to read and write the cache on disk.
 
     Raises:
         ValueError: when no part with a volume comes out.
@@ -68,11 +67,10 @@ def convex_parts(
     digest.update(vertices.astype(np.float32).tobytes())
     digest.update(faces.tobytes())
     path = cache_directory() / f"{digest.hexdigest()[:32]}.npz"
-    if cached and (stored := _read(path)) is not None:
+    if (stored := _read(path)) is not None:
         return stored
     parts = _decompose(vertices, faces, max_parts, resolution)
-    if cached:
-        _write(path, parts)
+    _write(path, parts)
     return parts
 
 
@@ -159,7 +157,7 @@ def _read(path: Path) -> tuple[np.ndarray, ...] | None:
     try:
         with np.load(path, allow_pickle=False) as stored:
             vertices, counts = stored["vertices"].astype(np.float64), stored["counts"]
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
         return None  # absent or damaged: it is made anew
     return tuple(np.split(vertices, np.cumsum(counts)[:-1]))
 

@@ -7,7 +7,7 @@ import math
 import manifold3d
 import numpy as np
 import trimesh
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.nouns import CUTLERY
@@ -190,7 +190,7 @@ def object_from_mesh(
     if len(pieces) > 1 and all(piece.volume > 0.99 * piece.convex_hull.volume for piece in pieces):
         parts = tuple(few_vertices(np.asarray(piece.convex_hull.vertices)) for piece in pieces)
     else:
-        parts = hollow_parts(mesh) if category in HOLLOW else ()
+        parts = _vessel_parts(mesh) if category in HOLLOW else ()
         parts = parts or convex_parts(mesh.vertices, mesh.faces, max_parts=max_parts, resolution=resolution)
     upright = level(parts, settle_within)
     dense, _ = sample_surface(mesh, 20_000, seed=0)
@@ -220,3 +220,11 @@ def object_from_mesh(
         mesh_vertices=vertices,
         mesh_faces=faces,
     )
+
+
+def _vessel_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:
+    """`hollow_parts`; () as well where it is so unlike a vessel that the geometry fails, such as a cone."""
+    try:
+        return hollow_parts(mesh)
+    except (QhullError, ValueError):
+        return ()

@@ -30,7 +30,7 @@ class ObjectModel:
     Attributes:
         name: unique in its library, such as "025_mug".
         category: the noun that people use, such as "mug".
-        source: "procedural", "random_urdfs", "ycb" or "folder".
+        source: "procedural", "random_urdfs", "ycb", "folder", or "recorded" for one that was completed from its cloud.
         hulls: convex parts, each (V, 3) vertices; their union is the collision body.
         surface_points: (1024, 3) float32, uniform on the outer surface.
         surface_normals: (1024, 3) float32, outward unit normals.

@@ -9,8 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 import trimesh
 
+from agent import __version__
 from agent.cli import command_line
 
 ROOT = Path(__file__).parents[2]
@@ -63,7 +65,7 @@ def test_help_answers_at_once():
     program = "import sys, agent.cli; agent.cli.command_line(['--version']); print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
     version, modules = done.stdout.splitlines()
-    assert version == "structagent 0.1.0"
+    assert version == f"structagent {__version__}"
     assert not {"torch", "numpy", "scipy", "pybullet", "trimesh", "PIL"} & set(modules.split())
 
 
@@ -140,6 +142,7 @@ def checkpoints(tmp_path_factory) -> Path:
     from structdiffusion.models.structure import StructureDiscriminator
 
     folder = tmp_path_factory.mktemp("checkpoints")
+    torch.manual_seed(0)  # some of those that know nothing are lucky, now that what hardly misses is mended
     for network in (PoseDiffusion, StructureDiscriminator, CollisionDiscriminator):
         network().save_pretrained(folder / network.kind)
     return folder

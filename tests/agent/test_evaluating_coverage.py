@@ -59,28 +59,28 @@ def test_a_planner_that_always_does_the_same_covers_nothing(tower):
     x, y = _covered(64, Copier(*[(0.0, 0.0, 0.9)] * 6), tower)
     assert (x["slot"], y["slot"]) == ("x_position", "y_position")
     assert set(x["fits"]) == {"left", "center", "right"} and sum(x["realised"][SAMPLED].values()) == 6
-    assert all(entropy == 0.0 for entropy in (*x["entropy"].values(), *y["entropy"].values()))
+    assert all(even == 0.0 for even in (*x["evenness"].values(), *y["evenness"].values()))
 
 
 def test_only_what_differs_counts_and_bad_samples_are_not_worth_it(tower):
     # Far to the left, and far to the right with a score that is not worth a try.
     x, y = _covered(64, Copier((0.0, 2.0, 0.9), (0.0, 2.0, 0.8), (0.0, -2.0, 0.01), (0.0, -2.0, 0.0)), tower)
     assert x["realised"][SAMPLED] == {"left": 2, "right": 2} and x["realised"][WORTHWHILE] == {"left": 2}
-    assert x["entropy"][SAMPLED] == pytest.approx(math.log(2) / math.log(3))
-    assert x["entropy"][WORTHWHILE] == 0.0 and y["entropy"][SAMPLED] == 0.0
+    assert x["evenness"][SAMPLED] == pytest.approx(math.log(2) / 0.78275, rel=1e-4)  # of the 81 ways to draw
+    assert x["evenness"][WORTHWHILE] == 0.0 and y["evenness"][SAMPLED] == 0.0
     nothing = _covered(64, Copier(), tower)[0]
-    assert nothing["realised"][SAMPLED] == {} and nothing["entropy"][RANKED] is None
+    assert nothing["realised"][SAMPLED] == {} and nothing["evenness"][RANKED] is None
 
 
 def test_the_exact_planner_covers_what_is_open():
     rows = _covered(24, load_planner("geometric"), _drawn(20, MODELS, ("line", 0)))
     assert [row["slot"] for row in rows] == ["size", "x_position", "y_position", "rotation"]
-    assert all(row["entropy"][SAMPLED] > 0.6 for row in rows)
+    assert all(row["evenness"][SAMPLED] > 0.6 for row in rows)
     assert set(rows[3]["realised"][SAMPLED]) <= {"north", "east"} == set(rows[3]["fits"])
 
 
 def test_means_come_with_what_they_rest_on(tower):
-    assert _mean([None, None])["mean"] is None and _mean([0.4, None]) == {"n": 1, "mean": 0.4, "low": 0.0, "high": 1.0}
+    assert _mean([None, None])["mean"] is None and _mean([0.4, None]) == {"n": 1, "mean": 0.4, "low": 0.0, "high": 1.4}
     two = _mean([0.4, 0.6])
     assert (two["n"], two["mean"], two["low"]) == (2, 0.5, 0.0)
     many = _mean([0.4, 0.6] * 8)

@@ -28,3 +28,18 @@ def test_a_sweep_covers_both_numbers_and_is_drawn(monkeypatch, tmp_path):
 def test_an_unknown_model_is_named():
     with pytest.raises(ValueError, match="model cannot be 'magic'; legal values: diffusion, diffusion-tokens, geometric"):
         measure("magic", objects=3, candidates=2, runs=1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--runs", "0"], "--runs cannot be 0; legal: 1 or more"),
+        (["--weights", "nowhere"], "there is no folder nowhere with checkpoints"),
+        (["--objects", "40"], "and the table only"),
+    ],
+)
+def test_bad_options_are_told_in_a_sentence(arguments, said, monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["benchmark", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        benchmark.main()
+    assert ended.value.code == 2 and said in capsys.readouterr().err

@@ -42,6 +42,16 @@ def test_the_sheet_counts_what_is_there(folder, library):
         assert 0 < sheet["pairs"]["penetrating"] == (pairs["distance"] < -0.002).sum()
 
 
+def test_a_line_that_was_torn_is_not_told_of(folder, library):
+    told = folder / "shards.jsonl"
+    lines = told.read_text().splitlines()
+    told.write_text(lines[0][:30] + lines[1] + "\n")
+    sheet = write_datasheet(folder, library, ABOUT)
+    assert sheet["scenes"] == 24 and sheet["drawing"]["scenes"] == 0
+    told.write_text(lines[0] + "\n" + lines[1][:30])
+    assert write_datasheet(folder, library, ABOUT)["drawing"]["scenes"] == 12
+
+
 def test_people_read_the_same_numbers(folder, library):
     sheet = write_datasheet(folder, library, ABOUT)
     text = (folder / "datasheet.md").read_text()

@@ -8,6 +8,7 @@ from structdiffusion.footprints import (
     centre_range,
     clear_gap,
     fit_circle,
+    outline_centroid,
     overlap_depth,
     separation_along,
     tightest_ring_radius,
@@ -51,6 +52,15 @@ def test_the_fitted_circle_is_the_least_squares_one():
     best = cost(*centre, radius)
     for step in 1e-3 * rng.standard_normal((200, 3)):
         assert cost(centre[0] + step[0], centre[1] + step[1], radius + step[2]) >= best
+
+
+def test_centroids_do_not_depend_on_where_the_outline_is():
+    triangle = np.array([[0.0, 0.0], [0.06, 0.0], [0.0, 0.03]])
+    for at in (0.0, 1.0, 1e6):
+        np.testing.assert_allclose(outline_centroid(triangle + at) - at, [0.02, 0.01], atol=1e-9)
+    for at in (5e9, 1e18):  # where an untrained network may put things: an outline is a point there, or nearly
+        assert np.isfinite(outline_centroid(triangle + at)).all()
+    np.testing.assert_allclose(outline_centroid(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]])), [1.0, 1.0])
 
 
 def test_overlap_and_gap_of_rectangles():
@@ -124,3 +134,15 @@ def test_the_centres_range_keeps_everything_on_the_table():
         assert table.overhang(moved) == pytest.approx(0.0, abs=1e-12)
         beyond = moved + 0.01 * np.sign(np.array(corner) - centre)
         assert table.overhang(beyond) == pytest.approx(0.01)
+
+
+def test_squares_side_by_side_and_corner_to_corner():
+    """Parallel sides, and directions that leave right through a corner: by hand."""
+    square = rectangle(0.06, 0.06)
+    for angle in np.arange(16) * math.pi / 8:
+        direction = np.array([math.cos(angle), math.sin(angle)])
+        needed = separation_along(square, square, direction, 0.01)
+        assert clear_gap(square, square + needed * direction) == pytest.approx(0.01, abs=1e-9)
+    diagonal = np.array([1.0, 1.0]) / math.sqrt(2)
+    assert separation_along(square, square, diagonal, 0.01) == pytest.approx(0.06 * math.sqrt(2) + 0.01)
+    assert separation_along(square, square, np.array([1.0, 0.0]), 0.01) == pytest.approx(0.07)

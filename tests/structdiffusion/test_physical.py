@@ -76,10 +76,10 @@ def test_penetration_of_more_than_two_millimetres_is_an_intersection(depth, fail
 
 def test_penetration_of_the_table_and_of_a_distractor():
     low = try_goals([block()] * 2, [at(0.45, -0.1), at(0.45, 0.1, -0.003)], LINE)
-    assert low.failure == "intersection" and "penetrate the table by 3.0 mm" in low.detail
+    assert low.failure == "intersection" and "penetrate the table by 3.0 mm" in low.detail and low.penetrated == "table"
     others = [(block(category="can"), at(0.45, 0.12))]
     hit = try_goals([block()] * 2, [at(0.45, -0.1), at(0.45, 0.1)], LINE, others=others)
-    assert hit.failure == "intersection" and "penetrate the can by" in hit.detail
+    assert hit.failure == "intersection" and "penetrate the can by" in hit.detail and hit.penetrated == "can"
 
 
 def test_off_the_table_is_an_abnormal_velocity():
@@ -150,6 +150,23 @@ def test_checks_of_what_stands_in_a_world_already():
         line = semantic_checks(world, [0, 2], LINE)
     assert all(check.passed for check in tower)
     assert not all(check.passed for check in line)
+
+
+def test_a_tower_that_also_leans_on_the_table_is_none_even_where_the_shape_is_open():
+    ends = [(x, y, z) for y in (-0.03, 0.03) for x, z in ((-0.03, 0.0), (0.03, 0.0), (-0.002, 0.03), (0.002, 0.03))]
+    roof, plank = solid("roof", np.array(ends)), solid("plank", box(0.16, 0.05, 0.0, 0.01))
+    slope = math.atan2(0.03, 0.09)  # its low end is 9 cm before the ridge that it leans on
+    leaning = at(0.45, 0.0)
+    leaning[:3, :3] = [[math.cos(slope), 0, -math.sin(slope)], [0, 1, 0], [math.sin(slope), 0, math.cos(slope)]]
+    leaning[:3, 3] = (0.36 + 0.08 * math.cos(slope), 0.0, 0.08 * math.sin(slope))
+    for goal, held in ((leaning, False), (at(0.45, 0.0, 0.031), True)):  # the second lies level on the ridge
+        with TabletopWorld([roof, plank], [at(0.45, 0.0), goal]) as world:
+            world.settle()
+            supports = world.supports(0.1)
+            checks = semantic_checks(world, [0, 1], StructureSpec(x_position="center"))
+        named = {check.name: check for check in checks}.get("objects that rest on the table and on another")
+        assert (len(supports[1]) == 1) is held
+        assert named is not None and named.passed is held
 
 
 def test_wrong_shapes_are_named():

@@ -83,6 +83,12 @@ def test_layout_items_stand_as_the_model_does(library):
     assert (item.front_yaw, item.height) == (0.6, library[0].height)
 
 
+def test_two_are_enough_where_the_shape_is_open(library):
+    two = [model for model in library if model.category == "bottle"][:2]
+    drawn = draw_scene(two, StructureSpec(x_position="left"), np.random.default_rng(0), distractors=0)
+    assert drawn.count == 2 and drawn.reference.spec.shape in ("line", "tower")
+
+
 @pytest.mark.parametrize(
     ("spec", "options", "sentence"),
     [

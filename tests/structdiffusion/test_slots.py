@@ -13,8 +13,8 @@ from structdiffusion.observation import Table
 from structdiffusion.scenes import eligible, full_spec, layout_item
 from structdiffusion.slots import (
     distinct_values,
+    evenness,
     fitting_values,
-    normalised_entropy,
     realised_shape,
     realised_spec,
 )
@@ -92,9 +92,16 @@ def test_values_that_fit():
     assert distinct_values("circle", "rotation") == LEGAL_VALUES["rotation"]
 
 
-def test_entropy_is_one_when_even_and_nought_when_alike():
-    assert normalised_entropy(["left", "center", "right"] * 4, 3) == pytest.approx(1.0)
-    assert normalised_entropy(["left"] * 12, 3) == 0.0
-    assert normalised_entropy(["left", "right"] * 6, 3) == pytest.approx(np.log(2) / np.log(3))
-    assert normalised_entropy(["left", "right"], 4) == pytest.approx(1.0)  # two samples show no more than two
-    assert normalised_entropy(["left"], 3) is None and normalised_entropy(["left", "left"], 1) is None
+def test_even_draws_are_even_in_the_mean_however_few():
+    rng = np.random.default_rng(0)
+    for count, names in ((5, "abcd"), (64, "abc"), (2, "ab")):
+        drawn = [evenness(list(rng.choice(list(names), count)), list(names)) for _ in range(4000)]
+        assert np.mean(drawn) == pytest.approx(1.0, abs=0.03)
+
+
+def test_what_is_alike_or_does_not_fit_is_no_spread():
+    assert evenness(["left"] * 12, ["left", "center", "right"]) == 0.0
+    assert evenness(["left", "right"] * 500, ["left", "center", "right"]) == pytest.approx(np.log(2) / np.log(3), rel=1e-2)
+    mixed = ["a", "b"] * 20
+    assert evenness([*mixed, *"c" * 16], ["a", "b"]) == evenness(mixed, ["a", "b"]) == pytest.approx(1.0, abs=0.02)
+    assert evenness(["left"], ["left", "right"]) is None and evenness(["left", "left"], ["left"]) is None

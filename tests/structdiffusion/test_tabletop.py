@@ -1,8 +1,13 @@
 import math
+import subprocess
+import sys
+from collections import OrderedDict
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from structdiffusion import rigid_body
 from structdiffusion.camera import DepthCamera, measured_depth
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel
@@ -10,6 +15,8 @@ from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.objects.solids import assemble, box, frustum, shell
 from structdiffusion.rigid_body import hulls_file, mass_properties
 from structdiffusion.tabletop import TABLE, ObservationError, TabletopWorld
+
+ROOT = Path(__file__).parents[2]
 
 
 def solid(category: str, *parts: np.ndarray, density: float = 600.0) -> ObjectModel:
@@ -42,12 +49,20 @@ def test_mass_properties_of_a_box_and_of_its_halves():
         assert np.linalg.det(found.object_from_inertial[:3, :3]) == pytest.approx(1.0)
 
 
-def test_shape_files_are_named_by_content_and_written_once(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    first = hulls_file([box(0.1, 0.1, 0, 0.1)])
-    assert first == hulls_file([box(0.1, 0.1, 0, 0.1)])
-    assert first != hulls_file([box(0.1, 0.1, 0, 0.2)])
-    assert len(list(first.parent.iterdir())) == 2
+def test_shape_files_are_named_by_content_and_the_oldest_go(monkeypatch):
+    monkeypatch.setattr(rigid_body, "_shapes", OrderedDict())
+    monkeypatch.setattr(rigid_body, "_MOST_SHAPES", 2)
+    heights = (0.91, 0.92, 0.91, 0.93)
+    files = [hulls_file([box(0.1, 0.1, 0, height)]) for height in heights]
+    assert files[0] == files[2] and len(set(files)) == 3
+    assert [path.exists() for path in files] == [True, False, True, True]  # what was used last stays
+    assert hulls_file([box(0.1, 0.1, 0, 0.92)]).exists()  # and what went comes back
+
+
+def test_shape_files_go_with_their_process():
+    program = "from structdiffusion.rigid_body import hulls_file; import numpy as np; print(hulls_file([np.eye(4)[:, :3]]))"
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.strip().endswith(".obj") and not Path(done.stdout.strip()).parent.exists()
 
 
 def test_poses_are_those_of_the_object_frame():

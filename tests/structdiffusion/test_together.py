@@ -6,6 +6,8 @@ import json
 import pytest
 import torch
 
+from structdiffusion.arrays import DataFolderError
+from structdiffusion.models.checkpoint import CheckpointError
 from structdiffusion.together import Together, in_processes
 from structdiffusion.training import TrainingOptions, learning_rate, train
 from structdiffusion.training_record import Surroundings
@@ -25,8 +27,8 @@ def work(folder):
     together.end()
 
 
-def fail(folder):
-    raise FileNotFoundError(f"{folder} has no scenes")
+def fail(folder, error):
+    raise error(f"{folder} has no scenes")
 
 
 def test_two_processes_step_by_the_mean_of_their_gradients_and_one_goes_on_alone(tmp_path):
@@ -62,6 +64,7 @@ def test_two_processes_step_by_the_mean_of_their_gradients_and_one_goes_on_alone
     assert faster == pytest.approx(32, rel=0.02)
 
 
-def test_what_stops_a_process_reaches_the_one_that_started_it(tmp_path):
-    with pytest.raises(FileNotFoundError, match="has no scenes"):
-        in_processes(fail, 2, tmp_path)
+@pytest.mark.parametrize("error", [FileNotFoundError, DataFolderError, CheckpointError])
+def test_what_stops_a_process_reaches_the_one_that_started_it(error, tmp_path):
+    with pytest.raises(error, match="has no scenes"):
+        in_processes(fail, 2, tmp_path, error)

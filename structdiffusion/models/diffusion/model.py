@@ -18,6 +18,7 @@ from structdiffusion.models.backbone import (
     readout,
 )
 from structdiffusion.models.encoders import TimeEmbedding
+from structdiffusion.scheduler import NoiseScheduler
 
 _TIME_WIDTH = 32
 
@@ -29,10 +30,16 @@ class DiffusionConfig(BackboneConfig):
     Attributes:
         steps: T of the noise schedule.
         prediction_type: what the network predicts (see `NoiseScheduler`).
+
+    Raises:
+        ValueError: for numbers or a type that no scheduler takes.
     """
 
     steps: int = 200
     prediction_type: str = "v"
+
+    def __post_init__(self) -> None:
+        NoiseScheduler(self.steps, prediction_type=self.prediction_type)
 
 
 class PoseDiffusion(PoseBackbone):

@@ -76,7 +76,7 @@ def report(tmp_path) -> Path:
         rows = tuple(
             {"structure": "line", "number": i, "model": name, "plan_seconds": 0.1, "seconds": 1.0,
              "success": i < successes, "first_success_rank": 1 if i < successes else None,
-             "failure": None if i < successes else "semantic"}
+             "failure": None if i < successes else "semantic", "verdicts": []}
             for i in range(4)
         )  # fmt: skip
         evaluations.append(Evaluation(rows, 5, {"model": name}).to_dict())
@@ -196,6 +196,41 @@ def test_a_card_of_other_weights_or_of_no_evaluation_is_refused(trained, report,
     report.write_text('{"version": "1", "evaluations": [{"about": {"model": "geometric"}, "aggregate": {}}]}')
     assert "does not measure 'collision'" in fails(6, ["card", "collision", "--eval", str(report), *place], capsys)
     assert "networks here: collision" in fails(2, ["card", "structure", *place], capsys)
+
+
+def test_cards_and_records_that_lack_something_are_told_what(trained, tmp_path, capsys):
+    weights, run = trained
+    place = ["--weights", str(weights)]
+    (weights / "collision" / "card.json").write_text('{"schema": "structagent-card/1", "name": "collision"}')
+    for code, verb in ((6, ["list"]), (7, ["verify"]), (6, ["show", "collision"])):
+        assert "card.json lacks 'family', 'parameters', 'files'" in fails(code, [*verb, *place], capsys)
+    (weights / "collision" / "card.json").unlink()
+    (run / "training.json").write_text('{"steps": 4, "seconds": 1.0, "losses": {}, "sessions": []}')
+    assert "lacks 'files'" in fails(6, ["card", "collision", "--run", str(run), *place], capsys)
+
+
+def test_a_network_for_one_structure_is_measured_on_that_alone(checkpoints, tmp_path, capsys):
+    weights, path = tmp_path / "weights", tmp_path / "eval.json"
+    shutil.copytree(checkpoints, weights)
+    rows = tuple(
+        {"structure": structure, "number": i, "model": "structformer", "plan_seconds": 0.1, "seconds": 1.0,
+         "success": structure == "line", "first_success_rank": 1 if structure == "line" else None,
+         "failure": None if structure == "line" else "semantic", "verdicts": []}
+        for structure in ("line", "tower")
+        for i in range(4)
+    )  # fmt: skip
+    evaluations = [Evaluation(rows, 5, {"model": "structformer"}).to_dict()]
+    path.write_text(json.dumps({"version": "1.0", "command": "evaluate", "evaluations": evaluations}))
+    for shape, rate in (("line", "100.0"), ("tower", "0.0")):
+        name = f"structformer_{shape}"
+        assert command_line(["models", "card", name, "--eval", str(path), "--weights", str(weights)]) == 0
+        text = (weights / name / "card.md").read_text()
+        assert f"| structformer | {shape} | 4 | {rate} (" in text and "| all |" not in text
+    capsys.readouterr()
+    assert command_line(["models", "list", "--json", "--weights", str(weights)]) == 0
+    found = {row["name"]: row["headline"] for row in json.loads(capsys.readouterr().out)}
+    assert found["structformer_line"] == "100 % stand (structformer, n = 4)"
+    assert found["structformer_tower"] == "0 % stand (structformer, n = 4)"
 
 
 def spoil(folder: Path, kind: str) -> None:

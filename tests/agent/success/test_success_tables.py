@@ -16,6 +16,7 @@ def evaluation(model, outcomes, structure="line"):
             {
                 "structure": structure, "number": number, "seed": 7, "success": rank == 1, "failure": failure,
                 "first_success_rank": rank, "plan_seconds": 2.0, "seconds": 3.0,
+                "verdicts": [{"penetrated": "table" if outcome == "intersection" else None}],
             }
         )  # fmt: skip
     return Evaluation(tuple(rows), 2, {"model": model, "candidates": 64}).to_dict()
@@ -32,15 +33,18 @@ def table(found, title):
 
 def test_success_and_failures_in_the_papers_layout():
     found = report(evaluation("geometric", [1, 1, 2, "intersection"]))
-    (row,) = table(found, "Success per method and structure")
+    row, *papers = table(found, "Success per method and structure")
     assert row == {"model": "geometric", "n": "4", "line": "50.0 (15.0-85.0)", "all": "50.0 (15.0-85.0)"}
+    assert papers[1] == {"model": "paper: sentence", "n": "-", "line": "67", "all": "-"}
     (row,) = table(found, "Success within k arrangements")
     assert (row["success@1"], row["success@2"]) == ("50.0 (15.0-85.0)", "75.0 (30.1-95.4)")
     ours, *papers = table(found, "Failure modes per method")
     assert ours["intersection"] == ours["semantic"] == "25.0 (4.6-69.9)" and ours["not upright"].startswith("0.0 ")
+    assert ours["into the table"] == ours["intersection"] and ours["no arrangement"].startswith("0.0 ")
     assert papers[1] == {
         "model": "paper: StructDiffusion", "n": "-", "intersection": "6.4", "abnormal velocity": "17.6",
         "not upright": "4.5", "semantic": "3.7", "no arrangement": "-",
+        "into the table": "-",
     }  # fmt: skip
     ours, *papers = table(found, "Failure modes per structure")
     assert (ours["structure"], ours["n"]) == ("line", "4") and len(papers) == 4

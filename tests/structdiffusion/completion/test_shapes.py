@@ -1,5 +1,6 @@
 """Bodies guessed from partial views come near the true ones, stay where the camera did not see, and stand any input."""
 
+import math
 import time
 from dataclasses import replace
 from functools import cache
@@ -175,6 +176,22 @@ def test_without_a_camera_nothing_is_mirrored():
     _, _, cloud, _ = looks("bottle")[0]
     shape = complete(cloud, None)
     assert shape.symmetry == "" and not shape.hollow and shape.parts
+
+
+@pytest.mark.parametrize("height", [0.003, 0.0045, 0.006, 0.05, 0.1])
+def test_a_vessel_into_which_hardly_anything_was_seen_is_a_body_still(height):
+    """A rim and the near wall alone, as of a dark or shiny mug; or a rimmed disc as low as a coaster."""
+    rng, angles = np.random.default_rng(1), np.linspace(-math.pi, math.pi, 300)
+    rim = np.column_stack((0.035 * np.cos(angles), 0.035 * np.sin(angles), np.full(300, height)))
+    near = angles[np.abs(angles) > 2.2]
+    wall = np.column_stack((0.035 * np.cos(near), 0.035 * np.sin(near), rng.uniform(0.0, height, len(near))))
+    floor = rng.uniform(-0.01, 0.01, (12 if height < 0.01 else 0, 3)) * [1, 1, 0] + [0.0, 0.0, 0.0004]
+    camera = looks("can")[0][3]
+    points = np.concatenate((rim, wall, floor)) + [0.45, 0.0, 0.0] + rng.normal(0, 3e-4, (len(rim) + len(wall) + len(floor), 3))
+    shape = complete(ObjectCloud("mug", "mug", points.astype(np.float32)), camera)
+    corners = np.concatenate(shape.parts)
+    assert np.isfinite(corners).all() and corners[:, 2].max() == pytest.approx(height, abs=0.003)
+    assert np.ptp(corners[:, :2], axis=0) == pytest.approx([0.07, 0.07], abs=0.012)
 
 
 def test_bad_input_is_named():

@@ -10,6 +10,7 @@ from structdiffusion.models.collision.model import CollisionConfig
 from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.diffusion.model import DiffusionConfig
 from structdiffusion.models.structure import StructureDiscriminator
+from structdiffusion.sampling import load_planner
 
 SMALL = CollisionConfig(width=16, layers=1, points=32)
 
@@ -105,6 +106,21 @@ def test_a_config_that_is_no_json_object_names_the_file(folder, text):
     (folder / "config.json").write_text(text)
     with pytest.raises(CheckpointError, match="config.json is not a JSON object"):
         CollisionDiscriminator.from_pretrained(folder)
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"prediction_type": "x0"}, "config.json describes no network: prediction_type cannot be 'x0'; legal values: "),
+        ({"steps": 20}, "diffusion is of no use to model 'diffusion-unranked': the number of sampling steps cannot be 25"),
+    ],
+)
+def test_a_noise_schedule_that_does_not_suit_names_the_checkpoint(values, said, tmp_path):
+    place = tmp_path / "diffusion"
+    PoseDiffusion(DiffusionConfig(width=16, layers=1, heads=2, feed_forward=16)).save_pretrained(place)
+    edit(place, **values)
+    with pytest.raises(CheckpointError, match=said):
+        load_planner("diffusion-unranked", tmp_path)
 
 
 @pytest.mark.parametrize("value", ["wide", -4, None, 1.5])

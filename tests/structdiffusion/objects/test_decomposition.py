@@ -38,12 +38,18 @@ def test_parts_follow_a_concave_mesh_and_come_from_the_cache(monkeypatch):
         decomposition.convex_parts(mesh.vertices, mesh.faces, max_parts=13, resolution=50_000)
 
 
+def flipped(content: bytes, place: int) -> bytes:
+    return content[:place] + bytes([content[place] ^ 0xFF]) + content[place + 1 :]
+
+
 def test_a_damaged_or_unwritable_cache_only_costs_time(monkeypatch, tmp_path):
     mesh = bracket()
     decomposition.convex_parts(mesh.vertices, mesh.faces, max_parts=4, resolution=20_000)
     (entry,) = decomposition.cache_directory().iterdir()
-    entry.write_bytes(entry.read_bytes()[:40])
-    assert len(decomposition.convex_parts(mesh.vertices, mesh.faces, max_parts=4, resolution=20_000)) >= 2
+    whole = entry.read_bytes()
+    for spoilt in (whole[:40], *(flipped(whole, place) for place in range(60, 120, 4))):
+        entry.write_bytes(spoilt)
+        assert len(decomposition.convex_parts(mesh.vertices, mesh.faces, max_parts=4, resolution=20_000)) >= 2
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     assert len(decomposition.convex_parts(mesh.vertices, mesh.faces, max_parts=4, resolution=20_000)) >= 2

@@ -35,6 +35,12 @@ def test_category_from_the_file_name(stem, noun):
     assert category_of(stem) == noun
 
 
+def test_a_pointed_thing_is_no_vessel_whatever_it_is_called(tmp_path):
+    trimesh.creation.cone(0.03, 0.08).export(tmp_path / "cup.obj")
+    (model,) = load_objects(tmp_path)
+    assert model.category == "cup" and len(model.hulls) == 1 and model.height == pytest.approx(0.08, abs=1e-3)
+
+
 def test_every_format_loads_in_the_object_frame(tmp_path):
     for suffix in (".obj", ".stl", ".ply", ".glb"):
         trimesh.creation.box([0.04, 0.10, 0.06]).export(tmp_path / f"box_{suffix[1:]}{suffix}")
