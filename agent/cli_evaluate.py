@@ -249,6 +249,28 @@ def evaluate_language(
     _report(partial(measure_language, *given), tell_language, out, json_output)
 
 
+@evaluate_app.command("discriminators")
+def evaluate_discriminators(
+    data: Annotated[
+        Path, typer.Option(metavar="DIR", help="Scenes and pairs of `structagent generate`, none of them trained on.")
+    ],
+    weights: WeightsOption = None,
+    examples: Annotated[int, typer.Option(min=1, help="How many, of each discriminator.")] = 3000,
+    seed: SeedOption = 0,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    json_output: JsonOption = False,
+) -> None:
+    """How often the discriminators are right on scenes and pairs of objects that they were not trained on.
+
+    Example: structagent evaluate discriminators --data data/validation
+    """
+    check_file(out)
+    import_pybullet_silently()
+    from agent.evaluating_discriminators import measure_discriminators, tell_discriminators
+
+    _report(partial(measure_discriminators, data, weights, examples, seed), tell_discriminators, out, json_output)
+
+
 @evaluate_app.command("coverage")
 def evaluate_coverage(
     objects: ObjectsOption = "ycb",

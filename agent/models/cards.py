@@ -44,7 +44,7 @@ def new_facts(network: Network, run: Path | None, reports: tuple[Path, ...]) -> 
     Args:
         network: what the card is of.
         run: the folder of its training, with `training.json`; `None` keeps what is known of it.
-        reports: of evaluations, as `structagent evaluate success` or `evaluate parse` writes them; none keeps the
+        reports: of evaluations, as `structagent evaluate success`, `discriminators` or `parse` write them; none keeps the
             results that are known.
 
     Raises:
@@ -137,8 +137,9 @@ def _parser_training(network: Network) -> Facts:
 def _result(network: Network, path: Path) -> Facts:
     """What a report says of a network."""
     report = _json(path)
-    read = _parsing_rows if network.family in ("embedding", "llm") else _success_rows
     try:
+        told = any("discriminator" in evaluation for evaluation in report["evaluations"])
+        read = _parsing_rows if network.family in ("embedding", "llm") else _accuracy_rows if told else _success_rows
         rows = read(network, report["evaluations"])
         head = {"version": report["version"], "command": report.get("command", "structagent evaluate parse")}
     except (KeyError, TypeError) as error:
@@ -168,6 +169,15 @@ def _success_rows(network: Network, evaluations: list[Facts]) -> list[Facts]:
                 }
             )
     return rows
+
+
+def _accuracy_rows(network: Network, evaluations: list[Facts]) -> list[Facts]:
+    return [
+        {"by": network.name, "of": row["of"], "what": "right", "n": row["n"], **_rate(row)}
+        for found in evaluations
+        if found["discriminator"] == network.name
+        for row in found["rows"]
+    ]
 
 
 def _parsing_rows(network: Network, evaluations: list[Facts]) -> list[Facts]:

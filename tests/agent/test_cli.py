@@ -50,7 +50,8 @@ def mesh_folder(folder: Path, count: int, side: float = 0.05) -> str:
 @pytest.mark.parametrize(
     "arguments",
     [[], ["run"], ["parse"], ["generate"], ["train"], ["evaluate"], ["evaluate", "success"], ["evaluate", "arm"],
-     ["evaluate", "parse"], ["evaluate", "language"], ["evaluate", "coverage"], ["scene"], ["scene", "show"],
+     ["evaluate", "parse"], ["evaluate", "language"], ["evaluate", "coverage"],
+     ["evaluate", "discriminators"], ["scene"], ["scene", "show"],
      ["scene", "new"], ["scene", "validate"], ["doctor"], ["config"], ["config", "show"], ["models"],
      ["models", "list"], ["models", "show"], ["models", "verify"], ["models", "card"], ["chat"], ["batch"],
      ["replay"], ["report"], ["completion"]],

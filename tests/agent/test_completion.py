@@ -30,7 +30,7 @@ def words(program, *line: str) -> list[str]:
     ("line", "offered"),
     [
         (["ev"], ["evaluate"]),
-        (["evaluate", ""], ["success", "arm", "recordings", "completion", "parse", "language", "coverage"]),
+        (["evaluate", ""], ["success", "arm", "recordings", "completion", "parse", "language", "discriminators", "coverage"]),
         (["evaluate", "a"], ["arm"]),
         (["bulid", ""], []),
         (["run", "--vie"], ["--viewpoint"]),

@@ -14,7 +14,7 @@ from structdiffusion.batches import yaw_matrices
 from structdiffusion.models.collision.model import CollisionDiscriminator
 from structdiffusion.views import partial_views
 
-_PENETRATION = 0.002  # m: the contract's limit
+PENETRATION = 0.002  # m: the contract's limit
 _POINTS = 256
 
 
@@ -88,7 +88,7 @@ def collision_loss(
 ) -> dict[str, Tensor]:
     """Binary cross-entropy of "penetrates by more than 2 mm"."""
     first, second, distance = pairs.draw(size, generator)
-    hit = (distance < -_PENETRATION).float()
+    hit = (distance < -PENETRATION).float()
     logits = model(first, second)
     loss = nn.functional.binary_cross_entropy_with_logits(logits, hit)
     return {"loss": loss, "accuracy": ((logits > 0) == (hit > 0.5)).float().mean()}

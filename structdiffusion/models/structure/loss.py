@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import torch
 from torch import Tensor, nn
 
@@ -70,10 +72,29 @@ def other_words(words: Tensor, generator: torch.Generator) -> Tensor:
     return changed
 
 
-def structure_loss(
-    model: StructureDiscriminator, data: DemonstrationBatches, generator: torch.Generator, scenes: int = 32
-) -> dict[str, Tensor]:
-    """Binary cross-entropy over demonstrations, perturbed ones, and ones with a wrong word."""
+@dataclass(frozen=True)
+class Examples:
+    """E scenes to be told right from wrong.
+
+    Attributes:
+        clouds: (E, N, P, 3) at their goals, world frame; present: (E, N); nouns: (E, N) ids; words: (E, 5) ids.
+        right: (E,) float, 1 for what is as the words ask.
+        kind: (E,) which of `KINDS` it was made as.
+    """
+
+    clouds: Tensor
+    present: Tensor
+    nouns: Tensor
+    words: Tensor
+    right: Tensor
+    kind: Tensor
+
+
+KINDS = ("as demonstrated", "something out of place", "asked for otherwise")
+
+
+def draw_examples(data: DemonstrationBatches, generator: torch.Generator, scenes: int) -> Examples:
+    """So many demonstrations, as many perturbed ones, and a third as many with a wrong word."""
     batch = data.draw(scenes, generator, sentences=0.0)
     goal = at_goal(batch)
     # Present objects first: hidden ones would leave gaps in the turns that points take.
@@ -84,14 +105,27 @@ def structure_loss(
     wrong = perturbed(goal, present, generator)
     words_wrong = other_words(batch.words, generator)
     third = scenes // 3
-    clouds = torch.cat((goal, wrong, goal[:third]))
-    words = torch.cat((batch.words, batch.words, words_wrong[:third]))
     right = torch.cat((torch.ones(scenes), torch.zeros(scenes), torch.zeros(third))).to(goal.device)
     # A wish with no local word cannot be made wrong by changing one.
     right[2 * scenes :] = (words_wrong[:third] == batch.words[:third]).all(dim=1).float()
-    logits = model(
-        clouds, torch.cat((present, present, present[:third])), torch.cat((nouns, nouns, nouns[:third])), words
+    kind = torch.arange(len(KINDS)).repeat_interleave(torch.tensor([scenes, scenes, third])).to(goal.device)
+    kind[2 * scenes :] *= right[2 * scenes :] == 0
+    return Examples(
+        torch.cat((goal, wrong, goal[:third])),
+        torch.cat((present, present, present[:third])),
+        torch.cat((nouns, nouns, nouns[:third])),
+        torch.cat((batch.words, batch.words, words_wrong[:third])),
+        right,
+        kind,
     )
-    loss = nn.functional.binary_cross_entropy_with_logits(logits, right)
-    accuracy = ((logits > 0) == (right > 0.5)).float().mean()
+
+
+def structure_loss(
+    model: StructureDiscriminator, data: DemonstrationBatches, generator: torch.Generator, scenes: int = 32
+) -> dict[str, Tensor]:
+    """Binary cross-entropy over demonstrations, perturbed ones, and ones with a wrong word."""
+    drawn = draw_examples(data, generator, scenes)
+    logits = model(drawn.clouds, drawn.present, drawn.nouns, drawn.words)
+    loss = nn.functional.binary_cross_entropy_with_logits(logits, drawn.right)
+    accuracy = ((logits > 0) == (drawn.right > 0.5)).float().mean()
     return {"loss": loss, "accuracy": accuracy}
