@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TextIO
@@ -19,6 +21,7 @@ from structdiffusion.models.collision.loss import PENETRATION, PairBatches
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.loss import KINDS, draw_examples
 from structdiffusion.sampling import WEIGHTS
+from structdiffusion.training_record import SHEET_NAME
 
 _BATCH = 30  # scenes at a time, or 64 pairs and more
 # Depths of penetration, m, between which pairs are told apart in the report: near the limit of 2 mm it is hard.
@@ -44,6 +47,9 @@ def measure_discriminators(data: Path, weights: Path | None, examples: int, seed
     collision = CollisionDiscriminator.from_pretrained(folder / "collision")
     scenes, pairs = DemonstrationBatches(data), PairBatches.load(data)
     command = f"structagent evaluate discriminators --data {data} --examples {examples} --seed {seed}"
+    drawn = ""  # the command that made the data, which nobody else has
+    with contextlib.suppress(OSError, ValueError, KeyError):
+        drawn = json.loads((data / SHEET_NAME).read_text())["command"] + " && "
     evaluations = [
         {"discriminator": "structure", "rows": _structure(structure, scenes, examples, seed)},
         {"discriminator": "collision", "rows": _collision(collision, pairs, examples, seed)},
@@ -51,7 +57,7 @@ def measure_discriminators(data: Path, weights: Path | None, examples: int, seed
     return {
         "schema_version": SCHEMA_VERSION,
         "version": __version__,
-        "command": command + (f" --weights {weights}" if weights else ""),
+        "command": drawn + command + (f" --weights {weights}" if weights else ""),
         "evaluations": evaluations,
     }
 

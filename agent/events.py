@@ -194,7 +194,7 @@ class Candidate:
 
     Attributes:
         rank: from 1, the best.
-        scores: each in [0, 1], larger is better; "total" decides.
+        scores: as in `Arrangement`.
         positions: (N, 3) where the cloud's mean of each object goes, world frame.
         turns: (N,) how far each turns about z on the way there.
     """

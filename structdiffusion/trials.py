@@ -28,9 +28,12 @@ def tried_out(
 ) -> list[Arrangement]:
     """The arrangements, best first, after the best-ranked have been tried in imagination (score "imagined").
 
-    What is stacked is tried under several hypotheses of what the camera did not see; the score is the share of them
-    under which it stood. Those that stood under all come first, then those that stood under most; among equals, what
-    kept farther from the limits of the protocol, then what has the higher total.
+    What is stacked is tried under several hypotheses of what the camera did not see. What decides is the share of them
+    under which it stood (none for what was not tried), and half of how far it kept from the limits of the protocol in
+    the mean: five of five hardly standing come after four of five with room. Among equals the total decides.
+
+    The score is the share, but at least `_FELL` for what was tried, and `_UNTRIED` for what was not; the total is
+    multiplied by it.
 
     Args:
         imagination: of the scene.

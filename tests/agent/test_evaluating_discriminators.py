@@ -34,6 +34,7 @@ def test_those_that_come_along_tell_right_from_wrong(data, tmp_path, capsys):
     assert command_line([*line, "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report == json.loads((tmp_path / "right.json").read_text())
+    assert report["command"].startswith(f"structagent generate --out {data} --scenes 12 ")
     structure, collision = ({row["of"]: row for row in one["rows"]} for one in report["evaluations"])
     assert structure["all"]["n"] == 280 == sum(row["n"] for name, row in structure.items() if name != "all")
     assert collision["all"]["n"] == 240 == sum(row["n"] for name, row in collision.items() if name != "all")
