@@ -104,6 +104,17 @@ def test_poor_clouds_still_have_an_outline(points):
     assert not found.stackable and np.isfinite(found.front_yaw)
 
 
+def test_of_two_things_below_the_one_that_reaches_higher_carries():
+    """A low box that stands on a sheet, beside a tall one on the table: what lies over both lies on the tall one."""
+    def slab(name, *size):
+        return estimate(seen(assemble(name, name, [box(*size[:2], 0.0, size[2])], density=600.0, friction=0.5,
+                                      color=(1, 1, 1), source="procedural", rng=np.random.default_rng(0))))  # fmt: skip
+
+    things = [slab("low", 0.05, 0.05, 0.02), slab("tall", 0.05, 0.05, 0.09), slab("lid", 0.14, 0.05, 0.02)]
+    motions = np.stack([pose_from_xyz_yaw(x, 0.0, z, 0.0) for x, z in ((-0.03, 0.013), (0.03, 0.0), (0.0, 0.092))])
+    assert imagined_bodies(things, motions)[2].rests_on == (1,)
+
+
 def test_imagined_bodies_rest_on_the_highest_thing_below(library):
     books = [model for model in library if model.category == "book"]
     blocks = [estimate(seen(model, y=y)) for model, y in zip(books, (-0.3, 0.0, 0.3))]

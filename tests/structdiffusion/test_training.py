@@ -2,6 +2,7 @@ import csv
 import hashlib
 import json
 import math
+import time
 from dataclasses import replace
 from functools import partial
 
@@ -155,11 +156,42 @@ def test_a_run_that_was_only_interrupted_is_one_session(tmp_path):
     model, loss = toy()
     run = train(model, loss, tmp_path, halfway, CPU, surroundings=here)
     assert [next(run).step, next(run).step] == [5, 10]
-    run.close()  # the last checkpoint is that of step 9
+    run.close()  # the last checkpoint is that of step 10
     model, loss = toy()
     list(train(model, loss, tmp_path, halfway, CPU, surroundings=here))
     (session,) = json.loads((tmp_path / "training.json").read_text())["sessions"]
     assert (session["first_step"], session["last_step"]) == (0, 20)
+
+
+def test_seconds_without_a_record_are_not_a_later_sessions(tmp_path):
+    model, loss = toy()
+    list(train(model, loss, tmp_path, OPTIONS, CPU))
+    model, loss = toy()
+
+    def slow(generator):
+        time.sleep(0.02)
+        return loss(generator)
+
+    list(train(model, slow, tmp_path, replace(OPTIONS, steps=30), CPU, surroundings=Surroundings("1.0", {}, 16)))
+    before = torch.load(tmp_path / "training_state.pt", weights_only=True)["seconds"]
+    record = json.loads((tmp_path / "training.json").read_text())
+    (session,) = record["sessions"]
+    first = float(rows(tmp_path)[3]["seconds"])  # of the run that kept no record
+    assert record["seconds"] == pytest.approx(before, abs=0.1)
+    assert session["seconds"] == pytest.approx(before - first, abs=0.2) and session["steps_per_second"] < 50
+
+
+def test_weights_are_not_saved_before_the_loss_is_known_to_be_a_number(tmp_path):
+    model, loss = toy()
+    steps = iter(range(100))
+
+    def lost(generator):
+        factor = torch.nan if next(steps) == 2 else 1.0
+        return {name: factor * value for name, value in loss(generator).items()}
+
+    with pytest.raises(FloatingPointError, match="lower the learning rate"):
+        list(train(model, lost, tmp_path, replace(OPTIONS, save_seconds=0.0), CPU))
+    assert not (tmp_path / "training_state.pt").exists() and not (tmp_path / "model.safetensors").exists()
 
 
 def test_the_rate_warms_up_holds_and_falls():
