@@ -23,7 +23,7 @@ from structdiffusion.models.structure.loss import KINDS, draw_examples
 from structdiffusion.sampling import WEIGHTS
 from structdiffusion.training_record import SHEET_NAME
 
-_BATCH = 30  # scenes at a time, or 64 pairs and more
+_BATCH = 30  # scenes at a time, which make 70 examples; or twice as many pairs
 # Depths of penetration, m, between which pairs are told apart in the report: near the limit of 2 mm it is hard.
 _DEPTHS = {"apart by 5 mm or more": (-torch.inf, -0.005), "apart by less, or in by up to 2 mm": (-0.005, PENETRATION),
            "in by 2 to 7 mm": (PENETRATION, 0.007), "in by more": (0.007, torch.inf)}  # fmt: skip
@@ -48,7 +48,7 @@ def measure_discriminators(data: Path, weights: Path | None, examples: int, seed
     scenes, pairs = DemonstrationBatches(data), PairBatches.load(data)
     command = f"structagent evaluate discriminators --data {data} --examples {examples} --seed {seed}"
     drawn = ""  # the command that made the data, which nobody else has
-    with contextlib.suppress(OSError, ValueError, KeyError):
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
         drawn = json.loads((data / SHEET_NAME).read_text())["command"] + " && "
     evaluations = [
         {"discriminator": "structure", "rows": _structure(structure, scenes, examples, seed)},

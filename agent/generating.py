@@ -38,8 +38,8 @@ class DataWish:
     def command(self) -> str:
         """The command line that draws it."""
         return (
-            f"structagent generate --out {shlex.quote(str(self.out))} --scenes {self.scenes} --crowded {self.crowded} --pairs {self.pairs} "
-            f"--objects {self.objects} --seed {self.seed}"
+            f"structagent generate --out {shlex.quote(str(self.out))} --scenes {self.scenes} "
+            f"--crowded {self.crowded} --pairs {self.pairs} --objects {self.objects} --seed {self.seed}"
         )
 
 

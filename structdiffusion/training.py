@@ -166,8 +166,6 @@ def train(
         rows += 1
         now = time.monotonic()
         if step % options.log_every == 0 or step == options.steps:
-            # Weights are saved only where the loss is known to be a number still.
-            due = now - last_saved > options.save_seconds or step == options.steps
             means = {name: value / rows for name, value in sums.items()}
             means = together.mean(means) if together else means
             sums, rows = {}, 0
@@ -176,7 +174,8 @@ def train(
                 raise FloatingPointError(f"the loss is {means} at step {step}; lower the learning rate")
             if rank == 0:
                 _log(folder / "log.csv", progress)
-            if rank == 0 and due:
+            # Only here, where the loss is known to be a number still.
+            if rank == 0 and (now - last_saved > options.save_seconds or step == options.steps):
                 spent, started, last_saved = spent + now - started, now, now
                 save()
             yield progress

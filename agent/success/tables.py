@@ -69,10 +69,7 @@ def _success(found: Mapping[str, Any]) -> Table:
         (name, _n(evaluation), *(_success_in(evaluation, structure) for structure in structures))
         for name, evaluation in found.items()
     ]
-    rows += [
-        (f"paper: {'sentence' if sentence else 'word tokens'}", "-", *_of_paper(values, structures))
-        for sentence, values in paper.LANGUAGE.items()
-    ]
+    rows += _paper_language(structures)
     about = "The best-ranked arrangement stands as asked. n is the number of scenes of all structures together."
     return Table("Success per method and structure", about, ("model", "n", *structures), tuple(rows))
 
@@ -144,9 +141,7 @@ def _language(found: Mapping[str, Any]) -> Iterator[Table]:
             label = "sentence" if PLANNERS[name].sentence else "word tokens"
             cells = (_success_in(found[name], structure) for structure in structures)
             rows.append((f"{label} ({name})", _n(found[name]), *cells))
-        for sentence, values in paper.LANGUAGE.items():
-            label = "paper: sentence" if sentence else "paper: word tokens"
-            rows.append((label, "-", *_of_paper(values, structures)))
+        rows += _paper_language(structures)
         yield Table(f"Language input of {base}", "Success.", ("language", "n", *structures), tuple(rows))
 
 
@@ -233,10 +228,14 @@ def _paper_row(name: str, values: Sequence[float]) -> tuple[str, ...]:
     return (name, "-", *(f"{value:.1f}" for value in values), "-")
 
 
-def _of_paper(values: Sequence[int], structures: Sequence[str]) -> list[str]:
-    """The paper's figures (one per structure, in its order) in the columns of ours."""
-    of = dict(zip(paper.STRUCTURES, map(str, values), strict=True))
-    return [of.get(structure, "-") for structure in structures]
+def _paper_language(structures: Sequence[str]) -> list[tuple[str, ...]]:
+    """The paper's success by language input, in the columns of ours."""
+    rows = []
+    for sentence, values in paper.LANGUAGE.items():
+        of = dict(zip(paper.STRUCTURES, map(str, values), strict=True))
+        label = "paper: sentence" if sentence else "paper: word tokens"
+        rows.append((label, "-", *(of.get(structure, "-") for structure in structures)))
+    return rows
 
 
 def _cell(rate: Mapping[str, Any]) -> str:
