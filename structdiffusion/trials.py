@@ -18,6 +18,9 @@ ENOUGH = 3  # arrangements that stand whatever is assumed: then no more are trie
 _UNTRIED, _FELL = 0.5, 0.1
 MOST = 150  # trials, all hypotheses counted
 _GIVE_UP = 2  # falls of one arrangement, after which it is tried under no further hypothesis
+# Arrangements with all on the table, after which no other such is tried if none stood: then a guessed body falls over
+# wherever it is put, and says nothing about arrangements.
+_HOPELESS = 8
 _ROOM = 0.5  # what all of the room is worth, in shares of hypotheses
 _FALLING = 0.8  # m/s: what is released 3 cm above its place cannot be slower
 _SAME = 0.6  # for each tower that fell, others in the same order are tried that much later
@@ -33,7 +36,7 @@ def tried_out(
     the mean: five of five hardly standing come after four of five with room. Among equals the total decides.
 
     The score is the share, but at least `_FELL` for what was tried, and `_UNTRIED` for what was not; the total is
-    multiplied by it.
+    multiplied by it. Where nothing on the table stands, what was not tried is taken to fall like the others.
 
     Args:
         imagination: of the scene.
@@ -47,6 +50,7 @@ def tried_out(
     outcomes: dict[int, _Outcome] = {}
     fallen: Counter[tuple[int, ...]] = Counter()
     waiting = list(range(len(arrangements)))
+    presumed = {order: _UNTRIED for order in orders}
     while waiting and len(outcomes) < best:
         known = outcomes.values()
         if sum(one.share == 1.0 for one in known) >= ENOUGH or sum(one.verdicts for one in known) >= MOST:
@@ -56,10 +60,14 @@ def tried_out(
         motions[number] = imagination.set_down(motions[number])
         outcomes[number] = _tried(imagination, motions[number], spec)
         fallen[orders[number]] += bool(orders[number]) and outcomes[number].share < 1.0
+        on_table = [outcome.share for tried, outcome in outcomes.items() if not orders[tried]]
+        if len(on_table) == _HOPELESS and not any(on_table):
+            waiting = [i for i in waiting if orders[i]]
+            presumed[()] = _FELL
     rows = []
     for number, (arrangement, moved) in enumerate(zip(arrangements, motions, strict=True)):
         outcome = outcomes.get(number, _Outcome())
-        worth = max(_FELL, outcome.share) if number in outcomes else _UNTRIED
+        worth = max(_FELL, outcome.share) if number in outcomes else presumed[orders[number]]
         scores = {**arrangement.scores, "imagined": worth, "total": worth * totals[number]}
         rank = (-outcome.share - outcome.room * _ROOM, -scores["total"])
         rows.append((rank, replace(arrangement, goal_from_initial=moved, scores=scores)))

@@ -1,7 +1,7 @@
 import pytest
 
 from structdiffusion import benchmark
-from structdiffusion.benchmark import measure, observed_scene, plot, sweep
+from structdiffusion.benchmark import measure, observed_scene, plot, sweep, told
 
 
 def test_the_scene_has_as_many_objects_as_asked_for():
@@ -10,10 +10,16 @@ def test_the_scene_has_as_many_objects_as_asked_for():
 
 
 def test_seconds_are_measured_and_ordered():
-    result = measure("diffusion", objects=3, candidates=2, runs=3)
+    result = measure("diffusion-tokens", objects=3, candidates=2, runs=3)
     assert 0 < result["seconds_min"] <= result["seconds_median"] <= result["seconds_max"]
     assert (result["objects"], result["candidates"], result["runs"]) == (3, 2, 3)
     assert result["imagined_seconds"] > 0.02  # at least one arrangement was tried in physics
+
+
+def test_what_a_stand_in_for_a_sentence_asks_for_is_not_tried_out():
+    result = measure("diffusion", objects=3, candidates=2, runs=1)
+    assert result["seconds_median"] > 0 and result["imagined_seconds"] is None
+    assert "imagination" not in told(result)
 
 
 def test_a_sweep_covers_both_numbers_and_is_drawn(monkeypatch, tmp_path):

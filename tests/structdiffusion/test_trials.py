@@ -82,3 +82,34 @@ def test_what_stands_on_the_table_is_tried_once():
     found = tried_out(fancied, flat, StructureSpec("line"), 8)
     assert [number for _, number in fancied.asked] == [0, 0]
     assert [row.scores["total"] for row in found] == [0.9, 0.8]
+
+
+def flat(at: float, total: float) -> Arrangement:
+    motions = np.tile(np.eye(4), (3, 1, 1))
+    motions[:, 0, 3] = at
+    return Arrangement(motions, {"total": total})
+
+
+def test_where_all_on_the_table_falls_trying_ends_and_the_total_decides():
+    rows = [flat(at, 0.9 - 0.01 * at) for at in range(20)]
+    fancied = Fancied(lambda motions, number: None)
+    found = tried_out(fancied, rows, StructureSpec("line"), 16)
+    assert len(fancied.asked) == 8
+    assert [row.goal_from_initial[0, 0, 3] for row in found] == list(range(20))
+    assert {row.scores["imagined"] for row in found} == {0.1}
+
+
+def test_one_that_stands_is_looked_for_beyond_the_first_that_fall():
+    rows = [flat(at, 0.9 - 0.01 * at) for at in range(20)]
+    fancied = Fancied(lambda motions, number: CALM if motions[0, 0, 3] in (7, 15) else None)
+    found = tried_out(fancied, rows, StructureSpec("line"), 16)
+    assert len(fancied.asked) == 16
+    assert [row.goal_from_initial[0, 0, 3] for row in found[:2]] == [7, 15]
+
+
+def test_a_tower_is_tried_after_everything_on_the_table_fell():
+    rows = [flat(at, 0.9 - 0.01 * at) for at in range(12)] + [tower(0, 1, 2, total=0.1, at=99)]
+    fancied = Fancied(lambda motions, number: CALM if motions[0, 0, 3] == 99 else None)
+    found = tried_out(fancied, rows, StructureSpec(x_position="left"), 16)
+    assert found[0].goal_from_initial[0, 0, 3] == 99 and found[0].scores["imagined"] == 1.0
+    assert len(fancied.asked) == 8 + HYPOTHESES
