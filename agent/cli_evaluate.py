@@ -231,22 +231,29 @@ def evaluate_language(
     ] = False,
     seed: SeedOption = 0,
     candidates: Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")] = 64,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    workers: PoolOption = None,
+    ray: RayOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Keep rows and the report there, and go on where it stopped."),
+    ] = None,
     json_output: JsonOption = False,
 ) -> None:
     """What parsing costs: sentences straight through parser, planner and physics, beside the same with the slots told.
 
+    \b
+    DIR gets rows.jsonl, a row per sentence as they come: the same command goes on where
+    it was stopped, and one without --limit adds to it. At the end eval.json tells all.
+
     Example: structagent evaluate language --data free --objects ycb --model diffusion
     """
-    check_file(out)
+    check_folder(out)
     import_pybullet_silently()
-    from agent.evaluating_language import measure_language, tell_language
-    from agent.reading import ReadingOptions
+    from agent.evaluating_language import LanguageAsked, measure_language, tell_language, write_language
 
-    options = ReadingOptions(parser=parser.value)
-    given = (data, limit, objects, model, weights, options, seed, candidates, workers, as_said)
-    _report(partial(measure_language, *given), tell_language, out, json_output)
+    asked = LanguageAsked(data, objects, model, weights, parser.value, seed, candidates, as_said)
+    measured = partial(measure_language, asked, limit, workers=workers, ray=ray, out=out)
+    _report(measured, tell_language, out, json_output, write_language)
 
 
 @evaluate_app.command("discriminators")

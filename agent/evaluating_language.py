@@ -6,161 +6,144 @@ parser heard, and told what is meant. What stands only when told is what parsing
 
 from __future__ import annotations
 
+import shlex
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
 
-import numpy as np
-
 from agent import __version__
 from agent.evaluating import SCHEMA_VERSION, Row, rate_of
 from agent.evaluating_parse import benchmark_rows, thinned
+from agent.instructions import HEARD, Instruction, understood
+from agent.kept_rows import KeptRows, checksum_of_code, checksum_of_objects, checksums_of_networks, kept_folder
+from agent.outputs import write_report
 from agent.planning import checked_planner
-from agent.progress import followed
-from agent.reading import ReadingOptions, make_reader
+from agent.progress import progress
+from agent.reading import ReadingOptions
 from agent.telling import aligned
-from grounding import benchmark
-from grounding.corpus import sentences
-from grounding.encoder import SentenceEncoder
-from grounding.parse import Parse
-from grounding.spec import SLOTS, SpecError, StructureSpec
+from agent.workforce import workforce
 from structdiffusion.evaluation import solve
 from structdiffusion.evaluation_scenes import EvaluationScene, draw_evaluation_scene
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
+from structdiffusion.planners import networks_of
 from structdiffusion.sampling import Planner
 from structdiffusion.scenes import SceneError
-from structdiffusion.workers import in_parallel
 
-REFUSED, NO_WISH, NO_SCENE = "must be refused", "means no structure that the slots can say", "no scene could be drawn"
+NO_SCENE = "no scene could be drawn"
 NOT_BUILT = "not understood"  # refused, or asked back: nothing is built, as with `structagent run`
+REPORT = "eval.json"  # beside the rows
 # Where a sentence does not stand: because of what was heard, or just as it does not when the slots are told.
 BY_PARSING, BY_ARRANGEMENT = "parsing", "arrangement"
 
 
 @dataclass(frozen=True)
-class Instruction:
-    """A sentence of the benchmark that is about building one structure.
+class LanguageAsked:
+    """What every row depends on.
 
     Attributes:
-        number: its place in the benchmark, from which its scene follows.
-        row: the benchmark's row.
-        meant: its slots.
-        parse: what the parser made of it.
-        embedding: (384,) of what a sentence model is told when the slots are: they in the corpus's words, or the
-            instruction itself.
-        embedding_heard: (384,) of what it is told by the parser; the same where that is the instruction itself.
+        data: "free", "templated", or a file of the benchmark's form.
+        objects: as `load_objects` takes it.
+        model: the planner, as `load_planner` takes it.
+        weights: the folder of checkpoints, or `None` for those shipped.
+        parser: who reads the sentences, as `ReadingOptions` takes it.
+        seed: of scenes, sensor noise and sampling.
+        candidates: arrangements that the planner imagines; the best is tried.
+        as_said: tell sentence models the instruction itself, and not what was heard in the corpus's words.
     """
 
-    number: int
-    row: benchmark.Row
-    meant: StructureSpec
-    parse: Parse
-    embedding: np.ndarray
-    embedding_heard: np.ndarray
+    data: str = "free"
+    objects: str = "ycb"
+    model: str = "diffusion"
+    weights: Path | None = None
+    parser: str = "embedding"
+    seed: int = 0
+    candidates: int = 64
+    as_said: bool = False
 
-    @property
-    def understood(self) -> bool:
-        """Whether the parser neither refused it nor asked back."""
-        return self.parse.status == "ok"
+    def command(self, limit: int | None) -> str:
+        """The command that makes these rows."""
+        words = ["structagent", "evaluate", "language", "--data", self.data]
+        words += ["--limit", str(limit)] if limit else []
+        words += ["--objects", self.objects, "--seed", str(self.seed), "--model", self.model]
+        words += ["--weights", str(self.weights)] if self.weights else []
+        words += ["--parser", self.parser, "--candidates", str(self.candidates)]
+        return shlex.join(words + ["--as-said"] * self.as_said)
+
+    def fingerprint(self, library: Sequence[ObjectModel]) -> Row:
+        """What two commands have in common whose rows may stand in one table, as `KeptRows` takes it.
+
+        The sentences and what was heard are compared row by row.
+        """
+        return {
+            "version": __version__,
+            "code": checksum_of_code(),
+            **{key: value for key, value in asdict(self).items() if key != "weights"},
+            "library": checksum_of_objects(library),
+            "networks": checksums_of_networks(self.weights, networks_of(self.model)),
+        }
 
 
 def measure_language(
-    data: str,
-    limit: int | None,
-    objects: str,
-    name: str,
-    weights: Path | None,
-    options: ReadingOptions,
-    seed: int,
-    candidates: int,
-    workers: int,
-    as_said: bool = False,
+    asked: LanguageAsked,
+    limit: int | None = None,
+    *,
+    workers: int | None = None,
+    ray: str | None = None,
+    out: Path | None = None,
 ) -> Row:
     """How often a structure stands that was asked for in free words, and how often when its slots are told, JSON-ready.
 
     Args:
-        data: "free", "templated", or a file of the benchmark's form.
-        limit: read at most so many rows, evenly spaced; `None` for all.
-        objects: as `load_objects` takes it.
-        name: of the planner, as `load_planner` takes it.
-        weights: the folder of checkpoints, or `None` for those shipped.
-        options: how the sentences are read.
-        seed: of scenes, sensor noise and sampling.
-        candidates: arrangements that the planner imagines; the best is tried.
-        workers: processes.
-        as_said: tell sentence models the instruction itself, and not what was heard in the corpus's words.
+        asked: what every row depends on.
+        limit: read at most so many sentences, evenly spaced; `None` for all.
+        workers: processes; `None` for one per core.
+        ray: the address of a Ray cluster whose workers do it, or `None` for processes of this machine.
+        out: a folder that keeps the rows as they come, in which the same command goes on where it was stopped, and
+            another one may take more sentences. `None` keeps nothing.
+
+    Raises:
+        UsageError: for an unknown planner, a folder that was made with other options, or a cluster that does not
+            answer.
+        BadInput: for sentences that cannot be read, or a folder that cannot be written to.
+        CheckpointError: for a checkpoint that is missing or does not fit.
     """
-    checked_planner(name, weights)  # a broken checkpoint, or a folder without meshes, is known before anything is read
-    models = tuple(load_objects(objects))
-    rows = thinned(list(enumerate(benchmark_rows(data))), limit)
-    instructions, left_out = understood(rows, options, as_said)
-    load = partial(_loaded, models, name, weights)
-    carried_out = in_parallel(partial(_carried_out, seed, candidates), load, (), instructions, workers)
-    results = list(followed("sentences", carried_out, len(instructions)))
-    measured = [row for row in results if row is not None]
+    # A broken checkpoint, or a folder without meshes, is known before anything is read.
+    checked_planner(asked.model, asked.weights)
+    models = tuple(load_objects(asked.objects))
+    rows = thinned(list(enumerate(benchmark_rows(asked.data))), limit)
+    with (
+        kept_folder(out) as path,
+        KeptRows(path, asked.fingerprint(models), {"number", *HEARD}, (REPORT,)) as kept,
+        workforce(workers, ray) as force,
+    ):
+        instructions, left_out = understood(rows, ReadingOptions(parser=asked.parser), asked.as_said)
+        done = {row["number"]: row for row in kept.rows}
+        missing = [one for one in instructions if not one.is_in(done)]
+        # A worker's current folder may be another one.
+        weights = asked.weights and asked.weights.absolute()
+        task = partial(_carried_out, asked.seed, asked.candidates)
+        carried_out = force.do(task, partial(_loaded, models, asked.model, weights), (), missing)
+        with progress("sentences", len(instructions), len(instructions) - len(missing)) as tell:
+            for row in carried_out:
+                kept.add(row)
+                done[row["number"]] = row
+                tell()
+    results = [done[instruction.number] for instruction in instructions]
+    measured = [row for row in results if "structure" in row]
     left_out[NO_SCENE] = len(results) - len(measured)
-    command = f"structagent evaluate language --data {data}" + (f" --limit {limit}" if limit else "")
-    command += f" --objects {objects} --seed {seed} --model {name}" + (f" --weights {weights}" if weights else "")
-    command += f" --parser {options.parser} --candidates {candidates}" + (" --as-said" if as_said else "")
     return {
         "schema_version": SCHEMA_VERSION,
         "version": __version__,
-        "command": command,
+        "command": asked.command(limit),
         "sentences": len(rows),
         "left_out": left_out,
         "rows": measured,
         "aggregate": {key: _grouped(measured, key) for key in ("structure", "stratum")},
     }
-
-
-def understood(
-    rows: Sequence[tuple[int, benchmark.Row]], options: ReadingOptions, as_said: bool = False
-) -> tuple[list[Instruction], dict[str, int]]:
-    """The sentences that ask for one structure, with what was heard; and how many others there are, by reason.
-
-    They are read one by one: in a batch, the bits of a sentence's embedding depend on what else is in it.
-
-    Args:
-        rows: rows of the benchmark with their places in it.
-        options: how they are read.
-        as_said: as `measure_language` takes it.
-    """
-    building = [(number, row) for number, row in rows if not row.refuse]
-    left_out = {REFUSED: len(rows) - len(building), NO_WISH: 0}
-    encoder = SentenceEncoder()
-    reader = make_reader(options, encoder, strict=True)
-    instructions = []
-    for number, row in building:
-        parse = reader.parse(row.text)
-        meant = meaning(row, parse.spec if parse.status == "ok" else None)
-        if meant is None or not meant.tokens():
-            left_out[NO_WISH] += 1
-        else:
-            heard = parse.spec if parse.status == "ok" else meant
-            texts = [row.text if as_said else sentences(spec)[0] for spec in (meant, heard)]
-            told = [encoder.encode([text])[0] for text in texts]
-            instructions.append(Instruction(number, row, meant, parse, *told))
-    return instructions, left_out
-
-
-def meaning(row: benchmark.Row, heard: StructureSpec | None) -> StructureSpec | None:
-    """The slots that a row means: where several values are right, the one that was heard, else the best.
-
-    `None` for values that no structure can have together.
-    """
-    best = {slot: row.acceptable[slot][0] for slot in SLOTS}
-    said = heard.to_dict() if heard else best
-    fair = {slot: said[slot] if said[slot] in row.acceptable[slot] else best[slot] for slot in SLOTS}
-    for values in (fair, best):
-        try:
-            return StructureSpec(**values)
-        except SpecError:
-            continue
-    return None
 
 
 def _loaded(
@@ -171,28 +154,25 @@ def _loaded(
 
 def _carried_out(
     seed: int, candidates: int, loaded: tuple[tuple[ObjectModel, ...], Planner], instruction: Instruction
-) -> Row | None:
-    """What becomes of one sentence; `None` where no scene can be drawn for it."""
+) -> Row:
+    """What becomes of one sentence: its row, without a structure where no scene can be drawn for it."""
     models, planner = loaded
     row, meant, parse = instruction.row, instruction.meant, instruction.parse
+    about = {"number": instruction.number, **instruction.heard}
     started = time.perf_counter()
     try:
         scene = draw_evaluation_scene(models, meant.shape, instruction.number, seed=seed, spec=meant)
     except SceneError:
-        return None
+        return about
     told = replace(scene, words=row.text, embedding=instruction.embedding)
     failure_told = solve(planner, told, candidates=candidates, top_k=1).failure
     failure = _failure_as_heard(planner, told, instruction, candidates, failure_told)
     return {
         "structure": scene.structure,
         "stratum": row.stratum,
-        "number": instruction.number,
         "seed": seed,
         "draw": scene.draw,
-        "text": row.text,
-        "meant": meant.to_dict(),
-        "heard": parse.spec.to_dict(),
-        "status": parse.status,
+        **about,
         "exact": instruction.understood and parse.spec == meant,
         "objects": [model.name for model in scene.drawn.models[: scene.drawn.count]],
         "failure": failure,
@@ -250,6 +230,11 @@ def tell_language(report: Row, results: TextIO) -> None:
     others = "; ".join(f"{count} {reason}" for reason, count in report["left_out"].items())
     print(f"of {report['sentences']} sentences left out: {others}", file=results)
     print(f"rates in percent, with 95 % Wilson intervals\n{report['command']}", file=results)
+
+
+def write_language(report: Row, folder: Path) -> list[Path]:
+    """Writes the report beside the rows; its path."""
+    return write_report(report, folder / REPORT)
 
 
 def _percent(rate: dict[str, Any]) -> str:

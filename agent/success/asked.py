@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import structdiffusion
 from agent import __version__
 from agent.conditions import conditions_of
+from agent.kept_rows import checksum_of_code, checksum_of_objects, checksums_of_networks
 from grounding.spec import SHAPES
 from structdiffusion.evaluation_scenes import Conditions
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.planners import PLANNERS, networks_of
-from structdiffusion.sampling import WEIGHTS
 
 TOP_K = 5  # arrangements that are tried where nobody says how many
 
@@ -87,7 +85,7 @@ class Asked:
         networks = sorted({network for model in models for network in networks_of(model)})
         return {
             "version": __version__,
-            "code": _checksum_of_code(),
+            "code": checksum_of_code(),
             "objects": self.objects,
             "seed": self.seed,
             "candidates": self.candidates,
@@ -95,31 +93,6 @@ class Asked:
             "objects_per_scene": self.objects_per_scene,
             "table": self.table,
             "camera": self.camera,
-            "library": _checksum_of_objects(library),
-            "networks": _checksums_of_networks(self.weights or WEIGHTS, networks),
+            "library": checksum_of_objects(library),
+            "networks": checksums_of_networks(self.weights, networks),
         }
-
-
-def _checksum_of_code() -> str:
-    checksum = hashlib.sha256()
-    folder = Path(structdiffusion.__file__).parent
-    for path in sorted(folder.rglob("*.py")):
-        checksum.update(f"{path.relative_to(folder)} {path.stat().st_size}\n".encode() + path.read_bytes())
-    return checksum.hexdigest()
-
-
-def _checksum_of_objects(library: Sequence[ObjectModel]) -> str:
-    checksum = hashlib.sha256()
-    for model in library:
-        checksum.update(repr((model.name, model.category, model.mass, model.friction)).encode())
-        for part in model.hulls:
-            checksum.update(part.tobytes())
-    return checksum.hexdigest()
-
-
-def _checksums_of_networks(folder: Path, networks: Sequence[str]) -> dict[str, str]:
-    checksums = {}
-    for name in networks:
-        with (folder / name / "model.safetensors").open("rb") as file:
-            checksums[name] = hashlib.file_digest(file, "sha256").hexdigest()
-    return checksums

@@ -2,34 +2,31 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from agent import __version__
-from agent.cluster import ray_cluster
 from agent.errors import UsageError
 from agent.evaluating import SCHEMA_VERSION, SPOKEN_TO, spoken_scenes
 from agent.events import json_value
+from agent.kept_rows import kept_folder
 from agent.loaded import Loaded
 from agent.planning import checked_planner
 from agent.progress import progress
 from agent.success.asked import Asked
 from agent.success.folder import EvaluationFolder, Place
 from agent.success.pictures import failure_picture, pictured
+from agent.workforce import Workforce, workforce
 from grounding.spec import SHAPES
 from structdiffusion.evaluation import Evaluation, Row, solve
 from structdiffusion.evaluation_scenes import EvaluationScene, draw_evaluation_scene
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.planners import PLANNERS
-from structdiffusion.workers import in_parallel
 
 
 def measure_success(
@@ -74,71 +71,35 @@ def measure_success(
     places = [(shape, number) for number in range(scenes) for shape in structures]
     started = time.perf_counter()
     with (
-        _folder(out) as path,
+        kept_folder(out) as path,
         EvaluationFolder(path, asked.fingerprint(library, models)) as kept,
-        _workforce(workers, ray) as workforce,
+        workforce(workers, ray) as force,
     ):
         missing = [(name, place) for place in places for name in models if (name, *place) not in kept.rows]
         draw = partial(_drawn, asked.seed, conditions)
-        drawn = _draw_scenes(kept, workforce, draw, library, list(dict.fromkeys(p for _, p in missing)))
+        drawn = _draw_scenes(kept, force, draw, library, list(dict.fromkeys(p for _, p in missing)))
         spoken = spoken_scenes(list(drawn.values()), heard=True) if drawn else []
         told = {(scene.structure, scene.number): scene for scene in spoken}
         jobs = [(name, told[place]) for name, place in missing]
         # A worker's current folder may be another one.
         there = replace(asked, weights=asked.weights and asked.weights.absolute())
         with progress("rows", len(jobs)) as tell:
-            for row in workforce.do(partial(_row, there), Loaded, (), jobs):
+            for row in force.do(partial(_row, there), Loaded, (), jobs):
                 kept.add_row(row)
                 tell()
         seconds = round(time.perf_counter() - started, 1)
-        resources = {"workers": workforce.count, "ray": ray is not None, "rows": len(jobs), "seconds": seconds}
+        resources = {"workers": force.count, "ray": ray is not None, "rows": len(jobs), "seconds": seconds}
         if out is not None:
             wanted = {name: row for name, row in pictured(kept.rows.values(), pictures) if not (path / name).exists()}
             lacking = {(row["structure"], row["number"]) for row in wanted.values()} - drawn.keys()
-            drawn |= _draw_scenes(kept, workforce, draw, library, sorted(lacking))
-            _draw_pictures(path, workforce, drawn, wanted)
+            drawn |= _draw_scenes(kept, force, draw, library, sorted(lacking))
+            _draw_pictures(path, force, drawn, wanted)
         return _report(asked, kept, resources)
-
-
-@dataclass(frozen=True)
-class _Workforce:
-    """Who does the work: so many processes of this machine, or workers of a Ray cluster."""
-
-    count: int
-    ray: bool
-
-    def do(
-        self, task: Callable[[Any, Any], Any], load: Callable[..., Any], arguments: tuple[Any, ...], jobs: Sequence[Any]
-    ) -> Iterator[Any]:
-        """The results of all jobs, as they end."""
-        if not jobs:
-            return
-        count = min(self.count, len(jobs))
-        with closing(in_parallel(task, load, arguments, jobs, count, ray=self.ray, ordered=False)) as results:
-            yield from results
-
-
-@contextmanager
-def _workforce(workers: int | None, ray: str | None) -> Iterator[_Workforce]:
-    if ray is None:
-        yield _Workforce(workers or os.cpu_count() or 1, ray=False)
-    else:
-        with ray_cluster(ray, workers) as count:
-            yield _Workforce(count, ray=True)
-
-
-@contextmanager
-def _folder(out: Path | None) -> Iterator[Path]:
-    if out is not None:
-        yield out
-    else:
-        with tempfile.TemporaryDirectory() as folder:
-            yield Path(folder)
 
 
 def _draw_scenes(
     kept: EvaluationFolder,
-    workforce: _Workforce,
+    force: Workforce,
     draw: Callable[[Sequence[ObjectModel], tuple[Place, int | None]], EvaluationScene],
     library: Sequence[ObjectModel],
     places: Sequence[Place],
@@ -147,7 +108,7 @@ def _draw_scenes(
     jobs = [(place, kept.draws.get(place)) for place in places]
     scenes = {}
     with progress("scenes drawn", len(jobs)) as tell:
-        for scene in workforce.do(draw, tuple, (tuple(library),), jobs):
+        for scene in force.do(draw, tuple, (tuple(library),), jobs):
             kept.add_scene(scene)
             scenes[scene.structure, scene.number] = scene
             tell()
@@ -172,13 +133,13 @@ def _row(asked: Asked, loaded: Loaded, job: tuple[str, EvaluationScene]) -> Row:
 
 def _draw_pictures(
     folder: Path,
-    workforce: _Workforce,
+    force: Workforce,
     scenes: dict[Place, EvaluationScene],
     wanted: dict[str, Row],
 ) -> None:
     jobs = [(name, row, scenes[row["structure"], row["number"]]) for name, row in wanted.items()]
     with progress("pictures", len(jobs)) as tell:
-        for name, content in workforce.do(_picture, tuple, (), jobs):
+        for name, content in force.do(_picture, tuple, (), jobs):
             path = folder / name
             path.parent.mkdir(exist_ok=True)
             unfinished = path.with_suffix(".tmp")

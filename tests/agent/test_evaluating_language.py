@@ -9,18 +9,8 @@ import pytest
 import trimesh
 
 from agent.cli import command_line
-from agent.evaluating_language import (
-    NO_WISH,
-    NOT_BUILT,
-    REFUSED,
-    Instruction,
-    _carried_out,
-    _grouped,
-    meaning,
-    tell_language,
-    understood,
-)
-from agent.reading import ReadingOptions
+from agent.evaluating_language import NOT_BUILT, _carried_out, _grouped, tell_language
+from agent.instructions import REFUSED, Instruction
 from grounding.benchmark import Row
 from grounding.parse import Parse
 from grounding.spec import SLOTS, StructureSpec
@@ -39,37 +29,6 @@ def row_of(text="a line on the left", **acceptable):
 def heard(spec, status="ok"):
     meant = row_of(shape=("line",), x_position=("left",), rotation=("north",))
     return Instruction(0, meant, LEFT_LINE, Parse(meant.text, spec, "told", status), *np.zeros((2, 384), np.float32))
-
-
-def test_of_several_readings_the_one_that_was_heard_is_meant():
-    row = row_of(shape=("circle", None), size=("small",), rotation=(None, "south"))
-    assert meaning(row, None) == meaning(row, StructureSpec("line", "large")) == StructureSpec("circle", "small")
-    other = StructureSpec(None, "large", rotation="south")
-    assert meaning(row, other) == StructureSpec(None, "small", rotation="south")
-    # A tower has no size: what was heard does not go with the rest, so the best values count.
-    small = row_of(shape=("line", "tower"), size=("small",))
-    assert meaning(small, StructureSpec("tower")) == StructureSpec("line", "small")
-    assert meaning(row_of(shape=("tower",), size=("small",)), None) is None
-
-
-def test_what_asks_for_no_structure_is_left_out_and_counted():
-    rows = [
-        row_of("put the cans in a circle on the left", shape=("circle",), x_position=("left",)),
-        Row("what time is it", OPEN, refuse=True),
-        row_of("arrange the things"),
-        row_of("a small tower", shape=("tower",), size=("small",)),
-    ]
-    found, left_out = understood(list(enumerate(rows, start=7)), ReadingOptions())
-    assert left_out == {REFUSED: 1, NO_WISH: 2}
-    (instruction,) = found
-    assert (instruction.number, instruction.understood) == (7, True)
-    assert instruction.parse.spec == instruction.meant == StructureSpec("circle", x_position="left")
-    assert instruction.embedding.shape == (384,)
-    # What was heard right is said as the slots are, in other words than the instruction; or else as it was said.
-    np.testing.assert_array_equal(instruction.embedding_heard, instruction.embedding)
-    ((as_said,), _) = understood(list(enumerate(rows, start=7)), ReadingOptions(), as_said=True)
-    np.testing.assert_array_equal(as_said.embedding_heard, as_said.embedding)
-    assert 0.3 < instruction.embedding @ as_said.embedding < 0.999
 
 
 @pytest.fixture(scope="module")
@@ -97,24 +56,60 @@ def test_who_hears_wrong_builds_wrong_and_who_hears_right_is_not_asked_twice(car
     assert "of 7 sentences left out: 4 must be refused" in told.getvalue() and "66.7" in told.getvalue()
 
 
-def test_objects_that_make_no_such_structure_give_no_row(carried_out):
+def test_objects_that_make_no_such_structure(carried_out):
     setting = StructureSpec("table setting")
     row = row_of("set the table", shape=("table setting",))
     parse = Parse(row.text, setting, "told")
-    assert carried_out(Instruction(0, row, setting, parse, np.zeros(384), np.zeros(384))) is None
+    row = carried_out(Instruction(0, row, setting, parse, np.zeros(384), np.zeros(384)))
+    assert set(row) == {"number", "text", "meant", "heard", "status"}
 
 
-def test_from_the_command_line(tmp_path, capsys):
-    data = tmp_path / "own.jsonl"
+@pytest.fixture
+def arguments(tmp_path):
+    """A command for two sentences, for one of which the objects do not do."""
+    data, objects = tmp_path / "own.jsonl", tmp_path / "boxes"
     rows = [{"text": "make a line", "shape": ["line"]}, {"text": "set the table", "shape": ["table setting"]}]
     data.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    objects.mkdir()
     for number in range(3):
-        trimesh.creation.box((0.05, 0.05, 0.05 + 0.01 * number)).export(tmp_path / f"box_{number}.stl")
-    arguments = ["evaluate", "language", "--data", str(data), "--objects", str(tmp_path), "--model", "geometric"]
-    assert command_line([*arguments, "--workers", "1", "--candidates", "4", "--json"]) == 0
+        trimesh.creation.box((0.05, 0.05, 0.05 + 0.01 * number)).export(objects / f"box_{number}.stl")
+    words = ["evaluate", "language", "--data", str(data), "--objects", str(objects), "--model", "geometric"]
+    return [*words, "--workers", "1", "--candidates", "4", "--json"]
+
+
+def test_from_the_command_line(arguments, capsys):
+    assert command_line(arguments) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["sentences"] == 2 and report["left_out"]["no scene could be drawn"] == 1
     assert [row["text"] for row in report["rows"]] == ["make a line"] and report["rows"][0]["exact"]
-    assert report["command"].startswith(f"structagent evaluate language --data {data}")
+    assert report["command"].startswith("structagent evaluate language --data /")
     assert command_line([*arguments, "--model", "oracle"]) == 2
     assert "'oracle'" in capsys.readouterr().err
+
+
+def test_a_folder_goes_on_where_it_was_stopped(arguments, tmp_path, capsys):
+    out = tmp_path / "out"
+    arguments += ["--out", str(out)]
+    assert command_line([*arguments, "--limit", "1"]) == 0
+    (first,) = json.loads(capsys.readouterr().out)["rows"]
+    assert len((out / "rows.jsonl").read_text().splitlines()) == 1
+    assert command_line(arguments) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["rows"] == [first] and report["left_out"]["no scene could be drawn"] == 1  # "seconds" are the same
+    assert json.loads((out / "eval.json").read_text()) == report
+    kept = (out / "rows.jsonl").read_text()
+    assert len(kept.splitlines()) == 2
+    assert command_line(arguments) == 0 and (out / "rows.jsonl").read_text() == kept
+    capsys.readouterr()
+    assert command_line([*arguments, "--as-said"]) == 2
+    assert "holds an evaluation without --as-said, not with --as-said; choose another --out" in capsys.readouterr().err
+
+
+def test_a_sentence_that_has_changed_since_is_carried_out_again(arguments, tmp_path, capsys):
+    arguments += ["--out", str(tmp_path / "out"), "--limit", "1"]
+    assert command_line(arguments) == 0
+    data = tmp_path / "own.jsonl"
+    data.write_text(data.read_text().replace("make a line", "make a row"))
+    capsys.readouterr()
+    assert command_line(arguments) == 0
+    assert [row["text"] for row in json.loads(capsys.readouterr().out)["rows"]] == ["make a row"]

@@ -132,7 +132,7 @@ def test_other_objects_of_the_same_name_are_refused(tmp_path):
 
 
 def test_rows_of_other_code_are_refused(asked, finished, monkeypatch):
-    monkeypatch.setattr("agent.success.asked._checksum_of_code", lambda: "other")
+    monkeypatch.setattr("agent.success.asked.checksum_of_code", lambda: "other")
     with pytest.raises(UsageError, match="holds an evaluation by other code, and rows of both may not mix"):
         measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=finished)
 
