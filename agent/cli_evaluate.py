@@ -30,6 +30,12 @@ from grounding.spec import SHAPES
 
 evaluate_app = typer.Typer(rich_markup_mode=None)
 
+PlannerOption = Annotated[str, typer.Option(metavar="NAME", help="The planner.")]
+ScenesOption = Annotated[int, typer.Option(min=1, help="How many per structure.")]
+CandidatesOption = Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")]
+ProcessesOption = Annotated[int, typer.Option(min=1, help="Processes.")]
+ReportOption = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")]
+
 
 @evaluate_app.callback()
 def _evaluate() -> None:
@@ -50,7 +56,7 @@ def evaluate_success(
         list[str] | None,
         typer.Option(metavar="|".join(SHAPES), help="May be given several times.  [default: all four]"),
     ] = None,
-    scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 50,
+    scenes: ScenesOption = 50,
     seed: SeedOption = 0,
     candidates: Annotated[
         int, typer.Option(min=1, help="Arrangements imagined per scene, by planners that choose among them.")
@@ -107,13 +113,13 @@ def evaluate_success(
 @evaluate_app.command("arm")
 def evaluate_arm(
     objects: ObjectsOption = "ycb",
-    model: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "diffusion",
+    model: PlannerOption = "diffusion",
     weights: WeightsOption = None,
-    scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 5,
+    scenes: ScenesOption = 5,
     seed: SeedOption = 0,
-    candidates: Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")] = 64,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    candidates: CandidatesOption = 64,
+    workers: ProcessesOption = max(1, os.cpu_count() or 1),
+    out: ReportOption = None,
     json_output: JsonOption = False,
 ) -> None:
     """How often the arm finds a plan, and how often what it builds stands as asked.
@@ -131,15 +137,15 @@ def evaluate_arm(
 @evaluate_app.command("recordings")
 def evaluate_recordings(
     objects: ObjectsOption = "ycb",
-    model: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "diffusion",
+    model: PlannerOption = "diffusion",
     weights: WeightsOption = None,
-    scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 8,
+    scenes: ScenesOption = 8,
     seed: SeedOption = 0,
     execute: Annotated[
         bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only try each goal without it.")
     ] = True,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    workers: ProcessesOption = max(1, os.cpu_count() or 1),
+    out: ReportOption = None,
     json_output: JsonOption = False,
 ) -> None:
     """What is found in bags of simulated scenes, and whether runs over them end as in simulation.
@@ -157,10 +163,10 @@ def evaluate_recordings(
 @evaluate_app.command("completion")
 def evaluate_completion(
     objects: ObjectsOption = "ycb",
-    scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 10,
+    scenes: ScenesOption = 10,
     seed: SeedOption = 0,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    workers: ProcessesOption = max(1, os.cpu_count() or 1),
+    out: ReportOption = None,
     json_output: JsonOption = False,
 ) -> None:
     """How well the unseen sides of objects are guessed: the ways of completing them, side by side.
@@ -222,7 +228,7 @@ def evaluate_language(
         int | None, typer.Option(min=1, help="Take so many rows, evenly spaced; by default all.")
     ] = None,
     objects: ObjectsOption = "ycb",
-    model: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "diffusion",
+    model: PlannerOption = "diffusion",
     weights: WeightsOption = None,
     parser: ParserOption = Parsers.embedding,
     as_said: Annotated[
@@ -230,7 +236,7 @@ def evaluate_language(
         typer.Option("--as-said", help="Tell sentence models the instruction itself, not what was heard, said anew."),
     ] = False,
     seed: SeedOption = 0,
-    candidates: Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")] = 64,
+    candidates: CandidatesOption = 64,
     workers: PoolOption = None,
     ray: RayOption = None,
     out: Annotated[
@@ -264,7 +270,7 @@ def evaluate_discriminators(
     weights: WeightsOption = None,
     examples: Annotated[int, typer.Option(min=1, help="How many, of each discriminator.")] = 3000,
     seed: SeedOption = 0,
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    out: ReportOption = None,
     json_output: JsonOption = False,
 ) -> None:
     """How often the discriminators are right on scenes and pairs of objects that they were not trained on.
@@ -281,13 +287,13 @@ def evaluate_discriminators(
 @evaluate_app.command("coverage")
 def evaluate_coverage(
     objects: ObjectsOption = "ycb",
-    model: Annotated[str, typer.Option(metavar="NAME", help="The planner.")] = "diffusion",
+    model: PlannerOption = "diffusion",
     weights: WeightsOption = None,
-    scenes: Annotated[int, typer.Option(min=1, help="How many per structure.")] = 10,
+    scenes: ScenesOption = 10,
     seed: SeedOption = 0,
     candidates: Annotated[int, typer.Option(min=2, help="Arrangements imagined per scene.")] = 64,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = max(1, os.cpu_count() or 1),
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")] = None,
+    workers: ProcessesOption = max(1, os.cpu_count() or 1),
+    out: ReportOption = None,
     json_output: JsonOption = False,
 ) -> None:
     """How evenly imagined arrangements spread over what the instruction leaves open.
