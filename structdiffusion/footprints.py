@@ -20,10 +20,15 @@ def turned(outline: np.ndarray, yaw: float) -> np.ndarray:
     return outline @ np.array([[c, s], [-s, c]])
 
 
+def _following(corners: np.ndarray) -> np.ndarray:
+    """For each corner (K, 2) the next one; as `np.roll`, which takes three times as long."""
+    return np.concatenate((corners[1:], corners[:1]))
+
+
 def outline_centroid(outline: np.ndarray) -> np.ndarray:
     """The area centroid (2,) of a convex outline (K, 2); the mean of its corners where it has no area."""
     about = outline - outline[0]  # far from the origin, areas about it would cancel out
-    following = np.roll(about, -1, axis=0)
+    following = _following(about)
     cross = about[:, 0] * following[:, 1] - following[:, 0] * about[:, 1]
     if not cross.sum():
         return outline.mean(axis=0)
@@ -44,7 +49,7 @@ def overlap_depth(a: np.ndarray, b: np.ndarray) -> float:
         return 0.0
     depth = math.inf
     for outline in (a, b):
-        edges = np.roll(outline, -1, axis=0) - outline
+        edges = _following(outline) - outline
         normals = np.column_stack((edges[:, 1], -edges[:, 0]))
         normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-12
         shadow_a, shadow_b = a @ normals.T, b @ normals.T  # (K, E)
@@ -63,7 +68,7 @@ def separation_along(a: np.ndarray, b: np.ndarray, direction: np.ndarray, cleara
     last of all such places; sides that are parallel have edges in one line, of which none is the only one it could be.
     """
     corners = _minkowski_sum(a, -b)
-    edges = np.roll(corners, -1, axis=0) - corners
+    edges = _following(corners) - corners
     lengths = np.linalg.norm(edges, axis=1)
     tangents = edges / (lengths[:, None] + 1e-12)
     normals = np.column_stack((tangents[:, 1], -tangents[:, 0]))  # outward
@@ -81,7 +86,7 @@ def separation_along(a: np.ndarray, b: np.ndarray, direction: np.ndarray, cleara
 
 def _minkowski_sum(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The corners (K + L, 2) of the sum of two convex outlines (K, 2) and (L, 2), counter-clockwise as they are."""
-    edges = np.concatenate((np.roll(a, -1, axis=0) - a, np.roll(b, -1, axis=0) - b))
+    edges = np.concatenate((_following(a) - a, _following(b) - b))
     headings = np.arctan2(edges[:, 1], edges[:, 0])
     # From the lowest corners (of several the leftmost) on, the edges of both follow each other by their headings.
     lowest = sum(outline[np.lexsort((outline[:, 0], outline[:, 1]))[0]] for outline in (a, b))
