@@ -21,9 +21,9 @@ from structdiffusion.geometry import HEADING_OF_ROTATION, pose_from_xyz_yaw, wra
 from structdiffusion.nouns import CUTLERY
 from structdiffusion.success import OFF_LINE, PlacedBody, allowed_off_ring, allowed_unevenness
 
-# Extent over tightest extent, inside the contract's bands by what the outlines of partial views are wrong by; small
-# structures keep a clear gap.
-_RATIO = {"small": (1.0, 1.22), "medium": (1.38, 1.7), "large": (1.92, np.inf)}
+# Extent over tightest extent, inside the contract's bands (1 to 1.3, 1.3 to 1.8, 1.8 and more). The sides that the camera
+# does not see make outlines too narrow rather than too broad: lower margins are wider. Small structures keep a clear gap.
+_RATIO = {"small": (1.0, 1.2), "medium": (1.45, 1.68), "large": (2.05, np.inf)}
 _KEPT = 0.6  # of what the contract lets rings and rows be off: what is off by more is drawn in
 _GAP = 0.006  # m of clear gap that neighbours are parted to: the unseen side of an object may reach a little farther
 _SKEW = math.radians(8.0)  # that cutlery may be off; the contract allows 15 degrees
