@@ -53,6 +53,16 @@ def test_every_size_becomes_the_size_asked_for(shape, size):
         np.testing.assert_allclose(after / np.linalg.norm(after), before / np.linalg.norm(before), atol=2e-3)
 
 
+@pytest.mark.parametrize("size", ["medium", "large"])
+@pytest.mark.parametrize("shape", ["circle", "line"])
+def test_a_size_is_kept_by_objects_a_tenth_broader_than_what_was_seen_of_them(shape, size):
+    seen, true = ([estimate(block(name, width)) for name in "abcd"] for width in (0.060, 0.066))
+    places = ring([0.05] * 4) if shape == "circle" else np.column_stack(([0.45] * 4, np.arange(4) * 0.07 - 0.1))
+    spec = StructureSpec(shape, size=size)
+    assert failing(true, at(places), spec) == ["extent / tightest extent"]
+    assert not failing(true, straightened(seen, at(places), spec), spec)
+
+
 def test_what_holds_stays():
     objects = [estimate(block(name)) for name in "abcde"]
     circle = at(ring([0.1, 0.105, 0.1, 0.097, 0.1]))
