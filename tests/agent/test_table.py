@@ -117,7 +117,8 @@ def test_those_that_take_part_come_first(stacked):
     assert stacked.names == stacked.called == ("block 2", "block 3", "block 1") and stacked.count == 2
     assert [model.name for model in stacked.models] == [BLOCKS[i].name for i in (1, 2, 0)]
     assert list(stacked.world.models) == list(stacked.models)
-    np.testing.assert_allclose(stacked.world_from_initial[:, :3, 3], [before[n][:3, 3] for n in stacked.names])
+    positions = [before[name][:3, 3] for name in stacked.names]
+    np.testing.assert_allclose(stacked.world_from_initial[:, :3, 3], positions, atol=1e-12)
     assert all(np.allclose(stacked.poses()[name], pose, atol=1e-6) for name, pose in before.items())
     scene = stacked.look()
     assert [cloud.name for cloud in scene.objects] == ["block 2", "block 3"]
