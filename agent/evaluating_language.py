@@ -18,7 +18,7 @@ from agent import __version__
 from agent.evaluating import SCHEMA_VERSION, Row, rate_of
 from agent.evaluating_parse import benchmark_rows, thinned
 from agent.instructions import HEARD, Instruction, understood
-from agent.kept_rows import KeptRows, checksum_of_code, checksum_of_objects, checksums_of_networks, kept_folder
+from agent.kept_rows import KeptRows, fingerprint, kept_folder
 from agent.outputs import write_report
 from agent.planning import checked_planner
 from agent.progress import progress
@@ -29,7 +29,6 @@ from structdiffusion.evaluation import solve
 from structdiffusion.evaluation_scenes import EvaluationScene, draw_evaluation_scene
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.planners import networks_of
 from structdiffusion.sampling import Planner
 from structdiffusion.scenes import SceneError
 
@@ -74,17 +73,12 @@ class LanguageAsked:
         return shlex.join(words + ["--as-said"] * self.as_said)
 
     def fingerprint(self, library: Sequence[ObjectModel]) -> Row:
-        """What two commands have in common whose rows may stand in one table, as `KeptRows` takes it.
+        """What two commands have in common whose rows may stand in one table.
 
         The sentences and what was heard are compared row by row.
         """
-        return {
-            "version": __version__,
-            "code": checksum_of_code(),
-            **{key: value for key, value in asdict(self).items() if key != "weights"},
-            "library": checksum_of_objects(library),
-            "networks": checksums_of_networks(self.weights, networks_of(self.model)),
-        }
+        options = {key: value for key, value in asdict(self).items() if key != "weights"}
+        return fingerprint(options, library, [self.model], self.weights)
 
 
 def measure_language(

@@ -18,10 +18,12 @@ from pathlib import Path
 from typing import Any
 
 import structdiffusion
+from agent import __version__
 from agent.errors import BadInput, UsageError
 from agent.journal import Journal, locked
 from structdiffusion.evaluation import Row
 from structdiffusion.objects.model import ObjectModel
+from structdiffusion.planners import networks_of
 from structdiffusion.sampling import WEIGHTS
 
 ABOUT, ROWS = "about.json", "rows.jsonl"
@@ -32,8 +34,7 @@ class KeptRows:
 
     Args:
         path: of the folder, made where it is not there.
-        asked: what decides the rows, JSON-ready: the options by their names, "version", "code", "library", and
-            "networks", whose checksums may become more from command to command.
+        asked: the `fingerprint` of what decides the rows; its networks may become more from command to command.
         keys: what every row has.
         files: others that will be written there.
 
@@ -134,8 +135,31 @@ def kept_folder(out: Path | None) -> Iterator[Path]:
             yield Path(folder)
 
 
-def checksum_of_code() -> str:
-    """SHA-256 of this project's way from a goal to a verdict."""
+def fingerprint(
+    options: Mapping[str, Any], library: Sequence[ObjectModel], models: Sequence[str], weights: Path | None
+) -> dict[str, Any]:
+    """What two commands have in common whose rows may stand in one table, as `KeptRows` takes it, JSON-ready.
+
+    "code", "library" and "networks" are SHA-256 checksums: of this project's way from a goal to a verdict, of the
+    objects, and of every network of these models.
+
+    Args:
+        options: those of the command that decide its rows.
+        library: the objects.
+        models: names of planners.
+        weights: the folder of checkpoints, or `None` for those shipped.
+    """
+    networks = sorted({network for model in models for network in networks_of(model)})
+    return {
+        "version": __version__,
+        "code": _checksum_of_code(),
+        **options,
+        "library": _checksum_of_objects(library),
+        "networks": _checksums_of_networks(weights or WEIGHTS, networks),
+    }
+
+
+def _checksum_of_code() -> str:
     checksum = hashlib.sha256()
     folder = Path(structdiffusion.__file__).parent
     for path in sorted(folder.rglob("*.py")):
@@ -143,8 +167,7 @@ def checksum_of_code() -> str:
     return checksum.hexdigest()
 
 
-def checksum_of_objects(library: Sequence[ObjectModel]) -> str:
-    """SHA-256 of an object library."""
+def _checksum_of_objects(library: Sequence[ObjectModel]) -> str:
     checksum = hashlib.sha256()
     for model in library:
         checksum.update(repr((model.name, model.category, model.mass, model.friction)).encode())
@@ -153,10 +176,9 @@ def checksum_of_objects(library: Sequence[ObjectModel]) -> str:
     return checksum.hexdigest()
 
 
-def checksums_of_networks(folder: Path | None, networks: Sequence[str]) -> dict[str, str]:
-    """SHA-256 of the weights of each network in a folder of checkpoints, by default those shipped."""
+def _checksums_of_networks(folder: Path, networks: Sequence[str]) -> dict[str, str]:
     checksums = {}
     for name in networks:
-        with ((folder or WEIGHTS) / name / "model.safetensors").open("rb") as file:
+        with (folder / name / "model.safetensors").open("rb") as file:
             checksums[name] = hashlib.file_digest(file, "sha256").hexdigest()
     return checksums

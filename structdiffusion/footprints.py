@@ -21,7 +21,7 @@ def turned(outline: np.ndarray, yaw: float) -> np.ndarray:
 
 
 def _following(corners: np.ndarray) -> np.ndarray:
-    """For each corner (K, 2) the next one; as `np.roll`, which takes three times as long."""
+    """For each corner (K, 2) the next one; as `np.roll`, which takes five times as long."""
     return np.concatenate((corners[1:], corners[:1]))
 
 

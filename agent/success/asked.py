@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from agent import __version__
 from agent.conditions import conditions_of
-from agent.kept_rows import checksum_of_code, checksum_of_objects, checksums_of_networks
+from agent.kept_rows import fingerprint
 from grounding.spec import SHAPES
 from structdiffusion.evaluation_scenes import Conditions
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.planners import PLANNERS, networks_of
+from structdiffusion.planners import PLANNERS
 
 TOP_K = 5  # arrangements that are tried where nobody says how many
 
@@ -77,22 +76,6 @@ class Asked:
         return shlex.join(words)
 
     def fingerprint(self, library: Sequence[ObjectModel], models: Sequence[str]) -> dict[str, Any]:
-        """What two commands have in common whose rows may stand in one table, JSON-ready.
-
-        "code", "library" and "networks" are SHA-256 checksums: of this project's way from a goal to a verdict, of the
-        objects, and of every network of these models.
-        """
-        networks = sorted({network for model in models for network in networks_of(model)})
-        return {
-            "version": __version__,
-            "code": checksum_of_code(),
-            "objects": self.objects,
-            "seed": self.seed,
-            "candidates": self.candidates,
-            "top_k": self.top_k,
-            "objects_per_scene": self.objects_per_scene,
-            "table": self.table,
-            "camera": self.camera,
-            "library": checksum_of_objects(library),
-            "networks": checksums_of_networks(self.weights, networks),
-        }
+        """What two commands have in common whose rows may stand in one table."""
+        options = {key: value for key, value in asdict(self).items() if key != "weights"}
+        return fingerprint(options, library, models, self.weights)

@@ -132,14 +132,14 @@ def test_other_objects_of_the_same_name_are_refused(tmp_path):
 
 
 def test_rows_of_other_code_are_refused(asked, finished, monkeypatch):
-    monkeypatch.setattr("agent.success.asked.checksum_of_code", lambda: "other")
+    monkeypatch.setattr("agent.kept_rows._checksum_of_code", lambda: "other")
     with pytest.raises(UsageError, match="holds an evaluation by other code, and rows of both may not mix"):
         measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=finished)
 
 
 def test_networks_may_be_added_and_those_in_use_not_changed(asked, tmp_path, monkeypatch):
     weights, out, used = tmp_path / "weights", tmp_path / "out", []
-    monkeypatch.setattr("agent.success.asked.networks_of", lambda model: used)  # a geometric planner needs none
+    monkeypatch.setattr("agent.kept_rows.networks_of", lambda model: used)  # a geometric planner needs none
     asked = replace(asked, weights=weights, candidates=1, top_k=1)
     for name in ("one", "two"):
         used.append(name)
