@@ -12,6 +12,7 @@ NO_VALID_GOAL = 4
 EXECUTION_FAILED = 5
 BAD_INPUT = 6
 NOT_VERIFIED = 7
+PARTLY_DONE = 8
 INTERRUPTED = 130
 
 
@@ -41,6 +42,12 @@ class ExecutionFailed(AgentError):
     """The arm could not build the structure, or it does not stand as asked."""
 
     exit_code = EXECUTION_FAILED
+
+
+class PartlyDone(AgentError):
+    """What stands was built with some of the objects that were asked for, because the others could not take part."""
+
+    exit_code = PARTLY_DONE
 
 
 class BadInput(AgentError):

@@ -156,6 +156,7 @@ class SeenObject:
         outline: the corners (x, y) of the cloud seen from above, world frame; empty where it spans no area.
         color: its mean colour (RGB, 0 to 255), or `None`.
         called: what an instruction can call it, such as "object 3, red, tall".
+        color_name: the name of its colour, where that is known; empty otherwise.
     """
 
     name: str
@@ -166,6 +167,7 @@ class SeenObject:
     outline: tuple[tuple[float, float], ...] = ()
     color: tuple[int, int, int] | None = None
     called: str = ""
+    color_name: str = ""
 
 
 @dataclass(frozen=True)

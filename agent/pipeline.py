@@ -14,14 +14,16 @@ from typing import TYPE_CHECKING
 
 from agent import events, steps
 from agent.bags.recording import RecordedOptions
-from agent.errors import DONE, NotBuildable, exit_code_of, one_sentence
+from agent.errors import DONE, NotBuildable, PartlyDone, exit_code_of, one_sentence
 from agent.loaded import Loaded
 from agent.reading import ReadingOptions
 
 if TYPE_CHECKING:
     from agent.scenes.table import TableScene
     from agent.twin.trajectory import TrajectoryLog
+    from grounding.attributes import SceneObject
     from grounding.encoder import SentenceEncoder
+    from grounding.selection import Selection
     from grounding.spec import StructureSpec
     from structdiffusion.observation import Arrangement, Goal, Scene
 
@@ -122,18 +124,23 @@ class _Run:
         if source is None:
             source = loaded.source(options.scene, options.objects, options.recorded)
         try:
-            selection = select_objects(self.text, source.called, encoder)
+            selection = select_objects(self.text, source.referents, encoder, catalogue=source.catalogue)
         except SelectionError as error:
             raise NotBuildable("; ".join(filter(None, (str(error), source.hint)))) from error
-        some = len(selection.indices) < len(source.called)
+        some = len(selection.indices) < len(source.referents)
         yield steps.parsed(reading, selection.named or (mentioned(self.text) if some else ()), seconds)
 
-        def meant(nouns: Sequence[str]) -> Sequence[int]:
-            return select_objects(self.text, nouns, encoder).indices
+        for note in selection.notes:
+            yield events.Noted(note)
+
+        def meant(objects: Sequence[SceneObject], catalogue: bool = False) -> Selection:
+            return select_objects(self.text, objects, encoder, catalogue=catalogue)
 
         with source.open(reading.spec, meant, options.seed) as table:
             scene = table.look()
             yield steps.perceived(scene, time.perf_counter() - began, table)
+            if shortfall := steps.shortfall(table):
+                yield events.Noted(f"{shortfall[0]} take part; {shortfall[1]}")
             self.step = "imagination"
             goal = wished(reading.spec, encoder)
             imagined = steps.imagine(planner, options.model, scene, goal, options.seed)
@@ -146,6 +153,8 @@ class _Run:
             else:
                 self.step = "check"
                 yield from steps.release(table, reading.spec, arrangements[0])
+            if shortfall:
+                raise PartlyDone(f"{shortfall[0]} stand as asked; {shortfall[1]}")
 
     def _built(
         self, table: TableScene, scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangement]

@@ -52,6 +52,7 @@ def parsed(reading: Reading, named: Sequence[str], seconds: float) -> events.Par
 def perceived(scene: Scene, seconds: float, table: TableScene | None = None) -> events.Perceived:
     """What the camera saw, and what the table that it looked at has to say of that."""
     called = {} if table is None else dict(zip(table.names, table.called, strict=True))
+    colors = {} if table is None else dict(zip(table.names, table.color_names, strict=True))
     seen = [
         events.SeenObject(
             cloud.name,
@@ -62,6 +63,7 @@ def perceived(scene: Scene, seconds: float, table: TableScene | None = None) -> 
             _outline(cloud),
             None if cloud.colors is None else tuple(cloud.colors.mean(axis=0).round().astype(int).tolist()),
             called.get(cloud.name, cloud.name),
+            colors.get(cloud.name, ""),
         )
         for number, cloud in enumerate((*scene.objects, *scene.distractors))
     ]
@@ -69,6 +71,14 @@ def perceived(scene: Scene, seconds: float, table: TableScene | None = None) -> 
     rectangle = (top.x_min, top.x_max, top.y_min, top.y_max)
     notes, labelled = ((), None) if table is None else (table.notes, table.labelled)
     return events.Perceived(tuple(seen), rectangle, seconds, notes, scene=scene, labelled=labelled)
+
+
+def shortfall(table: TableScene) -> tuple[str, str] | None:
+    """How many of the objects that were asked for take part, and why not the others; `None` where all do."""
+    if not table.missing:
+        return None
+    reasons = "; ".join(f"{name} is left where it is: {why}" for name, why in table.missing.items())
+    return f"{table.count} of {table.count + len(table.missing)} objects", reasons
 
 
 def _outline(cloud: ObjectCloud) -> tuple[tuple[float, float], ...]:

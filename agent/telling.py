@@ -54,9 +54,11 @@ def seen_row(one: Mapping[str, Any]) -> tuple[str, str, str]:
 
 
 def described(one: Mapping[str, Any]) -> str:
-    """The name of an object that was seen, with its description where it has one: "object 3, red, tall"."""
-    called = one.get("called") or ""
-    return called if called.startswith(f"{one['name']},") else one["name"]
+    """The name of an object that was seen, with its description or its colour: "object 3, red, tall", "cup 2, green"."""
+    called, color = one.get("called") or "", one.get("color_name") or ""
+    if called.startswith(f"{one['name']},"):
+        return called
+    return f"{one['name']}, {color}" if color and color not in one["name"].split() else one["name"]
 
 
 def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:

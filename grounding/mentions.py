@@ -10,8 +10,9 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+from grounding.attributes import COLOR_WORDS, SUPERLATIVES, UNJUDGED
 from grounding.counts import JOINTS, count_before, numbers_after
-from grounding.nouns import ADJECTIVES, COLOURS, STUFF, USES, singular
+from grounding.nouns import ADJECTIVES, COLOURS, FILLINGS, STUFF, USES, singular
 from grounding.phrases import ANY, Mention, Reading, Vocabulary
 from grounding.sentences import STOPS, Sentences
 from grounding.shared_nouns import partial_phrases
@@ -38,6 +39,11 @@ _ANY_THINGS = frozenset(word for word, kind in GENERIC.items() if kind != "one")
 _BEFORE_NOUNS = DETERMINERS | frozenset(NUMBERS)
 _USE_VERBS = frozenset(verb for verb, _ in USES)
 _ANYTHING = frozenset(GENERIC) | {"what", "whatever", "anything"}
+# With one of these a singular means one particular object.
+_DEFINITE = frozenset("the that this my your our his her their".split())
+_INDEFINITE = frozenset("a an any one some another of".split())
+_ALL = ALL_WORDS - {"only", "just"}
+_TELLING_ADJECTIVES = ADJECTIVES | frozenset(COLOR_WORDS) | frozenset(SUPERLATIVES) | UNJUDGED
 _UNSAID = frozenset(
     "the a an my your our his her their these those this that teh da whatever just only".split()
 )
@@ -175,10 +181,11 @@ class _Reader:
         start = place
         while start > 0 and place - start < MOST_MODIFIERS and self.said.describes(start - 1):
             start -= 1
-        if self.said.word(start - 1) in _BEFORE_NOUNS or self.said.word(start - 1).isdecimal():
+        before = self.said.word(start - 1)
+        if before in _BEFORE_NOUNS or before in ORDINALS or before.isdecimal():
             return start
         # Without an article, what stands before may be anything: "pls stak wooden blocks".
-        while start < place and self.words[start] not in ADJECTIVES and self.words[start] not in self.forms:
+        while start < place and self.words[start] not in _TELLING_ADJECTIVES and self.words[start] not in self.forms:
             start += 1
         return start
 
@@ -198,12 +205,18 @@ class _Reader:
         end = head + 1
         numbers, end = numbers_after(self.said, end)
         modifiers = tuple(self.words[start:head])
+        if known and self.said.word(end) == "of" and (filling := self._filling(end + 1)):
+            modifiers, end = (*modifiers, filling), end + 2  # "the box of crackers"
         if self.words[start] in _ANY_THINGS and self.words[head] in COLOURS:
             modifiers = (self.words[head],)
         if last and self.words[head] in ("one", "ones") and last[1].noun != ANY:
             noun = last[1].noun
         count, exact, first = count_before(self.said, start)
-        one = not many and not any(w in ALL_WORDS for w in self.words[first:start])
+        if self.said.word(first - 1) in SUPERLATIVES:  # "the tallest three cans"
+            modifiers = (self.said.word(first - 1), *modifiers)
+            first -= 1 + (self.said.word(first - 2) in DETERMINERS)
+        # "only the red one" is still one.
+        one = not many and not any(w in _ALL for w in self.words[first:start])
         if numbers:
             count, exact = len(numbers), False
         elif count is None and one:
@@ -221,9 +234,16 @@ class _Reader:
         while shown < head and self.words[shown] in _UNSAID:
             shown += 1
         span = (self.spans[shown][0], self.spans[end - 1][1])
+        said = self.words[first:start]
+        definite = any(w in _DEFINITE for w in said) and not any(w in _INDEFINITE for w in said)
         return Mention(
-            noun, modifiers, count, exact, role, known, many or (count or 2) > 1, numbers, ordinal, span
+            noun, modifiers, count, exact, role, known, many or (count or 2) > 1, numbers, ordinal, span, definite
         ), end
+
+    def _filling(self, place: int) -> str:
+        """The singular of what a box or can holds, where the word at `place` says that; else empty."""
+        word = singular(self.said.word(place))
+        return word if word in FILLINGS else ""
 
     def _with_sharing(
         self, mention: Mention, start: int, head: int, end: int, last: tuple[int, Mention] | None
@@ -241,6 +261,7 @@ class _Reader:
                     exact=each.exact,
                     numbers=(),
                     ordinal=None,
+                    definite=self.words[each.first] in _DEFINITE,
                     span=(self.spans[each.start][0], self.spans[each.end - 1][1]),
                 )
                 for each in partial

@@ -225,7 +225,8 @@ SAME_WORDS: Mapping[str, str] = {
 ATTRIBUTES: tuple[tuple[str, ...], ...] = (
     tuple(SAME_WORDS.get(word, word) for word in COLOURS),
     ("large", "medium", "small"),
-    ("tall", "short"),
+    ("tall", "short", "flat"),
+    ("long",),
     ("wooden", "plastic", "metal", "ceramic", "paper", "cardboard", "foam"),
     ("full", "empty"),
     ("thick", "thin"),

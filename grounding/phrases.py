@@ -23,6 +23,7 @@ class Mention:
         numbers: of "object 3", "cups 1 and 2".
         ordinal: of "the second cup", from 1; -1 for the last.
         span: (first, end) characters of the phrase, without its article.
+        definite: whether it speaks of one particular object: "the mug", not "a mug" or "one of the mugs".
     """
 
     noun: str
@@ -35,6 +36,7 @@ class Mention:
     numbers: tuple[int, ...]
     ordinal: int | None
     span: tuple[int, int]
+    definite: bool = False
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from grounding.attributes import COMPARATIVES
 from grounding.nouns import ADJECTIVES
 from grounding.wordlists import (
     ALL_WORDS,
@@ -50,6 +51,8 @@ class Sentences:
         word = self.words[place]
         if word in ADJECTIVES or (word in self.forms and self.forms[word][0] == word):
             return word not in SHAPE_WORDS
+        if word in COMPARATIVES and self.word(place - 1) in ("the", "two", "both"):
+            return True  # "the taller cans"; but "make it taller"
         content = word.isalpha() and word not in FUNCTION_WORDS and word not in NOT_OBJECTS
         return content and word not in self.forms and word not in GENERIC and word not in TELLING
 

@@ -99,6 +99,7 @@ def draw_scene(
     rng: np.random.Generator,
     *,
     categories: Sequence[str] = (),
+    members: Sequence[ObjectModel] | None = None,
     count: int | None = None,
     distractors: int | None = None,
     table: Table = Table(),
@@ -111,6 +112,7 @@ def draw_scene(
         spec: what will be asked for; open slots stay open.
         rng: the only source of chance.
         categories: nouns that must take part, and nothing else; () leaves the choice free.
+        members: the objects that take part, where that is decided already: all others of `models` stand around.
         count: how many objects take part; `None` draws a number that suits the shape. A tower takes fewer where it
             would become too high for the arm, and a table setting no more than two of a kind.
         distractors: how many others stand around; `None` draws 0 to 2.
@@ -124,32 +126,50 @@ def draw_scene(
     if categories:
         pool = [model for model in pool if model.category in categories]
     reason = f"{len(pool)} of {len(models)} objects suit a {spec.shape or 'structure'}"
-    if len(pool) < 2:
-        who = _SUITED.get(spec.shape, _STANDING)
+    who = _SUITED.get(spec.shape, _STANDING)
+    if members is not None:
+        named = {model.name for model in members}
+        pool = [model for model in pool if model.name in named]
+        reason = f"{len(pool)} of the {len(members)} objects meant suit a {spec.shape or 'structure'}"
+    if len(pool) < (2 if members is None else max(2, len(members))):
         raise SceneError(f"cannot make a {spec.shape or 'structure'}: only {reason} ({who}); 2 or more are needed")
     for _ in range(attempts):
         try:
-            chosen = _choose(pool, spec.shape, rng, count, bool(categories))
+            chosen = list(members) if members else _choose(pool, spec.shape, rng, count, bool(categories))
             yaws = rng.uniform(-np.pi, np.pi, len(chosen))
             items = [layout_item(model, yaw) for model, yaw in zip(chosen, yaws)]
             layout = lay_out(items, spec, table, rng)
             if layout.spec.shape == "tower" and layout.positions[:, 2].max() > _TALLEST_TOWER:
                 raise LayoutError("the tower would be higher than the arm can build")
-            number = int(rng.integers(0, 3)) if distractors is None else distractors
-            taken = {model.category for model in chosen} if categories else set()
-            names = {model.name for model in chosen}
-            others = [
-                model
-                for model in eligible(models, None)
-                if model.name not in names and model.category not in taken and model.radius < 0.08
-            ]
-            extra = [others[i] for i in rng.permutation(len(others))[:number]]
+            if members is None:
+                extra = _bystanders(models, chosen, rng, distractors, bool(categories))
+            else:
+                extra = [model for model in models if model.name not in named]
             poses = _scatter(chosen, yaws, layout, extra, table, rng)
         except LayoutError as error:
             reason = str(error)
             continue
         return DrawnScene((*chosen, *extra), poses, len(chosen), spec, layout, table)
     raise SceneError(f"no scene in {attempts} attempts for {spec} with these objects: {reason}")
+
+
+def _bystanders(
+    models: Sequence[ObjectModel],
+    chosen: Sequence[ObjectModel],
+    rng: np.random.Generator,
+    number: int | None,
+    named: bool,
+) -> list[ObjectModel]:
+    """Objects that stand around, none of a noun that was asked for; `None` draws 0 to 2 of them."""
+    number = int(rng.integers(0, 3)) if number is None else number
+    taken = {model.category for model in chosen} if named else set()
+    names = {model.name for model in chosen}
+    others = [
+        model
+        for model in eligible(models, None)
+        if model.name not in names and model.category not in taken and model.radius < 0.08
+    ]
+    return [others[i] for i in rng.permutation(len(others))[:number]]
 
 
 def _choose(

@@ -17,6 +17,7 @@ from agent.reading import ReadingOptions
 from agent.scenes.files import PlacedObject
 from agent.scenes.sources import SIMULATED, SceneSource
 from agent.scenes.table import TableScene, drawing_and_noise
+from grounding.attributes import SceneObject
 
 
 @dataclass(frozen=True)
@@ -69,17 +70,18 @@ def staged(staging: Staging) -> Iterator[Staged]:
         source = loaded.source(staging.scene, staging.objects)
         drawn = source.set_out(staging.seed)
     else:
-        from grounding.selection import select_objects
+        from grounding.selection import Selection, select_objects
 
         text, encoder = staging.instruction, loaded.encoder
         reading = loaded.reader(ReadingOptions()).read(text)
         if reading.status != "ok":
             raise NotBuildable(reading.message)
         source = loaded.source(staging.scene, staging.objects)
-        select_objects(text, source.called, encoder)  # says what is missing before anything is drawn
+        # Says what is missing before anything is drawn.
+        select_objects(text, source.referents, encoder, catalogue=source.catalogue)
 
-        def meant(nouns: Sequence[str]) -> Sequence[int]:
-            return select_objects(text, nouns, encoder).indices
+        def meant(objects: Sequence[SceneObject], catalogue: bool = False) -> Selection:
+            return select_objects(text, objects, encoder, catalogue=catalogue)
 
         drawn = source.open(reading.spec, meant, staging.seed)
     with drawn:

@@ -105,7 +105,7 @@ def meant_objects(
     there = [i for i, name in enumerate(table.names) if name not in gone]
     named = table.names if before.wish is None else before.objects
     if revision.objects_text is not None:
-        indices = select_objects(revision.objects_text, [table.called[i] for i in there], encoder).indices
+        indices = select_objects(revision.objects_text, [table.referents[i] for i in there], encoder).indices
         chosen = tuple(table.names[there[i]] for i in indices)
         match revision.objects_how:
             case "add":

@@ -24,6 +24,9 @@ _LONG = 2.6  # times the shorter side
 _TALL = 1.2  # times the longer side
 _LARGE, _SMALL = 2.2, 0.4  # times the middle volume of the objects at hand
 _MOST_WORDS = 2
+_BORDER = 9.0  # degrees of hue: nearer than this to where a name ends, people use the next name too
+_WOODEN, _PALE_WOOD = 48.0, 78.0  # chroma and lightness below which an orange or a yellow is wood's
+_PAPER = 95.0  # lightness of white under daylight
 _TOP = 99.5  # percent of the points lie below an object's top; noise lifts the others
 
 
@@ -66,6 +69,29 @@ def color_word(colors: np.ndarray, white: float) -> str:
     if name == "red" and lightness > _PALE:
         return "pink"
     return name
+
+
+def color_terms(rgb: Sequence[float]) -> tuple[str, ...]:
+    """Name one plain colour by every word that people may use for it, the likeliest first.
+
+    Args:
+        rgb: in [0, 1].
+    """
+    color = lab((np.clip([rgb], 0.0, 1.0) * 255).round().astype(np.uint8))
+    lightness, chroma = float(color[0, 0]), float(np.hypot(color[0, 1], color[0, 2]))
+    first = color_word(color, _PAPER)
+    if first in ("white", "gray", "black"):
+        return (first,)
+    hue = float(np.degrees(np.arctan2(color[0, 2], color[0, 1])) % 360)
+    near = [_name_of_hue(hue + turn) for turn in (-_BORDER, _BORDER)]
+    # Wood and cardboard are brown to most people, and beige or a dull orange or yellow to some.
+    if {first, *near} & {"orange", "yellow"} and chroma < _WOODEN and lightness < _PALE_WOOD:
+        return tuple(dict.fromkeys(("brown", first, *near, "beige")))
+    return tuple(dict.fromkeys((first, *near)))
+
+
+def _name_of_hue(degrees: float) -> str:
+    return next(name for end, name in _HUES if degrees % 360 <= end)
 
 
 def lightness_of_white(colors: np.ndarray) -> float:

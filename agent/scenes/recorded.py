@@ -21,12 +21,13 @@ from agent.bags.recording import RecordedOptions
 from agent.errors import BadInput, NotBuildable, UsageError
 from agent.perception.picture import labelled_picture
 from agent.perception.segmenting import segment
-from agent.perception.segments import Segments
+from agent.perception.segments import Segment, Segments
 from agent.scenes.files import PlacedObject
 from agent.scenes.placing import StandingObject, placement_of, saved_objects
 from agent.scenes.simulated import Select
 from agent.scenes.table import TableScene, drawing_and_noise
 from agent.scenes.taking_part import check_count
+from grounding.attributes import COLOR_WORDS, ObjectAttributes, SceneObject
 from grounding.names import read_name
 from grounding.spec import StructureSpec
 from structdiffusion.camera import camera_at
@@ -48,6 +49,7 @@ class RecordedObject:
     Attributes:
         name: "object 3", or "mug 3" where somebody said what it is.
         called: what an instruction can call it: "mug 3, red, tall".
+        attributes: its colour and size, as far as they were seen.
         cloud: what was seen of it.
         model: its completed body.
         world_from_object: (4, 4) where that stands.
@@ -56,6 +58,7 @@ class RecordedObject:
 
     name: str
     called: str
+    attributes: ObjectAttributes
     cloud: ObjectCloud
     model: ObjectModel
     world_from_object: np.ndarray
@@ -72,7 +75,7 @@ class RecordedSource:
     Attributes:
         recording, segments: what was read, and what was found in it.
         objects: in the order of their numbers.
-        called: of those that the arm can take.
+        referents: the same, as an instruction can refer to them.
 
     Raises:
         BadInput: for a recording that cannot be read, or without a table or objects.
@@ -80,17 +83,18 @@ class RecordedSource:
         UsageError: for a noun of an object that there is not.
     """
 
+    catalogue = False
+
     def __init__(self, path: Path, options: RecordedOptions = RecordedOptions()) -> None:
         self.recording = read_recording(path, options.reading)
         self.segments = segment(self.recording)
         if not self.segments.objects:
             raise BadInput("; ".join((f"{str(path)!r} shows a table and no object on it", *self.segments.notes)))
         self.objects = _objects(self.segments, options)
-        self._taken = [each for each in self.objects if not each.trouble]
-        if not self._taken:
+        self.referents = [SceneObject(each.called, each.attributes) for each in self.objects]
+        if all(each.trouble for each in self.objects):
             those = f"the arm can take none of the {len(self.objects)} objects in {str(path)!r}"
             raise NotBuildable("; ".join((those, *self._left_out(), *self.segments.notes)))
-        self.called = [each.called for each in self._taken]
 
     def _left_out(self) -> list[str]:
         """Why the arm cannot take some objects, a phrase for each reason."""
@@ -109,17 +113,24 @@ class RecordedSource:
 
     def open(self, spec: StructureSpec, select: Select, seed: int) -> RecordedScene:
         """See `SceneSource`; from the seed follows the sensor's noise in later looks."""
-        meant = [self._taken[index] for index in sorted(set(select(self.called)))]
+        selection = select(self.referents)
+        asked = [self.objects[index] for index in selection.indices]
+        if refused := [self.objects[i] for i in selection.required if self.objects[i].trouble]:
+            those = "; ".join(f"{each.name} cannot take part: {each.trouble}" for each in refused)
+            raise NotBuildable(f"the instruction names what the arm cannot take: {those}")
+        meant = [each for each in asked if not each.trouble]
         try:
             check_count([each.name for each in meant], len(self.objects), spec)
         except SceneError as error:
             raise SceneError("; ".join((str(error), *self._left_out()))) from error
-        return RecordedScene(self, [*meant, *(each for each in self.objects if each not in meant)], len(meant), seed)
+        scene = RecordedScene(self, [*meant, *(each for each in self.objects if each not in meant)], len(meant), seed)
+        scene.missing = {each.name: each.trouble for each in asked if each.trouble}
+        return scene
 
     def set_out(self, seed: int) -> RecordedScene:
         """See `SceneSource`."""
         ordered = sorted(self.objects, key=lambda each: bool(each.trouble))
-        return RecordedScene(self, ordered, len(self.called), seed)
+        return RecordedScene(self, ordered, sum(not each.trouble for each in self.objects), seed)
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """See `SceneSource`; the bodies go into a folder of meshes beside the scene file."""
@@ -157,9 +168,18 @@ def _objects(segments: Segments, options: RecordedOptions) -> tuple[RecordedObje
         called.append(found.called.replace(_UNKNOWN, said, 1))
     bodies = bodies_of(clouds, segments.world_from_camera)
     return tuple(
-        RecordedObject(cloud.name, words, cloud, model, pose, _trouble(cloud, pose, segments.table))
-        for cloud, words, (model, pose) in zip(clouds, called, bodies, strict=True)
+        RecordedObject(
+            cloud.name, words, _attributes(found), cloud, model, pose, _trouble(cloud, pose, segments.table)
+        )
+        for found, cloud, words, (model, pose) in zip(segments.objects, clouds, called, bodies, strict=True)
     )
+
+
+def _attributes(found: Segment) -> ObjectAttributes:
+    """The colour that perception named, and the sides of the box that it found."""
+    colors = [COLOR_WORDS[word][0] for word in read_name(found.called).words if word in COLOR_WORDS]
+    length, width, height = found.sides.tolist()
+    return ObjectAttributes(tuple(colors[:1]), (length, width, height))
 
 
 def _trouble(cloud: ObjectCloud, world_from_object: np.ndarray, table: Table) -> str:
@@ -192,6 +212,7 @@ class RecordedScene(TableScene):
             segments.table,
             names=[each.name for each in ordered],
             called=[each.called for each in ordered],
+            attributes=[each.attributes for each in ordered],
             ground=segments.surface,
             camera=camera_at(segments.world_from_camera, width, height, focal),
             arm=source.recording.arm,

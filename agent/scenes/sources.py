@@ -10,12 +10,14 @@ import numpy as np
 
 from agent.bags.recording import RecordedOptions
 from agent.errors import UsageError
+from agent.scenes.attributes import attributes_of
 from agent.scenes.drawing import assortment
 from agent.scenes.files import SUFFIXES, PlacedObject
 from agent.scenes.placing import StandingObject, drawn_objects, load_scene, saved_objects
 from agent.scenes.simulated import Select, SimulatedScene
 from agent.scenes.table import TableScene, drawing_and_noise
 from agent.scenes.taking_part import check_count
+from grounding.attributes import SceneObject
 from grounding.parse import shortened
 from grounding.spec import StructureSpec
 from structdiffusion.objects.libraries import load_objects
@@ -28,15 +30,17 @@ class SceneSource(Protocol):
     """Whatever opens a table for an instruction.
 
     Attributes:
-        called: what the instruction can call each object that there is, or that can be drawn.
+        referents: what an instruction can refer to: the objects that there are, or those that can be drawn.
+        catalogue: whether they are those that can be drawn.
         hint: what may help where it calls them something else; empty where nothing does.
     """
 
-    called: Sequence[str]
+    referents: Sequence[SceneObject]
+    catalogue: bool
     hint: str
 
     def open(self, spec: StructureSpec, select: Select, seed: int) -> TableScene:
-        """The table, with the objects that `select` picks by what they are called; close it.
+        """The table, with the objects that `select` picks; close it.
 
         Raises:
             SceneError: when these objects cannot make such a structure.
@@ -86,12 +90,13 @@ def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedO
 class DrawnSource:
     """Scenes drawn from a library so that the wish can come true."""
 
+    catalogue = True
     hint = ""
 
     def __init__(self, objects: str) -> None:
-        self._objects = objects
+        self._name = objects
         self._library = load_objects(objects)
-        self.called = [model.category for model in self._library]
+        self.referents = [SceneObject(model.category, attributes_of(model)) for model in self._library]
 
     def open(self, spec: StructureSpec, select: Select, seed: int) -> TableScene:
         """See `SceneSource`."""
@@ -110,28 +115,29 @@ class DrawnSource:
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """See `SceneSource`."""
         poses = table.world.poses()
-        return saved_objects(drawn_objects(table.models, poses, self._objects, table.names), poses, folder)
+        return saved_objects(drawn_objects(table.models, poses, self._name, table.names), poses, folder)
 
 
 class FileSource:
     """The scene of a file."""
 
+    catalogue = False
     hint = ""
 
     def __init__(self, path: Path) -> None:
         self.standing = load_scene(path)
-        self.called = [entry.called for entry in self.standing]
+        self.referents = [SceneObject(entry.called, attributes_of(entry.model)) for entry in self.standing]
 
     def open(self, spec: StructureSpec, select: Select, seed: int) -> FileScene:
         """See `SceneSource`; from the seed follows the sensor's noise."""
-        return FileScene(self.standing, spec, select, seed)
+        return FileScene(self.standing, self.referents, spec, select, seed)
 
     def set_out(self, seed: int) -> TableScene:
         """See `SceneSource`; from the seed follows the sensor's noise."""
         _, noise = drawing_and_noise(seed)
         poses = np.array([entry.world_from_object for entry in self.standing])
         models, names = [entry.model for entry in self.standing], [entry.name for entry in self.standing]
-        return TableScene(models, poses, len(models), noise, names=names, called=self.called)
+        return TableScene(models, poses, len(models), noise, names=names, called=[each.name for each in self.referents])
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """See `SceneSource`; in the order of the file."""
@@ -144,16 +150,24 @@ class FileScene(TableScene):
 
     Args:
         standing: the objects, in the order of the file.
+        referents: the same, as an instruction can refer to them.
         spec: what will be asked for.
-        select: takes what each object is called, and gives the indices of those that the instruction means.
+        select: finds the objects that the instruction means.
         seed: the sensor's noise follows from it.
 
     Raises:
         SceneError: when too few or too many take part.
     """
 
-    def __init__(self, standing: Sequence[StandingObject], spec: StructureSpec, select: Select, seed: int) -> None:
-        meant = sorted(set(select([entry.called for entry in standing])))
+    def __init__(
+        self,
+        standing: Sequence[StandingObject],
+        referents: Sequence[SceneObject],
+        spec: StructureSpec,
+        select: Select,
+        seed: int,
+    ) -> None:
+        meant = sorted(set(select(referents).indices))
         check_count([standing[index].name for index in meant], len(standing), spec)
         ordered = [standing[index] for index in (*meant, *(k for k in range(len(standing)) if k not in meant))]
         _, noise = drawing_and_noise(seed)
@@ -163,4 +177,5 @@ class FileScene(TableScene):
             len(meant),
             noise,
             names=[entry.name for entry in ordered],
+            called=[entry.called for entry in ordered],
         )

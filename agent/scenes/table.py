@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 from typing import Self
 
 import numpy as np
@@ -15,7 +15,9 @@ from agent.arm.models import DEFAULT_MODEL, arm_model
 from agent.arm.standing import stand
 from agent.arm.stopping import AT_HOME, tidy_up
 from agent.bags.recording import ArmState
+from agent.scenes.attributes import attributes_of
 from agent.scenes.placing import lowest_point
+from grounding.attributes import ObjectAttributes, SceneObject
 from structdiffusion.camera import DepthCamera
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel
@@ -46,6 +48,7 @@ class TableScene:
         table: the table top.
         names: what the objects are called, unique; by default their nouns, numbered.
         called: what an instruction can call them; by default their names.
+        attributes: their colours and sizes; by default those of the models.
         ground: the whole surface that carries things, where it is more than the table top.
         camera: what looks at the table.
         arm: how the arm stands, by default folded.
@@ -53,7 +56,9 @@ class TableScene:
 
     Attributes:
         models, world_from_initial, count, names, called: as given.
+        referents: the objects, as an instruction can refer to them.
         out_of_reach: the names of objects that the arm cannot take.
+        missing: name -> why an object that was asked for takes no part.
         notes: what had to be assumed of the table and the arm, a sentence each.
         labelled: a picture (H, W, 3) uint8 with the objects marked and named, or `None`.
         bodies: what the bodies are: "the true objects", or those that a recording was completed to.
@@ -63,6 +68,7 @@ class TableScene:
     """
 
     out_of_reach: tuple[str, ...] = ()
+    missing: Mapping[str, str] = MappingProxyType({})
     notes: tuple[str, ...] = ()
     labelled: np.ndarray | None = None
     bodies: str = "the true objects"
@@ -76,6 +82,7 @@ class TableScene:
         table: Table = Table(),
         names: Sequence[str] | None = None,
         called: Sequence[str] | None = None,
+        attributes: Sequence[ObjectAttributes] | None = None,
         ground: Table | None = None,
         camera: DepthCamera = DepthCamera(),
         arm: ArmState | None = None,
@@ -86,6 +93,7 @@ class TableScene:
         self.count = count
         self.names = tuple(unique_names(self.models) if names is None else names)
         self.called = tuple(self.names if called is None else called)
+        self._attributes = tuple(map(attributes_of, self.models) if attributes is None else attributes)
         self._place = {name: place for place, name in enumerate(self.names)}
         self._noise = noise
         self._seen: dict[str, _Seen] = {}
@@ -172,8 +180,19 @@ class TableScene:
         self.models = tuple(self.models[i] for i in order)
         self.names = tuple(self.names[i] for i in order)
         self.called = tuple(self.called[i] for i in order)
+        self._attributes = tuple(self._attributes[i] for i in order)
         self.world_from_initial = self.world_from_initial[order]
         self.count = len(names)
+
+    @property
+    def referents(self) -> tuple[SceneObject, ...]:
+        """The objects as an instruction can refer to them, in the order of `names`."""
+        return tuple(map(SceneObject, self.called, self._attributes))
+
+    @property
+    def color_names(self) -> tuple[str, ...]:
+        """The name of each object's colour, empty where it is not known."""
+        return tuple(each.colors[0] if each.colors else "" for each in self._attributes)
 
     def poses(self) -> dict[str, np.ndarray]:
         """world_from_object (4, 4) of every object, by name."""

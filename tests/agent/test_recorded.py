@@ -13,7 +13,7 @@ from agent.pipeline import RunOptions, run_instruction
 from agent.scenes.recorded import RecordedSource
 from agent.scenes.sources import FileSource, scene_source
 from agent.scenes.table import TableScene
-from grounding.selection import select_objects
+from grounding.selection import Selection, select_objects
 from grounding.spec import StructureSpec
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.solids import assemble, box
@@ -47,8 +47,8 @@ def source(bag) -> RecordedSource:
     return RecordedSource(bag)
 
 
-def everything(called):
-    return range(len(called))
+def everything(referents, catalogue=False):
+    return Selection(tuple(range(len(referents))))
 
 
 def test_what_was_seen_becomes_bodies_where_it_stood(source):
@@ -76,18 +76,18 @@ def test_the_first_look_is_the_recording_and_later_ones_the_twin(source):
 
 
 def test_words_choose_among_what_was_found(source):
-    assert select_objects("stack the red ones", source.called).indices == (0, 1)
-    assert select_objects("put the green object and object 1 in a line", source.called).indices == (0, 2)
-    with source.open(StructureSpec("line"), lambda called: [1, 2], 0) as table:
+    assert select_objects("stack the red ones", source.referents).indices == (0, 1)
+    assert select_objects("put the green object and object 1 in a line", source.referents).indices == (0, 2)
+    with source.open(StructureSpec("line"), lambda referents: Selection((1, 2)), 0) as table:
         assert table.names == ("object 2", "object 3", "object 1") and table.count == 2
     with pytest.raises(SceneError, match=r"means 1 of the scene's 3 objects \('object 2'\); legal: 2 to 12"):
-        source.open(StructureSpec("line"), lambda called: [1], 0)
+        source.open(StructureSpec("line"), lambda referents: Selection((1,)), 0)
 
 
 def test_a_noun_is_what_the_instruction_can_call_it(bag):
     named = RecordedSource(bag, RecordedOptions(nouns={"object 2": "soup can"}))
     assert named.objects[1].name == "soup can 2" and named.objects[1].model.category == "can"
-    assert select_objects("put the can and object 3 in a row", named.called).indices == (1, 2)
+    assert select_objects("put the can and object 3 in a row", named.referents).indices == (1, 2)
     with pytest.raises(UsageError, match="--call names 'object 9', which was not found; there are: object 1, object 2"):
         RecordedSource(bag, RecordedOptions(nouns={"object 9": "cup"}))
 

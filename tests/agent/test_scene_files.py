@@ -15,6 +15,7 @@ from agent.record import RunRecord
 from agent.scenes.files import PlacedObject, SceneFileError, parse_scene, write_scene
 from agent.scenes.placing import load_scene, placement_of, pose_of
 from agent.scenes.sources import FileSource, scene_source
+from grounding.selection import Selection
 from grounding.spec import StructureSpec
 
 CUPS = """\
@@ -205,7 +206,7 @@ def test_a_scene_that_was_drawn_for_an_instruction_can_be_saved(tmp_path):
     for number in range(4):
         trimesh.creation.box((0.05, 0.05, 0.05 + 0.01 * number)).export(folder / f"box_{number}.stl")
     source = scene_source("simulated", str(folder))
-    with source.open(StructureSpec("line"), lambda nouns: range(len(nouns)), seed=2) as table:
+    with source.open(StructureSpec("line"), everything, seed=2) as table:
         poses, names = table.world_from_initial, table.names
         write_scene(source.saved(table, tmp_path), tmp_path / "saved.yaml")
     standing = load_scene(tmp_path / "saved.yaml")
@@ -214,9 +215,13 @@ def test_a_scene_that_was_drawn_for_an_instruction_can_be_saved(tmp_path):
     assert np.abs(np.array([entry.world_from_object for entry in standing]) - poses).max() < 3e-6
 
 
+def everything(referents, catalogue=False):
+    return Selection(tuple(range(len(referents))))
+
+
 def test_what_has_fallen_off_the_table_is_not_saved(tmp_path):
     source = FileSource(written(tmp_path / "scene.yaml", CUPS))
-    with source.open(StructureSpec("line"), lambda called: [0, 1], seed=0) as table:
+    with source.open(StructureSpec("line"), lambda referents: Selection((0, 1)), seed=0) as table:
         fallen = table.world.pose(0)
         fallen[2, 3] = -0.5
         table.world.set_pose(0, fallen)

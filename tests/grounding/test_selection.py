@@ -148,7 +148,7 @@ CASES = [
     ("coloured", "everything but the red and the blue ones", _but("coloured", 0, 1, 2, 4)),
     ("coloured", "line up the cups on the left and the white plate", (0, 1, 3, 4, 5)),
     ("recorded", "put the red and the blue object in a line", (0, 2)),
-    ("recorded", "the red, the tall and the blue one in a circle", (0, 1, 2)),
+    ("recorded", "the red, the green and the blue one in a circle", (0, 1, 2)),
     ("recorded", "put the red and the tall yellow object in a line", (0, 3)),
     ("coloured", "line up the green cup and the bowl", (2, 5)),  # a cup without a colour may be green
     # compounds and long names
