@@ -11,12 +11,16 @@ import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from grounding.foreign_languages import foreign_language
 from grounding.llm_reply import LLMError
-from grounding.parse import Parse, Parser
+from grounding.parse import Parse, Parser, shortened, unreadable
 from grounding.selection import SelectionError, mentioned, select_objects
 from grounding.spec import SLOTS, StructureSpec
+from grounding.spelling import mend
+from grounding.unsupported import checked
 
 if TYPE_CHECKING:
     from grounding.encoder import SentenceEncoder
@@ -144,12 +148,28 @@ class Reader:
         return self.parse_batch([text])[0]
 
     def parse_batch(self, texts: Sequence[str]) -> list[Parse]:
-        """What the parser says of each of many instructions; falls back where it cannot be used."""
+        """Parse each of many instructions, and refuse what no parser was taught.
+
+        Falls back where the parser cannot be used. Text that is not English is refused before any parser sees it, and
+        what the slots cannot hold after.
+        """
+        foreign = [None if not text.strip() else foreign_language(text, partial(self._mended, text)) for text in texts]
+        english = [text for text, language in zip(texts, foreign, strict=True) if language is None]
         try:
-            return self.parser.parse_batch(texts)
+            parses = iter(self.parser.parse_batch(english))
         except LLMError as error:
             self._parser = self._fall_back(error)
-            return self._parser.parse_batch(texts)
+            parses = iter(self._parser.parse_batch(english))
+        return [
+            unreadable(text, _not_english(text, language), self.name)
+            if language
+            else checked(next(parses), partial(self._mended, text))
+            for text, language in zip(texts, foreign, strict=True)
+        ]
+
+    def _mended(self, text: str) -> str:
+        """The text without typing errors, as far as the encoder knows words."""
+        return mend(text, self._encoder.whole_words).text if self._encoder is not None else text
 
     def _fall_back(self, error: LLMError) -> Parser:
         if self._make_fallback is None:
@@ -180,6 +200,10 @@ class Reader:
             seconds + time.perf_counter() - started,
             self.fallback,
         )
+
+
+def _not_english(text: str, language: str) -> str:
+    return f"{shortened(text)!r} seems to be in {language}: say it in English, the only language that is understood"
 
 
 def turned(parse: Parse) -> StructureSpec:

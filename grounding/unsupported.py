@@ -1,0 +1,196 @@
+"""Recognise wishes that the five slots cannot hold, so that they are refused or asked about and never dropped.
+
+A parser that knows five slots bends what it hears into them: "tallest at the bottom" became a position on the table.
+Patterns over the sentence find such wishes: an order of the objects, lengths and angles, how single objects are turned,
+lines along an edge, corners without a name.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from grounding.attributes import COMPARATIVES, SUPERLATIVES
+from grounding.nouns import FORMS, GROUPS
+from grounding.parse import OPEN, Parse, Question, shortened
+from grounding.spec import StructureSpec
+from grounding.wordlists import SHAPE_WORDS
+
+_TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_]+(?:['’][^\W\d_]+)*|[,.;:!?°\"]")
+
+
+def _any(words: object) -> str:
+    return "(?:" + "|".join(sorted(words, key=len, reverse=True)) + ")"  # type: ignore[call-overload]
+
+
+_MOST = _any((*SUPERLATIVES, "heaviest", "lightest", "darkest", "brightest"))
+_MORE = _any((*COMPARATIVES, "heavier", "lighter", "darker", "brighter"))
+_NOUN = _any(word for word in FORMS if word.isalpha())
+_THING = rf"(?:ones?|objects?|things?|items?|{_NOUN})"
+_PLACE = (
+    r"(?:(?:at|on|in|to|towards?) (?:the )?(?:very )?(?:bottom|top|left|right|front|back|middle|cent(?:er|re)|ends?"
+    r"|start|beginning|far end|near end|base)|first|last|lowest|highest|underneath|closest|nearest|farthest|furthest)"
+)
+_GOES = r"(?: (?:goes|go|comes|come|should (?:be|go|come|stand)|must (?:be|go)|to (?:be|go)|is|are|being|standing))?"
+# Where an object stands within the structure, and not where the structure stands.
+_WITHIN = (
+    r"(?:on (?:the )?(?:very )?top(?! of (?:each|one an))|at the (?:very )?(?:top|bottom)|underneath|at (?:the|each|either|one|both) ends?"
+    r"|on (?:the|each|either|both) ends?|first|last|in (?:the|its) (?:very )?(?:middle|cent(?:er|re)))"
+)
+_NUMBER = (
+    r"(?:an?|one|two|three|four|five|six|seven|eight|nine|ten|twelve|fifteen|twenty|thirty|forty|fifty"
+    r"|half an?|a few|several)"
+)
+_UNIT = r"(?:mm|cm|millimet(?:re|er)s?|centimet(?:re|er)s?|inch(?:es)?|feet|foot|met(?:re|er)s?)"
+# Not labels or noses: a row whose labels face me is a row that faces me.
+_PARTS = r"(?:handles?|spouts?|lids?|blades?|nozzles?|caps?|tines?)"
+
+# Each: what is asked for, as it is named in the refusal, and how it is said.
+_REFUSED: tuple[tuple[str, re.Pattern[str]], ...] = tuple(
+    (what, re.compile(pattern))
+    for what, pattern in (
+        (
+            "an order of the objects",
+            r"\b(?:by|according to|in order of|sorted|ordered|ranked|graded)(?: by| on)?(?: their| its)?"
+            r" (?:height|size|colou?r|width|weight|length|volume|shape|type|kind|name|age|price|diameter)s?\b",
+        ),
+        ("an order of the objects", r"\b(?:ascending|descending|increasing|decreasing|alphabetical(?:ly)?)\b"),
+        ("an order of the objects", r"\bin (?:this|that|the following|reverse|any other|the same) order\b"),
+        (
+            "an order of the objects",
+            rf"\bfrom (?:the )?(?:{_MOST}|{_MORE}|small|large|big|short|tall|low|high|thin|thick|wide|narrow|light|dark)"
+            rf"(?: {_THING})? (?:to|up to|down to) (?:the )?(?:{_MOST}|{_MORE}|small|large|big|short|tall|low|high|thin"
+            r"|thick|wide|narrow|light|dark)\b",
+        ),
+        ("an order of the objects", rf"(?:^|[,;:.] |\b(?:with|and|but|have|having|so) )(?:the )?{_MOST}(?: {_THING})?{_GOES} {_PLACE}\b"),
+        ("an order of the objects", rf"[,;:] (?:the )?{_MOST}(?: {_THING})? (?:left|right|front|back|top|bottom)\b"),
+        ("an order of the objects", rf"\b{_MOST}(?: {_THING})? (?:first|last|lowest|underneath)\b"),
+        ("an order of the objects", rf"\b(?:starting|beginning|ending) (?:with|on) (?:the|a|one) (?:\w+ ){{0,2}}{_THING}\b"),
+        ("an order of the objects", r"\b(?:alternat(?:e|es|ing|ingly|ely)|interleav(?:e|ed|ing)|every other (?:one|object|cup|can|block|mug|box))\b"),
+        ("a length in units", rf"\b(?:\d+(?:[.,]\d+)? ?(?:{_UNIT}|m|ft|in|\")|{_NUMBER} {_UNIT})(?![\w'])"),
+        ("an angle in degrees", r"\b\d+ ?(?:degrees?|deg|°)"),
+        ("how single objects are turned", r"\b(?:upside down|face down|rim down|lying down|on (?:its|their) (?:sides?|heads?|backs?)|inverted)\b"),
+        ("how single objects are turned", rf"\b{_PARTS} (?:all )?(?:facing|pointing|turned|towards?|to the (?:left|right|front|back)|inwards?|outwards?)\b"),
+    )
+)  # fmt: skip
+_INSIDE = re.compile(
+    rf"\b(?:with|and|,) (?:the|a|an|one|my|your) (?P<what>(?:\w+ ){{0,2}}?{_THING}){_GOES} {_WITHIN}(?! of the (?:table|desk|board))\b"
+)
+_ALONG = re.compile(
+    r"\b(?:along|against|hugging|flush with|following|parallel to|all the way down)(?: the| my| your| its| that| this| one| an)*"
+    r"(?: (?!and\b|with\b|in\b|on\b)\w+){0,3}? (?:edge|rim|border|side|wall)\b"
+    r"|\balong (?:the )?(?:front|back|left|right|far|near)\b|\bon (?:the|my|your) (?:very )?(?:\w+ )?(?:edge|rim|border)\b"
+)
+_CORNER = re.compile(r"\bcorners?\b")
+# Words that say which corner, from left to right and in depth.
+_DIRECTIONS = {
+    "x_position": re.compile(r"\b(?:left|right|\w*east\w*|\w*west\w*|port|starboard)\b"),
+    "y_position": re.compile(
+        r"\b(?:front|back|rear|near\w*|far\w*|fur\w*|top|bottom|upper|lower|north\w*|south\w*|clos\w*|away|behind"
+        r"|opposite|distant|my|your|me|you|us|robot)\b"
+    ),
+}
+_PIECES = "(?:fork|knife|spoon|teaspoon|cup|mug|glass|bowl|plate)"
+_PIECE = re.compile(
+    rf"\bwith (?:the|a|an|its|my|your) {_PIECES} (?:on|to|at) (?:the|its|my|your) (?:left|right|top|bottom|back|front)\b"
+)
+CORNER = "corner"  # what a question about a corner asks for, in place of a slot
+# A corner by its name, as a question offers it: the positions of both slots.
+CORNERS: Mapping[str, tuple[str, str]] = {
+    "front left": ("left", "bottom"),
+    "front right": ("right", "bottom"),
+    "back left": ("left", "top"),
+    "back right": ("right", "top"),
+}
+
+
+@dataclass(frozen=True)
+class _Wish:
+    """What cannot be built, and the words that ask for it."""
+
+    what: str
+    words: str
+
+
+def checked(parse: Parse, mended: Callable[[], str] | None = None) -> Parse:
+    """Refuse, or ask about, what an instruction says that the parse cannot hold; the parse itself where that is nothing.
+
+    Args:
+        parse: what a parser made of the instruction; one that is refused already is returned as it is.
+        mended: gives the instruction without typing errors, where they are mended.
+    """
+    if parse.status == "refused":
+        return parse
+    sentence = _normalized(parse.text)
+    wish = _unsupported(sentence, parse)
+    if wish is not None:
+        message = (
+            f"{shortened(parse.text)!r} asks for {wish.what} ({wish.words!r}), which cannot be built yet; "
+            "leave it out, and the rest can be built"
+        )
+        return replace(parse, spec=StructureSpec(), status="refused", message=message, question=None, confidence={}, evidence={})
+    question = _edge_question(sentence, parse) or _corner_question(sentence, parse, mended or (lambda: parse.text))
+    if question is None:
+        return parse
+    return replace(parse, status="ask", message=question.text, question=question)
+
+
+def _normalized(text: str) -> str:
+    return " ".join(match.replace("’", "'") for match in _TOKEN.findall(text.lower().replace("-", " ")))
+
+
+def _unsupported(sentence: str, parse: Parse) -> _Wish | None:
+    for what, pattern in _REFUSED:
+        if match := pattern.search(sentence):
+            return _Wish(what, match.group().strip(" ,;:."))
+    for match in _INSIDE.finditer(sentence):
+        words = match.group("what").split()
+        # "A circle with the cups in the middle" says where the circle is; "with the bowl in the middle" where the bowl is.
+        others = re.search(rf"\b{_NOUN}\b", sentence[: match.start()]) or re.search(r"\b(?:them|these|those)\b", sentence[: match.start()])
+        others = others or (parse.spec.shape == "tower" and sentence[match.end() :].startswith(" of "))
+        single = words[-1] in ("one", "object", "thing", "item") or not FORMS.get(words[-1], ("", True))[1]
+        stacked = parse.spec.shape == "tower" and "middle" not in match.group() and "cent" not in match.group()
+        if words[-1] not in SHAPE_WORDS and others and (single or stacked) and words[-1] not in GROUPS:
+            return _Wish("a place of one object within the structure", match.group().strip(" ,"))
+    if parse.spec.shape == "table setting" and (match := _PIECE.search(sentence)):
+        return _Wish("a place of one object within the structure", match.group())
+    return None
+
+
+def _edge_question(sentence: str, parse: Parse) -> Question | None:
+    """A question about a line along an edge: what can be built stands in the outer third, at any angle."""
+    match = _ALONG.search(sentence)
+    if match is None or parse.spec.shape not in ("line", None):
+        return None
+    slot = "x_position" if re.search(r"\b(?:left|right|east|west)\b", match.group()) else "y_position"
+    value = getattr(parse.spec, slot)
+    options = (value, OPEN) if value else (("left", "right", OPEN) if slot == "x_position" else ("top", "bottom", OPEN))
+    name = slot.replace("_", " ")
+    text = (
+        f"objects lined up exactly {match.group()!r} cannot be built yet, only a structure in that part of the table; "
+        f"the {name}: {' or '.join(options)}?"
+    )
+    return Question(slot, text, options)
+
+
+def _corner_question(sentence: str, parse: Parse, mended: Callable[[], str]) -> Question | None:
+    """A question about a corner that nobody said which it is."""
+    if not _CORNER.search(sentence):
+        return None
+    slots = {"x_position": ("left", "right"), "y_position": ("top", "bottom")}
+    clauses = [clause for clause in re.split(r"[.;!?]", sentence) if clause.strip()]
+    spoken_of = len(clauses) == 1 or any("corner" in " ".join(parse.evidence.get(slot, ())).lower() for slot in slots)
+    if not spoken_of:
+        return None
+    said = _normalized(mended())
+    doubtful = [slot for slot in slots if getattr(parse.spec, slot) is None or not _DIRECTIONS[slot].search(said)]
+    if not doubtful:
+        return None
+    if len(doubtful) > 1:
+        text = f"which corner is meant in {shortened(parse.text)!r}: {', '.join(CORNERS)}?"
+        return Question(CORNER, text, tuple(CORNERS))
+    slot = doubtful[0]
+    options = slots[slot]
+    text = f"which corner is meant in {shortened(parse.text)!r}: the {slot.replace('_', ' ')} can be {' or '.join(options)}?"
+    return Question(slot, text, options)
