@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from grounding.nouns import COLOURS, SAME_WORDS
+from grounding.nouns import ADJECTIVES, COLOURS, SAME_WORDS
 
 # Heights (or lengths, or widths) that differ by less than this are alike to the eye; volumes by the cube of it.
 PERCEIVED_RATIO = 1.12
@@ -112,22 +112,31 @@ UNJUDGED = frozenset(
     "favourite favorite dark pale bright".split()
 )
 
+# Every word that may tell one object from another of its kind.
+TELLING_ADJECTIVES = ADJECTIVES | frozenset((*SAME_WORDS, *COLOR_WORDS, *MEASURES, *SUPERLATIVES)) | UNJUDGED
+
 
 def is_color(word: str) -> bool:
     """Whether the word names a colour."""
-    return word in COLOR_WORDS
+    return _plain_color(word) in COLOR_WORDS
+
+
+def _plain_color(word: str) -> str:
+    """ "Red" for "reddish"."""
+    stem = word.removesuffix("ish")
+    return next((form for form in (word, stem, stem[:-1], f"{stem}e") if form in COLOR_WORDS), word)
 
 
 def of_color(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] | None:
     """The objects that the colour word fits: by their best name, else by another that fits; `None` if one has no colour.
 
     Args:
-        word: one of `COLOR_WORDS`.
+        word: one that names a colour.
         objects: what is known of each.
     """
     if any(each is None or not each.colors for each in objects):
         return None
-    wanted = COLOR_WORDS[word]
+    wanted = COLOR_WORDS[_plain_color(word)]
     best = [i for i, each in enumerate(objects) if each.colors[0] in wanted]
     return best or [i for i, each in enumerate(objects) if any(color in wanted for color in each.colors)]
 

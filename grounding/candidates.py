@@ -83,6 +83,10 @@ class Candidates:
         """Whether the phrase has an adjective of size."""
         return any(map(_measure, mention.modifiers))
 
+    def superlative(self, mention: Mention) -> bool:
+        """Whether the phrase says "the tallest" or the like."""
+        return any(word in SUPERLATIVES for word in mention.modifiers)
+
     def notes(self, mentions: Sequence[Mention]) -> tuple[str, ...]:
         """What has to be said of adjectives that nothing in the scene can judge, a sentence each."""
         notes = []

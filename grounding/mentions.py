@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from grounding.attributes import COLOR_WORDS, SUPERLATIVES, UNJUDGED
+from grounding.attributes import SUPERLATIVES, TELLING_ADJECTIVES
 from grounding.counts import JOINTS, count_before, numbers_after
 from grounding.nouns import ADJECTIVES, COLOURS, FILLINGS, STUFF, USES, singular
 from grounding.phrases import ANY, Mention, Reading, Vocabulary
@@ -43,7 +43,6 @@ _ANYTHING = frozenset(GENERIC) | {"what", "whatever", "anything"}
 _DEFINITE = frozenset("the that this my your our his her their".split())
 _INDEFINITE = frozenset("a an any one some another of".split())
 _ALL = ALL_WORDS - {"only", "just"}
-_TELLING_ADJECTIVES = ADJECTIVES | frozenset(COLOR_WORDS) | frozenset(SUPERLATIVES) | UNJUDGED
 _UNSAID = frozenset(
     "the a an my your our his her their these those this that teh da whatever just only".split()
 )
@@ -136,7 +135,7 @@ class _Reader:
             return True  # "a bit to the left" is no drill bit; the plural is
         if word in AMBIGUOUS:
             described = (
-                before in _BEFORE_NOUNS or before in ADJECTIVES or (before in self.forms and before != "can")
+                before in _BEFORE_NOUNS or before in TELLING_ADJECTIVES or (before in self.forms and before != "can")
             )
             listed = self.forms[word][0] in self.vocabulary.heads and (before in JOINTS or after in JOINTS)
             if not (described or listed) or (after.isalpha() and self.said.describes(place + 1)):
@@ -185,7 +184,7 @@ class _Reader:
         if before in _BEFORE_NOUNS or before in ORDINALS or before.isdecimal():
             return start
         # Without an article, what stands before may be anything: "pls stak wooden blocks".
-        while start < place and self.words[start] not in _TELLING_ADJECTIVES and self.words[start] not in self.forms:
+        while start < place and self.words[start] not in TELLING_ADJECTIVES and self.words[start] not in self.forms:
             start += 1
         return start
 
@@ -237,7 +236,8 @@ class _Reader:
         said = self.words[first:start]
         definite = any(w in _DEFINITE for w in said) and not any(w in _INDEFINITE for w in said)
         return Mention(
-            noun, modifiers, count, exact, role, known, many or (count or 2) > 1, numbers, ordinal, span, definite
+            noun, modifiers, count, exact, role, known, many or (count or 2) > 1, numbers, ordinal, span, definite,
+            self.said.word(first - 1) if role == "landmark" and not self.said.told[first] else "",
         ), end
 
     def _filling(self, place: int) -> str:

@@ -23,6 +23,7 @@ class Mention:
         numbers: of "object 3", "cups 1 and 2".
         ordinal: of "the second cup", from 1; -1 for the last.
         span: (first, end) characters of the phrase, without its article.
+        preposition: of a landmark the word before it: "behind" the plate.
         definite: whether it speaks of one particular object: "the mug", not "a mug" or "one of the mugs".
     """
 
@@ -37,6 +38,7 @@ class Mention:
     ordinal: int | None
     span: tuple[int, int]
     definite: bool = False
+    preposition: str = ""
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,10 @@ class Reading:
 
     mentions: tuple[Mention, ...]
     pronoun: bool
+
+    def by_role(self, role: str) -> list[Mention]:
+        """The mentions of one role, in the order of the text."""
+        return [mention for mention in self.mentions if mention.role == role]
 
 
 @dataclass(frozen=True)

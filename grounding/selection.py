@@ -16,6 +16,7 @@ from grounding.mentions import read_mentions
 from grounding.names import rivals, vocabulary
 from grounding.nouns import FORMS, singular
 from grounding.phrases import ANY, Mention, Reading, Vocabulary
+from grounding.wordlists import SPATIAL_PREPOSITIONS
 
 if TYPE_CHECKING:
     from grounding.encoder import SentenceEncoder
@@ -128,12 +129,9 @@ def _with_article(words: str) -> str:
 
 def _meant(reading: Reading) -> list[Mention]:
     """The mentions that choose; none where everything is meant."""
-    by_role = {
-        role: [m for m in reading.mentions if m.role == role] for role in ("meant", "told", "landmark")
-    }
-    if by_role["meant"]:
-        return by_role["meant"]
-    told = [replace(m, count=None, exact=False) if m.plural else m for m in by_role["told"] if m.known]
+    if meant := reading.by_role("meant"):
+        return meant
+    told = [replace(m, count=None, exact=False) if m.plural else m for m in reading.by_role("told") if m.known]
     several = [m for m in told if m.plural] or (told if len(told) > 1 else [])
     if reading.pronoun:
         return several
@@ -165,6 +163,7 @@ class _Choice:
             required.update(found if mention.count is not None else ())
         if not meant:
             chosen = set(range(len(self.there.names))) - left_out
+        self._refuse_relations(reading, chosen)
         if not chosen:
             raise SelectionError(f"the instruction leaves no object to move; there is: {self.there.inventory()}")
         return Selection(
@@ -175,6 +174,25 @@ class _Choice:
             any(self.there.judged(m) for m in (*meant, *excluded)),
             self.there.notes((*said, *excluded)),
         )
+
+    def _refuse_relations(self, reading: Reading, chosen: set[int]) -> None:
+        """Refuse what is to stand somewhere by an object that does not take part itself: "behind the plate".
+
+        Raises:
+            SelectionError: with the words that say so.
+        """
+        if self.there.catalogue:
+            return
+        for mention in reading.mentions:
+            if mention.role != "landmark" or mention.preposition not in SPATIAL_PREPOSITIONS or mention.noun == ANY:
+                continue
+            found = set(self.there.matching(mention)) if mention.known else set()
+            if found and (not reading.by_role("meant") or not found & chosen):
+                words = " ".join(self.text[slice(*mention.span)].split())
+                raise SelectionError(
+                    f"the instruction speaks of a place {mention.preposition!r} {words!r}, and a structure cannot be placed "
+                    "relative to single objects yet"
+                )
 
     def _chosen(self, mention: Mention, left_out: set[int], before: set[int]) -> list[int]:
         found = [i for i in self.there.matching(mention) if i not in left_out]
@@ -197,5 +215,6 @@ class _Choice:
         return fresh[: mention.count]
 
     def _particular(self, mention: Mention) -> bool:
-        """Whether the mention speaks of one object that it does not tell from others."""
-        return mention.definite and mention.count == 1 and not mention.exact and not self.there.catalogue
+        """Whether the mention speaks of particular objects: "the red cup", "the two tallest"."""
+        one = mention.definite and mention.count == 1 and not mention.exact
+        return (one or self.there.superlative(mention)) and not self.there.catalogue

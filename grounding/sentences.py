@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from grounding.attributes import COMPARATIVES
+from grounding.attributes import COMPARATIVES, TELLING_ADJECTIVES
 from grounding.nouns import ADJECTIVES
 from grounding.wordlists import (
     ALL_WORDS,
@@ -53,6 +53,9 @@ class Sentences:
             return word not in SHAPE_WORDS
         if word in COMPARATIVES and self.word(place - 1) in ("the", "two", "both"):
             return True  # "the taller cans"; but "make it taller"
+        if word in TELLING_ADJECTIVES and word in FUNCTION_WORDS:  # "big cups"; but "a big circle", "spread them wide"
+            after = self.word(place + 1)
+            return after in TELLING_ADJECTIVES or after in self.forms or after in GENERIC
         content = word.isalpha() and word not in FUNCTION_WORDS and word not in NOT_OBJECTS
         return content and word not in self.forms and word not in GENERIC and word not in TELLING
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from grounding.attributes import TELLING_ADJECTIVES
 from grounding.counts import JOINTS, count_before
-from grounding.nouns import ADJECTIVES, COLOURS
+from grounding.nouns import COLOURS
 from grounding.sentences import Sentences
 
 
@@ -37,19 +38,19 @@ def partial_phrases(said: Sentences, start: int, head: int, plural: bool, after:
         after: the places up to this one belong to other nouns.
     """
     found: list[Partial] = []
-    adjective = next((word for word in said.words[start:head] if word in ADJECTIVES), "")
+    adjective = next((word for word in said.words[start:head] if word in TELLING_ADJECTIVES), "")
     while adjective:
         first = count_before(said, start)[2]
         end = first
         while said.word(end - 1) in JOINTS:
             end -= 1
         before = said.word(end - 1)
-        if end == first or before not in ADJECTIVES or end - 1 <= after:
+        if end == first or before not in TELLING_ADJECTIVES or end - 1 <= after:
             break
         apart = first < start
         colours = before in COLOURS and adjective in COLOURS and (plural or bool(found))
         start = end - 1
-        while said.word(start - 1) in ADJECTIVES and start - 1 > after:
+        while said.word(start - 1) in TELLING_ADJECTIVES and start - 1 > after:
             start -= 1
         count, exact, first = count_before(said, start)
         # With an article each they are two things; "the tall and red cup" is one. Nothing is red and blue.

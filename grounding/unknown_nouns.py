@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 
-from grounding.nouns import ADJECTIVES, singular
+from grounding.attributes import TELLING_ADJECTIVES
+from grounding.nouns import singular
 from grounding.sentences import STOPS, Sentences
 from grounding.wordlists import (
     ARRANGING,
@@ -56,7 +57,7 @@ def unknown_phrase(said: Sentences, place: int, listed: str) -> tuple[int, int, 
         return None
     if said.word(end) in NOT_OBJECTS or _POSSESSIVE.search(content[-1]):
         return None
-    while content and (content[-1].endswith(("ly", "ing", "ed")) or content[-1] in ADJECTIVES):
+    while content and (content[-1].endswith(("ly", "ing", "ed")) or content[-1] in TELLING_ADJECTIVES):
         content.pop()
     plurals = [i for i, w in enumerate(content) if singular(w) != w]
     if not content or (first == place and not plurals):

@@ -56,7 +56,7 @@ _REFUSED: tuple[tuple[str, re.Pattern[str]], ...] = tuple(
             r" (?:height|size|colou?r|width|weight|length|volume|shape|type|kind|name|age|price|diameter)s?\b",
         ),
         ("an order of the objects", r"\b(?:ascending|descending|increasing|decreasing|alphabetical(?:ly)?)\b"),
-        ("an order of the objects", r"\bin (?:this|that|the following|reverse|any other|the same) order\b"),
+        ("an order of the objects", r"\bin (?:this |that |the following |reverse |the same )?order\b(?! to\b)"),
         (
             "an order of the objects",
             rf"\bfrom (?:the )?(?:{_MOST}|{_MORE}|small|large|big|short|tall|low|high|thin|thick|wide|narrow|light|dark)"
@@ -68,6 +68,10 @@ _REFUSED: tuple[tuple[str, re.Pattern[str]], ...] = tuple(
         ("an order of the objects", rf"\b{_MOST}(?: {_THING})? (?:first|last|lowest|underneath)\b"),
         ("an order of the objects", rf"\b(?:starting|beginning|ending) (?:with|on) (?:the|a|one) (?:\w+ ){{0,2}}{_THING}\b"),
         ("an order of the objects", r"\b(?:alternat(?:e|es|ing|ingly|ely)|interleav(?:e|ed|ing)|every other (?:one|object|cup|can|block|mug|box))\b"),
+        (
+            "a place next to single objects",
+            rf"\b(?:left|right|north|south|east|west|in front|on top) of (?:the |a |an |my |your )?(?:\w+ ){{0,2}}?{_NOUN}\b",
+        ),
         ("a length in units", rf"\b(?:\d+(?:[.,]\d+)? ?(?:{_UNIT}|m|ft|in|\")|{_NUMBER} {_UNIT})(?![\w'])"),
         ("an angle in degrees", r"\b\d+ ?(?:degrees?|deg|°)"),
         ("how single objects are turned", r"\b(?:upside down|face down|rim down|lying down|on (?:its|their) (?:sides?|heads?|backs?)|inverted)\b"),
@@ -75,8 +79,9 @@ _REFUSED: tuple[tuple[str, re.Pattern[str]], ...] = tuple(
     )
 )  # fmt: skip
 _INSIDE = re.compile(
-    rf"\b(?:with|and|,) (?:the|a|an|one|my|your) (?P<what>(?:\w+ ){{0,2}}?{_THING}){_GOES} {_WITHIN}(?! of the (?:table|desk|board))\b"
+    rf"(?:\b(?:with|and)|,) (?:the|a|an|one|my|your) (?P<what>(?:\w+ ){{0,2}}?{_THING}){_GOES} {_WITHIN}(?! of the (?:table|desk|board))\b"
 )
+_OTHERS = re.compile(rf"\b(?:{_NOUN}|everything|all|them|these|those|objects|things)\b")
 _ALONG = re.compile(
     r"\b(?:along|against|hugging|flush with|following|parallel to|all the way down)(?: the| my| your| its| that| this| one| an)*"
     r"(?: (?!and\b|with\b|in\b|on\b)\w+){0,3}? (?:edge|rim|border|side|wall)\b"
@@ -91,6 +96,13 @@ _DIRECTIONS = {
         r"|opposite|distant|my|your|me|you|us|robot)\b"
     ),
 }
+# "Stack the cups on the plate": which object carries the others. Tables and what lies on them flat carry everything.
+_ONTO = re.compile(
+    rf"\b(?:on|onto|on top of|atop|over) (?:it\b|(?:the|a|an|my|this|that) (?:\w+ ){{0,2}}?(?P<noun>{_NOUN})\b)"
+)
+_CARRIERS = frozenset("table tables board tray mat placemat cloth napkin shelf".split())
+_VERTICAL = re.compile(r"\b(?P<way>vertical|vertically|lengthwise|horizontal|horizontally|crosswise|sideways)\b")
+_TABLETOP = re.compile(r"\b(?:table|desk|bench|counter) top\b")
 _PIECES = "(?:fork|knife|spoon|teaspoon|cup|mug|glass|bowl|plate)"
 _PIECE = re.compile(
     rf"\bwith (?:the|a|an|its|my|your) {_PIECES} (?:on|to|at) (?:the|its|my|your) (?:left|right|top|bottom|back|front)\b"
@@ -130,6 +142,7 @@ def checked(parse: Parse, mended: Callable[[], str] | None = None) -> Parse:
             "leave it out, and the rest can be built"
         )
         return replace(parse, spec=StructureSpec(), status="refused", message=message, question=None, confidence={}, evidence={})
+    parse = _corrected(sentence, parse)
     question = _edge_question(sentence, parse) or _corner_question(sentence, parse, mended or (lambda: parse.text))
     if question is None:
         return parse
@@ -147,15 +160,32 @@ def _unsupported(sentence: str, parse: Parse) -> _Wish | None:
     for match in _INSIDE.finditer(sentence):
         words = match.group("what").split()
         # "A circle with the cups in the middle" says where the circle is; "with the bowl in the middle" where the bowl is.
-        others = re.search(rf"\b{_NOUN}\b", sentence[: match.start()]) or re.search(r"\b(?:them|these|those)\b", sentence[: match.start()])
+        others = _OTHERS.search(sentence[: match.start()])
         others = others or (parse.spec.shape == "tower" and sentence[match.end() :].startswith(" of "))
         single = words[-1] in ("one", "object", "thing", "item") or not FORMS.get(words[-1], ("", True))[1]
         stacked = parse.spec.shape == "tower" and "middle" not in match.group() and "cent" not in match.group()
         if words[-1] not in SHAPE_WORDS and others and (single or stacked) and words[-1] not in GROUPS:
             return _Wish("a place of one object within the structure", match.group().strip(" ,"))
+    if parse.spec.shape == "tower" and (match := _ONTO.search(sentence)) and _OTHERS.search(sentence[: match.start()]):
+        if (match.group("noun") or "") not in _CARRIERS:
+            return _Wish("an order of the objects", match.group())
     if parse.spec.shape == "table setting" and (match := _PIECE.search(sentence)):
         return _Wish("a place of one object within the structure", match.group())
     return None
+
+
+def _corrected(sentence: str, parse: Parse) -> Parse:
+    """The parse with what plain words say and parsers miss: how a line runs, and that a table top is no place."""
+    spec = parse.spec
+    if spec.y_position == "top" and _TABLETOP.search(sentence) and len(re.findall(r"\btop\b", sentence)) == 1:
+        if not re.search(r"\b(?:back|rear|far|away)\b", sentence):
+            spec = replace(spec, y_position=None)
+    if spec.shape == "line" and spec.rotation is None and (match := _VERTICAL.search(sentence)):
+        away = match.group("way").startswith(("vertical", "lengthwise"))
+        spec = replace(spec, rotation="east" if away else "north")
+        evidence = {**parse.evidence, "rotation": (match.group("way"),)}
+        parse = replace(parse, evidence=evidence, confidence={**parse.confidence, "rotation": 1.0})
+    return parse if spec == parse.spec else replace(parse, spec=spec)
 
 
 def _edge_question(sentence: str, parse: Parse) -> Question | None:

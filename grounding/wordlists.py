@@ -71,6 +71,11 @@ LANDMARK_PREPOSITIONS = frozenset(
     "between among amongst toward towards into onto inside in on at against past via about off as during per "
     "alongside atop nearest facing until till underneath opposite".split()
 )
+# After these a landmark says where something goes; "for", "like" or "before" say something else.
+SPATIAL_PREPOSITIONS = frozenset(
+    "by beside behind around round under over above below among between into onto inside in on against alongside atop "
+    "underneath opposite of to near nearest".split()
+)
 _LONE_EXCEPTIONS = (
     "but except excepting excluding besides bar barring minus sans save not no nor ignore ignoring skip "
     "skipping without neither omit omitting exclude avoid avoiding spare leaving forget disregard "
