@@ -118,6 +118,6 @@ def _as_text(reading: Reading) -> str:
     lines.append(f"  {'objects':<11} {'everything' if reading.objects is None else ', '.join(reading.objects)}")
     if reading.viewpoint != "robot":
         lines.append(f"  {'viewpoint':<11} {reading.viewpoint}")
-    if reading.status == "ask":
-        lines.append(f"  {'question':<11} {reading.message}")
+    if reading.message:
+        lines.append(f"  {'question' if reading.status == 'ask' else 'note':<11} {reading.message}")
     return "\n".join(lines)

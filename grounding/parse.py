@@ -28,6 +28,7 @@ _SAY_INSTEAD = {
 }
 # Below this the best answer is as likely wrong as right, and asking costs less than building it.
 LEAST_CERTAINTY = 0.5
+OBJECT = "object"  # what a question about which object is meant asks for, in place of a slot
 OPEN = "open"  # how a question offers to leave a slot as it is
 # What may still be meant when the parser has to ask.
 WORTH_OFFERING = 0.1
@@ -40,7 +41,7 @@ class Question:
     """What has to be known before building.
 
     Attributes:
-        slot: the slot that is missing or in doubt.
+        slot: the slot that is missing or in doubt, or `OBJECT`, or `grounding.unsupported.CORNER`.
         text: the question, with its options.
         options: the values that may be meant, the likeliest first; `OPEN` where the slot may be meant to stay open.
     """

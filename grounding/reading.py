@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 from grounding.foreign_languages import foreign_language
 from grounding.llm_reply import LLMError
-from grounding.parse import Parse, Parser, shortened, unreadable
-from grounding.selection import SelectionError, mentioned, select_objects
+from grounding.parse import OBJECT, Parse, Parser, Question, shortened, unreadable
+from grounding.selection import AmbiguousReferenceError, SelectionError, mentioned, select_objects
 from grounding.spec import SLOTS, StructureSpec
 from grounding.spelling import mend
 from grounding.unsupported import checked
@@ -54,6 +54,7 @@ class Reading:
             `None` for all.
         seconds: how long reading took.
         fallback: why another parser than the one that was asked for spoke, or empty.
+        question: what has to be known before building, with status "ask".
     """
 
     parse: Parse
@@ -64,11 +65,12 @@ class Reading:
     objects: tuple[str, ...] | None
     seconds: float
     fallback: str = ""
+    question: Question | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The row of `structagent parse --json`."""
         parse = self.parse
-        question = parse.question if self.status == "ask" else None
+        question = self.question
         return {
             "text": parse.text,
             "spec": self.spec.to_dict() | {"objects": None if self.objects is None else list(self.objects)},
@@ -180,7 +182,7 @@ class Reader:
 
     def _reading(self, parse: Parse, names: Sequence[str] | None, seconds: float) -> Reading:
         started = time.perf_counter()
-        status, message, objects = parse.status, parse.message, None
+        status, message, objects, question = parse.status, parse.message, None, parse.question
         if status != "refused":
             if names is None:
                 objects = mentioned(parse.text) or None
@@ -188,8 +190,12 @@ class Reader:
                 try:
                     selection = select_objects(parse.text, names, self._encoder)
                     objects = tuple(names[i] for i in selection.indices)
+                    message = "; ".join(filter(None, (message, *selection.notes)))
+                except AmbiguousReferenceError as doubt:
+                    status, message = "ask", str(doubt)
+                    question = Question(OBJECT, message, tuple(names[i] for i in doubt.indices))
                 except SelectionError as error:
-                    status, message = "refused", str(error)
+                    status, message, question = "refused", str(error), None
         return Reading(
             parse,
             turned(parse) if self.viewpoint == "opposite" else parse.spec,
@@ -199,6 +205,7 @@ class Reader:
             objects,
             seconds + time.perf_counter() - started,
             self.fallback,
+            question,
         )
 
 

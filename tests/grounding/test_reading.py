@@ -112,3 +112,17 @@ def test_when_the_llm_fails_on_the_way_the_other_parser_speaks_from_then_on(pars
         reading = reader.read("stack the cans")
         assert reading.to_dict()["parser"] == "embedding" and "hung up" in reading.fallback
     assert dying.calls == 2
+
+
+def test_words_for_one_that_fit_several_objects_are_a_question(encoder, parser):
+    reader = Reader(lambda: parser, encoder=encoder)
+    reading = reader.read("put the mug and the bowl in a line", ["red mug", "blue mug", "bowl"])
+    assert reading.status == "ask" and reading.question.options == ("red mug", "blue mug")
+    assert reading.to_dict()["question"] == {"slot": "object", "options": ["red mug", "blue mug"]}
+    assert "'mug' can be each of 2 objects: red mug; blue mug; which one?" in reading.message
+
+
+def test_an_adjective_that_cannot_be_judged_is_told(encoder, parser):
+    reading = Reader(lambda: parser, encoder=encoder).read("put the heavy cups in a line", ["cup", "cup", "bowl"])
+    assert reading.status == "ok" and reading.objects == ("cup", "cup")
+    assert reading.message == "it is not known which of the cups here are 'heavy': that word was left out of the choice"
