@@ -110,7 +110,7 @@ class _Run:
         import torch
 
         from agent.planning import worthwhile
-        from grounding.selection import SelectionError, mentioned, select_objects
+        from grounding.selection import AmbiguousReferenceError, SelectionError, mentioned, select_objects
 
         torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
         encoder = loaded.encoder
@@ -125,6 +125,8 @@ class _Run:
             source = loaded.source(options.scene, options.objects, options.recorded)
         try:
             selection = select_objects(self.text, source.referents, encoder, catalogue=source.catalogue)
+        except AmbiguousReferenceError as error:
+            raise NotBuildable(str(error)) from error
         except SelectionError as error:
             raise NotBuildable("; ".join(filter(None, (str(error), source.hint)))) from error
         some = len(selection.indices) < len(source.referents)

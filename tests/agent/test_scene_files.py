@@ -184,9 +184,6 @@ def test_a_drawn_scene_is_valid_and_loads_again_bit_for_bit(scene, tmp_path):
     assert scene("validate", path)[:2] == (0, f"{path}: {len(load_scene(path))} objects, nothing wrong\n")
     assert scene("new", "--shape", "line", "--seed", 4)[1] == path.read_text()
 
-    def everything(numbers):
-        return range(len(numbers))
-
     looks = []
     for file in (path, again):
         source = FileSource(file)
