@@ -62,7 +62,8 @@ app = typer.Typer(
     "builds the best one with a simulated arm.\n\n"
     'Example: structagent run "put the cups in a small circle on the left"',
     epilog="Exit codes: 0 done; 2 usage; 3 instruction not understood or not buildable with these objects; "
-    "4 no valid goal; 5 execution failed; 6 bad input data; 7 a model is not what its card says; 130 interrupted.",
+    "4 no valid goal; 5 execution failed; 6 bad input data; 7 a model is not what its card says; "
+    "8 built with some of the objects that were asked for; 130 interrupted.",
     add_completion=False,
     no_args_is_help=False,
     pretty_exceptions_enable=False,

@@ -52,6 +52,7 @@ _EXIT_CODES = """\
 | 5 | the arm could not build it, or it does not stand as asked |
 | 6 | bad input: a file, folder or setting that cannot be used |
 | 7 | a model is not what its card says (`structagent models verify`) |
+| 8 | what stands was built with some of the objects that were asked for; the others could not take part |
 | 130 | interrupted |
 
 An error is one sentence on standard error; results alone go to standard output.
