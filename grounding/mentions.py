@@ -75,6 +75,11 @@ class _Reader:
                 continue
             mention, end = self._mention(*head, last)
             if mention is not None:
+                mention, without, end = self._with_clause(mention, end)
+                if mention.noun == ANY and not (mention.numbers or mention.modifiers or mention.ordinal or mention.exact):
+                    mentions += without
+                    place = max(end, place + 1)
+                    continue
                 if last and mention.role == "left out" and self.said.left_alone(end, False):
                     between = self.words[last[0] + 1 : head[0]]
                     if between and all(w in JOINTS or w in DETERMINERS for w in between):
@@ -82,6 +87,7 @@ class _Reader:
                 mentions += self._with_sharing(mention, *head[:2], end, last)
                 mention = mentions[-1]
                 last = (end - 1, mention)
+                mentions += without
             place = max(end, place + 1)
         return Reading(tuple(mentions), self.pronoun)
 
@@ -227,7 +233,8 @@ class _Reader:
         role = self._role(first, end, last)
         if first < start and any(w in _DENIALS for w in self.words[first:start]):
             role = "left out"  # "what you don't eat with"
-        if noun == ANY and not (numbers or modifiers or ordinal or (exact and role == "meant")):
+        clause = self.said.word(end) in ("that", "which")
+        if noun == ANY and not (numbers or modifiers or ordinal or (exact and role == "meant") or clause):
             return None, end  # everything, or "not everything"
         shown = first
         while shown < head and self.words[shown] in _UNSAID:
@@ -239,6 +246,30 @@ class _Reader:
             noun, modifiers, count, exact, role, known, many or (count or 2) > 1, numbers, ordinal, span, definite,
             self.said.word(first - 1) if role == "landmark" and not self.said.told[first] else "",
         ), end
+
+    def _with_clause(self, mention: Mention, end: int) -> tuple[Mention, list[Mention], int]:
+        """The mention with what a clause after it says: "the cups that are red", "the cups which aren't red".
+
+        Returns:
+            The mention, what the clause leaves out of it, and the place after the clause.
+        """
+        if self.said.word(end) not in ("that", "which"):
+            return mention, [], end
+        verb = self.said.word(end + 1)
+        denied = verb in ("isn't", "aren't") or self.said.word(end + 2) == "not"
+        place = end + 2 + (denied and self.said.word(end + 2) == "not")
+        if verb not in ("is", "are", "isn't", "aren't") or self.said.word(place) not in TELLING_ADJECTIVES:
+            return mention, [], end
+        words = [self.said.word(place)]
+        while self.said.word(place + 1) in ("and", "or", "nor") and self.said.word(place + 2) in TELLING_ADJECTIVES:
+            words.append(self.said.word(place + 2))
+            place += 2
+        span = (mention.span[0], self.spans[place][1])
+        if denied:
+            without = [replace(mention, modifiers=(word,), role="left out", count=None, exact=False) for word in words]
+            return replace(mention, span=span), without, place + 1
+        described = [replace(mention, modifiers=(*mention.modifiers, word), span=span) for word in words]
+        return described[-1], described[:-1], place + 1
 
     def _filling(self, place: int) -> str:
         """The singular of what a box or can holds, where the word at `place` says that; else empty."""

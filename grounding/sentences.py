@@ -10,6 +10,7 @@ from grounding.wordlists import (
     ALL_WORDS,
     ARRANGING,
     CUES,
+    DETERMINERS,
     ENDS_OF_LEAVING,
     EXCEPTIONS,
     FUNCTION_WORDS,
@@ -24,6 +25,7 @@ from grounding.wordlists import (
     WHAT_FOLLOWS_LEFT_OUT,
 )
 
+_SIDES = frozenset("left right front back rear near far middle nearer farther closer".split())
 STOPS = frozenset(".;!?\n")
 
 
@@ -53,6 +55,8 @@ class Sentences:
             return word not in SHAPE_WORDS
         if word in COMPARATIVES and self.word(place - 1) in ("the", "two", "both"):
             return True  # "the taller cans"; but "make it taller"
+        if word in _SIDES and self.word(place - 1) in DETERMINERS and self.word(place - 2) not in LANDMARK_PREPOSITIONS:
+            return self.word(place + 1) in self.forms or self.word(place + 1) in GENERIC  # "the left cups"
         if word in TELLING_ADJECTIVES and word in FUNCTION_WORDS:  # "big cups"; but "a big circle", "spread them wide"
             after = self.word(place + 1)
             return after in TELLING_ADJECTIVES or after in self.forms or after in GENERIC

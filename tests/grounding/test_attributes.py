@@ -43,6 +43,10 @@ ALL = tuple(range(len(CUPS)))
         ("put the shortest cup and the tall can in a line", (0, 1, 4)),
         ("the reddish bowl and the greenish cups", (1, 2, 5)),
         ("not the red ones: line up the cups", (1, 2)),
+        ("put the cups that are not red in a line", (1, 2)),
+        ("put all objects that aren't red or brown in a line", (1, 2, 3)),
+        ("put everything that is red in a line", (0, 4, 5)),
+        ("the things which are green or blue in a row", (1, 2, 3)),
     ],
 )
 def test_colours_and_sizes_choose(text, indices):
@@ -89,6 +93,8 @@ def test_words_that_nothing_can_judge_are_told():
         "it is not known which of the cups here are 'heavy': that word was left out of the choice",
         "it is not known which of the boxes here are 'wooden': that word was left out of the choice",
     )
+    assert select_objects("put the left cups in a row", CUPS).notes[0].endswith("are 'left': that word was left out of the choice")
+    assert select_objects("put the cups on the left", CUPS).notes == ()
     assert select_objects("put the shiny objects in a line", CUPS).notes[0].startswith("it is not known which of the objects")
     assert select_objects("put the green cups in a nice line", CUPS).notes == ()
     assert select_objects("heavy boxes in a row", ["wooden box", "cardboard box"]).notes
