@@ -278,7 +278,7 @@ PATTERNS: list[tuple[re.Pattern[str], str, str, int | None]] = [
         ),
         (rf"(?:{_MUCH} )(?:closer|nearer)(?: to {_ME}| here)?", "y_position", "most", 1),
         (
-            rf"(?:{_BIT} |even |still )?(?:closer|nearer)(?: to| towards?)?(?: {_ME})?(?! {_TO}(?:\w+))",
+            rf"(?:{_BIT} |even |still )?(?:closer|nearer)(?: to| towards?)?(?: {_ME})?(?! (?:to|towards?|together|on|at|in)\b)",
             "y_position",
             "step",
             1,

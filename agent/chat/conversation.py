@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent import events, steps
+from agent.arm.events import Planned
 from agent.chat.situation import Proposal, Situation, answered, completed, meant_objects, with_a_shape
 from agent.errors import DONE, INTERRUPTED, NotBuildable, UsageError, exit_code_of, one_sentence
 from agent.loaded import Loaded
@@ -51,7 +52,7 @@ class Conversation:
     def __init__(self, options: RunOptions, loaded: Loaded, tell: Listener) -> None:
         self.options, self._loaded, self._tell = options, loaded, tell
         self.question: Question | None = None
-        self._asked: Revision | None = None
+        self._asked: tuple[Revision, tuple[str, ...]] | None = None  # what was said, and the objects that it means
         self._past: list[Situation] = []
         self._future: list[Situation] = []
         self._step, self._busy = "parse", 0.0
@@ -85,53 +86,75 @@ class Conversation:
         self._tell(events.Started(text, events.json_value(asdict(self.options))))
         with self._turn("parse"):
             last = self.situation.wish or StructureSpec()
-            revision = revise(last, text, self._loaded.reader(self.options.reading), self.options.reading.viewpoint)
+            revision = self._revised(last, text)
             if revision.status in ("refused", "unchanged"):
                 raise NotBuildable(revision.message)
             self._hear(with_a_shape(revision, last))
             return self.question is None
         return False
 
+    def _revised(self, last: StructureSpec, text: str) -> Revision:
+        reading = self.options.reading
+        return revise(last, text, self._loaded.reader(reading), reading.viewpoint, self.situation.stands)
+
     def answer(self, value: str | None) -> bool:
         """The answer to the question: one of the slot's values, `None` to leave it open; as `say`."""
-        question, revision = self.question, self._asked
-        if question is None or revision is None:
+        question, asked = self.question, self._asked
+        if question is None or asked is None:
             raise UsageError("nothing was asked")
         self.question = None
+        revision, objects = asked
         with self._turn("parse"):
             spec = answered(revision.spec, question.slot, value)
             # The parser's guesses have become facts, and what it thought of them is of no interest any more.
-            self._hear(replace(revision, spec=spec, status="ok", message="", question=None, parse=None))
+            revision = replace(revision, spec=spec, status="ok", message="", question=None, parse=None)
+            self._hear(revision.with_objects_of(None), objects)
             return True
         return False
 
     def answer_in_words(self, text: str) -> bool:
         """An answer that is none of the options: it completes what was said before the question; as `say`.
 
-        Words that name objects are an instruction of their own. The question stands where the words say nothing.
+        The objects stay those of what was said before, unless the answer adds to them or changes them. The question
+        stands where the words say nothing; a whole instruction takes its place.
         """
         question, asked = self.question, self._asked
-        if question is None or asked is None or mentioned(text):
+        if question is None or asked is None:
             return self.say(text)
-        said = revise(asked.spec, text, self._loaded.reader(self.options.reading), self.options.reading.viewpoint)
+        revision, objects = asked
+        said = self._revised(revision.spec, text)
+        if said.kind == "new" and mentioned(text):
+            return self.say(text)
         if said.status in ("refused", "unchanged"):
             raise NotBuildable(f"{said.message}; {question.text}")
+        spec = completed(said.spec, revision.spec)
+        unanswered = question.slot == "shape" and spec.shape is None
+        if unanswered or (said.kind == "edit" and said.objects_how and not said.changed):
+            still_open: Question | None = question
+        else:
+            still_open = said.question
         self.question = None
         with self._turn("parse"):
-            spec = completed(said.spec, asked.spec)
-            still_open = question if question.slot == "shape" and spec.shape is None else said.question
-            self._hear(replace(asked, spec=spec, message=said.message, question=still_open))
+            heard = replace(revision, spec=spec, message=said.message, question=still_open)
+            self._hear(heard.with_objects_of(said if said.kind == "edit" else None), objects)
             return self.question is None
         return False
 
-    def _hear(self, revision: Revision) -> None:
+    def _hear(self, revision: Revision, among: tuple[str, ...] | None = None) -> None:
+        """Takes over what was said.
+
+        Args:
+            revision: it.
+            among: who takes part before what it says of objects; by default those of the situation.
+        """
         began, parse, loaded = time.perf_counter(), revision.parse, self._loaded
+        before = self.situation if among is None else replace(self.situation, wish=revision.spec, objects=among)
         try:  # before anything is asked
-            objects = meant_objects(revision, self.table, self.situation, loaded.encoder)
+            objects = meant_objects(revision, self.table, before, loaded.encoder)
         except SelectionError as error:
             raise NotBuildable("; ".join(filter(None, (str(error), self.source.hint)))) from error
         if revision.question is not None:
-            self.question, self._asked = revision.question, revision
+            self.question, self._asked = revision.question, (revision, objects)
             question = revision.question
             self._tell(events.Asked(question.slot, question.text, question.options))
             return
@@ -173,7 +196,7 @@ class Conversation:
         imagined = steps.imagine(planner, options.model, scene, goal, options.seed, self._tell)
         self._tell(imagined)
         proposal = Proposal(situation.spec, scene, imagined, len(worthwhile(imagined.arrangements)))
-        self._remember(replace(situation, proposal=proposal))
+        self._remember(replace(situation, proposal=proposal, shown=proposal))
         self._tell(proposal.chosen)
 
     def choose(self, rank: int) -> None:
@@ -186,7 +209,7 @@ class Conversation:
         if not 1 <= rank <= len(proposal.imagined.arrangements):
             raise UsageError(f"there is no candidate {rank}; legal: 1 to {len(proposal.imagined.arrangements)}")
         proposal = replace(proposal, rank=rank)
-        self.situation = replace(self.situation, proposal=proposal)
+        self.situation = replace(self.situation, proposal=proposal, shown=proposal)
         self._tell(proposal.chosen)
 
     def again(self) -> bool:
@@ -246,6 +269,8 @@ class Conversation:
         return built
 
     def _watched(self, event: events.Event) -> Iterator[events.Event]:
+        if isinstance(event, Planned) and self.situation.shown is not None:  # it need not be the one that was chosen
+            self.situation = replace(self.situation, shown=replace(self.situation.shown, rank=event.arrangement + 1))
         if isinstance(event, events.Pictured) and event.name == steps.LAST_PICTURE:
             self._step = "check"
         self._tell(event)

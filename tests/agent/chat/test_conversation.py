@@ -81,7 +81,7 @@ def test_a_question_is_answered_or_left_open(conversation, heard):
     assert kinds(heard) == ["started", "asked"] and conversation.question.slot == "shape"
     assert conversation.answer("line")
     assert conversation.question is None and conversation.situation.wish == StructureSpec("line")
-    assert not conversation.say("the other side")
+    assert not conversation.say("move it somewhere else")
     assert conversation.question.slot == "x_position"
     assert conversation.answer("right")
     assert conversation.situation.wish == StructureSpec("line", x_position="right")
