@@ -172,7 +172,7 @@ def revise(
     change = object_change(text, bool(edits))
     if change is not None and change.how == "places":
         return Revision(last, "refused", "edit", PLACES)
-    corrects = change is not None and not _BUILDING.search(sentence)
+    corrects = change is not None and (change.how != "replace" or not _BUILDING.search(sentence))
     if not edits and not _MARKERS.search(sentence) and (named or change or _BUILDING.search(sentence)):
         parse = read(text)
         if parse.spec.shape is not None or last.shape is None or not (corrects or parse.status == "ok"):
@@ -274,6 +274,8 @@ class _Correction:
         """Whether objects are named only as those that the change is about: "move the cups a bit to the left"."""
         if _STRONG_MARKERS.search(sentence) and not _PLACING.search(sentence) or _OTHER_OBJECTS.search(sentence):
             return _PLACED.search(sentence) is not None and not _AGAIN.search(sentence)
+        if self.change is not None and (self.change.text or "").startswith(EVERYTHING):
+            return False
         return bool(self.edits) or _PLACING.search(sentence) is not None
 
     def _absolute(self, read: Read) -> Parse | None:

@@ -113,7 +113,8 @@ class Editing:
     def _change(self, slot: str, value: str) -> None:
         """Sets a slot, and tells what was shown where nobody had asked for it."""
         if self._unsaid(slot):
-            self.notes.append(f"it was {_said(slot, self._now(slot))}, and is to be {_said(slot, value)}")
+            name, was, now = _SLOT_NAMES.get(slot, slot), _SAID[self._now(slot) or ""], _SAID[value]
+            self.notes.append(f"no {name} was asked for, and the proposal was {was}; now asked for: {now}")
         self._set(slot, value)
 
     def _not(self, edit: Edit) -> None:
@@ -151,10 +152,11 @@ class Editing:
             self._ask("rotation", "it has faced no particular way so far; which way should it face", _CLOCKWISE)
         else:
             turned = _CLOCKWISE[(_CLOCKWISE.index(now) + quarters) % 4]
-            before = f" (it faced {now})" if self._unsaid("rotation") else ""
+            unsaid = self._unsaid("rotation")
             self._set("rotation", turned)
-            if edit.how == "turn" or before:
+            if edit.how == "turn" or unsaid:
                 sense = "half a turn" if quarters % 4 == 2 else f"{'anti' if quarters < 0 else ''}clockwise"
+                before = f"; no rotation was asked for, and the proposal faced {now}" if unsaid else ""
                 self.notes.append(f"turned {sense}, seen from above: it faces {turned}{before}")
 
     def _other(self, kind: str) -> None:
@@ -187,7 +189,3 @@ class Editing:
     def _ask(self, slot: str, why: str, options: tuple[str, ...]) -> None:
         said = ", ".join(options[:-1]) + f" or {options[-1]}"
         self.question = Question(slot, f"{why}: {said}?", options)
-
-
-def _said(slot: str, value: str | None) -> str:
-    return f"facing {value}" if slot == "rotation" else _SAID[value or ""]

@@ -19,7 +19,7 @@ from grounding.replacements import goes_and_comes, swapped_places
 EVERYTHING = "everything"
 _VERBS = (
     r"(?:add|include|insert|remove|drop|lose|ditch|delete|exclude|omit|skip|take|leave|get|kick|throw|use|make|put"
-    r"|move|turn|rotate|shift|slide|swap|replace|exchange|substitute|switch|trade|change|with|without|not|no|only"
+    r"|move|turn|rotate|shift|slide|swap|replace|exchange|substitute|switch|trade|change|with|without|only"
     r"|just|keep|have|bring|set|spin|flip|forget|stack|line up|build|sort|paint|order|colou?r|mix|push|pull|spread"
     r"|let|do|give|arrange|point|face|lay|balance|place|form)"
 )
@@ -36,7 +36,7 @@ _ALL = (
 )
 _REST = (
     rf"(?:(?:all )?(?:of )?the (?:rest|remainder|others)(?: of (?:them|it|the {_THINGS}))?"
-    rf"|(?:all )?(?:of )?the (?:other|remaining|leftover) {_THINGS}|everything else|everyone else"
+    rf"|(?:all )?(?:of )?the (?:other|remaining|leftover) {_THINGS}|all (?:other|remaining|others)(?: {_THINGS})?|everything else|everyone else"
     rf"|(?:all )?(?:of )?the (?:{_THINGS}|rest) (?:that (?:is|are) )?left(?: over)?)"
 )
 _TOO = r"(?:too|also|as well|in(?: (?:it|there))?|to it|with it|with them|along)"
@@ -50,7 +50,8 @@ _WHOLE_WITHIN = re.compile(
 )
 _REST_WITHIN = re.compile(rf"\b{_REST}(?= |,|$)")
 _ADDING = re.compile(
-    r"\b(?:add|include|insert|too|also|as well|plus|along with|together with)\b|^and\b"
+    r"\b(?:add|include|insert|too|also|as well|plus|along with|together with|another|(?:one|two|three|four|\d) more)\b"
+    r"|^and\b"
     r"|\b(?:put|bring|throw|take) in\b|\b(?:put|bring|throw|get|have|want) .+ in(?: it| there)?(?=,|$)"
 )
 _REMOVING = re.compile(
@@ -63,11 +64,21 @@ _NO = re.compile(
     r"(?:no|not|without|minus|never mind|forget(?: about)?)(?: (?:the|a|an|any|that|this|those|these|my|more|of|with))*"
 )
 # What follows a noun without being one: "use the can instead".
-_ADVERBS = re.compile(r"\b(?:instead|rather|(?:anti|counter)?clockwise|altogether|completely|entirely|besides)\b")
+_ADVERBS = re.compile(
+    r"\b(?:instead|rather|(?:anti|counter)?clockwise|altogether|completely|entirely|besides)\b"
+    r"|(?<=\bput )in\b|(?<=\bbring )in\b|(?<=\bthrow )in\b|(?<=\btake )in\b"
+)
 _BEFORE_A_CAN = re.compile(
     r"(?:^|,|\b(?:the|a|an|this|that|my|your|our|his|her|each|every|another|one|and|or|no|with|without|not|add|use)) $"
 )
 _COUNTED = re.compile(r"(?:\d|(?:one|a|an|any|every|each|the|another)\b)")
+_ARTICLE = re.compile(r"(?:\b(?:the|a|an|my|your|our|that|those|these|this|any|another) )+$")
+_COMING_AND_GOING = frozenset(
+    "add include insert too also as well plus along with together put bring throw take get have want let in it there "
+    "remove drop lose ditch delete exclude omit skip kick out rid of leave off aside away keep set back without minus "
+    "not no don't do like need use except but and or please now just can you could i i'd would has to go must should "
+    "then so ok okay again still actually sorry them from this".split()
+)
 _ONLY = re.compile(r"\b(?:only|just|nothing but)\b")
 
 
@@ -127,7 +138,7 @@ def object_change(text: str, edited: bool = False) -> ObjectChange | None:
         if change is None or change.rest:
             rest.append(change.rest if change else part)
         if change is not None:
-            found = change if found is None else _joined(found, change)
+            found = change if found is None else _joined(found, change, _ONLY.search(part) is not None)
     return replace(found, rest=" , ".join(rest)) if found else None
 
 
@@ -146,19 +157,25 @@ def _of_clause(clause: str, edited: bool) -> ObjectChange | None:
         out, comes, how = pair
         return ObjectChange(how, phrase(clause, comes), phrase(clause, out)) if out else ObjectChange("replace", phrase(clause, comes))
     left_out = [m for m in named if m.role == "left out"]
-    meant = [m for m in named if m.role == "meant"] or [m for m in named if m.role == "told"]
+    meant = [m for m in named if m.role == "meant"]
     if left_out and not meant:
         return _left_out(clause, left_out)
     if not meant:
         return None
     if _REMOVING.search(clause) or _NO.fullmatch(clause[: named[0].span[0]].strip()):
-        return ObjectChange("remove", phrase(clause, named))
-    kept = phrase(clause, meant)
-    if left_out:
-        return ObjectChange("replace", kept + "".join(f", but not {phrase(clause, [m])}" for m in left_out), rest=clause)
+        return ObjectChange("remove", phrase(clause, named), rest=_besides(clause, named))
+    kept = phrase(clause, meant) + "".join(f", but not {phrase(clause, [m])}" for m in left_out)
     if _ADDING.search(clause) and not _ONLY.search(clause):
-        return ObjectChange("add", kept, rest=clause)
+        return ObjectChange("add", kept, rest=_besides(clause, named))
     return ObjectChange("replace", kept, rest=clause)
+
+
+def _besides(clause: str, named: Sequence[Mention]) -> str:
+    """What a clause says besides that objects come or go; empty where that is nothing."""
+    besides = clause
+    for mention in reversed(named):
+        besides = _ARTICLE.sub("", besides[: mention.span[0]]) + besides[mention.span[1] :]
+    return "" if _COMING_AND_GOING.issuperset(besides.replace(",", " ").split()) else clause
 
 
 def _left_out(clause: str, left_out: list[Mention]) -> ObjectChange:
@@ -166,7 +183,7 @@ def _left_out(clause: str, left_out: list[Mention]) -> ObjectChange:
     these = phrase(clause, left_out)
     if re.search(r"\b(?:everything|all|anything|everyone|every)\b", clause[: left_out[0].span[0]]):
         return ObjectChange("replace", f"everything but {these}", rest=clause)
-    return ObjectChange("remove", these, rest=clause)
+    return ObjectChange("remove", these, rest=_besides(clause, left_out))
 
 
 def _of_the_rest(clause: str, rest: re.Match[str]) -> ObjectChange | None:
@@ -179,10 +196,12 @@ def _of_the_rest(clause: str, rest: re.Match[str]) -> ObjectChange | None:
     return ObjectChange("others" if alone else "replace", None if alone else EVERYTHING, rest=without)
 
 
-def _joined(one: ObjectChange, other: ObjectChange) -> ObjectChange:
-    """What two clauses do together."""
+def _joined(one: ObjectChange, other: ObjectChange, only: bool) -> ObjectChange:
+    """What two clauses do together; `only` says that the second one wants nothing else."""
     if one.how == "replace" and other.how == "remove":
         return replace(one, text=f"{one.text}, but not {other.text}")
+    if one.how == "remove" and other.how == "replace" and not only and other.text != EVERYTHING:
+        other = replace(other, how="add")  # "drop the banana and use the cube"
     if {one.how, other.how} <= {"add", "remove", "exchange", "swap"}:
         comes = [c.text for c in (one, other) if c.how != "remove" and c.text]
         out = [c.out_text if c.how in ("exchange", "swap") else c.text for c in (one, other) if c.how != "add"]
@@ -190,5 +209,5 @@ def _joined(one: ObjectChange, other: ObjectChange) -> ObjectChange:
             return replace(one, text=" and ".join(filter(None, (one.text, other.text))))
         return ObjectChange("exchange", " and ".join(comes), " and ".join(filter(None, out)))
     if one.how == other.how == "replace" or (one.how, other.how) == ("replace", "add"):
-        return replace(one, text=f"{one.text} and {other.text}" if EVERYTHING not in (one.text, other.text) else EVERYTHING)
+        return replace(one, text=EVERYTHING if EVERYTHING in (one.text, other.text) else f"{one.text} and {other.text}")
     return other

@@ -241,13 +241,13 @@ PATTERNS: list[tuple[re.Pattern[str], str, str, int | None]] = [
         (rf"{_SOME} (?:over )?{_TO}{_LEFT}(?: edge| side)?", "x_position", "step", -1),
         (rf"{_SOME} (?:over )?{_TO}{_RIGHT}(?: edge| side)?", "x_position", "step", 1),
         (
-            rf"(?:shift|slide|scoot|nudge|move|push)(?: {_IT})? {_TO}{_LEFT} (?:by )?(?:{_BIT}|some)",
+            rf"(?:shift|slide|scoot|nudge|move|push)(?: {_IT})?(?: over)? {_TO}{_LEFT} (?:by )?(?:{_BIT}|some)",
             "x_position",
             "step",
             -1,
         ),
         (
-            rf"(?:shift|slide|scoot|nudge|move|push)(?: {_IT})? {_TO}{_RIGHT} (?:by )?(?:{_BIT}|some)",
+            rf"(?:shift|slide|scoot|nudge|move|push)(?: {_IT})?(?: over)? {_TO}{_RIGHT} (?:by )?(?:{_BIT}|some)",
             "x_position",
             "step",
             1,

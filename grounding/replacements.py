@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from grounding.phrases import Mention
 
 PLACES = (
-    "single objects cannot be told to exchange places: their order in the structure is not part of a wish; "
-    "to have one object instead of another, say 'replace the mug with the bowl'"
+    "the places of single objects cannot be exchanged yet, so nothing was changed; to have one object instead of "
+    "another, say 'replace the mug with the bowl'"
 )
 _SWAPPING = r"(?:swap|switch|exchange|interchange|trade|transpose)"
 _PLACES = re.compile(
@@ -24,7 +24,12 @@ _WITH_VERB = re.compile(
     r"\b(?P<verb>replace|swap|switch|exchange|trade|change|substitute|turn)(?:ing)?(?: out)? (?P<one>.+?) "
     r"(?P<link>for|with|by|to|into|against) (?P<other>.+)"
 )
-_INSTEAD = re.compile(r"\b(?:instead of|rather than|in place of|in lieu of|in exchange for)\b")
+_REPLACED = re.compile(
+    r"(?P<one>.+?) (?:be|is|are|gets?) (?:replaced|swapped|exchanged|substituted|traded)(?: out)? (?:by|with|for) (?P<other>.+)"
+)
+_INSTEAD = re.compile(
+    r"\b(?:instead of|rather than|in place of|in lieu of|in exchange for)\b|(?<=\brather )(?:.+ )than\b"
+)
 _DENIED = re.compile(r"^(?:no ,? ?|sorry ,? ?|wait ,? ?|actually ,? ?)*not\b")
 _PRONOUNS = re.compile(r"^(?:it|them|these|those|that|this|everything|all of them)\b")
 
@@ -54,8 +59,12 @@ def goes_and_comes(clause: str, named: Sequence[Mention]) -> tuple[list[Mention]
             return first, second, "swap" if places else "exchange"
         if second and _PRONOUNS.match(verb["one"]):
             return [], second, "exchange"
+    if verb := _REPLACED.search(clause):
+        first, second = _within(verb, "one", named), _within(verb, "other", named)
+        if first and second:
+            return first, second, "exchange"
     if instead := _INSTEAD.search(clause):
-        before = [m for m in named if m.span[1] <= instead.start()]
+        before = [m for m in named if m.span[1] <= instead.end()]
         after = [m for m in named if m.span[0] >= instead.end()]
         if before and after:
             return after, before, "exchange"

@@ -27,17 +27,19 @@ _ARRANGED = re.compile(
     rf"\b(?:(?:sort|order|arrange|line up|rank|group)(?:ed|ing|s)?(?: (?:it|them|these|those|everything))? by \w+"
     r"|sort(?:ed|ing)?|alphabetical(?:ly)?(?: order)?|shuffled?|alternat(?:e|ing)|upside down|mirror(?:ed)?|tilt(?:ed)?"
     r"|lean(?:ing)?|diagonal(?:ly)?|on (?:its|their) sides?|lying down|by (?:height|colou?r|weight|name|size)"
-    r"|(?:in )?(?:a |the )?(?:different|other|reverse[d]?|opposite|right|new|random|any) order"
+    r"|(?:in )?\w+ colou?rs?|(?:multi)?colou?red|(?:in )?(?:a |the )?(?:different|other|reverse[d]?|opposite|right|new|random|any) order"
+    r"|from (?:the )?(?:small|short|big|larg|tall|low|high|light|dark|wid|thin|thick)\w* to (?:the )?\w+"
     r"|order of (?:size|height|colou?r)"
     rf"|(?:the )?{_SUPERLATIVE}(?: \w+)? (?:at|on|in|first|last|to|outside|inside)(?: the)?(?: \w+)?)\b"
 )
 _COLOUR = re.compile(rf"\b(?:{'|'.join(sorted(COLOURS))})\b")
 _ASKING = (
     r"(?:add|include|insert|paint|colou?r|sort|mix|balance|hide|hang|fill|pour|throw|break|open|close|clean|wash|wipe|wrap"
-    r"|tie|connect|attach|glue|label|mark|draw|write|play|take|bring|remove|delete|make|put|place|build|set|stack|lay|keep"
+    r"|tie|connect|attach|glue|label|mark|draw|write|play|sing|dance|jump|dim|take|bring|remove|delete|make|put|place|build|set|stack|lay|keep"
     r"|point|lift|raise|lower|drop|push|pull|press|hold|touch|shake|roll|light|count|show|invert|cover|give)"
 )
 _BEGINS = re.compile(rf"^(?:(?:please|then|also|now|just|and|but|to|can you|could you) )*{_ASKING}\b")
+_PART = re.compile(rf",? *\b(?:and|but|then|or)\b(?= (?:then |also |please |now |just )*{_ASKING}\b)|,(?= *{_ASKING}\b)")
 _LISTED = re.compile(r"(?:^|\b(?:and|but)|,) (?:(?:also|more|very|a bit|really|all|it|be|make it) )*([a-z']+)(?= (?:and|but|,)| ?$)")
 
 
@@ -65,7 +67,7 @@ def unread_words(
             for match in _LISTED.finditer(sentence)
             if match.group(1) not in known and not absolute.search(match.group(1))
         ]
-    for clause in clauses(text):
+    for clause in (part for clause in clauses(text) for part in _PART.split(clause)):
         said = normalized(clause)
         read = any(edit.words in said for edit in edits) or absolute.search(said) or object_change(clause)
         if not read and _BEGINS.search(said) and (words := [word for word in said.split() if word not in known]):

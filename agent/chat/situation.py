@@ -160,7 +160,10 @@ def meant_objects(
     if not FEWEST_OBJECTS <= len(meant) <= MOST_OBJECTS:
         which = f" ({', '.join(meant)})" if meant else ""
         objects = "1 object" if len(meant) == 1 else f"{len(meant)} objects"
-        raise NotBuildable(f"{objects} would take part{which}; legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}")
+        legal = f"legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}"
+        if revision.kind == "edit" and revision.objects_how == "replace" and len(meant) == 1:
+            legal += f"; say 'add {text}', or 'replace ... with {text}', to keep the others"
+        raise NotBuildable(f"{objects} would take part{which}; {legal}")
     return meant
 
 
@@ -192,7 +195,8 @@ class _Choice:
         described = self._rather(text, self.before)
         goes = tuple(name for name in described if name in self.before)
         if not goes:
-            raise NotBuildable(f"{', '.join(described)} takes no part; taking part: {', '.join(self.before)}")
+            verb = "takes" if len(described) == 1 else "take"
+            raise NotBuildable(f"{', '.join(described)} {verb} no part; taking part: {', '.join(self.before)}")
         return goes
 
     def coming(self, text: str, goes: bool = False) -> tuple[str, ...]:
