@@ -232,13 +232,13 @@ class _Correction:
         if change is not None:  # what the exchange was said with ("for", "by") is not for the parser
             self.rest = relative_edits(normalized(change.rest))[1]
         parse = self._absolute(read)
+        if unread := unread_words(self.text, edits, parse, _FILLERS, _ABSOLUTE):
+            said = " and ".join(map(repr, unread))
+            return Revision(last, "refused", "edit", NOT_UNDERSTOOD.format(said), parse=parse)
         if parse is not None and parse.status == "refused":
             if not (edits or how) or REFUSALS["idle"] not in parse.message:
                 return Revision(last, "refused", "edit" if edits else "new", parse.message, parse=parse)
             parse = None
-        if unread := unread_words(self.text, edits, parse, _FILLERS, _ABSOLUTE):
-            said = " ".join(unread)
-            return Revision(last, "refused", "edit", NOT_UNDERSTOOD.format(said), parse=parse)
         editing = Editing(last, self.stands)
         if parse is not None:
             editing.absolute(parse)

@@ -158,6 +158,8 @@ def _of_clause(clause: str, edited: bool) -> ObjectChange | None:
         return ObjectChange(how, phrase(clause, comes), phrase(clause, out)) if out else ObjectChange("replace", phrase(clause, comes))
     left_out = [m for m in named if m.role == "left out"]
     meant = [m for m in named if m.role == "meant"]
+    if not meant and (_ADDING.search(clause) or _REMOVING.search(clause)):
+        meant = [m for m in named if m.role == "told" and m.known]  # "add the mug and we are done"
     if left_out and not meant:
         return _left_out(clause, left_out)
     if not meant:

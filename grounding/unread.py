@@ -15,7 +15,7 @@ from grounding.object_changes import clauses, named_in, object_change
 from grounding.parse import Parse
 from grounding.relative import Edit, normalized
 
-NOT_UNDERSTOOD = "{!r} was not understood, so nothing was changed; say the correction without it"
+NOT_UNDERSTOOD = "{} was not understood, so nothing was changed; say the correction without it"
 _NUMBER = r"(?:\d+(?: , \d+)?|a|an|one|two|three|four|five|six|seven|eight|nine|ten|twenty|half an?|a few|some|a couple of|several)"
 _UNIT = (
     r"(?:cm|mm|dm|centi ?met(?:er|re)s?|milli ?met(?:er|re)s?|met(?:er|re)s?|inch(?:es)?|feet|foot|ft|fingers?|hands?"
