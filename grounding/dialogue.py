@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 from grounding.editing import Editing, changed_slots
 from grounding.object_changes import EVERYTHING, ObjectChange, object_change
-from grounding.parse import REFUSALS, WHICH_SHAPE, Parse, Parser, Question
+from grounding.parse import REFUSALS, WHICH_SHAPE, Parse, Parser, Question, shortened
 from grounding.reading import turned
 from grounding.relative import Edit, normalized, relative_edits
-from grounding.replacements import PLACES
+from grounding.replacements import IMPOSSIBLE, PLACING
 from grounding.selection import mentioned
 from grounding.spec import StructureSpec
 from grounding.unread import NOT_UNDERSTOOD, unread_words
@@ -47,16 +47,6 @@ _STRONG_MARKERS = re.compile(
 _PRONOUNS = re.compile(r"\b(?:it|them|they)\b")
 _AGAIN = re.compile(r"\b(?:same|again)\b")
 _OTHER_OBJECTS = re.compile(r"\b(?:with|using|use|only|just)\b")
-# Verbs that are told of the structure; of some of its objects alone they cannot be carried out.
-_PLACING = re.compile(
-    r"\b(?:move|shift|slide|push|pull|turn|rotate|spin|swivel|twist|flip|nudge|scoot|drag|point)\b"
-    r"|\bthe other way (?:a)?round\b"
-)
-# "With the mug in the middle" places some of the objects.
-_PLACED = re.compile(
-    r"\bwith .+ (?:in the (?:middle|cent(?:er|re))|on top|outside|inside|at (?:the|each|both|either) (?:ends?|bottom|top)"
-    r"|first|last|next to|beside|between)\b(?! of the table)"
-)
 _BUILDING = re.compile(
     r"\b(?:make|build|form|create|put|construct|set|stack|pile|line up|arrange|lay|erect|draw|do"
     r"|give|want|need|place"
@@ -169,9 +159,12 @@ def revise(
     if viewpoint == "opposite":
         edits = [edit.seen_from_across() for edit in edits]
     named = mentioned(text)
-    change = object_change(text, bool(edits))
-    if change is not None and change.how == "places":
-        return Revision(last, "refused", "edit", PLACES)
+    change = object_change(text, bool(edits), last.shape)
+    if change is not None and change.how in IMPOSSIBLE:
+        whole = change.how != "places" and _BUILDING.search(sentence) and read(text).spec.shape is not None
+        if not whole and not (change.how == "which" and last.shape is None):
+            return Revision(last, "refused", "edit", IMPOSSIBLE[change.how].format(shortened(text)))
+        change = None
     corrects = change is not None and (change.how != "replace" or not _BUILDING.search(sentence))
     if not edits and not _MARKERS.search(sentence) and (named or change or _BUILDING.search(sentence)):
         parse = read(text)
@@ -272,11 +265,11 @@ class _Correction:
 
     def _speaks_of_objects(self, sentence: str) -> bool:
         """Whether objects are named only as those that the change is about: "move the cups a bit to the left"."""
-        if _STRONG_MARKERS.search(sentence) and not _PLACING.search(sentence) or _OTHER_OBJECTS.search(sentence):
-            return _PLACED.search(sentence) is not None and not _AGAIN.search(sentence)
+        if _STRONG_MARKERS.search(sentence) and not PLACING.search(sentence) or _OTHER_OBJECTS.search(sentence):
+            return False
         if self.change is not None and (self.change.text or "").startswith(EVERYTHING):
             return False
-        return bool(self.edits) or _PLACING.search(sentence) is not None
+        return bool(self.edits) or PLACING.search(sentence) is not None
 
     def _absolute(self, read: Read) -> Parse | None:
         """The parser's reading of what the relative parts leave over; `None` where nothing is left to read."""

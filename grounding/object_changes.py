@@ -14,7 +14,7 @@ from grounding.mentions import read_mentions
 from grounding.names import rivals
 from grounding.nouns import FORMS
 from grounding.phrases import ANY, Mention, Vocabulary
-from grounding.replacements import goes_and_comes, swapped_places
+from grounding.replacements import PLACING, goes_and_comes, impossible
 
 EVERYTHING = "everything"
 _VERBS = (
@@ -55,7 +55,7 @@ _ADDING = re.compile(
     r"|\b(?:put|bring|throw|take) in\b|\b(?:put|bring|throw|get|have|want) .+ in(?: it| there)?(?=,|$)"
 )
 _REMOVING = re.compile(
-    r"\b(?:remove|drop|lose|ditch|delete|exclude|omit|skip|kick out|throw out|get rid of|leave (?:out|off|aside)"
+    r"\b(?:remove|drop|lose|ditch|delete|exclude|omit|skip|kick out|throw out|get rid of|stop using|leave (?:out|off|aside)"
     r"|take (?:away|out|off)|(?:take|leave|kick|throw|keep|put|get|set) .+ (?:out|away|off|aside|back)(?: of (?:it|there|this))?)(?=,| |$)"
     r"|\b(?:out|can go|has to go|have to go|must go|should go|away)$"
     r"|\b(?:don't|do not|no longer) (?:want|need|like|use|include)\b"
@@ -79,6 +79,7 @@ _COMING_AND_GOING = frozenset(
     "not no don't do like need use except but and or please now just can you could i i'd would has to go must should "
     "then so ok okay again still actually sorry them from this".split()
 )
+_KEPT = re.compile(r"keep (?!.*\b(?:out|away|where|aside|only|just|off)\b)")  # "keep the mug": it takes part
 _ONLY = re.compile(r"\b(?:only|just|nothing but)\b")
 
 
@@ -88,8 +89,8 @@ class ObjectChange:
 
     Attributes:
         how: "replace" the objects, "add" to them, "remove" from them, "exchange" some of them for others, "swap" (as
-            "exchange", unless all take part already: then it asks for their places), "others" (those that take no
-            part so far) or "places" (exchange the places of single objects).
+            "exchange", unless all take part already: then it asks for their places) or "others" (those that take no
+            part so far). What cannot be done is a key of `grounding.replacements.IMPOSSIBLE`.
         text: the objects that come, or that are left; with "remove" those that go.
         out_text: with "exchange" and "swap" those that go.
         rest: the sentence without the clauses that speak of this change alone.
@@ -121,16 +122,18 @@ def phrase(clause: str, mentions: Sequence[Mention]) -> str:
     return " and ".join(dict.fromkeys(w if m.plural or _COUNTED.match(w) else f"the {w}" for w, m in words))
 
 
-def object_change(text: str, edited: bool = False) -> ObjectChange | None:
+def object_change(text: str, edited: bool = False, shape: str | None = None) -> ObjectChange | None:
     """What the sentence does to the objects; `None` where they stay as they are.
 
     Args:
         text: a correction, any string.
         edited: whether it changes a slot in relation to what is there; then "spread the cups out" changes no objects.
+        shape: of the structure that is corrected: a tower's bottom is an object's place, a line's is not.
     """
     parts = clauses(text)
-    if any(swapped_places(part, named_in(part)) for part in parts):
-        return ObjectChange("places")
+    for part in parts:
+        if reason := impossible(part, named_in(part), shape):
+            return ObjectChange(reason)
     found: ObjectChange | None = None
     rest = []
     for part in parts:
@@ -156,6 +159,8 @@ def _of_clause(clause: str, edited: bool) -> ObjectChange | None:
     if pair := goes_and_comes(clause, named):
         out, comes, how = pair
         return ObjectChange(how, phrase(clause, comes), phrase(clause, out)) if out else ObjectChange("replace", phrase(clause, comes))
+    if _KEPT.match(clause):
+        return ObjectChange("add", phrase(clause, named))
     left_out = [m for m in named if m.role == "left out"]
     meant = [m for m in named if m.role == "meant"]
     if not meant and (_ADDING.search(clause) or _REMOVING.search(clause)):
@@ -194,6 +199,8 @@ def _of_the_rest(clause: str, rest: re.Match[str]) -> ObjectChange | None:
         return None
     if re.search(r"\b(?:leave|keep|don't|do not|not|without)\b", clause):
         return None
+    if PLACING.search(clause):
+        return ObjectChange("apart")
     alone = re.search(r"\b(?:same|again|instead|only|just|now)\b", without) and not _ADDING.search(clause)
     return ObjectChange("others" if alone else "replace", None if alone else EVERYTHING, rest=without)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-_IT = r"(?:it|them|that|this|these|those|everything|(?:the|that) (?:\w+ )?\w+)"
+_IT = r"(?:it|them|all of (?:it|them)|that|this|these|those|everything|(?:the|that) (?:\w+ )?\w+)"
 _BIT = (
     r"(?:(?:just )?(?:a )?(?:(?:little|tiny|wee|small|good) )?(?:bit|touch|tad|little|smidgen"
     r"|notch|fraction|nudge|step)"
@@ -219,6 +219,7 @@ PATTERNS: list[tuple[re.Pattern[str], str, str, int | None]] = [
         ),
         # the other side
         (r"(?:the |its )?(?:other|opposite)(?:[ -]hand)? side", "side", "flip", 0),
+        (r"(?:switch|swap|change) (?:the )?sides", "side", "flip", 0),
         (r"(?:the |its )?(?:other|opposite) end", "end", "flip", 0),
         (r"(?:the |its )?(?:other|opposite) corner", "corner", "flip", 0),
         # along the table

@@ -3,17 +3,54 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from grounding.phrases import Mention
+from grounding.phrases import ANY, Mention
 
-PLACES = (
-    "the places of single objects cannot be exchanged yet, so nothing was changed; to have one object instead of "
-    "another, say 'replace the mug with the bowl'"
+# What cannot be done to objects -> what is said of it, after the words that ask for it.
+IMPOSSIBLE: Mapping[str, str] = {
+    "places": "{!r} asks for other places of single objects, and these cannot be exchanged yet; nothing was changed. To "
+    "have one object instead of another, say 'replace the mug with the bowl'",
+    "apart": "{!r} places single objects, and only the whole structure can be placed; nothing was changed. Say a shape, "
+    "a size, a position or a rotation of the structure, or which objects take part",
+    "which": "{!r} does not say which objects are meant; nothing was changed. Name them, as in 'add the mug', 'without "
+    "the mug' or 'replace the mug with the bowl'",
+}
+# Verbs that are told of the structure; of some of its objects alone they cannot be carried out.
+PLACING = re.compile(
+    r"\b(?:move|shift|slide|push|pull|turn|rotate|spin|swivel|twist|flip|nudge|scoot|drag|point)\b"
+    r"|\bthe other way (?:a)?round\b"
+)
+_NUMBER = r"(?:one|two|three|four|five|six|seven|eight|nine|ten|\d+)"
+_WHICH = re.compile(
+    rf"\b(?:fewer|less|more|some(?: more)?|a few(?: more)?|several|{_NUMBER}(?: more)?) "
+    r"(?:objects|things|items|of (?:them|these|those))\b(?! (?:like|that|which|you))"
+    rf"|\b(?:add|remove|drop|lose|include|take away|take out|use)(?: just| only)? (?:{_NUMBER}|some|another|a few)"
+    r"(?: more| less| fewer| of (?:them|these|those))?$"
+    r"|\b(?:remove|drop|clear|delete) (?:everything|all(?: of (?:them|it))?|them(?: all)?|it all)$|^none(?: of (?:them|these))?$"
+    r"|^(?:replace|exchange|substitute) (?:it|them|everything|all of them|this|that)$"
+)
+_LONE = re.compile(r"(?:please |can you |could you |now )*(?:replace|swap|switch|exchange|change|substitute)(?: out)?(?: the| my| a)?")
+# What follows an object that is to have a place of its own.
+_PLACE_OF_ITS_OWN = (
+    r"^(?: (?:goes?|comes?|should|must|be|is|are|to|as|the))* (?:first|last|on top|(?:on the )?(?:outside|inside)"
+    r"|at (?:the|one|either|each|both)(?: left| right| very)? (?:ends?|start|beginning))\b(?! of the (?:table|desk))"
+)
+_OWN_PLACE = re.compile(_PLACE_OF_ITS_OWN)
+_OWN_PLACE_IN_A_TOWER = re.compile(
+    _PLACE_OF_ITS_OWN + r"|^(?: (?:goes?|should|must|be|is|are))* (?:at the (?:bottom|top)|in the middle|in between)\b(?! of the (?:table|desk))"
+)
+_WITH_ONE_PLACED = re.compile(
+    r"\bwith .+ (?:in the (?:middle|cent(?:er|re))|next to|beside|between)\b(?! of the (?:table|desk))"
+)
+_AGAIN = re.compile(r"\b(?:same|again|instead)\b")
+_BEFORE_A_LANDMARK = re.compile(
+    r"\b(?:(?:closer|nearer|near|next|close|opposite)(?: to)?|(?:away|far|further) from"
+    r"|(?:left|right|in front|on top) of|behind|beside|above|below|around) the $"
 )
 _SWAPPING = r"(?:swap|switch|exchange|interchange|trade|transpose)"
 _PLACES = re.compile(
-    rf"\b(?:{_SWAPPING}|change|reverse)(?: (?:the|their|its|those|these|them|both))*(?: two)? (?:places?|positions?|spots?|seats?|order)\b"
+    rf"\b(?:{_SWAPPING}|change|reverse|flip|invert)(?: (?:the|their|its|those|these|them|both))*(?: two)? (?:places?|positions?|spots?|seats?|order)\b"
     rf"|\b{_SWAPPING}(?: (?:them|these|those|both|the two|these two|those two))(?: (?:of them|around|round|over|please))*$"
     rf"|\b{_SWAPPING}(?: \w+){{0,2}} (?:\d+|number \w+) (?:and|with) (?:\w+ ){{0,2}}\d+"
     rf"|\b{_SWAPPING}(?: the)? (?:first|second|third|fourth|last|left(?:most)?|right(?:most)?|middle)(?: \w+)? (?:and|with)\b"
@@ -34,15 +71,24 @@ _DENIED = re.compile(r"^(?:no ,? ?|sorry ,? ?|wait ,? ?|actually ,? ?)*not\b")
 _PRONOUNS = re.compile(r"^(?:it|them|these|those|that|this|everything|all of them)\b")
 
 
-def swapped_places(clause: str, named: Sequence[Mention]) -> bool:
-    """Whether the clause asks single objects to exchange their places."""
+def impossible(clause: str, named: Sequence[Mention], shape: str | None) -> str:
+    """Why the clause asks for something that cannot be done with objects, a key of `IMPOSSIBLE`; empty where not."""
     if _PLACES.search(clause):
-        return True
+        return "places"
+    if _WHICH.search(clause) and all(m.noun == ANY for m in named):
+        return "which"
+    if len(named) == 1 and not named[0].plural and _LONE.fullmatch(clause[: named[0].span[0]].strip()):
+        if not clause[named[0].span[1] :].strip(" ,"):
+            return "which"  # "replace the banana": with what?
     verb = _SWAP.search(clause)
-    if verb is None or not named:
-        return False
-    after = clause[verb.end() :]
-    return re.search(r"\b(?:for|with|by|to|into|against)\b", after) is None and re.search(r"\bout\b", after) is None
+    if verb and named and not re.search(r"\b(?:for|with|by|to|into|against|out)\b", clause[verb.end() :]):
+        return "places"
+    own = _OWN_PLACE_IN_A_TOWER if shape == "tower" else _OWN_PLACE
+    if any(own.search(clause[m.span[1] :]) or _BEFORE_A_LANDMARK.search(clause[: m.span[0]]) for m in named):
+        return "apart"
+    if named and _WITH_ONE_PLACED.search(clause) and not _AGAIN.search(clause):
+        return "apart"
+    return "apart" if named and re.search(r"\b(?:start|begin|end|finish) with\b", clause) else ""
 
 
 def goes_and_comes(clause: str, named: Sequence[Mention]) -> tuple[list[Mention], list[Mention], str] | None:

@@ -29,6 +29,8 @@ _ARRANGED = re.compile(
     r"|lean(?:ing)?|diagonal(?:ly)?|on (?:its|their) sides?|lying down|by (?:height|colou?r|weight|name|size)"
     r"|(?:in )?\w+ colou?rs?|(?:multi)?colou?red|(?:in )?(?:a |the )?(?:different|other|reverse[d]?|opposite|right|new|random|any) order"
     r"|from (?:the )?(?:small|short|big|larg|tall|low|high|light|dark|wid|thin|thick)\w* to (?:the )?\w+"
+    r"|(?:from )?(?:left to right|right to left|front to back|top to bottom|bottom to top)"
+    r"|vertical(?:ly)?|horizontal(?:ly)?|lengthwise|crosswise|sideways"
     r"|order of (?:size|height|colou?r)"
     rf"|(?:the )?{_SUPERLATIVE}(?: \w+)? (?:at|on|in|first|last|to|outside|inside)(?: the)?(?: \w+)?)\b"
 )
@@ -61,6 +63,7 @@ def unread_words(
     known |= {word for words in (parse.evidence.values() if parse else ()) for word in normalized(" ".join(words)).split()}
     found = [match.group() for match in (*_LENGTH.finditer(sentence), *_ARRANGED.finditer(sentence))]
     found += [match.group() for match in _COLOUR.finditer(sentence) if match.group() not in named]
+    found += [word for word in sentence.split() if word.isdecimal() and word not in known]
     if edits or parse is not None:
         found += [
             match.group(1)

@@ -17,7 +17,7 @@ from grounding.dialogue import Revision
 from grounding.names import read_name
 from grounding.object_changes import EVERYTHING
 from grounding.parse import OPEN, WHICH_SHAPE
-from grounding.replacements import PLACES
+from grounding.replacements import IMPOSSIBLE
 from grounding.selection import SelectionError, select_objects
 from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
 
@@ -144,7 +144,7 @@ def meant_objects(
         case "exchange" | "swap":
             goes, comes = choose.going(revision.objects_out_text), choose.coming(text, goes=True)
             if revision.objects_how == "swap" and set(comes) <= set(before):
-                raise NotBuildable(PLACES)
+                raise NotBuildable(IMPOSSIBLE["places"].format(f"swap {', '.join(goes)} with {', '.join(comes)}"))
             meant = (*(name for name in before if name not in goes or name in comes), *comes)
         case "others":
             meant = tuple(name for name in there if name not in before)
