@@ -83,6 +83,10 @@ def impossible(clause: str, named: Sequence[Mention], shape: str | None) -> str:
     verb = _SWAP.search(clause)
     if verb and named and not re.search(r"\b(?:for|with|by|to|into|against|out)\b", clause[verb.end() :]):
         return "places"
+    exchange = _WITH_VERB.search(clause)
+    if exchange and exchange["verb"] not in ("change", "turn", "switch") and exchange["link"] in ("for", "with", "by"):
+        if bool(_within(exchange, "one", named)) and not _within(exchange, "other", named):
+            return "which"  # "replace the cups with unicorns"
     own = _OWN_PLACE_IN_A_TOWER if shape == "tower" else _OWN_PLACE
     if any(own.search(clause[m.span[1] :]) or _BEFORE_A_LANDMARK.search(clause[: m.span[0]]) for m in named):
         return "apart"

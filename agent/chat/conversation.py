@@ -110,13 +110,14 @@ class Conversation:
             revision = replace(revision, spec=spec, status="ok", message="", question=None, parse=None)
             self._hear(revision.with_objects_of(None), objects)
             return True
+        self.question, self._asked = question, asked  # it stands where the answer cannot be carried out
         return False
 
     def answer_in_words(self, text: str) -> bool:
         """An answer that is none of the options: it completes what was said before the question; as `say`.
 
         The objects stay those of what was said before, unless the answer adds to them or changes them. The question
-        stands where the words say nothing; a whole instruction takes its place.
+        stands where the words say nothing, or what cannot be done; a whole instruction takes its place.
         """
         question, asked = self.question, self._asked
         if question is None or asked is None:
@@ -124,7 +125,10 @@ class Conversation:
         revision, objects = asked
         said = self._revised(revision.spec, text)
         if said.kind == "new" and mentioned(text):
-            return self.say(text)
+            done = self.say(text)
+            if not done and self.question is None:
+                self.question, self._asked = question, asked
+            return done
         if said.status in ("refused", "unchanged"):
             raise NotBuildable(f"{said.message}; {question.text}")
         spec = completed(said.spec, revision.spec)
@@ -138,6 +142,7 @@ class Conversation:
             heard = replace(revision, spec=spec, message=said.message, question=still_open)
             self._hear(heard.with_objects_of(said if said.kind == "edit" else None), objects)
             return self.question is None
+        self.question, self._asked = question, asked
         return False
 
     def _hear(self, revision: Revision, among: tuple[str, ...] | None = None) -> None:

@@ -20,6 +20,7 @@ EVERYTHING = " ".join(NAMES)
 LINE = (StructureSpec("line"), "mug bowl banana block", StructureSpec("line", "medium", "center", "middle", "north"))
 SHORT = StructureSpec("line", "small", "left")
 SHORT_LINE = (SHORT, LINE[1], StructureSpec("line", "small", "left", "middle", "north"))
+BLUE_AND_MUG = (StructureSpec("line"), "blue mug bowl", StructureSpec("line", "medium", "center", "middle", "south"))
 ALL_IN_LINE = (StructureSpec("line"), EVERYTHING, LINE[2])
 RING = (StructureSpec("circle"), "red green blue", StructureSpec("circle", "small", "left", "middle"))
 TOWER = (StructureSpec("tower"), "mug bowl block", StructureSpec("tower", None, "right", "top"))
@@ -153,6 +154,18 @@ def corrected(loaded, stands, text):
         (SETTING, "turn it to face left", {"rotation": "west"}, None),
         (TOWER, "move it to the other side of the table", {"x_position": "left"}, None),
         (RING, "spread them out a little", {"size": "medium"}, None),
+        # "the cup" is one that takes part, or one that does not yet
+        (LINE, "another cup", {}, "mug bowl banana block red"),
+        (BLUE_AND_MUG, "remove the cup", {}, "mug bowl"),
+        (BLUE_AND_MUG, "add a cup", {}, "blue mug bowl red"),
+        (BLUE_AND_MUG, "add two cups", {}, "blue mug bowl red green"),
+        (BLUE_AND_MUG, "replace the cup with the can", {}, "mug bowl can"),
+        (BLUE_AND_MUG, "turn the cup and the mug and the bowl clockwise", {"rotation": "west"}, None),
+        (LINE, "replace them with the cups", {}, "red green blue"),
+        (LINE, "stop using the banana", {}, "mug bowl block"),
+        (LINE, "in a circle, with the can instead of the banana", {"shape": "circle"}, "mug bowl block can"),
+        (LINE, "make everything bigger", {"size": "large"}, None),
+        (SHORT_LINE, "switch sides", {"x_position": "right"}, None),
     ],
 )  # fmt: skip
 def test_what_is_asked_for_then(loaded, stands, text, changes, objects):
@@ -219,6 +232,28 @@ def test_what_is_asked_for_then(loaded, stands, text, changes, objects):
         (LINE, "smaller and then wipe the table", "wipe"),
         (LINE, "further right and on its side", "side"),
         (LINE, "line them up from small to large", ""),
+        (LINE, "and the banana last", "single objects"),
+        (LINE, "start with the banana", "single objects"),
+        (ALL_IN_LINE, "with the cups in the middle", "single objects"),
+        (TOWER, "the mug and the bowl at the bottom", "single objects"),
+        (LINE, "move the others to the left", "single objects"),
+        (LINE, "closer to the banana", "single objects"),
+        (LINE, "away from the can", "single objects"),
+        (LINE, "add two more", "which objects"),
+        (LINE, "use only three objects", "which objects"),
+        (LINE, "remove one", "which objects"),
+        (LINE, "replace the banana", "which objects"),
+        (ALL_IN_LINE, "replace the cups with a surprise", "which objects"),
+        (LINE, "10% bigger", "10"),
+        (LINE, "left to right", "left to right"),
+        (LINE, "make it bigger and diagonal", "diagonal"),
+        (LINE, "turn it a bit to the left", "quarters"),
+        (LINE, "turn it clockwise twice", "half a turn"),
+        (ALL_IN_LINE, "use everything", "everything on the table takes part already"),
+        (ALL_IN_LINE, "and the rest", "everything on the table takes part already"),
+        (ALL_IN_LINE, "now the others", "no others"),
+        (LINE, "keep the mug", "takes part already"),
+        (LINE, "use the can", "'add the can'"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_done_is_said(loaded, stands, text, words):
