@@ -11,11 +11,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from grounding.editing import Editing, changed_slots
-from grounding.parse import REFUSALS, WHICH_SHAPE, Parse, Parser, Question
+from grounding.object_changes import EVERYTHING, ObjectChange, object_change
+from grounding.parse import REFUSALS, WHICH_SHAPE, Parse, Parser, Question, shortened
 from grounding.reading import turned
 from grounding.relative import Edit, normalized, relative_edits
+from grounding.replacements import IMPOSSIBLE, PLACING
 from grounding.selection import mentioned
 from grounding.spec import StructureSpec
+from grounding.unread import NOT_UNDERSTOOD, unread_words
 
 Read = Callable[[str], Parse]
 REVISION_STATUSES = ("ok", "ask", "refused", "unchanged")
@@ -29,7 +32,8 @@ _STRUCTURE = r"(?:structure|arrangement|whole thing|shape|formation|layout|thing
 _AS_SHAPE = rf"an? (?:\w+ ){{0,2}}{_SHAPE_WORDS}"
 # What makes a sentence a correction: it speaks of what is there already, or of a change.
 _MARKERS = re.compile(
-    r"\b(?:instead|same|again|rather|too|swap|replace|also|as well|now|it|them|they|its|this one|that one"
+    r"\b(?:instead|same|again|rather|too|swap|replace|exchange|substitute|switch|trade|also|as well|now|it|them|they"
+    r"|its|this one|that one"
     r"|keep|change|but|still|make that|make this"
     rf"|move|shift|slide|(?:as|into) {_AS_SHAPE}|the (?:\w+ )?{_STRUCTURE}|the {_SHAPE_WORDS})\b"
     r"|^(?:and|no|nope|not|or|actually|sorry|wait|hmm|hm|add|include|remove|drop|without|except"
@@ -37,20 +41,12 @@ _MARKERS = re.compile(
     r"|take out|use|only|just|with)\b"
 )
 _STRONG_MARKERS = re.compile(
-    r"\b(?:instead|same|(?:make|turn|change) (?:it|that|this|them)|this time|swap|replace|again|rather)\b"
+    r"\b(?:instead|same|(?:make|turn|change) (?:it|that|this|them)|this time|swap|replace"
+    r"|exchange|substitute|switch|trade|again|rather)\b"
 )
 _PRONOUNS = re.compile(r"\b(?:it|them|they)\b")
 _AGAIN = re.compile(r"\b(?:same|again)\b")
-_OTHER_OBJECTS = re.compile(r"\b(?:with|using|use|add|include)\b")
-_EVERYTHING = re.compile(r"\b(?:everything|all|anything)\b")
-_WHOLE_TABLE = re.compile(
-    r"\b(?:with|of|use|using|include|take) (?:everything|all (?:of )?(?:the )?(?:objects|things|items))\b"
-)
-_SWAPPING = re.compile(
-    r"\b(?:swap|replace|exchange|substitute)\b(?: \w+){1,6}? (?:for|with|by) (?P<these>.+)"
-)
-_ADDING = re.compile(r"\b(?:add|include|too|also|as well|plus|along with|together with)\b|^and\b")
-_REMOVING = re.compile(r"\b(?:remove|drop|take (?:away|out)|get rid of|lose)\b")
+_OTHER_OBJECTS = re.compile(r"\b(?:with|using|use|only|just)\b")
 _BUILDING = re.compile(
     r"\b(?:make|build|form|create|put|construct|set|stack|pile|line up|arrange|lay|erect|draw|do"
     r"|give|want|need|place"
@@ -97,8 +93,13 @@ class Revision:
         message: what has to be said to the speaker: why not, the question, what gave way; may be empty.
         changed: the slots in which `spec` differs from the last one.
         question: only with "ask".
-        objects_text: what `select_objects` should be asked; `None` where the objects stay the same.
-        objects_how: "replace" the objects, "add" to them or "remove" from them; empty where they stay.
+        objects_text: what `select_objects` should be asked; `None` where it need not be.
+        objects_how: "replace" the objects, "add" to them, "remove" from them, "exchange" some of them for others,
+            "swap" (the same, unless all of these take part already: that asks for their places) or take the
+            "others"; empty where they stay.
+        objects_out_text: what goes, where objects are exchanged.
+        objects_about: the objects that the change speaks of, where it changes none: all that take part, or it
+            cannot be built; empty where it speaks of none.
         parse: what the parser said of the absolute part; `None` where there was none.
     """
 
@@ -110,10 +111,30 @@ class Revision:
     question: Question | None = None
     objects_text: str | None = None
     objects_how: str = ""
+    objects_out_text: str = ""
+    objects_about: str = ""
     parse: Parse | None = None
 
+    def with_objects_of(self, other: Revision | None) -> Revision:
+        """The same with what another revision says of objects, or with nothing said of them."""
+        if other is None:
+            return replace(self, objects_text=None, objects_how="", objects_out_text="", objects_about="")
+        return replace(
+            self,
+            objects_text=other.objects_text,
+            objects_how=other.objects_how,
+            objects_out_text=other.objects_out_text,
+            objects_about=other.objects_about,
+        )
 
-def revise(last: StructureSpec, text: str, parser: Parser, viewpoint: str = "robot") -> Revision:
+
+def revise(
+    last: StructureSpec,
+    text: str,
+    parser: Parser,
+    viewpoint: str = "robot",
+    stands: StructureSpec | None = None,
+) -> Revision:
     """What the next sentence of a conversation asks for.
 
     Args:
@@ -122,6 +143,8 @@ def revise(last: StructureSpec, text: str, parser: Parser, viewpoint: str = "rob
         parser: reads new instructions and the absolute parts of corrections.
         viewpoint: one of `grounding.reading.VIEWPOINTS`: whose left and right `last` is, and the result. What
             is said of the robot ("closer to you") is turned into the words of somebody who sits across.
+        stands: what the arrangement that was shown realises, in the frame of `last`: "bigger" and "turn it" start
+            from it where nobody asked for a size or a heading. `None` where nothing was shown.
     """
 
     def read(said: str) -> Parse:
@@ -136,16 +159,25 @@ def revise(last: StructureSpec, text: str, parser: Parser, viewpoint: str = "rob
     if viewpoint == "opposite":
         edits = [edit.seen_from_across() for edit in edits]
     named = mentioned(text)
-    if not edits and not _MARKERS.search(sentence) and (named or _BUILDING.search(sentence)):
+    change = object_change(text, bool(edits), last.shape)
+    if change is not None and change.how in IMPOSSIBLE:
+        whole = change.how != "places" and _BUILDING.search(sentence) and read(text).spec.shape is not None
+        if not whole and not (change.how == "which" and last.shape is None):
+            return Revision(last, "refused", "edit", IMPOSSIBLE[change.how].format(shortened(text)))
+        change = None
+    corrects = change is not None and (change.how != "replace" or not _BUILDING.search(sentence))
+    if not edits and not _MARKERS.search(sentence) and (named or change or _BUILDING.search(sentence)):
         parse = read(text)
-        if named or parse.status != "ok" or parse.spec.shape is not None or last.shape is None:
+        if parse.spec.shape is not None or last.shape is None or not (corrects or parse.status == "ok"):
+            return _new(last, text, parse)
+        if named and not corrects:
             return _new(last, text, parse)
     elif named and not _STRONG_MARKERS.search(sentence) and not _PRONOUNS.search(sentence):
         parse = read(text)
         whole = parse.spec.shape is not None and not _speaks_of(sentence)
-        if whole or (not edits and parse.status == "ok" and _BUILDING.search(sentence)):
+        if whole or (not edits and parse.status == "ok" and _BUILDING.search(sentence) and not corrects):
             return _new(last, text, parse)
-    return _edited(last, text, edits, rest, named, read)
+    return _Correction(last, text, edits, rest, change, stands).revision(read)
 
 
 def _speaks_of(sentence: str) -> bool:
@@ -158,79 +190,100 @@ def _new(last: StructureSpec, text: str, parse: Parse) -> Revision:
         return Revision(last, "refused", "new", parse.message, parse=parse)
     changed = changed_slots(last, parse.spec)
     return Revision(
-        parse.spec, parse.status, "new", parse.message, changed, parse.question, text, "replace", parse
+        parse.spec, parse.status, "new", parse.message, changed, parse.question, text, "replace", parse=parse
     )
 
 
-def _edited(
-    last: StructureSpec, text: str, edits: list[Edit], rest: str, named: tuple[str, ...], read: Read
-) -> Revision:
-    objects_text, how = _objects(normalized(text), named, edits)
-    rest = _WHOLE_TABLE.sub("", rest).strip(" ,")
-    parse = None if _SWAPPING.search(normalized(text)) else _absolute(text, rest, edits, named, how, read)
-    if parse is not None and parse.status == "refused":
-        if not (edits or how) or REFUSALS["idle"] not in parse.message:
-            return Revision(last, "refused", "edit" if edits else "new", parse.message, parse=parse)
-        parse = None
-    editing = Editing(last)
-    if parse is not None:
-        editing.absolute(parse)
-    editing.relative(edits)
-    doubt = parse.question if parse is not None and not (edits or how) else None
-    question = editing.question or doubt
-    changed = changed_slots(last, editing.spec)
-    if question is not None:
+@dataclass
+class _Correction:
+    """A sentence that changes the last wish.
+
+    Attributes:
+        last: the wish.
+        text: the sentence.
+        edits: its relative changes.
+        rest: the normalized sentence without their words.
+        change: what it does to the objects.
+        stands: what the arrangement that was shown realises.
+    """
+
+    last: StructureSpec
+    text: str
+    edits: list[Edit]
+    rest: str
+    change: ObjectChange | None
+    stands: StructureSpec | None
+
+    def revision(self, read: Read) -> Revision:
+        """What the sentence makes of the wish."""
+        last, edits, sentence = self.last, self.edits, normalized(self.text)
+        about = ""
+        if self.change is not None and self.change.how == "replace" and self._speaks_of_objects(sentence):
+            about, self.change = self.change.text or "", None
+        change = self.change
+        how = change.how if change else ""
+        if change is not None:  # what the exchange was said with ("for", "by") is not for the parser
+            self.rest = relative_edits(normalized(change.rest))[1]
+        parse = self._absolute(read)
+        if unread := unread_words(self.text, edits, parse, _FILLERS, _ABSOLUTE):
+            said = " and ".join(map(repr, unread))
+            return Revision(last, "refused", "edit", NOT_UNDERSTOOD.format(said), parse=parse)
+        if parse is not None and parse.status == "refused":
+            if not (edits or how) or REFUSALS["idle"] not in parse.message:
+                return Revision(last, "refused", "edit" if edits else "new", parse.message, parse=parse)
+            parse = None
+        editing = Editing(last, self.stands)
+        if parse is not None:
+            editing.absolute(parse)
+        editing.relative(edits)
+        doubt = parse.question if parse is not None and not (edits or how) else None
+        question = editing.question or doubt
+        changed = changed_slots(last, editing.spec)
+        again = _AGAIN.search(self.rest) is not None
+        if question is None and not (edits or how or parse is not None or again):
+            parse = read(self.text)
+            if parse.status == "refused":
+                return Revision(last, "refused", "new", parse.message, parse=parse)
+            question = parse.question or WHICH_SHAPE
+            return Revision(last, "ask", "edit", question.text, (), question, parse=parse)
+        done = changed or how or (again and not editing.notes)
+        status = "ask" if question else "ok" if done else "unchanged"
+        message = question.text if question else "; ".join(editing.notes)
         return Revision(
-            editing.spec, "ask", "edit", question.text, changed, question, objects_text, how, parse
+            editing.spec,
+            status,
+            "edit",
+            message or ("" if status == "ok" else f"that is already so: {last}"),
+            changed,
+            question,
+            change.text if change else None,
+            how,
+            change.out_text if change else "",
+            about,
+            parse,
         )
-    if not (edits or how or parse is not None or _AGAIN.search(rest)):
-        parse = read(text)
-        if parse.status == "refused":
-            return Revision(last, "refused", "new", parse.message, parse=parse)
-        question = parse.question or WHICH_SHAPE
-        return Revision(last, "ask", "edit", question.text, (), question, parse=parse)
-    again = _AGAIN.search(rest) is not None
-    status = "ok" if changed or how or (again and not editing.notes) else "unchanged"
-    message = "; ".join(editing.notes) or ("" if status == "ok" else f"that is already so: {last}")
-    return Revision(editing.spec, status, "edit", message, changed, None, objects_text, how, parse)
 
+    def _speaks_of_objects(self, sentence: str) -> bool:
+        """Whether objects are named only as those that the change is about: "move the cups a bit to the left"."""
+        if _STRONG_MARKERS.search(sentence) and not PLACING.search(sentence) or _OTHER_OBJECTS.search(sentence):
+            return False
+        if self.change is not None and (self.change.text or "").startswith(EVERYTHING):
+            return False
+        return bool(self.edits) or PLACING.search(sentence) is not None
 
-def _objects(sentence: str, named: tuple[str, ...], edits: list[Edit]) -> tuple[str | None, str]:
-    """(what to select, how) where the objects change."""
-    if not named:
-        # "Put everything on the right" speaks of what takes part already.
-        return ("everything", "replace") if _WHOLE_TABLE.search(sentence) and not edits else (None, "")
-    if swapped := _SWAPPING.search(sentence):
-        return " and ".join(mentioned(swapped.group("these"))) or None, "replace"
-    without = [name for name in named if name.startswith(("not ", "everything but "))]
-    others = _STRONG_MARKERS.search(sentence) or _OTHER_OBJECTS.search(sentence)
-    if edits and not others and not without:
-        return None, ""  # "spread the cups out more" speaks of those that are there
-    if without and len(without) == len(named):
-        if named[0].startswith("everything but ") and _EVERYTHING.search(sentence):
-            return named[0], "replace"
-        return " and ".join(re.sub(r"^(?:not|everything but) ", "", name) for name in without), "remove"
-    said = " and ".join(name for name in named if name not in without)
-    said += "".join(f", but {name}" for name in without)
-    if _REMOVING.search(sentence):
-        return said, "remove"
-    return said, "add" if _ADDING.search(sentence) and not _STRONG_MARKERS.search(sentence) else "replace"
-
-
-def _absolute(
-    text: str, rest: str, edits: list[Edit], named: tuple[str, ...], how: str, read: Read
-) -> Parse | None:
-    """The parser's reading of what the relative parts leave over; `None` where nothing is left to read."""
-    telling = _ABSOLUTE.search(rest) is not None
-    if edits or how or _AGAIN.search(rest):
-        telling = (telling and not _FILLERS.issuperset(rest.split())) or _FRAGMENT.search(rest) is not None
-    if not telling:
-        return None
-    said = text if not (edits or _WHOLE_TABLE.search(text.lower())) else rest
-    parse = read(said)
-    retried = ("idle",) if named else ("idle", "relation")
-    if parse.status == "ask" or any(REFUSALS[reason] in parse.message for reason in retried):
-        # "facing me" alone is too little for a parser, and "it" may be one object to it.
-        whole = read(f"put them {_PREAMBLE.sub('', rest)}")
-        parse = whole if whole.status == "ok" else parse
-    return parse
+    def _absolute(self, read: Read) -> Parse | None:
+        """The parser's reading of what the relative parts leave over; `None` where nothing is left to read."""
+        rest, edits, how = self.rest.strip(" ,"), self.edits, self.change.how if self.change else ""
+        telling = _ABSOLUTE.search(rest) is not None
+        if edits or how or _AGAIN.search(rest):
+            telling = (telling and not _FILLERS.issuperset(rest.split())) or _FRAGMENT.search(rest) is not None
+        if not telling:
+            return None
+        apart = edits or (self.change is not None and (how != "replace" or self.change.text == EVERYTHING))
+        parse = read(rest if apart else self.text)
+        retried = ("idle",) if self.change else ("idle", "relation")
+        if parse.status == "ask" or any(REFUSALS[reason] in parse.message for reason in retried):
+            # "facing me" alone is too little for a parser, and "it" may be one object to it.
+            whole = read(f"put them {_PREAMBLE.sub('', rest)}")
+            parse = whole if whole.status == "ok" else parse
+        return parse

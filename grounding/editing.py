@@ -36,10 +36,16 @@ class Editing:
         spec: as it is now.
         notes: what has to be said about the changes.
         question: what has to be asked, the last one if there are several.
+
+    Args:
+        last: what was asked for.
+        stands: what the arrangement that was shown realises, as spoken: relative changes of what nobody asked for
+            start from it. `None` where nothing was shown.
     """
 
-    def __init__(self, last: StructureSpec) -> None:
+    def __init__(self, last: StructureSpec, stands: StructureSpec | None = None) -> None:
         self.spec = last
+        self._shape, self._stands = last.shape, stands
         self.notes: list[str] = []
         self.question: Question | None = None
 
@@ -64,15 +70,14 @@ class Editing:
             if edit.how == "keep":
                 self.notes.append(f"the {_SLOT_NAMES.get(edit.slot, edit.slot)} stays as it is")
             elif edit.how == "not":
-                if getattr(self.spec, edit.slot) == LEGAL_VALUES[edit.slot][edit.by or 0]:
-                    self._set(edit.slot, None)
+                self._not(edit)
             elif edit.slot == "position":
                 for slot in _SLOTS_OF_PLACE:
                     self._set(slot, None)
             elif edit.slot in ("side", "end", "corner"):
                 self._other(edit.slot)
             elif edit.slot == "elsewhere":
-                self._ask("x_position", "where", tuple(v for v in X_POSITIONS if v != self.spec.x_position))
+                self._ask("x_position", "where", tuple(v for v in X_POSITIONS if v != self._now("x_position")))
             elif edit.slot == "height":
                 self.notes.append("how high it gets follows from the objects")
             elif edit.slot == "center":
@@ -92,39 +97,72 @@ class Editing:
             return
         self.spec = replace(self.spec, **{slot: value})
 
+    def _now(self, slot: str) -> str | None:
+        """What the slot says, or else what was shown has."""
+        said = getattr(self.spec, slot)
+        if said is not None or self._stands is None:
+            return said
+        # The size of a circle says nothing about that of a line.
+        same = self.spec.shape == self._shape or slot in _SLOTS_OF_PLACE
+        return getattr(self._stands, slot) if same else None
+
+    def _unsaid(self, slot: str) -> bool:
+        """Whether what the slot is now was shown, not asked for."""
+        return getattr(self.spec, slot) is None and self._now(slot) is not None
+
+    def _change(self, slot: str, value: str) -> None:
+        """Sets a slot, and tells what was shown where nobody had asked for it."""
+        if self._unsaid(slot):
+            name, was, now = _SLOT_NAMES.get(slot, slot), _SAID[self._now(slot) or ""], _SAID[value]
+            self.notes.append(f"no {name} was asked for, and the proposal was {was}; now asked for: {now}")
+        self._set(slot, value)
+
+    def _not(self, edit: Edit) -> None:
+        """Leaves a value: where it was asked for, the slot is open; where it only was so, where else is asked."""
+        value = LEGAL_VALUES[edit.slot][edit.by or 0]
+        if getattr(self.spec, edit.slot) == value:
+            self._set(edit.slot, None)
+        elif self._now(edit.slot) == value:
+            others = tuple(v for v in LEGAL_VALUES[edit.slot] if v != value)
+            self._ask(edit.slot, f"it is {_SAID[value]} so far; where should it be", others)
+
     def _step(self, edit: Edit) -> None:
-        values, now = LEGAL_VALUES[edit.slot], getattr(self.spec, edit.slot)
+        values, now = LEGAL_VALUES[edit.slot], self._now(edit.slot)
         by = edit.by or 0
         last = values[-1] if by > 0 else values[0]
         if now == last:
             self.notes.append(f"it is already {_SAID[last]}, {_ENDS[last]}")
         elif now is None or edit.how == "most":
-            self._set(edit.slot, last)
+            self._change(edit.slot, last)
         else:
-            self._set(edit.slot, values[values.index(now) + by])
+            self._change(edit.slot, values[values.index(now) + by])
 
     def _turn(self, edit: Edit) -> None:
-        now = self.spec.rotation
-        if edit.by is None:
+        now = self._now("rotation")
+        quarters = 2 if edit.how == "flip" else edit.by
+        if quarters is None:
             self._ask("rotation", "it can be turned by quarters only; which way should it face", _CLOCKWISE)
-        elif edit.how == "turn" and edit.by % 4 == 0:
+        elif quarters % 4 == 0:
             self.notes.append("a full turn changes nothing")
+        elif now is not None and self.spec.shape == "line" and quarters % 2 == 0:
+            self.notes.append("a line looks the same after half a turn")
+        elif now is None and self.spec.shape == "circle" and self._stands is not None:
+            self._ask("rotation", "a full ring looks the same when it is turned; which way should it open", _CLOCKWISE)
         elif now is None:
-            self._ask(
-                "rotation", "it has faced no particular way so far; which way should it face", _CLOCKWISE
-            )
+            self._ask("rotation", "it has faced no particular way so far; which way should it face", _CLOCKWISE)
         else:
-            quarters = 2 if edit.how == "flip" else edit.by
             turned = _CLOCKWISE[(_CLOCKWISE.index(now) + quarters) % 4]
+            unsaid = self._unsaid("rotation")
             self._set("rotation", turned)
-            if edit.how == "turn":
+            if edit.how == "turn" or unsaid:
                 sense = "half a turn" if quarters % 4 == 2 else f"{'anti' if quarters < 0 else ''}clockwise"
-                self.notes.append(f"turned {sense}, seen from above: it faces {turned}")
+                before = f"; no rotation was asked for, and the proposal faced {now}" if unsaid else ""
+                self.notes.append(f"turned {sense}, seen from above: it faces {turned}{before}")
 
     def _other(self, kind: str) -> None:
         """To the other side (left and right), end (near and far, if known) or corner (both)."""
-        x, y = self.spec.x_position, self.spec.y_position
-        flips = [slot for slot in _SLOTS_OF_PLACE if getattr(self.spec, slot) in _OPPOSITE]
+        places = {slot: self._now(slot) for slot in _SLOTS_OF_PLACE}
+        flips = [slot for slot in _SLOTS_OF_PLACE if places[slot] in _OPPOSITE]
         if kind == "side":
             flips = [slot for slot in flips if slot == "x_position"]
         elif kind == "end" and len(flips) == 2:
@@ -134,20 +172,19 @@ class Editing:
         if not flips:
             slot = "y_position" if kind == "end" else "x_position"
             options = (Y_POSITIONS if kind == "end" else X_POSITIONS)[::2]
-            where = " and ".join(_SAID[value] for value in (x, y) if value) or "nowhere in particular"
+            where = " and ".join(_SAID[value] for value in places.values() if value) or "nowhere in particular"
             self._ask(slot, f"it is {where} so far; which {kind}", options)
         for slot in flips:
-            self._set(slot, _OPPOSITE[getattr(self.spec, slot)])
+            self._change(slot, _OPPOSITE[places[slot]])
 
     def _to_center(self) -> None:
-        if self.spec.x_position == "center" and self.spec.y_position in (None, "middle"):
+        x, y = self._now("x_position"), self._now("y_position")
+        if x == "center" and y in (None, "middle"):
             self.notes.append("it is already in the center")
-        elif self.spec.x_position == "center" or (
-            self.spec.x_position is None and self.spec.y_position is not None
-        ):
-            self._set("y_position", "middle")
+        elif x == "center" or (x is None and y is not None):
+            self._change("y_position", "middle")
         else:
-            self._set("x_position", "center")
+            self._change("x_position", "center")
 
     def _ask(self, slot: str, why: str, options: tuple[str, ...]) -> None:
         said = ", ".join(options[:-1]) + f" or {options[-1]}"

@@ -141,7 +141,10 @@ class _Reader:
             return True  # "a bit to the left" is no drill bit; the plural is
         if word in AMBIGUOUS:
             described = (
-                before in _BEFORE_NOUNS or before in TELLING_ADJECTIVES or (before in self.forms and before != "can")
+                before in _BEFORE_NOUNS
+                or before in TELLING_ADJECTIVES
+                or (before in self.forms and before != "can")
+                or after.isdecimal()  # "box 1"
             )
             listed = self.forms[word][0] in self.vocabulary.heads and (before in JOINTS or after in JOINTS)
             if not (described or listed) or (after.isalpha() and self.said.describes(place + 1)):

@@ -55,6 +55,8 @@ _CLOCKWISE = re.compile(r"\b(?P<anti>(?:anti|counter) ?)?clockwise\b|\bto the (?
 _HEADING = re.compile(
     r"\b(?:to|towards?|so|until|facing|faces?|around|round|about|other|opposite|left|right|away)\b"
 )
+_SLIGHTLY = re.compile(r"\b(?:a (?:little|tiny|small )?(?: ?bit|touch|tad|little|notch)|slightly|somewhat)\b")
+_TIMES = {"twice": 2, "two times": 2, "three times": 3}
 _VERBS_OF_TURNING = ("rotate", "spin", "twist", "swivel")
 _NEGATED = re.compile(r"(?:\b(?:don't|do not|never|not|no)(?: \w+){0,2}) $")
 
@@ -99,6 +101,8 @@ def _turn(sentence: str) -> tuple[int, Edit, int] | None:
         # "rotate it": by how much? "turn it to the left" is for the parser.
         alone = re.fullmatch(r"turn(?: it| them| this| that)?(?: please)?", words)
         vague = alone or (match.group("verb") in _VERBS_OF_TURNING and not _HEADING.search(words))
+        slightly = re.match(r"\w+ (?:it|them|this|that|the \w+) ", words) and _SLIGHTLY.search(words)
+        vague = vague or (slightly and sense is not None)
         return (match.start(), Edit("rotation", "turn", None, words), match.end()) if vague else None
     ends = [part.end() for part in (angle, sense) if part]
     angle = angle or earlier
@@ -112,8 +116,10 @@ def _turn(sentence: str) -> tuple[int, Edit, int] | None:
         quarters = 3
     anti = sense is not None and (sense.group("anti") is not None or sense.group("side") == "left")
     anti = anti or match.group("verb") in ("anticlockwise", "counterclockwise")
+    times = next((times for times in _TIMES if f" {times}" in f" {sentence[match.start() :]}"), "")
     if quarters is not None:
-        quarters = -quarters if anti else quarters
+        quarters *= (-1 if anti else 1) * _TIMES.get(times, 1)
+    ends += [match.start() + sentence[match.start() :].index(times) + len(times) - match.start()] if times else []
     end = match.start() + max([len(match.group("verb")), *ends])
     start = min(match.start(), earlier.start()) if earlier else match.start()
     return start, Edit("rotation", "turn", quarters, sentence[start:end]), end

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-_IT = r"(?:it|them|that|this|these|those|everything|(?:the|that) (?:\w+ )?\w+)"
+_IT = r"(?:it|them|all of (?:it|them)|that|this|these|those|everything|(?:the|that) (?:\w+ )?\w+)"
 _BIT = (
     r"(?:(?:just )?(?:a )?(?:(?:little|tiny|wee|small|good) )?(?:bit|touch|tad|little|smidgen"
     r"|notch|fraction|nudge|step)"
@@ -219,6 +219,7 @@ PATTERNS: list[tuple[re.Pattern[str], str, str, int | None]] = [
         ),
         # the other side
         (r"(?:the |its )?(?:other|opposite)(?:[ -]hand)? side", "side", "flip", 0),
+        (r"(?:switch|swap|change) (?:the )?sides", "side", "flip", 0),
         (r"(?:the |its )?(?:other|opposite) end", "end", "flip", 0),
         (r"(?:the |its )?(?:other|opposite) corner", "corner", "flip", 0),
         # along the table
@@ -241,13 +242,13 @@ PATTERNS: list[tuple[re.Pattern[str], str, str, int | None]] = [
         (rf"{_SOME} (?:over )?{_TO}{_LEFT}(?: edge| side)?", "x_position", "step", -1),
         (rf"{_SOME} (?:over )?{_TO}{_RIGHT}(?: edge| side)?", "x_position", "step", 1),
         (
-            rf"(?:shift|slide|scoot|nudge|move|push)(?: {_IT})? {_TO}{_LEFT} (?:by )?(?:{_BIT}|some)",
+            rf"(?:shift|slide|scoot|nudge|move|push)(?: {_IT})?(?: over)? {_TO}{_LEFT} (?:by )?(?:{_BIT}|some)",
             "x_position",
             "step",
             -1,
         ),
         (
-            rf"(?:shift|slide|scoot|nudge|move|push)(?: {_IT})? {_TO}{_RIGHT} (?:by )?(?:{_BIT}|some)",
+            rf"(?:shift|slide|scoot|nudge|move|push)(?: {_IT})?(?: over)? {_TO}{_RIGHT} (?:by )?(?:{_BIT}|some)",
             "x_position",
             "step",
             1,
@@ -278,7 +279,7 @@ PATTERNS: list[tuple[re.Pattern[str], str, str, int | None]] = [
         ),
         (rf"(?:{_MUCH} )(?:closer|nearer)(?: to {_ME}| here)?", "y_position", "most", 1),
         (
-            rf"(?:{_BIT} |even |still )?(?:closer|nearer)(?: to| towards?)?(?: {_ME})?(?! {_TO}(?:\w+))",
+            rf"(?:{_BIT} |even |still )?(?:closer|nearer)(?: to| towards?)?(?: {_ME})?(?! (?:to|towards?|together|on|at|in)\b)",
             "y_position",
             "step",
             1,

@@ -7,7 +7,7 @@ affair. A wish is kept as it was spoken, so that a correction can be heard in th
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -16,14 +16,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent import events, steps
-from agent.chat.situation import Proposal, Situation, answered, completed, meant_objects, with_a_shape
-from agent.errors import DONE, INTERRUPTED, NotBuildable, UsageError, exit_code_of, one_sentence
+from agent.arm.events import Planned
+from agent.chat.situation import (
+    Proposal,
+    Situation,
+    Taking,
+    UnclearObjectError,
+    answered,
+    completed,
+    meant_objects,
+    with_a_shape,
+)
+from agent.errors import DONE, INTERRUPTED, NotBuildable, PartlyDone, UsageError, exit_code_of, one_sentence
 from agent.loaded import Loaded
 from agent.pipeline import RunOptions, wished
 from agent.planning import worthwhile
 from grounding.dialogue import Revision, revise
-from grounding.parse import Question
-from grounding.selection import SelectionError, mentioned
+from grounding.parse import OBJECT, Question
+from grounding.selection import SelectionError, mentioned, select_objects
 from grounding.spec import StructureSpec
 
 if TYPE_CHECKING:
@@ -51,7 +61,10 @@ class Conversation:
     def __init__(self, options: RunOptions, loaded: Loaded, tell: Listener) -> None:
         self.options, self._loaded, self._tell = options, loaded, tell
         self.question: Question | None = None
-        self._asked: Revision | None = None
+        # What was said before a question, and who took part before it; `None` for those of the situation.
+        self._asked: tuple[Revision, Taking | None] | None = None
+        self._unclear = ""  # the words of an object that is asked about
+        self._resolved: dict[str, str] = {}  # such words -> the object that an answer said they mean
         self._past: list[Situation] = []
         self._future: list[Situation] = []
         self._step, self._busy = "parse", 0.0
@@ -82,63 +95,116 @@ class Conversation:
         """An instruction or a correction, up to a proposal or a question; whether there is a proposal."""
         self._busy = 0.0
         self.question = None
+        self._resolved = {}
         self._tell(events.Started(text, events.json_value(asdict(self.options))))
         with self._turn("parse"):
             last = self.situation.wish or StructureSpec()
-            revision = revise(last, text, self._loaded.reader(self.options.reading), self.options.reading.viewpoint)
+            revision = self._revised(last, text)
             if revision.status in ("refused", "unchanged"):
                 raise NotBuildable(revision.message)
             self._hear(with_a_shape(revision, last))
             return self.question is None
         return False
 
+    def _revised(self, last: StructureSpec, text: str) -> Revision:
+        reading = self.options.reading
+        return revise(last, text, self._loaded.reader(reading), reading.viewpoint, self.situation.stands)
+
     def answer(self, value: str | None) -> bool:
         """The answer to the question: one of the slot's values, `None` to leave it open; as `say`."""
-        question, revision = self.question, self._asked
-        if question is None or revision is None:
+        question, asked = self.question, self._asked
+        if question is None or asked is None:
             raise UsageError("nothing was asked")
         self.question = None
+        revision, objects = asked
         with self._turn("parse"):
+            if question.slot == OBJECT:
+                self._resolved[self._unclear] = value or question.options[0]
+                self._hear(revision, objects)
+                return self.question is None
             spec = answered(revision.spec, question.slot, value)
             # The parser's guesses have become facts, and what it thought of them is of no interest any more.
-            self._hear(replace(revision, spec=spec, status="ok", message="", question=None, parse=None))
+            revision = replace(revision, spec=spec, status="ok", message="", question=None, parse=None)
+            self._hear(revision.with_objects_of(None), objects)
             return True
+        self.question, self._asked = question, asked  # it stands where the answer cannot be carried out
         return False
 
     def answer_in_words(self, text: str) -> bool:
         """An answer that is none of the options: it completes what was said before the question; as `say`.
 
-        Words that name objects are an instruction of their own. The question stands where the words say nothing.
+        The objects stay those of what was said before, unless the answer adds to them or changes them. The question
+        stands where the words say nothing, or what cannot be done; a whole instruction takes its place.
         """
         question, asked = self.question, self._asked
-        if question is None or asked is None or mentioned(text):
+        if question is None or asked is None:
             return self.say(text)
-        said = revise(asked.spec, text, self._loaded.reader(self.options.reading), self.options.reading.viewpoint)
+        if question.slot == OBJECT and (name := self._described(text, question.options)):
+            return self.answer(name)
+        revision, objects = asked
+        said = self._revised(revision.spec, text)
+        if said.kind == "new" and mentioned(text):
+            done = self.say(text)
+            if not done and self.question is None:
+                self.question, self._asked = question, asked
+            return done
         if said.status in ("refused", "unchanged"):
             raise NotBuildable(f"{said.message}; {question.text}")
+        spec = completed(said.spec, revision.spec)
+        unanswered = question.slot == "shape" and spec.shape is None
+        if unanswered or (said.kind == "edit" and said.objects_how and not said.changed):
+            still_open: Question | None = question
+        else:
+            still_open = said.question
         self.question = None
         with self._turn("parse"):
-            spec = completed(said.spec, asked.spec)
-            still_open = question if question.slot == "shape" and spec.shape is None else said.question
-            self._hear(replace(asked, spec=spec, message=said.message, question=still_open))
+            heard = replace(revision, spec=spec, message=said.message, question=still_open)
+            self._hear(heard.with_objects_of(said if said.kind == "edit" else None), objects)
             return self.question is None
+        self.question, self._asked = question, asked
         return False
 
-    def _hear(self, revision: Revision) -> None:
+    def _described(self, text: str, names: Sequence[str]) -> str | None:
+        """The only one of these objects that the words describe; `None` where there is no such one."""
+        referents = dict(zip(self.table.names, self.table.referents, strict=True))
+        try:
+            found = select_objects(text, [referents[name] for name in names], self._loaded.encoder)
+        except SelectionError:
+            return None
+        return names[found.indices[0]] if len(found.indices) == 1 else None
+
+    def _ask(self, question: Question, revision: Revision, among: Taking | None) -> None:
+        self.question, self._asked = question, (revision, among)
+        self._tell(events.Asked(question.slot, question.text, question.options))
+
+    def _hear(self, revision: Revision, among: Taking | None = None) -> None:
+        """Takes over what was said.
+
+        Args:
+            revision: it.
+            among: who takes part before what it says of objects; by default those of the situation.
+        """
         began, parse, loaded = time.perf_counter(), revision.parse, self._loaded
+        before = self.situation
+        if among is not None:
+            before = replace(before, wish=revision.spec, objects=among.names, missing=among.missing)
         try:  # before anything is asked
-            objects = meant_objects(revision, self.table, self.situation, loaded.encoder)
+            taking = meant_objects(revision, self.table, before, loaded.encoder, self._resolved)
+        except UnclearObjectError as doubt:
+            self._unclear = doubt.phrase
+            self._ask(Question(OBJECT, str(doubt), doubt.names), revision, among)
+            return
         except SelectionError as error:
             raise NotBuildable("; ".join(filter(None, (str(error), self.source.hint)))) from error
         if revision.question is not None:
-            self.question, self._asked = revision.question, revision
-            question = revision.question
-            self._tell(events.Asked(question.slot, question.text, question.options))
+            self._ask(revision.question, revision, taking)
             return
-        if revision.message:
-            self._tell(events.Noted(revision.message))
+        for note in filter(None, (revision.message, *taking.notes)):
+            self._tell(events.Noted(note))
         reading = self.options.reading
-        situation = Situation(revision.spec, objects, self.table.poses(), viewpoint=reading.viewpoint)
+        situation = Situation(
+            revision.spec, taking.names, self.table.poses(), viewpoint=reading.viewpoint, missing=taking.missing
+        )
         self._tell(
             events.Parsed(
                 situation.spec,
@@ -146,7 +212,7 @@ class Conversation:
                 parse.evidence if parse else {},
                 parse.parser if parse else "",
                 parse.dropped if parse else {},
-                objects,
+                taking.names,
                 reading.viewpoint,
                 parse.prompt_sha256 if parse else None,
                 loaded.reader(reading).fallback,
@@ -164,6 +230,9 @@ class Conversation:
             self._tell(events.Noted("the arm emptied its hand and folded"))
             situation = replace(situation, poses=self.table.poses())
         self.table.involve(situation.objects)
+        self.table.missing = situation.missing
+        if shortfall := steps.shortfall(self.table):
+            self._tell(events.Noted(f"{shortfall[0]} take part; {shortfall[1]}"))
         scene = self.table.look()
         self._tell(steps.perceived(scene, time.perf_counter() - began, self.table))
         self._step = "imagination"
@@ -173,7 +242,7 @@ class Conversation:
         imagined = steps.imagine(planner, options.model, scene, goal, options.seed, self._tell)
         self._tell(imagined)
         proposal = Proposal(situation.spec, scene, imagined, len(worthwhile(imagined.arrangements)))
-        self._remember(replace(situation, proposal=proposal))
+        self._remember(replace(situation, proposal=proposal, shown=proposal))
         self._tell(proposal.chosen)
 
     def choose(self, rank: int) -> None:
@@ -186,7 +255,7 @@ class Conversation:
         if not 1 <= rank <= len(proposal.imagined.arrangements):
             raise UsageError(f"there is no candidate {rank}; legal: 1 to {len(proposal.imagined.arrangements)}")
         proposal = replace(proposal, rank=rank)
-        self.situation = replace(self.situation, proposal=proposal)
+        self.situation = replace(self.situation, proposal=proposal, shown=proposal)
         self._tell(proposal.chosen)
 
     def again(self) -> bool:
@@ -238,6 +307,8 @@ class Conversation:
                     building = steps.release(self.table, proposal.spec, arrangements[0])
                 for _ in steps.each_of(building, self._watched):
                     pass
+                if shortfall := steps.shortfall(self.table):
+                    raise PartlyDone(f"{shortfall[0]} stand as asked; {shortfall[1]}")
                 built = True
         finally:
             self.situation = replace(self.situation, poses=self.table.poses(), proposal=None)
@@ -246,6 +317,8 @@ class Conversation:
         return built
 
     def _watched(self, event: events.Event) -> Iterator[events.Event]:
+        if isinstance(event, Planned) and self.situation.shown is not None:  # it need not be the one that was chosen
+            self.situation = replace(self.situation, shown=replace(self.situation.shown, rank=event.arrangement + 1))
         if isinstance(event, events.Pictured) and event.name == steps.LAST_PICTURE:
             self._step = "check"
         self._tell(event)

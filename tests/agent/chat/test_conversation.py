@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from agent import events
-from agent.arm.events import Picked, Placed, Stopped
+from agent.arm.events import Picked, Placed, Planned, Stopped
 from agent.errors import INTERRUPTED, NOT_BUILDABLE, NotBuildable, UsageError
 from agent.events import kind_of
 from grounding.spec import StructureSpec
@@ -76,12 +76,54 @@ def test_a_refusal_says_why_and_changes_nothing(conversation, heard, text, words
     assert conversation.situation is before
 
 
+def test_objects_are_exchanged_and_come_and_go(conversation):
+    conversation.say("put the cups in a line")
+    before = conversation.situation
+    assert not conversation.say("swap cup 1 and cup 3") and conversation.situation is before
+    assert conversation.say("replace cup 1 with the orange")
+    assert conversation.situation.objects == ("cup 2", "cup 3", "orange")
+    assert not conversation.say("without cup 1")
+    assert conversation.say("the rest too")
+    assert set(conversation.situation.objects) == set(conversation.table.names)
+    assert not conversation.say("use everything")
+    assert conversation.say("everything except the boxes")
+    assert set(conversation.situation.objects) == {*CUPS, "orange"}
+    assert conversation.situation.wish == StructureSpec("line")
+
+
+def test_what_was_proposed_is_turned_and_moved(conversation, heard):
+    clockwise = {"north": "east", "east": "south", "south": "west", "west": "north"}
+    conversation.say("put the cups in a line")
+    was = conversation.situation.proposal.realised
+    assert conversation.say("turn it clockwise")
+    assert conversation.situation.wish == StructureSpec("line", rotation=clockwise[was.rotation])
+    assert f"the proposal faced {was.rotation}" in of(heard, events.Noted)[-1].message
+    assert conversation.situation.proposal.realised.rotation in ("north", "east")
+    assert conversation.situation.proposal.realised.rotation != was.rotation
+    conversation.choose(2)
+    was = conversation.situation.proposal.realised
+    conversation.drop()
+    conversation.say({"small": "bigger", "medium": "bigger", "large": "smaller"}[was.size])
+    assert conversation.situation.wish.size == {"small": "medium", "medium": "large", "large": "medium"}[was.size]
+
+
+def test_what_was_built_is_turned_across_the_table_too(conversation, heard):
+    conversation.speak_from("opposite")
+    conversation.say("put the cups in a small circle on the left")
+    assert conversation.go(), of(heard, events.Failed)
+    assert conversation.situation.stands.x_position == "left"
+    (planned,) = of(heard, Planned)
+    assert conversation.situation.shown.rank == planned.arrangement + 1
+    assert not conversation.say("turn it clockwise")
+    assert "a full ring looks the same" in conversation.question.text
+
+
 def test_a_question_is_answered_or_left_open(conversation, heard):
     assert not conversation.say("make something nice with the cups")
     assert kinds(heard) == ["started", "asked"] and conversation.question.slot == "shape"
     assert conversation.answer("line")
     assert conversation.question is None and conversation.situation.wish == StructureSpec("line")
-    assert not conversation.say("the other side")
+    assert not conversation.say("move it somewhere else")
     assert conversation.question.slot == "x_position"
     assert conversation.answer("right")
     assert conversation.situation.wish == StructureSpec("line", x_position="right")
@@ -105,6 +147,29 @@ def test_words_can_answer_and_the_objects_stay(conversation, heard):
     assert conversation.answer_in_words("in a circle, please")
     assert conversation.situation.wish == StructureSpec("circle", x_position="left")
     assert conversation.situation.objects == CUPS
+
+
+def test_words_can_answer_and_change_the_objects(conversation):
+    conversation.say("make something nice with the cups")
+    assert not conversation.answer_in_words("with the orange too")
+    assert conversation.question.slot == "shape"
+    assert not conversation.answer_in_words("without box 1")  # it takes no part, and the question stands
+    assert conversation.question.slot == "shape"
+    assert not conversation.answer_in_words("put the bananas in a row") and conversation.question.slot == "shape"
+    assert not conversation.answer_in_words("replace cup 1 with box 1")
+    assert conversation.answer_in_words("in a line on the left")
+    assert conversation.situation.wish == StructureSpec("line", x_position="left")
+    assert conversation.situation.objects == ("cup 2", "cup 3", "orange", "box 1")
+
+
+def test_a_number_can_answer_after_the_objects_changed(conversation):
+    conversation.say("put the cups in a line")
+    assert not conversation.say("rotate it by 45 degrees")
+    assert not conversation.answer_in_words("and the orange too")
+    assert conversation.question.slot == "rotation"
+    assert conversation.answer("east")
+    assert conversation.situation.wish == StructureSpec("line", rotation="east")
+    assert conversation.situation.objects == (*CUPS, "orange")
 
 
 def test_an_answer_that_names_objects_is_an_instruction(conversation):
