@@ -172,6 +172,7 @@ WORDINGS: Mapping[str, str] = {
         how many( are)?<PLACED>
         how many( of)? <THE><THING>( (are|do|can|have|is)( (there|you|we|i|on the table|got|here))*( <SEE>)?)?<PLACED>
         how many <THE><THING> there are<PLACED>
+        what number of <THING> (are|do|have) (there|we|you)( (dealing with|have|got))*
         (how many have (you|we) got of|count|(what is )?the number of) <THE><THING><PLACED>
     """,
     "color": r"""

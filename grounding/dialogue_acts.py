@@ -80,6 +80,10 @@ _ASKING = re.compile(
     r"|remind me)|tell me|do you (?:happen to )?know|i (?:just )?(?:want|would like|need) to know|i wonder"
     r"|i was wondering|may i ask|can i ask(?: you)?|let me know|remind me)\b[,: ]*"
 )
+_QUESTION = re.compile(
+    r"(?:who|whose|where|when|why|which|how|what(?! an? )|is|are|was|were|do|does|did|can|could|will|would|have|has)"
+    r"(?:'s|'re)?\b"
+)
 
 
 def acts_of(text: str) -> tuple[Act, ...]:
@@ -103,6 +107,12 @@ def acts_of(text: str) -> tuple[Act, ...]:
 def bare(text: str) -> str:
     """A line in lower case, without punctuation and the polite words about it: "Ok, stop it, please!" -> "stop it"."""
     return _peeled(" ".join(re.sub(r"[^\w\s',/-]", " ", text.lower().replace("’", "'")).split()))
+
+
+def is_question(text: str) -> bool:
+    """Whether a line has the form of a question; many instructions have it too ("can you stack the cans?")."""
+    said = bare(text)
+    return text.rstrip().endswith("?") or _QUESTION.match(_ASKING.sub("", said, count=1)) is not None
 
 
 def _peeled(said: str) -> str:
