@@ -12,7 +12,7 @@ import numpy as np
 from agent import events
 from agent.chat.greeting import Suggestion, invitation
 from agent.chat.situation import Build, Situation
-from agent.chat.table_facts import Fact, facts_of, inventory, listed, meant_by, place_in_words, the, unjudged
+from agent.chat.table_facts import Fact, coordinates, facts_of, inventory, listed, meant_by, place_in_words, the, unjudged
 from agent.telling import aligned, number, shortcoming
 from grounding.dialogue_act_wordings import SUPERLATIVES
 from grounding.dialogue_acts import Act
@@ -289,9 +289,8 @@ def _next(act: Act, known: Knowledge) -> str:
     about = {fact.name for fact in known.meant(act.about)} if act.kind == "next" and act.about else set()
     for goal in situation.proposal.chosen.goals:
         if not about or goal["name"] in about:
-            x, y = goal["position"][:2]
-            place = place_in_words((x, y), known.seen.table, situation.viewpoint)
-            lines.append(f"  {the(goal['name'])} goes {place}: x {x:.2f} m, y {y:.2f} m")
+            place = place_in_words(goal["position"], known.seen.table, situation.viewpoint)
+            lines.append(f"  {the(goal['name'])} goes {place}: {coordinates(goal['position'])}")
     return "\n".join((*lines, f"Nothing moves until you agree: {_DECIDE}."))
 
 

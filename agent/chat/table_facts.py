@@ -58,7 +58,7 @@ class Fact:
     def where(self) -> str:
         """Where it is, in words and numbers."""
         on = f"on {the(self.on)}, " if self.on else ""
-        return f"{on}{self.place}: x {self.position[0]:.2f} m, y {self.position[1]:.2f} m"
+        return f"{on}{self.place}: {coordinates(self.position)}"
 
 
 def the(name: str) -> str:
@@ -143,6 +143,12 @@ def place_in_words(position: Sequence[float], table: Sequence[float], viewpoint:
     if (across, deep) == ("center", "halfway back"):
         return "in the middle of the table"
     return f"{'in' if across == 'center' else 'on'} the {across}, {deep}"
+
+
+def coordinates(position: Sequence[float]) -> str:
+    """ "x 0.32 m, y -0.21 m"; nothing is at "-0.00"."""
+    x, y = (round(float(value), 2) + 0.0 for value in position[:2])
+    return f"x {x:.2f} m, y {y:.2f} m"
 
 
 def inventory(facts: Sequence[Fact]) -> str:
