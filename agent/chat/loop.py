@@ -70,7 +70,7 @@ class Chat:
                 self._stop_asking()
                 continue
             try:
-                if line is None or not self._take(" ".join(line.split())):
+                if line is None or not self.take(" ".join(line.split())):
                     return
             except KeyboardInterrupt:
                 if not self._lines.typed:  # nobody is there who could say how to go on
@@ -107,8 +107,8 @@ class Chat:
             return f"1-{len(self._talk.question.options)}> "
         return "build it? [y/n] > " if self._talk.situation.proposal is not None else "> "
 
-    def _take(self, line: str) -> bool:
-        """Has one line done; whether the chat goes on."""
+    def take(self, line: str) -> bool:
+        """Has one line done, whose words have single spaces between them; whether the chat goes on."""
         if not line:
             return True
         found = command_of(line)
