@@ -1,7 +1,8 @@
 """How people greet, thank and ask: one wording a line, as a regular expression that has to fit a whole clause.
 
-A name in angle brackets stands for an entry of `PARTS`. Groups are not captured, but for `<THING>` (the noun phrase that is asked
-about) and `<VALUE:...>` (what is asked about it). Clauses come in lower case, their contractions written out ("what is").
+A name in angle brackets stands for an entry of `PARTS`. Groups are not captured, but for `<THING>` (the noun phrase
+that is asked about) and `<VALUE:...>` (what is asked about it). Clauses come in lower case, with their contractions
+written out ("what is"). A backslash at the end of a line joins it with the next one.
 """
 
 from __future__ import annotations
@@ -23,14 +24,16 @@ SUPERLATIVES: Mapping[str, tuple[str, bool]] = {
 # Words that are in no noun phrase of an object: what holds one of them asks for something else.
 NO_THING = frozenset(
     "to put make build place way ways chance possibility reason problem point room space idea difference time minute "
-    "question questions doubt plan name opinion stack line arrange form create set lay move pile add swap take let give "
-    "get do does did can could will would should may might must shall if that which who what when than because while you "
+    "question questions doubt plan name opinion stack line arrange form create set lay move pile add swap take let "
+    "give get do does did can could will would should may might must shall if that which who what when than because "
+    "while you "
     "i me we us he she your my mine yours need use good better possible bit more less instead and or but not so too as "
     "like into next between behind beside under over about be been being go going nothing something anyone somebody "
     "anybody else again".split()
 )
 PARTS: Mapping[str, str] = {
-    "ADDRESS": "(robot|mr robot|agent|structagent|arm|computer|mate|man|buddy|friend|partner|dear|you|there|everyone|all)",
+    "ADDRESS": "(robot|mr robot|agent|structagent|arm|computer|mate|man|buddy|friend|partner|dear|you|there|everyone"
+    "|all)",
     "THING": r"(?P<about>[\w'-]+( [\w'-]+){0,4}?)",
     "THE": r"((a|an|any|some|the|that|this|another|all|all the|your|also|still) )*",
     "OBJECTS": "(objects?|things?|items?|stuff)",
@@ -40,10 +43,10 @@ PARTS: Mapping[str, str] = {
     "SUPERLATIVE": f"<VALUE:{'|'.join(SUPERLATIVES)}>",
     "OF_ALL": "( (one|of (all|them|these|those|the lot|the bunch)|to you|from you|from here|to me|from me|away))*",
     "COLOR": f"({'|'.join(COLORS)})",
-    "CHOOSE": "(choose|chose|chosen|pick|picked|prefer|preferred|select|selected|propose|proposed|suggest|suggested|take"
-    "|took|want|decide|decided)( for| on)?",
-    "THAT": "(that|this|it|the)( (one|arrangement|candidate|order|place|way|spot|position|choice|option|proposal|goal|best"
-    "|first|second|third))*",
+    "CHOOSE": "(choose|chose|chosen|pick|picked|prefer|preferred|select|selected|propose|proposed|suggest|suggested"
+    "|take|took|want|decide|decided)( for| on)?",
+    "THAT": "(that|this|it|the)( (one|arrangement|candidate|order|place|way|spot|position|choice|option|proposal|goal"
+    "|best|first|second|third))*",
     "LATELY": "( (so far|just|just now|now|there|last|until now|here|today|before|(with|to) (it|them|that)))*",
     "SAY": "(do|say|type|write|enter|ask|tell you|ask you|ask for|ask you for|try|build|make|start with|use)",
     "BUILT": "(do|done|build|built|make|made|move|moved|change|changed)",
@@ -51,9 +54,9 @@ PARTS: Mapping[str, str] = {
     "( (hi|hello|again|world|to you|<ADDRESS>))*",
     "THANKS": "(many )?(thanks|thank you|thankyou|thx|ty|cheers|ta|much appreciated)( (a lot|a million|again|so much"
     "|very much|for (that|this|it|everything|(the|your) help)|<ADDRESS>))*",
-    "PRAISE": "((that|this|it) (is|was|looks) |you are |looks |how |i am )?((so|very|really|pretty|just|quite) )*(nice|great"
-    "|good|lovely|cool|perfect|wonderful|awesome|excellent|beautiful|brilliant|amazing|fantastic|neat|impressive|impressed"
-    "|super|wow)( (job|work|one|stuff))?|well done|i (like|love) (it|that|this)",
+    "PRAISE": "((that|this|it) (is|was|looks) |you are |looks |how |i am )?((so|very|really|pretty|just|quite) )*(nice"
+    "|great|good|lovely|cool|perfect|wonderful|awesome|excellent|beautiful|brilliant|amazing|fantastic|neat|impressive"
+    "|impressed|super|wow)( (job|work|one|stuff))?|well done|i (like|love) (it|that|this)",
 }
 
 WORDINGS: Mapping[str, str] = {
@@ -73,20 +76,24 @@ WORDINGS: Mapping[str, str] = {
     "identity": r"""
         (who|what) are you
         (what is your name|do you have a name)
-        are you (a |an )?(real |actual )*(robot|ai|human|bot|person|machine|computer|llm|chat ?bot|language model|real|alive)
+        are you (a |an )?(real |actual )*(robot|ai|human|bot|person|machine|computer|llm|chat ?bot|language model\
+            |real|alive)
         who (made|built|created|wrote|programmed) you
         what is (this|structagent|this program|this thing)
         what am i looking at
     """,
     "abilities": r"""
-        what( (all|else|exactly))*( (sorts?|kinds?|types?) of)?( (<OBJECTS>|structures?|shapes?|arrangements?|commands?))? (can|could) you( all)? (do|build|make|understand|form|arrange|help( me)? with)
+        what( (all|else|exactly))*( (sorts?|kinds?|types?) of)?( (<OBJECTS>|structures?|shapes?|arrangements?\
+            |commands?))? (can|could) you( all)? (do|build|make|understand|form|arrange|help( me)? with)
         what( exactly)? are you( actually)? (able to (do|build|make)|capable of|good (at|for)|for)
         what you (can (do|build|make)|are able to do)
         what( else)? (can|could|should|do|may|must|shall|might) i <SAY>
         what (i|we) (can|could|should) <SAY>
-        how (do|can|should|does|would)( i| one| we)? (start|begin|use (this|you|it)|talk to you|get started|control you|work with (you|this|it))
+        how (do|can|should|does|would)( i| one| we)? (start|begin|use (this|you|it)|talk to you|get started\
+            |control you|work with (you|this|it))
         where (do|should|can) i (start|begin)
-        (what|which) (shapes|structures|commands|arrangements|options|formations|patterns) (are (there|possible|available)|do you (know|have|understand|support|offer)|can i (use|build|have|ask for))
+        (what|which) (shapes|structures|commands|arrangements|options|formations|patterns) (are (there|possible\
+            |available)|do you (know|have|understand|support|offer)|can i (use|build|have|ask for))
         what are (my|the|your) (options|choices|possibilities|commands|abilities|capabilities|skills)
         i (do not|don't|dont) know what to (say|type|do|ask|write|build)
         i have no idea( what to \w+)?
@@ -101,19 +108,23 @@ WORDINGS: Mapping[str, str] = {
         what is there to do
     """,
     "working": r"""
-        how does (this|that|it|all( of)? this|everything|the (robot|arm|program)|this thing|structagent)( all)?( actually| really)? work
+        how does (this|that|it|all( of)? this|everything|the (robot|arm|program)|this thing\
+            |structagent)( all)?( actually| really)? work
         how (this|it|that|all this|everything|you)( all)? works?
         how do you( actually| really)? (work|do (it|this|that)|see|choose|understand( me)?)
-        how do you( actually| really)? (decide|know|choose)( what| where)?( (it|they|things|everything|the objects|an object|each object|to) (goes?|go|stands?|put (it|them|things)))?
+        how do you( actually| really)? (decide|know|choose)( what| where)?( (it|they|things|everything|the objects\
+            |an object|each object|to) (goes?|go|stands?|put (it|them|things)))?
         explain how (it|this|you) works?
         explain (yourself|this)
     """,
     "objects": r"""
-        (what|which)( all| else| kinds? of)*( <OBJECTS>)? ((do|can|could) you <SEE>|have you( got)?|(is|are)( there| lying| standing)*|there (is|are)|lies|stands?|you (can )?<SEE>|can i use|i can use)<PLACED>
+        (what|which)( all| else| kinds? of)*( <OBJECTS>)? ((do|can|could) you <SEE>|have you( got)?|(is|are)( there\
+            | lying| standing)*|there (is|are)|lies|stands?|you (can )?<SEE>|can i use|i can use)<PLACED>
         what are( all)? (the|these|those|all the) <OBJECTS>( called)?<PLACED>
         what (is )?on (the|your|this) table( is)?
         what does (the|your) (table|scene) look like
-        (list|name|describe|show( me)?)( (all|every|the|of|your|these|those|that))* (<OBJECTS>|everything|table|scene|inventory)<PLACED>
+        (list|name|describe|show( me)?)( (all|every|the|of|your|these|those|that))* (<OBJECTS>|everything|table\
+            |scene|inventory)<PLACED>
         (list|describe|show me)( all)? what (is (there|here|on the table)|you (can )?see|there is)<PLACED>
         (do|can) you see (anything|something|the table|the objects)<PLACED>
         (have a )?look( at the table| around)?
@@ -121,7 +132,8 @@ WORDINGS: Mapping[str, str] = {
         <OBJECTS>
     """,
     "next": r"""
-        what (are|will|would|do) you( (going to|gonna|want to|plan to|intend to|about to))? (do|build|make|move|propose|suggest|try)( (now|next|then|first|with (them|it|that)))*
+        what (are|will|would|do) you( (going to|gonna|want to|plan to|intend to|about to))? (do|build|make|move\
+            |propose|suggest|try)( (now|next|then|first|with (them|it|that)))*
         what is (the|your)( current)? (plan|proposal|suggestion|idea|intention|next step|goal)
         what (is|comes|happens) next
         what happens( (now|next|then))*( (if|when) i (say|type|press|answer) (yes|y|no|n))?
@@ -134,7 +146,8 @@ WORDINGS: Mapping[str, str] = {
     "done": r"""
         what (did|have) you( (just|already|actually))* <BUILT><LATELY>
         what( just| has)? happened<LATELY>
-        (did|does|has) (it|that|this|you) (work|worked|succeed|succeeded|finish|finished|manage|managed|fail|failed|stand)( it| that)?
+        (did|does|has) (it|that|this|you) (work|worked|succeed|succeeded|finish|finished|manage|managed|fail|failed\
+            |stand)( it| that)?
         (are you (done|finished)|have you (finished|done it))
         is (it|that|this) (done|finished|ready|built|standing)
         (what was that|what went wrong)
@@ -144,7 +157,8 @@ WORDINGS: Mapping[str, str] = {
         how did (it|that) go
     """,
     "wish": r"""
-        what (did|have) i( (just|actually))* (ask|asked|say|said|want|wanted|tell you|order)( you)?( for| to do)?( again| last| before)*
+        what (did|have) i( (just|actually))* (ask|asked|say|said|want|wanted|tell you|order)( you)?( for\
+            | to do)?( again| last| before)*
         what (is|was) (my|the) (last |current |latest )?(wish|request|instruction|order)
         what do i want
         where (are we|were we|do we stand)
@@ -170,7 +184,8 @@ WORDINGS: Mapping[str, str] = {
     """,
     "count": r"""
         how many( are)?<PLACED>
-        how many( of)? <THE><THING>( (are|do|can|have|is)( (there|you|we|i|on the table|got|here))*( <SEE>)?)?<PLACED>
+        how many( of)? <THE><THING>( (are|do|can|have|is)( (there|you|we|i|on the table|got\
+            |here))*( <SEE>)?)?<PLACED>
         how many <THE><THING> there are<PLACED>
         what number of <THING> (are|do|have) (there|we|you)( (dealing with|have|got))*
         (how many have (you|we) got of|count|(what is )?the number of) <THE><THING><PLACED>
@@ -187,7 +202,8 @@ WORDINGS: Mapping[str, str] = {
         what( kind of thing)? is <THE>(?P<about>(object|number|thing) \d+)
     """,
     "where": r"""
-        where (is|are|was|were|do you see|can you see|stands?|lies?) <THE><THING>( (now|standing|lying|located|gone|at|placed))*
+        where (is|are|was|were|do you see|can you see|stands?|lies?) <THE><THING>( (now|standing|lying|located|gone\
+            |at|placed))*
         where (did|have) you (put|see|find|leave|left|found|seen) <THE><THING>
         where <THE><THING> (is|are|stands?|lies?)( (now|standing|lying))*
         (what is )?the (position|place|location) of <THE><THING>

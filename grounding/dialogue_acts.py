@@ -41,7 +41,8 @@ def _compiled(wording: str) -> re.Pattern[str]:
 
 
 def _wordings(kind: str) -> list[re.Pattern[str]]:
-    return [_compiled(line.strip()) for line in WORDINGS[kind].splitlines() if line.strip()]
+    lines = re.sub(r"\\\n\s*", "", WORDINGS[kind]).splitlines()
+    return [_compiled(line.strip()) for line in lines if line.strip()]
 
 
 _PATTERNS = [(kind, pattern) for kind in KINDS for pattern in _wordings(kind)]

@@ -66,15 +66,19 @@ _SAYINGS = {
     "/again": "again; try again; once more",
     "/help": "help; help me; ?",
     "/quit": "quit; exit; bye; bye bye; goodbye; good bye; see you; see you later",
-    "/stop": "stop; stop it; stop that; stop this; stop stop; halt; abort; abort it; cancel; cancel it; cancel that; cancel this",
-    "/clear": "clear; clear it; clear that; forget it; forget that; forget about it; forget about that; scrap that; scrap it",
-    "/continue": "continue; go on; carry on; keep going; proceed; resume; go on with it; continue with it; continue building;"
-    "keep building; carry on building; finish it; finish that",
-    "/reset": "reset; reset it; reset everything; reset the table; reset all; start over; start again; start anew; start afresh;"
-    "start from scratch; start from the beginning; begin again; restart; back to the start; back to the beginning",
-    "/back": "put it back; put that back; put this back; put them back; put these back; put things back; put the things back;"
-    "put the objects back; put all the objects back; put everything back; put it all back; put all of it back; put them all back;"
-    "put all of them back; put all back; move it back; move them back; move everything back",
+    "/stop": "stop; stop it; stop that; stop this; stop stop; halt; abort; abort it; cancel; cancel it; cancel that; "
+    "cancel this",
+    "/clear": "clear; clear it; clear that; forget it; forget that; forget about it; forget about that; scrap that; "
+    "scrap it",
+    "/continue": "continue; go on; carry on; keep going; proceed; resume; go on with it; continue with it; "
+    "continue building; keep building; carry on building; finish it; finish that",
+    "/reset": "reset; reset it; reset everything; reset the table; reset all; start over; start again; start anew; "
+    "start afresh; start from scratch; start from the beginning; begin again; restart; back to the start; "
+    "back to the beginning",
+    "/back": "put it back; put that back; put this back; put them back; put these back; put things back; "
+    "put the things back; put the objects back; put all the objects back; put everything back; put it all back; "
+    "put all of it back; put them all back; put all of them back; put all back; move it back; move them back; "
+    "move everything back",
 }
 _WHERE_IT_WAS = re.compile(
     r" (?:to )?(?:(?:where|how|the way|as|like) (?:it|they|that|this|everything|things|all) (?:was|were|stood|had been"

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent import events, steps
-from agent.chat.answers import Knowledge, answer, unanswerable
+from agent.chat.answers import answer, unanswerable
 from agent.chat.greeting import Suggestion, suggestion
+from agent.chat.knowledge import Knowledge
 from agent.chat.situation import Build, Proposal, Situation, answered, completed, meant_objects, with_a_shape
 from agent.errors import DONE, INTERRUPTED, NotBuildable, UsageError, exit_code_of, one_sentence
 from agent.loaded import Loaded

@@ -62,8 +62,8 @@ def suggestion(table: TableScene, scene: Scene) -> Suggestion | None:
     """An instruction that suits the table as it stands; `None` where there is none.
 
     Three or more objects of a noun go into a circle or a line, two onto each other; where no noun is shared, everything
-    takes part. Checked is that the words mean these objects, that the hand can grasp each of them, that nothing stands on
-    them, and that there is a place for the structure which the others leave free.
+    takes part. It is checked that the words mean these objects, that the hand can grasp each of them, that nothing
+    stands on them, and that the others leave a place for the structure.
 
     Args:
         table: the objects, with their true or completed bodies.
@@ -132,7 +132,9 @@ def _fits(table: TableScene, spec: StructureSpec, objects: tuple[str, ...]) -> b
     models = dict(zip(table.names, table.models, strict=True))
     items = [layout_item(models[name], yaw_of(poses[name])) for name in objects]
     others = [
-        turned(models[name].footprint, yaw_of(pose)) + pose[:2, 3] for name, pose in poses.items() if name not in objects
+        turned(models[name].footprint, yaw_of(pose)) + pose[:2, 3]
+        for name, pose in poses.items()
+        if name not in objects
     ]
     rng = np.random.default_rng(0)
     for _ in range(_DRAWS):

@@ -1,7 +1,7 @@
 """How soon the chat reacts to a line, and proposes: `python -m agent.chat.latency [--runs N] [--scene SCENE] [--json]`.
 
-An instruction and corrections of it, one after another, after one that warms up. "reaction" is the time from Enter until
-words are shown, "proposal" until the ranked arrangements are; a terminal's own time is not in it.
+An instruction and corrections of it, one after another, after one that warms up. "reaction" is the time from Enter
+until words are shown, "proposal" until the ranked arrangements are; a terminal's own time is not in it.
 """
 
 from __future__ import annotations
@@ -72,11 +72,13 @@ def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Re
             proposed.append(time.perf_counter())
 
     reactions, proposals = [], []
-    with Conversation(RunOptions(scene, model=model), Loaded(), tell) as conversation, tempfile.TemporaryDirectory() as out:
+    options, folder = RunOptions(scene, model=model), tempfile.TemporaryDirectory()
+    with folder as out, Conversation(options, Loaded(), tell) as conversation:
         example = conversation.example()
         if example is None:
             raise NotBuildable(f"nothing can be built of what stands on the table of {scene!r}")
-        chat = Chat(conversation, screen, PlainLines(io.StringIO(), screen_file.write), tell, Path(out) / "session.jsonl")
+        lines = PlainLines(io.StringIO(), screen_file.write)
+        chat = Chat(conversation, screen, lines, tell, Path(out) / "session.jsonl")
         said = [example.text, *(_CORRECTIONS[run % len(_CORRECTIONS)] for run in range(runs))]
         for line in said:
             screen_file.first = None

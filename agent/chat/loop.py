@@ -295,8 +295,8 @@ class Chat:
         for line in aligned(help_lines()).splitlines():
             self._screen.note(line)
         self._screen.note(
-            "Anything else is an instruction, a correction of the last one, or a question: put the cups in a small circle "
-            "on the left; bigger; now a line; the other side; what do you see; where is the orange; undo"
+            "Anything else is an instruction, a correction of the last one, or a question: put the cups in a small "
+            "circle on the left; bigger; now a line; the other side; what do you see; where is the orange; undo"
         )
         self._screen.note("Ctrl-C stops what is going on; Alt-Enter begins another line; Ctrl-D ends")
 

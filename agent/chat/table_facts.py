@@ -154,16 +154,23 @@ def coordinates(position: Sequence[float]) -> str:
 def inventory(facts: Sequence[Fact]) -> str:
     """What is there, counted: "3 cups, 2 boxes and an orange"."""
     nouns = [fact.noun for fact in facts]
-    counted = [
-        f"{nouns.count(noun)} {plural(noun)}" if nouns.count(noun) > 1 else f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
-        for noun in dict.fromkeys(nouns)
-    ]
-    return listed(counted) or "nothing"
+    return listed([_counted(noun, nouns.count(noun)) for noun in dict.fromkeys(nouns)]) or "nothing"
+
+
+def _counted(noun: str, count: int) -> str:
+    if count > 1:
+        return f"{count} {plural(noun)}"
+    return f"{'an' if noun[:1] in 'aeiou' else 'a'} {noun}"
 
 
 def listed(words: Sequence[str]) -> str:
     """ "cup 1, cup 2 and cup 3"."""
     return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
+
+
+def capitalized(text: str) -> str:
+    """The sentence with its first letter in upper case, the others as they are."""
+    return text[:1].upper() + text[1:]
 
 
 def _words(called: str) -> list[str]:

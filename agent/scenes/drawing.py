@@ -34,7 +34,8 @@ def assortment(library: Sequence[ObjectModel], rng: np.random.Generator, turn: i
     """
     pool = eligible(library, "circle")
     number = Counter(model.category for model in pool)
-    several = sorted((noun for noun, count in number.items() if count >= _SEVERAL), key=lambda noun: (-number[noun], noun))
+    frequent = [noun for noun, count in number.items() if count >= _SEVERAL]
+    several = sorted(frequent, key=lambda noun: (-number[noun], noun))
     if len(several) < 2:
         return draw_scene(library, StructureSpec("line"), rng, distractors=1)
     first = several[turn % len(several)]

@@ -100,7 +100,8 @@ class Terminal:
     def type(self, line: str) -> None:
         """Types a line, and Enter when it is shown: from then on no prompt waits until the next one is there."""
         self._child.send(line)
-        self._wait(lambda: re.match(rf"{PROMPT.pattern} {re.escape(line)}", self._line()) is not None, f"the echo of {line!r}")
+        echo = re.compile(rf"{PROMPT.pattern} {re.escape(line)}")
+        self._wait(lambda: echo.match(self._line()) is not None, f"the echo of {line!r}")
         self._child.send("\r")
 
     def _wait(self, shown: Callable[[], bool], what: str) -> None:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from agent import events
-from agent.chat.answers import Knowledge, answer
+from agent.chat.answers import answer
+from agent.chat.knowledge import Knowledge
 from agent.chat.situation import Situation
 from agent.chat.table_facts import facts_of, meant_by, place_in_words
 from grounding.dialogue_acts import acts_of
