@@ -30,7 +30,7 @@ from agent.cli_options import (
 from agent.errors import DEFECT, UsageError
 from agent.streams import import_pybullet_silently, results_stream
 
-_WELCOME = "Say what to build, as “put the cups in a small circle on the left”. /help lists what else there is."
+_AT_ONCE = "Setting the table ..."
 
 
 def chat(
@@ -75,7 +75,7 @@ def chat(
     sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop
     with results_stream() as results:
         console = Console(file=results)
-        console.print(_WELCOME, style="dim", highlight=False)  # before what follows is imported, which takes seconds
+        console.print(_AT_ONCE, style="dim", highlight=False)  # before what follows is imported, which takes seconds
         import_pybullet_silently()
         from agent.chat.session import talk
         from agent.pipeline import RunOptions

@@ -98,11 +98,20 @@ class Commanded(_Told):
 
 
 @dataclass(frozen=True)
+class Answered(_Told):
+    """In a conversation: a question or a greeting, and what the agent says to it, in lines of plain text."""
+
+    question: str
+    answer: str
+
+
+@dataclass(frozen=True)
 class Restored(_Told):
-    """In a conversation: the wish and the table are as they were before ("undo") or after ("redo") a turn.
+    """In a conversation: the wish and the table are as they were at another time.
 
     Attributes:
-        how: "undo" or "redo".
+        how: "undo": before the last turn; "redo": after the turn that was undone; "reset": at the start; "put back":
+            the table as it was before the last build, with the same wish.
         spec: the wish that holds now, `None` before the first.
         objects: the names of those that took part.
         moved: the names of the objects that were put back.

@@ -37,7 +37,7 @@ from agent.redaction import without_credentials
 from agent.session_file import SessionWriter
 
 SCHEMA_VERSION = 2
-_REMARKS = ("asked", "noted", "commanded", "restored")
+_REMARKS = ("asked", "noted", "commanded", "restored", "answered")
 
 
 class RunRecord:

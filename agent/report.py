@@ -55,7 +55,7 @@ class TerminalReport:
                 self._chosen(told)
             case "checked":
                 self._checked(told)
-            case "asked" | "noted" | "commanded" | "restored":
+            case "asked" | "noted" | "commanded" | "restored" | "answered":
                 self._line(remark_sentence(told))
             case "failed" | "pictured" | "filmed" | "previewed":
                 return  # the command ends with the message; pictures are for the page, previews for who shows them

@@ -125,13 +125,15 @@ def parse_notes(told: Mapping[str, Any]) -> list[str]:
 
 
 def remark_sentence(told: Mapping[str, Any]) -> str:
-    """One sentence for what is said between the steps: an event "asked", "noted", "commanded" or "restored"."""
+    """One sentence for what is said between the steps: an event "asked", "noted", "commanded", "restored" or "answered"."""
     match told["kind"]:
         case "asked":
             options = ", ".join(f"{number}) {option}" for number, option in enumerate(told["options"], start=1))
             return f"{told['question']} {options}".rstrip()
         case "commanded":
             return f"> {told['line']}"
+        case "answered":
+            return f"> {told['question']}: {' '.join(told['answer'].split())}"
         case "restored":
             back = ", ".join(told["moved"])
             return f"{told['how']}: " + (f"put back {back}" if back else "nothing had to be put back")

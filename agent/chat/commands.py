@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
 from agent.errors import UsageError
+from grounding.dialogue_acts import bare
 from grounding.parse import shortened
 from grounding.reading import VIEWPOINTS
 
@@ -41,6 +43,11 @@ COMMANDS = (
     Command("/plan", "", "in which order the arm would build it, and with which grasps; nothing moves"),
     Command("/go", "", "build it"),
     Command("/again", "", "imagine anew, from the next seed"),
+    Command("/continue", "", "build what is proposed, or propose again what was stopped"),
+    Command("/stop", "", "drop the proposal or the question; Ctrl-C stops the arm"),
+    Command("/clear", "", "drop the wish; the table stays"),
+    Command("/back", "", "put everything back to where it stood before the last build"),
+    Command("/reset", "", "the table as at the start, and no wish"),
     Command("/undo", "", "the wish and the table as they were before"),
     Command("/redo", "", "take an undo back"),
     Command("/parser", "[NAME]", f"who reads: {' or '.join(PARSERS)}", PARSERS),
@@ -52,21 +59,46 @@ COMMANDS = (
     Command("/help", "", "this"),
     Command("/quit", "", "end; so does Ctrl-D"),
 )
-# What people say instead.
-SPOKEN = {
-    "undo": "/undo",
-    "undo that": "/undo",
-    "take that back": "/undo",
-    "redo": "/redo",
-    "again": "/again",
-    "try again": "/again",
-    "help": "/help",
-    "?": "/help",
-    "quit": "/quit",
-    "exit": "/quit",
-    "bye": "/quit",
-    "goodbye": "/quit",
+# What people say instead, as `bare` leaves it.
+_SAYINGS = {
+    "/undo": "undo; undo that; undo it; undo the last one; take that back; take it back",
+    "/redo": "redo; redo that; redo it",
+    "/again": "again; try again; once more",
+    "/help": "help; help me; ?",
+    "/quit": "quit; exit; bye; bye bye; goodbye; good bye; see you; see you later",
+    "/stop": "stop; stop it; stop that; stop this; stop stop; halt; abort; abort it; cancel; cancel it; cancel that; "
+    "cancel this",
+    "/clear": "clear; clear it; clear that; forget it; forget that; forget about it; forget about that; scrap that; "
+    "scrap it",
+    "/continue": "continue; go on; carry on; keep going; proceed; resume; go on with it; continue with it; "
+    "continue building; keep building; carry on building; finish it; finish that",
+    "/reset": "reset; reset it; reset everything; reset the table; reset all; start over; start again; start anew; "
+    "start afresh; start from scratch; start from the beginning; begin again; restart; back to the start; "
+    "back to the beginning",
+    "/back": "put it back; put that back; put this back; put them back; put these back; put things back; "
+    "put the things back; put the objects back; put all the objects back; put everything back; put it all back; "
+    "put all of it back; put them all back; put all of them back; put all back; move it back; move them back; "
+    "move everything back",
 }
+_WHERE_IT_WAS = re.compile(
+    r" (?:to )?(?:(?:where|how|the way|as|like) (?:it|they|that|this|everything|things|all) (?:was|were|stood|had been"
+    r"|came from|used to be|belongs?)(?: before| at first| in the beginning)?|before|like before|as before|again)$"
+)
+_REQUEST = re.compile(
+    r"^(?:no |nope )?(?:(?:can|could|would|will) (?:you|we) |let us |let's |i want to |i would like to |i'd like to "
+    r"|you can |you should )?(?:please )?(?:just )?"
+)
+SPOKEN = {said.strip(): name for name, sayings in _SAYINGS.items() for said in sayings.split(";")}
+
+
+def _spoken(line: str) -> str | None:
+    """The command that a line in words is; `None` where it says anything else besides."""
+    said = " ".join(bare(line).replace(",", " ").split()) or line.strip()
+    for shorter in (said, _REQUEST.sub("", said)):
+        for wording in (shorter, _WHERE_IT_WAS.sub("", shorter)):
+            if wording in SPOKEN and (wording == shorter or SPOKEN[wording] == "/back"):
+                return SPOKEN[wording]
+    return None
 
 
 def command_of(line: str) -> tuple[Command, str] | None:
@@ -75,7 +107,8 @@ def command_of(line: str) -> tuple[Command, str] | None:
     Raises:
         UsageError: when there is no such command, and for a value where none may follow, or none where one must.
     """
-    line = SPOKEN.get(line.strip().rstrip(".!").lower(), line.strip())
+    line = line.strip()
+    line = line if line.startswith("/") else _spoken(line) or line
     if not line.startswith("/"):
         return None
     name, _, rest = line.partition(" ")

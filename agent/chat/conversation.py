@@ -17,7 +17,11 @@ import numpy as np
 
 from agent import events, steps
 from agent.arm.events import Planned
+from agent.chat.answers import answer, unanswerable
+from agent.chat.greeting import Suggestion, suggestion
+from agent.chat.knowledge import Knowledge
 from agent.chat.situation import (
+    Build,
     Proposal,
     Situation,
     Taking,
@@ -32,7 +36,8 @@ from agent.loaded import Loaded
 from agent.pipeline import RunOptions, wished
 from agent.planning import worthwhile
 from grounding.dialogue import Revision, revise
-from grounding.parse import OBJECT, Question
+from grounding.dialogue_acts import Act
+from grounding.parse import OBJECT, REFUSALS, Question
 from grounding.selection import SelectionError, mentioned, select_objects
 from grounding.spec import StructureSpec
 
@@ -67,9 +72,9 @@ class Conversation:
         self._resolved: dict[str, str] = {}  # such words -> the object that an answer said they mean
         self._past: list[Situation] = []
         self._future: list[Situation] = []
-        self._step, self._busy = "parse", 0.0
+        self._step, self._busy, self._trouble = "parse", 0.0, ""
         self.source, self.table = self._set_out(options)
-        self.situation = self._fresh()
+        self._start = self.situation = self._fresh()
 
     def __enter__(self) -> Conversation:
         return self
@@ -202,9 +207,10 @@ class Conversation:
         for note in filter(None, (revision.message, *taking.notes)):
             self._tell(events.Noted(note))
         reading = self.options.reading
-        situation = Situation(
-            revision.spec, taking.names, self.table.poses(), viewpoint=reading.viewpoint, missing=taking.missing
-        )
+        situation = replace(
+            self.situation, wish=revision.spec, objects=taking.names, poses=self.table.poses(), proposal=None,
+            viewpoint=reading.viewpoint, missing=taking.missing,
+        )  # fmt: skip
         self._tell(
             events.Parsed(
                 situation.spec,
@@ -268,6 +274,23 @@ class Conversation:
             return True
         return False
 
+    def resume(self) -> bool:
+        """Goes on with what was asked last and does not stand yet: proposes it on the table as it is; as `say`."""
+        if self.question is not None:
+            self._tell(events.Asked(self.question.slot, self.question.text, self.question.options))
+            return False
+        if self.situation.wish is None:
+            raise UsageError("nothing was asked for yet; say what to build")
+        last = self.situation.builds[-1] if self.situation.builds else None
+        stands = last is not None and not last.trouble and last.moved
+        if stands and (last.wish, last.objects) == (self.situation.wish, self.situation.objects):
+            raise UsageError("it stands as it was asked for; say what to change, or what to build next")
+        self._busy = 0.0
+        with self._turn("scene"):
+            self._propose(replace(self.situation, poses=self.table.poses()))
+            return True
+        return False
+
     def drop(self) -> None:
         """Forgets the proposal or the question; the wish stays, so that it can be corrected."""
         self.question = None
@@ -293,8 +316,10 @@ class Conversation:
 
     def go(self) -> bool:
         """Builds the chosen arrangement, and judges it; whether it stands as asked."""
+        from agent.scenes.table import MOVED
+
         proposal, options = self._proposed(), self.options
-        built = False
+        built, before = False, self.table.poses()
         self._future.clear()
         try:
             with self._turn("build"):
@@ -311,7 +336,11 @@ class Conversation:
                     raise PartlyDone(f"{shortfall[0]} stand as asked; {shortfall[1]}")
                 built = True
         finally:
-            self.situation = replace(self.situation, poses=self.table.poses(), proposal=None)
+            poses, wish, objects = self.table.poses(), self.situation.wish, self.situation.objects
+            moved = tuple(name for name, pose in poses.items() if np.abs(pose - before[name]).max() > MOVED)
+            build = Build(wish or StructureSpec(), objects, before, moved, "" if built else self._trouble)
+            builds = (*self.situation.builds, build)
+            self.situation = replace(self.situation, poses=poses, proposal=None, builds=builds)
         if built:
             self._tell(events.Finished(True, DONE, self._busy))
         return built
@@ -335,7 +364,7 @@ class Conversation:
             if code is None:
                 raise
             self._busy += time.perf_counter() - began
-            message = "interrupted" if code == INTERRUPTED else one_sentence(error)
+            message = self._trouble = "interrupted" if code == INTERRUPTED else one_sentence(error)
             self._tell(events.Failed(self._step, message, code))
             self._tell(events.Finished(False, code, self._busy))
         else:
@@ -364,6 +393,61 @@ class Conversation:
         """
         self._go_to("redo", self._future, self._past)
 
+    def put_back(self) -> None:
+        """Puts everything where it stood before the last build; the wish stays. Can be undone.
+
+        Raises:
+            UsageError: when nothing was moved.
+        """
+        builds = self.situation.builds
+        last = next((number for number in reversed(range(len(builds))) if builds[number].moved), None)
+        if last is None:
+            raise UsageError("nothing was built, so there is nothing to put back")
+        before = builds[last].before
+        self._return_to("put back", replace(self.situation, poses=before, proposal=None, builds=builds[:last]))
+
+    def reset(self) -> None:
+        """Puts the table back to its start, and drops the wish. Can be undone.
+
+        Raises:
+            UsageError: when everything is as at the start.
+        """
+        start = self._start
+        if self.situation.wish is None and self.question is None and not self.situation.builds:
+            raise UsageError("everything is as it was at the start; say what to build")
+        self._return_to("reset", replace(start, viewpoint=self.options.reading.viewpoint))
+
+    def _return_to(self, how: str, situation: Situation) -> None:
+        self._remember(situation)
+        self.question = None
+        moved = self.table.put_back(situation.poses)
+        self.table.involve(situation.objects)
+        self._tell(events.Restored(how, situation.wish, situation.objects, moved))
+
+    def forget(self) -> None:
+        """Drops the wish, and what is proposed or asked; the table stays. Can be undone.
+
+        Raises:
+            UsageError: when there is no wish.
+        """
+        if self.situation.wish is None and self.question is None:
+            raise UsageError("nothing is wished for; say what to build")
+        self.question = None
+        start, viewpoint = self._start, self.options.reading.viewpoint
+        self._remember(replace(start, poses=self.table.poses(), builds=self.situation.builds, viewpoint=viewpoint))
+        self.table.involve(self.situation.objects)
+        self._tell(events.Noted("the wish is dropped, and the table stays as it is; say what to build"))
+
+    def stop(self) -> None:
+        """Drops the question or the proposal that stands, and says so; the wish stays."""
+        said = "nothing is going on: there is no proposal and no question"
+        if self.question is not None:
+            said = "the question is dropped; nothing was moved"
+        elif self.situation.proposal is not None:
+            said = "the proposal is dropped; nothing was moved"
+        self.drop()
+        self._tell(events.Noted(said))
+
     def _go_to(self, how: str, source: list[Situation], other: list[Situation]) -> None:
         if not source:
             raise UsageError(f"there is nothing to {how}")
@@ -373,6 +457,34 @@ class Conversation:
         moved = self.table.put_back(self.situation.poses)
         self.table.involve(self.situation.objects)
         self._tell(events.Restored(how, self.situation.wish, self.situation.objects, moved))
+
+    # --- what is answered --------------------------------------------------------------------
+
+    def reply(self, text: str, acts: Sequence[Act]) -> None:
+        """Answers small talk and questions; what is proposed or asked stands.
+
+        Args:
+            text: what was said.
+            acts: what it does; nothing for a question that is none of those that can be answered.
+        """
+        self._tell(events.Answered(text, answer(acts, self._known()) if acts else unanswerable(self._known())))
+
+    def asks_for_nothing(self, text: str) -> bool:
+        """Whether the parser finds no wish in a line, so that it may be a question."""
+        reading = self.options.reading
+        last = self.situation.wish or StructureSpec()
+        revision = revise(last, text, self._loaded.reader(reading), reading.viewpoint)
+        return revision.status == "refused" and REFUSALS["idle"] in revision.message
+
+    def _known(self) -> Knowledge:
+        return Knowledge(
+            self.look(), self.situation, self.question, self.example, self.table.held, self.table.fallen,
+            self._loaded.encoder,
+        )  # fmt: skip
+
+    def example(self) -> Suggestion | None:
+        """An instruction that suits the table as it stands, if there is one."""
+        return suggestion(self.table, self.table.look())
 
     # --- the table ---------------------------------------------------------------------------
 
@@ -393,7 +505,7 @@ class Conversation:
         self.table.world.close()
         self.options, self.source, self.table = options, source, table
         self._past, self._future, self.question = [], [], None
-        self.situation = self._fresh()
+        self._start = self.situation = self._fresh()
 
     def save(self, path: Path) -> None:
         """Writes the table as it stands as a scene file.

@@ -11,6 +11,7 @@ from typing import Any
 from agent import events
 from agent.chat.commands import PARSERS, command_of, help_lines, one_of, whole_number
 from agent.chat.conversation import Conversation
+from agent.chat.greeting import invitation
 from agent.chat.lines import Lines
 from agent.chat.screen import SHOWN, ChatScreen
 from agent.cli_options import MOST_SEED
@@ -19,11 +20,12 @@ from agent.replaying import write_page
 from agent.scenes.files import SUFFIXES
 from agent.scenes.sources import SIMULATED
 from agent.telling import aligned
+from grounding.dialogue_acts import acts_of, is_question
 from grounding.parse import shortened
 from grounding.reading import VIEWPOINTS
 
 _YES = ("y", "yes", "yes please", "go", "go ahead", "do it", "build it", "ok", "okay", "sure")
-_NO = ("n", "no", "never mind", "nevermind", "cancel", "stop")
+_NO = ("n", "no", "no thanks", "no thank you", "never mind", "nevermind")
 _DROPPED = "the question is dropped; say it another way"
 _ANY = ("any", "either", "whatever", "i don't mind", "doesn't matter")
 
@@ -59,7 +61,7 @@ class Chat:
 
     def run(self) -> None:
         """Talks until the lines end, or somebody quits."""
-        self._screen.scene(self._talk.look().to_dict())
+        self._show_table()
         while True:
             try:
                 self._screen.space()
@@ -68,7 +70,7 @@ class Chat:
                 self._stop_asking()
                 continue
             try:
-                if line is None or not self._take(" ".join(line.split())):
+                if line is None or not self.take(" ".join(line.split())):
                     return
             except KeyboardInterrupt:
                 if not self._lines.typed:  # nobody is there who could say how to go on
@@ -78,6 +80,11 @@ class Chat:
                 self._screen.complain(one_sentence(error) if exit_code_of(error) is not None else self._defect(error))
             finally:
                 self._screen.idle()
+
+    def _show_table(self) -> None:
+        """The table from above, and an instruction that suits it."""
+        self._screen.scene(self._talk.look().to_dict())
+        self._screen.note(f"{invitation(self._talk.example())} /help lists what else there is.")
 
     def _stop_asking(self) -> None:
         if self._talk.question is not None:
@@ -100,8 +107,8 @@ class Chat:
             return f"1-{len(self._talk.question.options)}> "
         return "build it? [y/n] > " if self._talk.situation.proposal is not None else "> "
 
-    def _take(self, line: str) -> bool:
-        """Has one line done; whether the chat goes on."""
+    def take(self, line: str) -> bool:
+        """Has one line done, whose words have single spaces between them; whether the chat goes on."""
         if not line:
             return True
         found = command_of(line)
@@ -125,8 +132,16 @@ class Chat:
 
     def _say(self, line: str) -> None:
         self._screen.busy("reading")
-        if self._talk.say(line):
+        if not self._replied(line) and self._talk.say(line):
             self._proposed()
+
+    def _replied(self, line: str) -> bool:
+        """Answers what is small talk or a question, and asks for nothing to be built; whether it was that."""
+        acts = acts_of(line)
+        if not acts and not (is_question(line) and self._talk.asks_for_nothing(line)):
+            return False
+        self._talk.reply(line, acts)
+        return True
 
     def _proposed(self) -> None:
         if self._yes:
@@ -150,7 +165,7 @@ class Chat:
             raise UsageError(f"{line!r} is no answer; legal: 1 to {len(question.options)}, or say it differently")
         else:
             self._screen.busy("reading")
-            if self._talk.answer_in_words(line):
+            if not self._replied(line) and self._talk.answer_in_words(line):
                 self._proposed()
 
     def _decide(self, line: str) -> None:
@@ -195,12 +210,18 @@ class Chat:
                 talk.plan()
             case "/go":
                 self._go()
+            case "/continue":
+                self._continue()
+            case "/stop":
+                talk.stop()
+            case "/clear":
+                talk.forget()
             case "/again":
                 screen.busy("imagining")
                 if talk.again():
                     self._proposed()
-            case "/undo" | "/redo":
-                talk.undo() if name == "/undo" else talk.redo()
+            case "/undo" | "/redo" | "/back" | "/reset":
+                {"/undo": talk.undo, "/redo": talk.redo, "/back": talk.put_back, "/reset": talk.reset}[name]()
                 screen.scene(talk.look().to_dict())
                 proposal = talk.situation.proposal
                 if proposal is not None:  # shown again, not told: nothing new was imagined
@@ -229,6 +250,14 @@ class Chat:
             case "/help":
                 self._help()
 
+    def _continue(self) -> None:
+        if self._talk.question is None and self._talk.situation.proposal is not None:
+            self._go()
+            return
+        self._screen.busy("imagining")
+        if self._talk.resume():
+            self._proposed()
+
     def _scene(self, rest: str) -> None:
         word, _, seed = rest.partition(" ")
         if word:
@@ -242,7 +271,7 @@ class Chat:
         self._screen.busy("setting the table")
         self._talk.another_table(scene, seed)
         self._screen.forget()
-        self._screen.scene(self._talk.look().to_dict())
+        self._show_table()
 
     def _save(self, path: Path) -> None:
         if self._talk.table.held is not None:
@@ -266,8 +295,8 @@ class Chat:
         for line in aligned(help_lines()).splitlines():
             self._screen.note(line)
         self._screen.note(
-            "Anything else is an instruction, or a correction of the last one: put the cups in a small circle on the "
-            "left; bigger; now a line; the other side; undo"
+            "Anything else is an instruction, a correction of the last one, or a question: put the cups in a small "
+            "circle on the left; bigger; now a line; the other side; what do you see; where is the orange; undo"
         )
         self._screen.note("Ctrl-C stops what is going on; Alt-Enter begins another line; Ctrl-D ends")
 

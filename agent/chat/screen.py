@@ -82,6 +82,10 @@ class ChatScreen:
                 self._asked(told)
             case "noted":
                 self.note(told["message"])
+            case "answered":
+                self._say_line(told["question"])
+                for line in told["answer"].splitlines():
+                    self._print(line)
             case "restored":
                 self._restored(told)
             case "perceived":
@@ -269,7 +273,8 @@ class ChatScreen:
     def _restored(self, told: Mapping[str, Any]) -> None:
         wish = told["spec"]
         what = ", ".join(value for value in wish.values() if value) if wish else ""
-        said = f"the wish is again: {what or 'anything'}" if wish else "nothing is wished for"
+        still = "still" if told["how"] == "put back" else "again"
+        said = f"the wish is {still}: {what or 'anything'}" if wish else "nothing is wished for"
         moved = f"; put back: {', '.join(told['moved'])}" if told["moved"] else ""
         self.note(f"{told['how']}: {said}{moved}")
 

@@ -77,6 +77,25 @@ class Proposal:
 
 
 @dataclass(frozen=True)
+class Build:
+    """One time that the arm was set to work.
+
+    Attributes:
+        wish: what was to be built, as it was spoken.
+        objects: the names of those that took part.
+        before: name -> world_from_object (4, 4) of everything on the table before.
+        moved: the names of the objects that stand elsewhere since.
+        trouble: why it does not stand as asked; empty where it does.
+    """
+
+    wish: StructureSpec
+    objects: tuple[str, ...]
+    before: Mapping[str, np.ndarray]
+    moved: tuple[str, ...]
+    trouble: str
+
+
+@dataclass(frozen=True)
 class Situation:
     """Where a conversation stands, which is what "undo" goes back to.
 
@@ -88,6 +107,7 @@ class Situation:
         viewpoint: whose left and right the wish speaks of.
         shown: the last proposal, also where it was declined or is built.
         missing: name -> why an object that was asked for takes no part.
+        builds: what was built up to here and not put back, the last one last.
     """
 
     wish: StructureSpec | None
@@ -97,6 +117,7 @@ class Situation:
     viewpoint: str = "robot"
     shown: Proposal | None = None
     missing: Mapping[str, str] = field(default_factory=dict)
+    builds: tuple[Build, ...] = ()
 
     @property
     def stands(self) -> StructureSpec | None:
@@ -113,7 +134,8 @@ class Situation:
         """The same situation, its wish in the words of somebody at this side of the table."""
         if viewpoint == self.viewpoint:
             return self
-        return replace(self, wish=self.wish and self.wish.turned(), viewpoint=viewpoint)
+        builds = tuple(replace(build, wish=build.wish.turned()) for build in self.builds)
+        return replace(self, wish=self.wish and self.wish.turned(), viewpoint=viewpoint, builds=builds)
 
 
 class UnclearObjectError(NotBuildable):

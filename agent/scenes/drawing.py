@@ -20,18 +20,26 @@ _SEVERAL = 4  # objects of a noun that make it worth talking about
 _FEW, _MANY = 2, 3  # of the two nouns of an assortment
 
 
-def assortment(library: Sequence[ObjectModel], rng: np.random.Generator) -> DrawnScene:
+def assortment(library: Sequence[ObjectModel], rng: np.random.Generator, turn: int = 0) -> DrawnScene:
     """A table to talk about: a few objects of two nouns where the library has several of them, and one other.
+
+    Args:
+        library: the objects to draw from.
+        rng: the only source of chance.
+        turn: which noun has three objects on the table: 0 for the one that the library has most objects of, as a first
+            table is best of something that everybody knows, 1 for the next, and so on in turn.
 
     Raises:
         SceneError: when the library has not enough objects that can stand beside each other.
     """
     pool = eligible(library, "circle")
     number = Counter(model.category for model in pool)
-    several = sorted(noun for noun, count in number.items() if count >= _SEVERAL)
+    frequent = [noun for noun, count in number.items() if count >= _SEVERAL]
+    several = sorted(frequent, key=lambda noun: (-number[noun], noun))
     if len(several) < 2:
         return draw_scene(library, StructureSpec("line"), rng, distractors=1)
-    first, second = (str(noun) for noun in rng.permutation(several)[:2])
+    first = several[turn % len(several)]
+    second = str(rng.choice([noun for noun in several if noun != first]))
     some = [pool[i] for i in rng.permutation(len(pool))]
     these = [model for model in some if model.category == first][:_MANY]
     these += [model for model in some if model.category == second][:_FEW]

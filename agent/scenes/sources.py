@@ -109,7 +109,7 @@ class DrawnSource:
             SceneError: when the library has not enough objects.
         """
         drawing, noise = drawing_and_noise(seed)
-        drawn = assortment(self._library, drawing)
+        drawn = assortment(self._library, drawing, turn=seed)
         return TableScene(drawn.models, drawn.world_from_initial, len(drawn.models), noise, drawn.table)
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:

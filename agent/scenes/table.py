@@ -24,7 +24,7 @@ from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import ObjectCloud, Scene, Table
 from structdiffusion.tabletop import FALLEN, TabletopWorld, unique_names
 
-_MOVED = 0.002  # m, and of a rotation's entries: less is how things settle while others are moved
+MOVED = 0.002  # m, and of a rotation's entries: less is how things settle while others are moved
 _LEAST_STEP = 0.003  # m: what was lifted by less still stands on the table
 _STILL_STANDS = math.radians(10.0)  # what was tilted by more is looked at anew: another side of it is up
 
@@ -159,7 +159,7 @@ class TableScene:
     def untouched(self) -> bool:
         """Whether everything is still where it was seen first."""
         poses = self.poses()
-        return all(np.abs(poses[name] - seen.pose).max() <= _MOVED for name, seen in self._seen.items())
+        return all(np.abs(poses[name] - seen.pose).max() <= MOVED for name, seen in self._seen.items())
 
     def remember(self, clouds: Mapping[str, ObjectCloud]) -> None:
         """Takes clouds, by the names of objects, as what was seen of them where they stand now."""
@@ -216,7 +216,7 @@ class TableScene:
         """Puts every object where `poses` says, at rest, and folds the arm; the names of those that had moved."""
         moved = []
         for index, (name, now) in enumerate(zip(self.names, self.world.poses(), strict=True)):
-            if np.abs(now - poses[name]).max() > _MOVED:
+            if np.abs(now - poses[name]).max() > MOVED:
                 moved.append(name)
             self.world.set_pose(index, poses[name])
         self.arm.drop()

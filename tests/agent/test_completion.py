@@ -130,7 +130,7 @@ def bash(tmp_path):
         **os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT), "TERM": "dumb", "PS1": "> ",
         "INPUTRC": os.devnull, "LC_ALL": "C.UTF-8",
     }  # fmt: skip
-    options = {"cwd": tmp_path, "env": environment, "encoding": "utf-8", "timeout": 20, "dimensions": (24, 200)}
+    options = {"cwd": tmp_path, "env": environment, "encoding": "utf-8", "timeout": 300, "dimensions": (24, 200)}
     child = pexpect.spawn(shell, ["--norc", "--noprofile", "-i"], **options)
     child.sendline("bind 'set enable-bracketed-paste off'; source <(structagent completion bash); echo re''ady")
     child.expect("ready\r\n> ")

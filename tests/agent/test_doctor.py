@@ -23,6 +23,7 @@ from agent.isolated import carry_out
 from agent.requirements import ROOT, Requirement, required
 
 CRASH = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
+LIMIT = 20.0  # s, for one import: long enough for those that work, however busy the machine is
 LIBRARY = "raise ImportError('libgomp.so.1: cannot open shared object file: No such file or directory')"
 
 
@@ -84,10 +85,10 @@ def test_a_crash_a_hang_and_an_exit_cost_only_themselves(modules):
         sound="",
     )
     names = ["crashes", "hangs", "ends", "leaves", "prints", "wants_crash", "lacks", "lacks_library", "sound"]
-    outcomes = dict(zip(names, carry_out([f"import {name}" for name in names], 8.0), strict=True))
+    outcomes = dict(zip(names, carry_out([f"import {name}" for name in names], LIMIT), strict=True))
     assert [name for name in names if outcomes[name].works] == ["prints", "sound"]
     assert [name for name in names if outcomes[name].crashed] == ["crashes", "hangs", "ends"]
-    assert "SIGSEGV" in outcomes["crashes"].said and "8 s" in outcomes["hangs"].said
+    assert "SIGSEGV" in outcomes["crashes"].said and "20 s" in outcomes["hangs"].said
     assert "exit code 3" in outcomes["ends"].said and "I do not like it here" in outcomes["leaves"].said
     assert outcomes["wants_crash"].said == "crashes, which it needs, does not work"
     assert outcomes["lacks"].absent == "nowhere" and outcomes["lacks_library"].absent == "libgomp.so.1"
@@ -95,7 +96,7 @@ def test_a_crash_a_hang_and_an_exit_cost_only_themselves(modules):
 
 def test_no_process_is_left_behind(modules, tmp_path):
     modules(hangs=f"import os, time; open({str(tmp_path / 'pid')!r}, 'w').write(str(os.getpid())); time.sleep(600)")
-    assert not next(carry_out(["import hangs", "import json"], 8.0)).works
+    assert not next(carry_out(["import hangs", "import json"], LIMIT)).works
     with pytest.raises(ProcessLookupError):
         os.kill(int((tmp_path / "pid").read_text()), 0)
 

@@ -26,7 +26,7 @@ def test_a_row(reader):
         "objects": ["cups"],
     }  # fmt: skip
     assert row["status"] == "ok" and row["message"] == "" and row["viewpoint"] == "robot"
-    assert row["evidence"]["shape"] == "circle" and 0 < row["seconds"] < 5
+    assert row["evidence"]["shape"] == "circle" and row["seconds"] > 0
 
 
 @pytest.mark.parametrize(

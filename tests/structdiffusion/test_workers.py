@@ -38,7 +38,8 @@ def test_a_worker_that_dies():
 def test_workers_end_when_nobody_waits_for_them_any_more():
     results = in_parallel(sleep, int, (), [0, 600, 600, 600], 2)
     next(results)
-    assert multiprocessing.active_children()
-    started = time.monotonic()
+    workers = multiprocessing.active_children()
+    assert workers
     results.close()
-    assert not multiprocessing.active_children() and time.monotonic() - started < 60
+    assert not multiprocessing.active_children()
+    assert all(worker.exitcode < 0 for worker in workers)  # ended by a signal, in the middle of their jobs

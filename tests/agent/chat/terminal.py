@@ -7,13 +7,15 @@ import re
 import signal
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pexpect
 import pyte
 
 ROOT = Path(__file__).parents[3]
-PROMPT = re.compile(r"^(?:>|build it\? \[y/n\] >|1-\d>)$")
+LONGEST = 600.0  # s, until a test that waits in vain is given up; nothing is asked to be quick
+PROMPT = re.compile(r"(?:>|build it\? \[y/n\] >|1-\d>)")
 
 
 class Terminal:
@@ -38,7 +40,7 @@ class Terminal:
         environment.pop("NO_COLOR", None)
         self._child = pexpect.spawn(
             sys.executable, ["-m", "agent", *arguments], dimensions=(rows, columns), env=environment,
-            encoding="utf-8", timeout=60, cwd=str(home),
+            encoding="utf-8", timeout=LONGEST, cwd=str(home),
             # Whoever runs the tests in the background ignores Ctrl-C, and so would everything that they start.
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         )
@@ -79,42 +81,36 @@ class Terminal:
 
     def waits(self) -> bool:
         """Whether the cursor stands behind a prompt with nothing typed."""
-        return PROMPT.match(self._screen.display[self._screen.cursor.y].rstrip()) is not None
+        return PROMPT.fullmatch(self._line()) is not None
 
-    def until_prompt(self, seconds: float = 90.0) -> list[str]:
-        """Reads until the next prompt waits; the lines shown since the last one."""
-        deadline = time.monotonic() + seconds
-        while time.monotonic() < deadline:
-            if not self._read(0.2) and self.waits():
-                return self.lines()
-        raise AssertionError("no prompt came; the end of the screen: " + "\n".join(self.lines()[-20:]))
+    def _line(self) -> str:
+        return self._screen.display[self._screen.cursor.y].rstrip()
 
-    def until(self, pattern: str, seconds: float = 90.0) -> None:
+    def until_prompt(self) -> list[str]:
+        """Reads until the next prompt waits; everything that was shown."""
+        self._wait(self.waits, "a prompt")
+        while self._read(0.2):  # what belongs to the same picture
+            pass
+        return self.lines()
+
+    def until(self, pattern: str) -> None:
         """Reads until a line of what is shown matches."""
-        deadline = time.monotonic() + seconds
-        while time.monotonic() < deadline:
-            self._read(0.05)
-            if any(re.search(pattern, line) for line in self.lines()):
-                return
-        raise AssertionError(f"{pattern!r} was not shown; the end of the screen: " + "\n".join(self.lines()[-20:]))
+        self._wait(lambda: any(re.search(pattern, line) for line in self.lines()), repr(pattern))
 
     def type(self, line: str) -> None:
-        """Types a line and Enter."""
-        self._child.send(line + "\r")
-
-    def seconds_to_reaction(self, line: str) -> float:
-        """Types a line and Enter; the seconds until anything but its echo is shown."""
+        """Types a line, and Enter when it is shown: from then on no prompt waits until the next one is there."""
         self._child.send(line)
-        while self._read(0.5):
-            pass
-        began = time.monotonic()
+        echo = re.compile(rf"{PROMPT.pattern} {re.escape(line)}")
+        self._wait(lambda: echo.match(self._line()) is not None, f"the echo of {line!r}")
         self._child.send("\r")
-        seen = self.raw
-        while time.monotonic() < began + 20:
-            self._read(0.01)
-            if re.search(r"[^\W\d_]{3,}", re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", self.raw[len(seen):])):
-                return time.monotonic() - began
-        raise AssertionError("nothing was shown")
+
+    def _wait(self, shown: Callable[[], bool], what: str) -> None:
+        """Reads until something is shown."""
+        deadline = time.monotonic() + LONGEST
+        while not shown():
+            if not self._read(1.0) and (time.monotonic() > deadline or not self._child.isalive()):
+                end = "\n".join(self.lines()[-20:])
+                raise AssertionError(f"{what} was not shown; the end of the screen: {end}")
 
     def interrupt(self) -> None:
         """Ctrl-C."""

@@ -33,7 +33,7 @@ def test_commands(line, name, rest):
     [
         ("/xyzzy", "there is no /xyzzy; see /help"),
         ("/chose 3", "there is no /chose; did you mean /choose?"),
-        ("/re", "there is no /re; did you mean /redo or /report?"),
+        ("/re", "there is no /re; did you mean /reset or /redo or /report?"),
         ("/", "there is no /"),
         ("/undo 3", "/undo takes nothing, got '3'"),
         ("/save", "/save needs FILE"),
@@ -57,3 +57,47 @@ def test_values():
 def test_help_tells_every_command():
     told = dict(help_lines())
     assert len(told) == len(COMMANDS) and all(told.values())
+
+
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        ("stop", "/stop"),
+        ("Stop it!", "/stop"),
+        ("no, stop please", "/stop"),
+        ("cancel that", "/stop"),
+        ("clear", "/clear"),
+        ("forget it", "/clear"),
+        ("ok forget about it", "/clear"),
+        ("start over", "/reset"),
+        ("let's start over", "/reset"),
+        ("Reset, please.", "/reset"),
+        ("continue", "/continue"),
+        ("go on", "/continue"),
+        ("please carry on", "/continue"),
+        ("can you continue?", "/continue"),
+        ("put it back", "/back"),
+        ("put everything back", "/back"),
+        ("could you put everything back where it was", "/back"),
+        ("put them back the way they were", "/back"),
+        ("help me", "/help"),
+        ("?", "/help"),
+    ],
+)
+def test_commands_in_words(line, name):
+    command, rest = command_of(line)
+    assert (command.name, rest) == (name, "") and command.name in dict(help_lines())
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "stop the tower", "clear the left side", "put it back on the left", "continue the line",
+        "go on and stack the cans", "put it at the back", "put the cups back", "start over there on the left",
+        "start with the cups", "forget the size", "put everything back on the right", "cancel the rotation",
+        "reset the position", "stop, put them in a line", "put it back in a line", "go on the left",
+        "keep going to the left", "undo and make a line", "help me to build a tower", "no, bigger", "again but smaller",
+    ],
+)  # fmt: skip
+def test_what_only_begins_like_a_command_is_an_instruction(line):
+    assert command_of(line) is None

@@ -2,12 +2,23 @@
 
 import io
 
+import numpy as np
 import pytest
 from rich.console import Console
 
+from agent import events
+from agent.arm.events import Placed
 from agent.chat.lines import PlainLines
 from agent.chat.loop import Chat
 from agent.chat.screen import ChatScreen
+from agent.record import RunRecord
+from agent.telling import remark_sentence
+from agent.told import complaint
+
+
+def assert_stands_at(conversation, poses):
+    for name, pose in conversation.table.poses().items():
+        assert np.abs(pose - poses[name]).max() < 1e-6, name
 
 
 @pytest.fixture
@@ -105,3 +116,128 @@ def test_a_page_does_not_overwrite_what_is_no_page(chat_of, tmp_path):
 def test_another_table_is_another_talk(chat_of):
     shown, chat = chat_of("put the cups in a row", "/scene new 5", "/why", "/candidates")
     assert shown.count("nothing was imagined yet") == 2 and chat.defects == 0
+
+
+QUESTIONS = ("hello", "what do you see", "where is the orange", "why that one", "what are you going to do", "thanks")
+
+
+@pytest.mark.parametrize("line", QUESTIONS)
+def test_small_talk_and_questions_are_answered_and_change_nothing(chat_of, conversation, heard, line):
+    chat_of(line)
+    assert conversation.situation.wish is None and conversation.question is None
+    for before in ("put the cups in a small circle on the left", "put the cups"):
+        conversation.say(before)
+        situation, question = conversation.situation, conversation.question
+        heard.clear()
+        shown, _ = chat_of(line)
+        (answered,) = heard
+        assert isinstance(answered, events.Answered) and answered.question == line
+        assert " ".join(answered.answer.split()[:3]) in " ".join(shown.split())
+        assert conversation.situation is situation and conversation.question is question
+
+
+def test_an_instruction_beside_a_greeting_is_an_instruction(chat_of, conversation):
+    chat_of("hello, can you put the cups in a line?")
+    assert conversation.situation.wish.shape == "line"
+    chat_of("thanks, what about a circle?")
+    assert conversation.situation.wish.shape == "circle"
+
+
+def test_a_question_that_cannot_be_answered_is_no_bad_instruction(chat_of, heard):
+    shown, _ = chat_of("who won the football match?")
+    (answered,) = heard
+    assert answered.answer.startswith("I cannot answer that.") and "asks for no arrangement" not in shown
+    shown, _ = chat_of("what a nice day")
+    assert "asks for no arrangement" in shown
+
+
+def test_answers_are_kept_with_the_session(chat_of, heard):
+    chat_of("where is the orange")
+    told = heard[0].to_dict()
+    assert told["kind"] == "answered" and complaint(told) is None
+    record = RunRecord()
+    record.take(told)
+    assert record.report["remarks"] == [told]
+    assert "> where is the orange: The orange is on the left" in remark_sentence(told)
+
+
+def test_commands_in_words_before_anything_was_asked(chat_of, heard):
+    shown, chat = chat_of("stop", "clear", "continue", "put it back", "start over")
+    for sentence in (
+        "there is no proposal and no question", "nothing is wished for", "nothing was asked for yet",
+        "there is nothing to put back", "everything is as it was at the start",
+    ):  # fmt: skip
+        assert sentence in shown
+    assert chat.defects == 0
+
+
+def test_stop_drops_a_proposal_and_continue_takes_it_up_again(chat_of, conversation):
+    shown, _ = chat_of("put the cups in a small circle on the left", "stop")
+    assert "the proposal is dropped; nothing was moved" in shown and conversation.situation.proposal is None
+    chat_of("continue")
+    assert conversation.situation.proposal is not None and conversation.situation.wish.size == "small"
+    chat_of("put the cups", "stop")
+    assert conversation.question is None and conversation.situation.wish.size == "small"
+
+
+def test_continue_asks_again_where_a_question_stands(chat_of, conversation):
+    shown, _ = chat_of("put the cups", "go on")
+    assert shown.count("which shape should it be") == 2 and conversation.question is not None
+
+
+def test_clear_drops_the_wish_and_can_be_undone(chat_of, conversation):
+    chat_of("put the cups in a circle", "forget it")
+    assert conversation.situation.wish is None and conversation.situation.proposal is None
+    chat_of("undo")
+    assert conversation.situation.wish.shape == "circle"
+    chat_of("stack the boxes", "put the cups", "clear")
+    assert conversation.question is None and conversation.situation.wish is None
+
+
+def test_building_putting_back_and_starting_over(chat_of, conversation):
+    start = conversation.table.poses()
+    shown, _ = chat_of("put the cups in a small circle on the left", "go on", "what did you just do", "continue")
+    assert "I built a small circle of cup 1, cup 2 and cup 3 (left), and it stands as asked." in " ".join(shown.split())
+    assert "it stands as it was asked for; say what to change" in shown
+    circle = conversation.table.poses()
+    chat_of("put everything back where it was")
+    assert_stands_at(conversation, start)
+    assert conversation.situation.wish.shape == "circle"
+    chat_of("undo")
+    assert_stands_at(conversation, circle)
+    chat_of("now as a line", "y")
+    assert conversation.situation.wish.shape == "line"
+    chat_of("put it back")
+    assert_stands_at(conversation, circle)
+    chat_of("put it back")
+    assert_stands_at(conversation, start)
+    chat_of("undo", "undo", "start over")
+    assert_stands_at(conversation, start)
+    assert conversation.situation.wish is None and conversation.situation.builds == ()
+    chat_of("undo")
+    assert conversation.situation.wish.shape == "line"
+
+
+def test_an_interrupted_build_is_gone_on_with(chat_of, conversation, heard):
+    conversation.say("put the cups in a small circle on the left")
+    start = conversation.table.poses()
+
+    def interrupt(event):
+        heard.append(event)
+        if isinstance(event, Placed):
+            raise KeyboardInterrupt
+
+    conversation._tell = interrupt
+    assert not conversation.go()
+    (build,) = conversation.situation.builds
+    assert build.trouble == "interrupted" and len(build.moved) == 1
+    shown, _ = chat_of("what happened?", "continue", "y")
+    assert "It is not as asked: interrupted." in " ".join(shown.split()) and "It stands as it was asked for." in shown
+    chat_of("put it back", "put it back")
+    assert_stands_at(conversation, start)
+
+
+def test_another_table_begins_with_an_instruction_that_suits_it(chat_of):
+    shown, _ = chat_of("/scene new 5")
+    assert "“put the cups in a small circle on the left”" in " ".join(shown.split())  # the desk
+    assert " ".join(shown.split()).count("Say what to build, for example “put the ") == 2

@@ -19,6 +19,8 @@ HERE = Path(__file__).parent
 TRANSCRIPTS = HERE / "transcripts"
 ARGUMENTS = ["chat", "--scene", str(HERE / "desk.yaml"), "--model", "geometric"]
 PIPED = """\
+hello
+what do you see
 /objects
 put the cups in a small circle on the left
 /why
@@ -34,6 +36,8 @@ put the bananas in a row
 /save
 undo
 /nonsense
+where is the orange
+is there a banana?
 /quit
 """
 
@@ -55,7 +59,7 @@ def through_a_pipe(folder: Path) -> str:
     kept = {name: value for name, value in os.environ.items() if not name.startswith("STRUCTAGENT_")}
     done = subprocess.run(
         [sys.executable, "-m", "agent", *ARGUMENTS, "--out", str(folder / "out")],
-        input=PIPED, capture_output=True, text=True, encoding="utf-8", timeout=300, cwd=folder,
+        input=PIPED, capture_output=True, text=True, encoding="utf-8", timeout=1200, cwd=folder,
         env={**kept, "PYTHONPATH": str(ROOT), "XDG_CONFIG_HOME": str(folder), "COLUMNS": "80"},
     )
     assert done.returncode == 0, done.stderr
@@ -84,6 +88,7 @@ def in_a_terminal(folder: Path) -> str:
     stopped = next(number for number, line in enumerate(lines) if line.startswith("  stopped"))
     # What the arm had done by then, and where that left the cups, is a matter of milliseconds.
     until = next(number for number, line in enumerate(lines) if number > stopped and line.startswith("> "))
+    lines[until + 1] = lines[until + 1].partition("; put back:")[0]
     return normalized([*lines[: planned + 1], "  (stopped)", *lines[until:]])
 
 

@@ -1,0 +1,213 @@
+"""What the agent answers to small talk and questions, from what the table and the conversation really hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from agent.chat.explanations import done, planned, why, wished_for
+from agent.chat.knowledge import Knowledge, invited
+from agent.chat.table_facts import Fact, capitalized, inventory, listed, the, unjudged
+from agent.telling import aligned
+from grounding.dialogue_act_wordings import SUPERLATIVES
+from grounding.dialogue_acts import Act
+from grounding.nouns import plural, singular
+from grounding.spec import SHAPES
+
+_STRUCTURES = frozenset(
+    "circle ring line row tower stack pile setting structure arrangement proposal candidate".split()
+)
+
+
+def answer(acts: Sequence[Act], known: Knowledge) -> str:
+    """The answer to all of a line's acts, in lines of plain text."""
+    return "\n".join(_ANSWERS[act.kind](act, known) for act in acts)
+
+
+def unanswerable(known: Knowledge) -> str:
+    """What is said to a question that is none of those that can be answered."""
+    return (
+        "I cannot answer that. I can say what is on the table (“what do you see”, “where is "
+        f"{the(known.facts[0].name) if known.facts else 'the cup'}”), what I propose (“why that one”) and what I did "
+        f"(“what did you just do”). {invited(known)}"
+    )
+
+
+# --- small talk ------------------------------------------------------------------------------
+
+
+def _greeting(act: Act, known: Knowledge) -> str:
+    return f"Hello. {invited(known)}"
+
+
+def _thanks(act: Act, known: Knowledge) -> str:
+    return f"You are welcome. {invited(known)}" if known.situation.proposal or known.question else "You are welcome."
+
+
+def _identity(act: Act, known: Knowledge) -> str:
+    return (
+        "I am structagent, a program that arranges objects on a table with a simulated Kinova Jaco arm. "
+        f"{invited(known)}"
+    )
+
+
+def _abilities(act: Act, known: Knowledge) -> str:
+    return (
+        f"I arrange the objects on the table into one structure: a {', a '.join(SHAPES[:-1])} or a {SHAPES[-1]}, of a "
+        "size, at a place and facing a way that you can name. Afterwards “bigger”, “now a line” or “the other side” "
+        "change it, and “undo” takes it back. You can ask what is on the table, where something is, and why I chose an "
+        f"arrangement. /help lists the commands. {invited(known)}"
+    )
+
+
+def _working(act: Act, known: Knowledge) -> str:
+    return (
+        "I read your sentence into a shape, a size, a position and a rotation, look at the table through a depth "
+        "camera, imagine 64 arrangements of the objects that you named, and rank them by how well they fit and how "
+        "safely they stand. You decide, then the arm builds the best one and I check what stands. "
+        f"{invited(known)}"
+    )
+
+
+# --- the table -------------------------------------------------------------------------------
+
+
+def _not_there(about: str, known: Knowledge) -> str:
+    gone = [name for name in known.fallen if singular(about.split()[-1]) in name]
+    if gone:
+        return f"{capitalized(listed([the(name) for name in gone]))} fell off the table."
+    if not known.facts:
+        return "Nothing stands on the table."
+    words = about.split()
+    one = words[-1] == singular(words[-1]) and not words[-1].isdecimal()
+    phrase = f"There is no {about}" if one or words[-1].isdecimal() else f"There are no {about}"
+    return f"{phrase} on the table. {_there(known)}"
+
+
+def _there(known: Knowledge) -> str:
+    nouns = [fact.noun for fact in known.facts]
+    return f"There {'is' if nouns.count(nouns[0]) == 1 else 'are'}: {inventory(known.facts)}."
+
+
+def _caveat(about: str, known: Knowledge) -> str:
+    words = unjudged(about, known.facts)
+    return f"I cannot tell what is {listed([f'“{word}”' for word in words])}. " if words else ""
+
+
+def _objects(act: Act, known: Knowledge) -> str:
+    lines = []
+    if known.facts:
+        count = len(known.facts)
+        lines.append("One object stands on the table:" if count == 1 else f"{count} objects stand on the table:")
+        rows = aligned([(one.name, one.color, one.where) for one in known.facts])
+        lines += [f"  {row}" for row in rows.splitlines()]
+    else:
+        lines.append("Nothing stands on the table.")
+    if known.held is not None:
+        lines.append(f"{capitalized(the(known.held))} is in the hand.")
+    if known.fallen:
+        lines.append(f"Fallen off the table: {listed(known.fallen)}.")
+    return "\n".join(lines)
+
+
+def _where(act: Act, known: Knowledge) -> str:
+    if act.about.split()[-1] in _STRUCTURES:
+        return planned(act, known) if known.situation.proposal is not None else done(act, known)
+    found = known.meant(act.about)
+    if not found:
+        return _not_there(act.about, known)
+    told = "\n".join(capitalized(f"{the(one.name)} is {_in_hand(one, known)}.") for one in found)
+    return _caveat(act.about, known) + told
+
+
+def _in_hand(one: Fact, known: Knowledge) -> str:
+    return "in the hand" if one.name == known.held else one.where
+
+
+def _is_there(act: Act, known: Knowledge) -> str:
+    found = known.meant(act.about)
+    if not found:
+        return f"No. {_not_there(act.about, known)}"
+    told = "; ".join(f"{the(one.name)} is {_in_hand(one, known)}" for one in found)
+    return f"{_caveat(act.about, known)}Yes: {told}."
+
+
+def _count(act: Act, known: Knowledge) -> str:
+    if not act.about and known.situation.wish is not None:
+        found = known.meant("they")
+    else:
+        found = known.meant(act.about)
+    if not found:
+        return _not_there(act.about, known)
+    names = listed([f"{one.name} ({one.color})" if one.color else one.name for one in found])
+    nouns = {one.noun for one in found}
+    noun = nouns.pop() if len(nouns) == 1 else "object"
+    counted = f"is 1 {noun}" if len(found) == 1 else f"are {len(found)} {plural(noun)}"
+    return f"{_caveat(act.about, known)}There {counted}: {names}."
+
+
+def _color(act: Act, known: Knowledge) -> str:
+    found = known.meant(act.about)
+    if not found:
+        return _not_there(act.about, known)
+    offered = [word for word in act.value.split() if word != "or"]
+    told = [
+        f"{the(one.name)} is {one.color}" if one.color else f"the color of {the(one.name)} was not seen"
+        for one in found
+    ]
+    said = capitalized("; ".join(told)) + "."
+    if not offered or not all(one.color for one in found):
+        return said
+    return f"Yes. {said}" if all(one.color in offered for one in found) else f"No. {said}"
+
+
+def _size(act: Act, known: Knowledge) -> str:
+    found = known.meant(act.about)
+    if not found:
+        return planned(act, known) if act.about.split()[-1] in _STRUCTURES else _not_there(act.about, known)
+    return "\n".join(capitalized(f"{the(one.name)} is about {_sides(one)}.") for one in found)
+
+
+def _object(act: Act, known: Knowledge) -> str:
+    found = known.meant(act.about)
+    if not found:
+        return _not_there(act.about, known)
+    return "\n".join(capitalized(f"{one.called}: about {_sides(one)}, {_in_hand(one, known)}.") for one in found)
+
+
+def _sides(one: Fact) -> str:
+    long, short, height = (round(100 * side) for side in one.sides)
+    return f"{height} cm tall and {long} by {short} cm across"
+
+
+_MEASURES: Mapping[str, tuple[Callable[[Fact], float], Callable[[Fact], str]]] = {
+    "height": (lambda one: one.sides[2], lambda one: f"{100 * one.sides[2]:.0f} cm tall"),
+    "width": (lambda one: one.sides[0], lambda one: f"{100 * one.sides[0]:.0f} cm long"),
+    "volume": (lambda one: float(np.prod(one.sides)), lambda one: f"about {_sides(one)}"),
+    "distance": (
+        lambda one: float(np.hypot(*one.position[:2])),
+        lambda one: f"{100 * np.hypot(*one.position[:2]):.0f} cm from the arm",
+    ),
+    "left": (lambda one: one.position[1], lambda one: one.place),
+}
+
+
+def _extreme(act: Act, known: Knowledge) -> str:
+    found = known.meant(act.about)
+    if not found:
+        return _not_there(act.about, known)
+    measure, most = SUPERLATIVES[act.value]
+    value, told = _MEASURES[measure]
+    if measure == "left" and known.situation.viewpoint == "opposite":
+        most = not most
+    first, *others = sorted(found, key=value, reverse=most)
+    second = f" Next is {the(others[0].name)}, {told(others[0])}." if others else ""
+    return f"{_caveat(act.about, known)}The {act.value} is {the(first.name)}, {told(first)}.{second}"
+
+
+_ANSWERS: Mapping[str, Callable[[Act, Knowledge], str]] = {
+    "greeting": _greeting, "thanks": _thanks, "identity": _identity, "abilities": _abilities, "working": _working,
+    "objects": _objects, "where": _where, "there": _is_there, "count": _count, "color": _color, "size": _size,
+    "object": _object, "extreme": _extreme, "why": why, "next": planned, "done": done, "wish": wished_for,
+}  # fmt: skip

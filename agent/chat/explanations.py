@@ -1,0 +1,86 @@
+"""Answers about the conversation itself: what was asked for, what is proposed and why, and what was done."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from agent.chat.knowledge import DECIDE, Knowledge, invited
+from agent.chat.situation import Build
+from agent.chat.table_facts import coordinates, listed, place_in_words, the
+from agent.telling import number, shortcoming
+from grounding.dialogue_acts import Act
+from grounding.spec import StructureSpec
+
+_OTHERS_SHOWN = 3  # candidates that an explanation compares
+
+
+def wish_in_words(spec: StructureSpec, objects: Sequence[str]) -> str:
+    """A wish: "a small circle of cup 1, cup 2 and cup 3 (left)"."""
+    values = [value for slot, value in spec.tokens() if slot not in ("shape", "size")]
+    shape = " ".join(filter(None, (spec.size, spec.shape or "structure")))
+    return f"a {shape} of {listed(objects)}" + (f" ({', '.join(values)})" if values else "")
+
+
+def why(act: Act, known: Knowledge) -> str:
+    """What speaks for a candidate, by default the chosen one, and against the next ones."""
+    proposal = known.situation.proposal
+    if proposal is None:
+        return f"Nothing is proposed now, so there is no choice to explain. {invited(known)}"
+    candidates = proposal.imagined.candidates
+    rank = int(act.value or proposal.rank)
+    if not 1 <= rank <= len(candidates):
+        return f"There is no candidate {rank}; there are 1 to {len(candidates)}."
+    mine, best = candidates[rank - 1], candidates[0]
+    factors = listed([f"{name} {number(value, 2)}" for name, value in mine.scores.items() if name != "total"])
+    place = "the best" if rank == 1 else f"number {rank}"
+    total = number(mine.scores.get("total"), 2)
+    lines = [f"Candidate {rank} is {place} of {len(candidates)}: its score, {total}, is the product of {factors}."]
+    others = [one for one in candidates[: _OTHERS_SHOWN + 1] if one is not mine and one is not best][:_OTHERS_SHOWN]
+    if mine is not best:
+        lines.append(f"Against the best, candidate 1: {shortcoming(mine.scores, best.scores)}.")
+    lines += [f"Candidate {one.rank}: {shortcoming(one.scores, best.scores)}." for one in others]
+    return "\n".join((*lines, "/why shows all factors, /choose takes another one."))
+
+
+def planned(act: Act, known: Knowledge) -> str:
+    """What would be built, and where each object that is asked about, by default all, would go."""
+    situation = known.situation
+    if known.question is not None or situation.proposal is None or situation.wish is None:
+        return invited(known) if known.question is not None else f"Nothing is planned. {invited(known)}"
+    lines = [f"I propose candidate {situation.proposal.rank}, {wish_in_words(situation.wish, situation.objects)}:"]
+    about = {fact.name for fact in known.meant(act.about)} if act.kind == "next" and act.about else set()
+    for goal in situation.proposal.chosen.goals:
+        if not about or goal["name"] in about:
+            place = place_in_words(goal["position"], known.seen.table, situation.viewpoint)
+            lines.append(f"  {the(goal['name'])} goes {place}: {coordinates(goal['position'])}")
+    return "\n".join((*lines, f"Nothing moves until you agree: {DECIDE}."))
+
+
+def done(act: Act, known: Knowledge) -> str:
+    """What was built last."""
+    builds = known.situation.builds
+    if not builds:
+        return f"Nothing that I built stands on the table. {invited(known)}"
+    return told_of(builds[-1])
+
+
+def told_of(build: Build) -> str:
+    """What became of a build, in a sentence or two."""
+    what = wish_in_words(build.wish, build.objects)
+    moved = f"I moved {listed([the(name) for name in build.moved])}" if build.moved else "Nothing was moved"
+    if build.trouble:
+        return f"I tried to build {what}. {moved}. It is not as asked: {build.trouble}."
+    if not build.moved:
+        return f"I tried {what} without the arm: it would stand."
+    return f"I built {what}, and it stands as asked. {moved}."
+
+
+def wished_for(act: Act, known: Knowledge) -> str:
+    """What was asked for last."""
+    situation = known.situation
+    if situation.wish is None:
+        return f"You have asked for nothing so far. {invited(known)}"
+    said = f"You asked for {wish_in_words(situation.wish, situation.objects)}."
+    if known.question is not None or situation.proposal is not None:
+        return f"{said} {invited(known)}"
+    return f"{said} {told_of(situation.builds[-1])}" if situation.builds else said

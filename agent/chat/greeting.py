@@ -1,0 +1,149 @@
+"""An instruction that suits the table, so that the first thing that somebody tries works."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+
+from agent.arm.grasps import grasps_of
+from agent.arm.order import stands_above
+from agent.scenes.taking_part import MOST_OBJECTS
+from grounding.nouns import plural
+from grounding.selection import SelectionError, select_objects
+from grounding.spec import StructureSpec
+from structdiffusion.footprints import CLEARANCE, clear_gap, turned
+from structdiffusion.geometry import tilt_between, yaw_of
+from structdiffusion.layouts import LayoutError, lay_out
+from structdiffusion.scenes import eligible, layout_item
+
+if TYPE_CHECKING:
+    from agent.scenes.table import TableScene
+    from structdiffusion.observation import Scene
+
+_FEWEST_OF_A_KIND, _PAIR = 3, 2
+_DRAWS = 12  # layouts that are tried for one instruction
+_UPRIGHT = 0.1  # rad: what is tilted by more is left alone
+# The instructions that are tried, the first that suits the table is offered.
+_SEVERAL = (
+    ("put {these} in a small circle on the left", StructureSpec("circle", "small", "left")),
+    ("put {these} in a small circle on the right", StructureSpec("circle", "small", "right")),
+    ("put {these} in a circle", StructureSpec("circle")),
+    ("put {these} in a line on the left", StructureSpec("line", None, "left")),
+    ("put {these} in a line", StructureSpec("line")),
+)
+_TWO = (
+    ("stack {these} on the right", StructureSpec("tower", None, "right")),
+    ("stack {these} on the left", StructureSpec("tower", None, "left")),
+    ("put {these} in a line", StructureSpec("line")),
+)
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """An instruction that can be built.
+
+    Attributes:
+        text: the instruction.
+        spec: what it asks for.
+        objects: the names of those that it means.
+    """
+
+    text: str
+    spec: StructureSpec
+    objects: tuple[str, ...]
+
+
+def suggestion(table: TableScene, scene: Scene) -> Suggestion | None:
+    """An instruction that suits the table as it stands; `None` where there is none.
+
+    Three or more objects of a noun go into a circle or a line, two onto each other; where no noun is shared, everything
+    takes part. It is checked that the words mean these objects, that the hand can grasp each of them, that nothing
+    stands on them, and that the others leave a place for the structure.
+
+    Args:
+        table: the objects, with their true or completed bodies.
+        scene: what was seen of them.
+    """
+    for objects, these, texts in _groups(table):
+        if not _free(table, scene, objects):
+            continue
+        for text, spec in texts:
+            said = text.format(these=these)
+            if _means(table, said, objects) and _fits(table, spec, objects):
+                return Suggestion(said, spec, objects)
+    return None
+
+
+def invitation(suggested: Suggestion | None) -> str:
+    """Asks for an instruction, with an example where there is one."""
+    return f"Say what to build, for example “{suggested.text}”." if suggested else "Say what to build."
+
+
+def _groups(table: TableScene) -> Iterator[tuple[tuple[str, ...], str, tuple[tuple[str, StructureSpec], ...]]]:
+    """(names, what they are called together, what can be asked of them), the most promising first."""
+    gone = {*table.fallen, *table.out_of_reach}
+    there = [(name, model.category) for name, model in zip(table.names, table.models, strict=True) if name not in gone]
+    number = Counter(noun for _, noun in there)
+    for noun, count in number.most_common():
+        if count >= _PAIR and count < len(there):
+            names = tuple(name for name, its in there if its == noun)
+            if count <= MOST_OBJECTS:
+                yield names, f"the {plural(noun)}", _SEVERAL if count >= _FEWEST_OF_A_KIND else _TWO
+    if _PAIR <= len(there) <= MOST_OBJECTS:
+        yield tuple(name for name, _ in there), "everything", _SEVERAL if len(there) >= _FEWEST_OF_A_KIND else _TWO
+
+
+def _means(table: TableScene, text: str, objects: tuple[str, ...]) -> bool:
+    gone = {*table.fallen, *table.out_of_reach}
+    there = [(name, called) for name, called in zip(table.names, table.called, strict=True) if name not in gone]
+    try:
+        selection = select_objects(text, [called for _, called in there])
+    except SelectionError:
+        return False
+    return {there[index][0] for index in selection.indices} == set(objects)
+
+
+def _free(table: TableScene, scene: Scene, objects: tuple[str, ...]) -> bool:
+    """Whether the hand can grasp all of them, and nothing stands on them."""
+    clouds = (*scene.objects, *scene.distractors)
+    outlines = [shapely.MultiPoint(cloud.points[:, :2]).convex_hull for cloud in clouds]
+    bottoms = [cloud.bottom for cloud in clouds]
+    seen = {cloud.name: index for index, cloud in enumerate(clouds)}
+    models, poses = dict(zip(table.names, table.models, strict=True)), table.poses()
+    suited = {id(model) for model in eligible(table.models, "circle")}
+    return all(
+        name in seen
+        and id(models[name]) in suited
+        and tilt_between(poses[name], np.eye(4)) < _UPRIGHT
+        and bool(grasps_of(clouds[seen[name]].points, bottoms[seen[name]]))
+        and not any(stands_above(upper, seen[name], outlines, bottoms) for upper in range(len(clouds)))
+        for name in objects
+    )
+
+
+def _fits(table: TableScene, spec: StructureSpec, objects: tuple[str, ...]) -> bool:
+    """Whether there is a layout that the other objects leave free."""
+    poses = table.poses()
+    models = dict(zip(table.names, table.models, strict=True))
+    items = [layout_item(models[name], yaw_of(poses[name])) for name in objects]
+    others = [
+        turned(models[name].footprint, yaw_of(pose)) + pose[:2, 3]
+        for name, pose in poses.items()
+        if name not in objects
+    ]
+    rng = np.random.default_rng(0)
+    for _ in range(_DRAWS):
+        try:
+            layout = lay_out(items, spec, table.world.table, rng)
+        except LayoutError:
+            continue
+        places = zip(items, layout.turns, layout.positions, strict=True)
+        goals = [turned(item.footprint, turn) + at[:2] for item, turn, at in places]
+        if all(clear_gap(goal, other) > CLEARANCE for goal in goals for other in others):
+            return True
+    return False

@@ -1,0 +1,62 @@
+"""What an answer can draw on: the table as it is, and where the conversation stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from agent import events
+from agent.chat.greeting import Suggestion, invitation
+from agent.chat.situation import Situation
+from agent.chat.table_facts import Fact, facts_of, meant_by
+from grounding.parse import Question
+
+if TYPE_CHECKING:
+    from grounding.encoder import SentenceEncoder
+
+DECIDE = "“y” builds it, “n” drops it, and words such as “bigger” change it"
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """All that an answer can draw on.
+
+    Attributes:
+        seen: the table as it is now.
+        situation: where the conversation stands.
+        question: what the agent has asked and nobody has answered, or `None`.
+        example: finds an instruction that suits the table, if there is one.
+        held: the name of what is in the hand, or `None`.
+        fallen: the names of the objects that fell off the table.
+        encoder: finds what unknown nouns mean.
+    """
+
+    seen: events.Perceived
+    situation: Situation
+    question: Question | None = None
+    example: Callable[[], Suggestion | None] = lambda: None
+    held: str | None = None
+    fallen: tuple[str, ...] = ()
+    encoder: SentenceEncoder | None = None
+
+    @cached_property
+    def facts(self) -> list[Fact]:
+        """What there is to say of each object."""
+        return facts_of(self.seen, self.situation.viewpoint)
+
+    def meant(self, about: str) -> list[Fact]:
+        """The objects that some words mean; "it" and "they" are those that take part."""
+        if about in ("it", "they", "them", "those", "these") and self.situation.wish is not None:
+            return [fact for fact in self.facts if fact.name in self.situation.objects]
+        return meant_by(about, self.facts, self.encoder)
+
+
+def invited(known: Knowledge) -> str:
+    """What the speaker can say next."""
+    if known.question is not None:
+        return f"I still need an answer: {known.question.text}"
+    if known.situation.proposal is not None:
+        return f"A proposal stands: {DECIDE}."
+    return invitation(known.example())

@@ -1,0 +1,199 @@
+"""What there is to say of the objects on the table: colour, size, place, and which of them some words mean."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+
+from agent import events
+from agent.arm.order import stands_above
+from agent.perception.coloring import lab
+from agent.perception.describing import color_word, lightness_of_white, oriented_box, shape_words
+from agent.telling import described
+from grounding.dialogue_act_wordings import COLORS
+from grounding.names import adjective, rivals
+from grounding.nouns import plural, singular
+from grounding.selection import SelectionError, select_objects
+from grounding.wordlists import ORDINALS
+
+if TYPE_CHECKING:
+    from grounding.encoder import SentenceEncoder
+    from structdiffusion.observation import ObjectCloud, Scene
+
+_ANY = frozenset(
+    "it they them those these that this all everything object objects thing things item items one ones stuff".split()
+)
+_THIRDS = ("left", "center", "right"), ("near you", "halfway back", "far from you")
+
+
+@dataclass(frozen=True)
+class Fact:
+    """One object on the table.
+
+    Attributes:
+        name, noun: "cup 2", and "cup".
+        called: its name with all the words that describe it: "cup 2, red, tall".
+        color: its colour's name, or empty where it has not been seen.
+        position: (x, y, z) of its cloud's mean, world frame, metres.
+        sides: length and width as seen from above, and height, metres.
+        place: where it stands, as the speaker sees it: "on the left, near you".
+        on: the name of the object that it stands on, or empty.
+    """
+
+    name: str
+    noun: str
+    called: str
+    color: str
+    position: tuple[float, float, float]
+    sides: tuple[float, float, float]
+    place: str
+    on: str = ""
+
+    @property
+    def where(self) -> str:
+        """Where it is, in words and numbers."""
+        on = f"on {the(self.on)}, " if self.on else ""
+        return f"{on}{self.place}: {coordinates(self.position)}"
+
+
+def the(name: str) -> str:
+    """The name in a sentence: "the banana", but "cup 2"."""
+    return name if re.search(r"\d$", name) else f"the {name}"
+
+
+def facts_of(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]:
+    """What there is to say of each object that was seen.
+
+    Args:
+        seen: what was seen, with its clouds.
+        viewpoint: whose left and right is meant, "robot" or "opposite".
+    """
+    clouds = (*seen.scene.objects, *seen.scene.distractors)
+    sides = [_sides(cloud) for cloud in clouds]
+    shapes = shape_words([np.array(side) for side in sides])
+    standing_on = _supports(clouds)
+    facts = []
+    for index, (one, cloud) in enumerate(zip(seen.objects, clouds, strict=True)):
+        called = described(events.json_value(one))
+        color = next((word for word in _words(called) if word in COLORS), "") or _color(cloud, seen.scene)
+        words = [word for word in (color, *shapes[index]) if word and word not in _words(called)]
+        facts.append(
+            Fact(
+                one.name, one.category, ", ".join((called, *words)), color, one.position, sides[index],
+                place_in_words(one.position, seen.table, viewpoint), standing_on[index],
+            )  # fmt: skip
+        )
+    return facts
+
+
+def meant_by(about: str, facts: Sequence[Fact], encoder: SentenceEncoder | None = None) -> list[Fact]:
+    """The objects that a noun phrase means, all of its kind; none where no such object is there.
+
+    Args:
+        about: "banana", "red cup", "cup 2", "things".
+        facts: of all objects.
+        encoder: finds what unknown nouns mean.
+    """
+    words = about.split()
+    if not words or _ANY.issuperset(words):
+        return list(facts)
+    exactly = [fact for fact in facts if fact.name.lower() == about]
+    if exactly:
+        return exactly
+    if not ORDINALS.keys().isdisjoint(words):
+        pass  # "the second cup" is one
+    elif words[-1] in _ANY:
+        words[-1] = "objects"
+    elif not words[-1].isdecimal():
+        words[-1] = plural(singular(words[-1]))
+    try:
+        selection = select_objects(f"put the {' '.join(words)}", [fact.called for fact in facts], encoder)
+    except SelectionError:
+        return []
+    # Without a noun that is known, or a word that tells objects apart, everything would be meant.
+    telling = selection.named or len(selection.indices) < len(facts) or not unjudged(about, facts)
+    return [facts[index] for index in selection.indices] if telling else []
+
+
+def unjudged(about: str, facts: Sequence[Fact]) -> list[str]:
+    """The words before a noun that nothing is known of, such as "wooden"."""
+    known = {adjective(word) for fact in facts for word in _words(fact.called)}
+    words = [word for word in about.split()[:-1] if not word.isdecimal() and word not in ORDINALS]
+    return [word for word in words if known.isdisjoint((adjective(word), *rivals(adjective(word))))]
+
+
+def place_in_words(position: Sequence[float], table: Sequence[float], viewpoint: str = "robot") -> str:
+    """Where a point is on the table, as the speaker sees it: "on the left, near you".
+
+    Args:
+        position: (x, y, ...) world frame, metres.
+        table: (x_min, x_max, y_min, y_max).
+        viewpoint: whose left and right is meant.
+    """
+    x_min, x_max, y_min, y_max = table
+    ahead, aside = (position[0] - x_min) / (x_max - x_min), (y_max - position[1]) / (y_max - y_min)
+    if viewpoint == "opposite":
+        ahead, aside = 1 - ahead, 1 - aside
+    across, deep = (words[int(np.clip(3 * share, 0, 2))] for words, share in zip(_THIRDS, (aside, ahead), strict=True))
+    if (across, deep) == ("center", "halfway back"):
+        return "in the middle of the table"
+    return f"{'in' if across == 'center' else 'on'} the {across}, {deep}"
+
+
+def coordinates(position: Sequence[float]) -> str:
+    """ "x 0.32 m, y -0.21 m"; nothing is at "-0.00"."""
+    x, y = (round(float(value), 2) + 0.0 for value in position[:2])
+    return f"x {x:.2f} m, y {y:.2f} m"
+
+
+def inventory(facts: Sequence[Fact]) -> str:
+    """What is there, counted: "3 cups, 2 boxes and an orange"."""
+    nouns = [fact.noun for fact in facts]
+    return listed([_counted(noun, nouns.count(noun)) for noun in dict.fromkeys(nouns)]) or "nothing"
+
+
+def _counted(noun: str, count: int) -> str:
+    if count > 1:
+        return f"{count} {plural(noun)}"
+    return f"{'an' if noun[:1] in 'aeiou' else 'a'} {noun}"
+
+
+def listed(words: Sequence[str]) -> str:
+    """ "cup 1, cup 2 and cup 3"."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
+
+
+def capitalized(text: str) -> str:
+    """The sentence with its first letter in upper case, the others as they are."""
+    return text[:1].upper() + text[1:]
+
+
+def _words(called: str) -> list[str]:
+    return re.findall(r"[a-z]+", called.lower())
+
+
+def _color(cloud: ObjectCloud, scene: Scene) -> str:
+    if cloud.colors is None or scene.color is None:
+        return ""
+    return color_word(lab(np.asarray(cloud.colors)), lightness_of_white(scene.color))
+
+
+def _sides(cloud: ObjectCloud) -> tuple[float, float, float]:
+    long, short, top = oriented_box(cloud.points)[1].tolist()
+    return long, short, top - cloud.bottom
+
+
+def _supports(clouds: Sequence[ObjectCloud]) -> list[str]:
+    """The name of what each object stands on; empty for the table."""
+    outlines = [shapely.MultiPoint(cloud.points[:, :2]).convex_hull for cloud in clouds]
+    bottoms = [cloud.bottom for cloud in clouds]
+    names = []
+    for upper in range(len(clouds)):
+        below = [lower for lower in range(len(clouds)) if stands_above(upper, lower, outlines, bottoms)]
+        names.append(clouds[max(below, key=lambda lower: bottoms[lower])].name if below else "")
+    return names
