@@ -68,6 +68,11 @@ def refused(row: BadRow) -> dict[str, Any]:
     return _blank(row.line, row.id, row.text) | _failure(row.exit_code, "row", row.message)
 
 
+def lost(row: Row, reason: str) -> dict[str, Any]:
+    """The result of a row whose worker died at it."""
+    return failed(row, CRASHED, "crash", reason)
+
+
 def failed(row: Row, exit_code: int, step: str, message: str) -> dict[str, Any]:
     """The result of a row of which nothing is left but how it failed."""
     return _of(row) | _failure(exit_code, step, message)
