@@ -41,6 +41,23 @@ class Lost:
     reason: str
 
 
+def check_complete(lost: Sequence[Lost], count: int, what: str) -> None:
+    """Refuses work of which pieces are missing.
+
+    Args:
+        lost: the missing ones.
+        count: how many there should be.
+        what: they are called, as "shards".
+
+    Raises:
+        WorkerError: when there is one missing.
+    """
+    if lost:
+        raise WorkerError(
+            f"{len(lost)} of {count} {what} are missing ({lost[0].reason}); the same command again makes what is missing"
+        )
+
+
 @dataclass(frozen=True)
 class _Work:
     """What a worker needs to know; see `in_parallel`."""

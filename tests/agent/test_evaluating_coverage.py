@@ -90,7 +90,7 @@ def test_means_come_with_what_they_rest_on(tower):
     report = report_of("structagent evaluate coverage", rows, _spread)
     assert report["aggregate"]["tower"]["x_position"][SAMPLED]["shares"] == {"left": 0.5, "center": 0.0, "right": 0.5}
     told = io.StringIO()
-    tell_coverage(report, told)
+    tell_coverage(report | {"lost": []}, told)
     assert "left 50 %, center 0 %, right 50 %" in told.getvalue()
 
 

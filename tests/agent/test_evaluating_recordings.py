@@ -37,7 +37,7 @@ def job() -> _Job:
 def test_a_planner_that_is_not_there_is_known_before_any_scene_is_drawn(monkeypatch):
     monkeypatch.setattr(evaluating_recordings, "load_objects", None)
     with pytest.raises(UsageError, match="--model cannot be 'best'"):
-        evaluating_recordings.measure_recordings(LIBRARY, "best", None, 1, 0, False, 1)
+        evaluating_recordings.measure_recordings(LIBRARY, "best", None, 1, 0, False)
 
 
 def test_a_scene_that_is_recorded_ends_as_it_does_in_simulation(job):

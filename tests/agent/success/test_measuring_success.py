@@ -41,7 +41,7 @@ def first(asked, tmp_path_factory):
     """A finished folder, its report, and what was said on the way."""
     out = tmp_path_factory.mktemp("evaluation") / "out"
     with contextlib.redirect_stderr(io.StringIO()) as said:
-        report = measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=out)
+        report = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=out)
     return out, report, said.getvalue()
 
 
@@ -74,8 +74,8 @@ def test_the_report_has_a_row_for_every_scene(first, asked):
 
 def test_the_rows_are_the_same_with_more_workers(asked):
     models = ["geometric", "geometric+imagined"]  # on one scene: two rows, and only those need workers to be started
-    alone, together = (measure_success(asked, models, ["line"], 1, workers=workers) for workers in (1, 2))
-    assert (alone["resources"]["workers"], together["resources"]["workers"]) == (1, 2)
+    alone, together = (measure_success(asked, models, ["line"], 1, workers=workers) for workers in (0, 2))
+    assert (alone["resources"]["workers"], together["resources"]["workers"]) == (0, 2)
     assert timeless(together) == timeless(alone) and together["command"] == alone["command"]
 
 
@@ -89,17 +89,17 @@ def test_what_is_there_is_not_computed_again(first, asked, finished, monkeypatch
     content = journal.read_bytes()
     journal.write_bytes(content[: content.rstrip(b"\n").rindex(b"\n") + 30])  # killed while it wrote the last row
     monkeypatch.setattr("structdiffusion.evaluation_scenes._MAX_DRAWS", 0)  # no scene is drawn anew
-    report = measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=finished)
+    report = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=finished)
     assert report["resources"]["rows"] == 1 and timeless(report) == timeless(first[1])
-    again = measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=finished)
+    again = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=finished)
     assert again["resources"]["rows"] == 0 and again["evaluations"] == report["evaluations"]
 
 
 def test_models_and_scenes_are_added(first, asked, finished):
-    more = measure_success(asked, ["geometric+imagined"], ["line"], 1, workers=1, out=finished)
+    more = measure_success(asked, ["geometric+imagined"], ["line"], 1, workers=0, out=finished)
     assert [evaluation["about"]["model"] for evaluation in more["evaluations"]] == ["geometric", "geometric+imagined"]
     assert more["resources"]["rows"] == 1 and timeless(more)[0] == timeless(first[1])[0]
-    report = measure_success(asked, MODELS, ["tower"], 3, workers=1, out=finished)
+    report = measure_success(asked, MODELS, ["tower"], 3, workers=0, out=finished)
     assert report["resources"]["rows"] == 1 and "--scenes 3" in report["command"]
     assert [len(evaluation["scenes"]) for evaluation in report["evaluations"]] == [5, 1]
 
@@ -116,7 +116,7 @@ def test_models_and_scenes_are_added(first, asked, finished):
 )
 def test_another_command_is_refused(asked, finished, changed, said):
     with pytest.raises(UsageError, match=f"holds an evaluation {said}; choose another --out"):
-        measure_success(replace(asked, **changed), MODELS, STRUCTURES, 2, workers=1, out=finished)
+        measure_success(replace(asked, **changed), MODELS, STRUCTURES, 2, workers=0, out=finished)
 
 
 def test_other_objects_of_the_same_name_are_refused(tmp_path):
@@ -125,16 +125,16 @@ def test_other_objects_of_the_same_name_are_refused(tmp_path):
     for number in range(3):
         trimesh.creation.box((0.05, 0.05, 0.05)).export(objects / f"box_{number}.stl")
     asked, out = Asked(str(objects), candidates=1, top_k=1), tmp_path / "out"
-    measure_success(asked, MODELS, ["line"], 1, workers=1, out=out)
+    measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)
     trimesh.creation.box((0.05, 0.05, 0.06)).export(objects / "box_0.stl")
     with pytest.raises(UsageError, match="with other objects of that name, which have changed since"):
-        measure_success(asked, MODELS, ["line"], 1, workers=1, out=out)
+        measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)
 
 
 def test_rows_of_other_code_are_refused(asked, finished, monkeypatch):
-    monkeypatch.setattr("agent.kept_rows._checksum_of_code", lambda: "other")
+    monkeypatch.setattr("agent.kept_rows._checksum_of_code", lambda *packages: "other")
     with pytest.raises(UsageError, match="holds an evaluation by other code, and rows of both may not mix"):
-        measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=finished)
+        measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=finished)
 
 
 def test_networks_may_be_added_and_those_in_use_not_changed(asked, tmp_path, monkeypatch):
@@ -145,22 +145,22 @@ def test_networks_may_be_added_and_those_in_use_not_changed(asked, tmp_path, mon
         used.append(name)
         (weights / name).mkdir(parents=True)
         (weights / name / "model.safetensors").write_bytes(name.encode())
-        report = measure_success(asked, MODELS, ["line"], 1, workers=1, out=out)
+        report = measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)
     assert report["resources"]["rows"] == 0
     (weights / "one" / "model.safetensors").write_bytes(b"three")
     with pytest.raises(UsageError, match="other weights of the network 'one', which have changed since"):
-        measure_success(asked, MODELS, ["line"], 1, workers=1, out=out)
+        measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)
     used.remove("one")
-    assert measure_success(asked, MODELS, ["line"], 1, workers=1, out=out)["resources"]["rows"] == 0
+    assert measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)["resources"]["rows"] == 0
 
 
 def test_a_folder_of_something_else_is_left_alone(asked, tmp_path):
     (tmp_path / "rows.jsonl").write_text('{"id": 1}\n')
     with pytest.raises(BadInput, match="has rows.jsonl but no about.json; choose another --out"):
-        measure_success(asked, MODELS, STRUCTURES, 1, workers=1, out=tmp_path)
+        measure_success(asked, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
     (tmp_path / "about.json").write_text("[]")
     with pytest.raises(BadInput, match="about.json' is not that of an evaluation"):
-        measure_success(asked, MODELS, STRUCTURES, 1, workers=1, out=tmp_path)
+        measure_success(asked, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -184,7 +184,7 @@ def test_failures_are_pictured(asked, tmp_path, monkeypatch):
     monkeypatch.setattr(Loaded, "planner", lambda *_: _Failing())
     out = tmp_path / "out"
     for most in (0, 3, 3):
-        report = measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=out, pictures=most)
+        report = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=out, pictures=most)
     (evaluation,) = report["evaluations"]
     assert evaluation["aggregate"]["all"]["failures"]["intersection"]["count"] == 4
     names = sorted(path.name for path in (out / "failures").iterdir())
@@ -196,7 +196,7 @@ def test_failures_are_pictured(asked, tmp_path, monkeypatch):
         assert (pixels[400:].max(axis=2) < 100).sum() > 500  # the caption
     with pytest.MonkeyPatch.context() as patch:  # what is there is not drawn again
         patch.setattr(TabletopWorld, "picture", None)
-        measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=out, pictures=3)
+        measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=out, pictures=3)
 
 
 def test_the_command(objects, tmp_path, capsys):
@@ -242,4 +242,4 @@ def test_a_folder_in_place_of_a_file(objects, tmp_path, capsys, name):
 def test_a_file_in_place_of_the_folder_of_pictures(asked, tmp_path):
     (tmp_path / "failures").touch()
     with pytest.raises(BadInput, match="failures' is a file, and must be a folder; choose another --out"):
-        measure_success(asked, MODELS, STRUCTURES, 1, workers=1, out=tmp_path)
+        measure_success(asked, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
