@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import os
 import shutil
 from dataclasses import replace
 
@@ -14,8 +15,10 @@ from PIL import Image
 from agent.cli import command_line
 from agent.errors import BadInput, UsageError
 from agent.loaded import Loaded
+from agent.success import measuring
 from agent.success.asked import Asked
 from agent.success.measuring import measure_success
+from agent.success.telling import tell_success, write_success
 from structdiffusion.observation import Arrangement
 from structdiffusion.tabletop import TabletopWorld
 
@@ -243,3 +246,44 @@ def test_a_file_in_place_of_the_folder_of_pictures(asked, tmp_path):
     (tmp_path / "failures").touch()
     with pytest.raises(BadInput, match="failures' is a file, and must be a folder; choose another --out"):
         measure_success(asked, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
+
+
+def row_but_for_the_first_line(asked, loaded, job):
+    name, scene = job
+    if (scene.structure, scene.number) == ("line", 0):
+        os._exit(9)
+    return measuring._row(asked, loaded, job)
+
+
+def drawn_but_for_towers(seed, conditions, library, job):
+    if job[0][0] == "tower":
+        os._exit(9)
+    return measuring._drawn(seed, conditions, library, job)
+
+
+def test_a_worker_that_dies_costs_its_row_and_the_same_command_tries_it_again(first, asked, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    with monkeypatch.context() as patched:
+        patched.setattr("agent.success.measuring._row", row_but_for_the_first_line)
+        patched.setattr("agent.success.measuring._drawn", drawn_but_for_towers)
+        report = measure_success(asked, MODELS, STRUCTURES, 2, workers=2, out=out)
+    (evaluation,) = report["evaluations"]
+    rows = {(row["structure"], row["number"]): row for row in evaluation["scenes"]}
+    assert list(rows) == [("line", 0), ("line", 1), ("tower", 0), ("tower", 1)]
+    lost = [place for place, row in rows.items() if row["failure"] == "worker died"]
+    assert lost == [("line", 0), ("tower", 0), ("tower", 1)]
+    assert all(rows[place]["problem"] == "worker died (exit code 9)" for place in lost)
+    every = evaluation["aggregate"]["all"]
+    assert (every["n"], every["lost"]["count"]) == (4, 3)
+    assert every["plan_seconds"] == pytest.approx(rows["line", 1]["plan_seconds"])
+    table = io.StringIO()
+    tell_success(report, table)
+    assert "worker died" in table.getvalue().splitlines()[0] and "3 rows are missing" in table.getvalue()
+    assert all(path.is_file() for path in write_success(report, out))
+    assert "| worker died |" in (out / "tables.md").read_text()
+
+    again = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=out)
+    assert again["resources"]["rows"] == 3 and timeless(again) == timeless(first[1])
+    table = io.StringIO()
+    tell_success(again, table)
+    assert "worker died" not in table.getvalue()
