@@ -19,6 +19,8 @@ from agent.cli_options import (
     ObjectsOption,
     ParserOption,
     Parsers,
+    PlannerOption,
+    PlannersOption,
     PoolOption,
     RayOption,
     SeedOption,
@@ -30,7 +32,6 @@ from grounding.spec import SHAPES
 
 evaluate_app = typer.Typer(rich_markup_mode=None)
 
-PlannerOption = Annotated[str, typer.Option(metavar="NAME", help="The planner.")]
 ScenesOption = Annotated[int, typer.Option(min=1, help="How many per structure.")]
 CandidatesOption = Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")]
 ProcessesOption = Annotated[int, typer.Option(min=1, help="Processes.")]
@@ -51,9 +52,7 @@ def _evaluate() -> None:
 @evaluate_app.command("success")
 def evaluate_success(
     objects: ObjectsOption = "ycb",
-    model: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="May be given several times.  [default: diffusion]")
-    ] = None,
+    model: PlannersOption = None,
     weights: WeightsOption = None,
     structure: Annotated[
         list[str] | None,

@@ -249,7 +249,7 @@ def test_results_follow_from_the_seed_whoever_works_and_in_whatever_order():
         (["boxes/box_0.stl"], 2, "--out"),
         (["given.txt", "--out", "given.txt"], 2, "--out must be a folder"),
         (["given.txt", "--out", "out", "--workers", "0"], 2, "--workers"),
-        (["given.txt", "--out", "out", "--model", "oracle"], 2, '--model cannot be "oracle"'),
+        (["given.txt", "--out", "out", "--model", "oracle"], 2, "--model cannot be 'oracle'"),
     ],
 )
 def test_a_batch_that_cannot_begin(arguments, code, part, capsys):
