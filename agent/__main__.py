@@ -6,7 +6,7 @@ from agent.streams import end_when_nobody_reads
 
 
 def main() -> None:
-    """Runs the command line, which ends quietly when nobody reads its output any more, as in `structagent ... | head`."""
+    """Runs the command line; it ends quietly when nobody reads its output any more, as in `structagent ... | head`."""
     end_when_nobody_reads()
     try:
         _command_line()

@@ -61,7 +61,9 @@ def rows_by_place(rows: Iterable[Row]) -> dict[Place, Row]:
     return {(row["structure"], row["number"]): row for row in told(rows)}
 
 
-def keep_as_they_end(kept: KeptRows, ended: Iterable[Row | Lost], tell: Callable[..., None], seed: int) -> dict[Place, Row]:
+def keep_as_they_end(
+    kept: KeptRows, ended: Iterable[Row | Lost], tell: Callable[..., None], seed: int
+) -> dict[Place, Row]:
     """Keeps rows of scenes as they end, and one for each scene at which a worker died.
 
     Args:

@@ -55,12 +55,13 @@ def measure_completion(objects: str, count: int, seed: int, workers: int) -> dic
     scenes, lost = parted(followed("scenes drawn", drawn, count * len(SHAPES)))
     compared = in_parallel(partial(_compared, METHODS), tuple, (), scenes, workers)
     rows, more = parted(followed("scenes completed", compared, len(scenes)))
-    places = [one.job for one in lost] + [(one.job.structure, one.job.number) for one in more]
+    left_out = [row_of_lost(one.job, seed, one.reason) for one in lost]
+    left_out += [row_of_lost((one.job.structure, one.job.number), seed, one.reason) for one in more]
     nouns = sorted({thing["noun"] for row in rows for thing in row["objects"]})
     command = f"structagent evaluate completion --objects {objects} --scenes {count} --seed {seed}"
     return report_of(command, rows, _rates) | {
         "nouns": {noun: _nearness(rows, lambda thing, noun=noun: thing["noun"] == noun) for noun in nouns},
-        LOST: [row_of_lost(place, seed, one.reason) for place, one in zip(places, lost + more, strict=True)],
+        LOST: left_out,
     }
 
 

@@ -57,13 +57,12 @@ def measure_coverage(
     covered = in_parallel(partial(_covered, candidates), load, (), spoken_scenes(scenes, heard=False), workers)
     found, more = parted(followed("scenes sampled", covered, len(scenes)))
     rows = [row for rows in found for row in rows]
-    places = [(shape or ANY_SHAPE, place) for shape, place in (one.job for one in lost)]
-    places += [(one.job.structure, one.job.number) for one in more]
+    left_out = [row_of_lost((one.job[0] or ANY_SHAPE, one.job[1]), seed, one.reason) for one in lost]
+    left_out += [row_of_lost((one.job.structure, one.job.number), seed, one.reason) for one in more]
     command = f"structagent evaluate coverage --objects {objects} --scenes {count} --seed {seed} --model {name}"
     command += f" --weights {weights}" if weights else ""
     command += f" --candidates {candidates}"
-    report = report_of(command, rows, _spread)
-    return report | {LOST: [row_of_lost(place, seed, one.reason) for place, one in zip(places, lost + more, strict=True)]}
+    return report_of(command, rows, _spread) | {LOST: left_out}
 
 
 def _drawn(seed: int, models: Sequence[ObjectModel], job: tuple[str | None, int]) -> EvaluationScene:

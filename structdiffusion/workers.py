@@ -54,7 +54,8 @@ def check_complete(lost: Sequence[Lost], count: int, what: str) -> None:
     """
     if lost:
         raise WorkerError(
-            f"{len(lost)} of {count} {what} are missing ({lost[0].reason}); the same command again makes what is missing"
+            f"{len(lost)} of {count} {what} are missing ({lost[0].reason}); "
+            "the same command again makes what is missing"
         )
 
 
@@ -161,7 +162,7 @@ def _by_processes(work: _Work, jobs: Sequence[Any], workers: int) -> Iterator[tu
                     raise content
                 deaths = 0 if said == _READY else deaths + (said is None and job is None)
                 if deaths >= _MOST_DEATHS:
-                    raise WorkerError(f"{deaths} worker processes died one after the other while they loaded ({content})")
+                    raise WorkerError(f"{deaths} worker processes died in a row while they loaded ({content})")
                 if said is not None and waiting:
                     process.give(*waiting.popleft())
                 else:

@@ -21,7 +21,8 @@ _STYLE = """
 main { max-width: 1320px; }
 .rows { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 360px), 1fr)); gap: 16px;
   margin: 20px 0 0; padding: 0; list-style: none; align-items: start; }
-.rows > li { background: var(--paper); border: 1px solid var(--rule); border-radius: 14px; padding: 16px 18px; min-width: 0; }
+.rows > li { background: var(--paper); border: 1px solid var(--rule); border-radius: 14px; padding: 16px 18px;
+  min-width: 0; }
 .rows > li.failed { border-color: var(--bad); border-left-width: 6px; }
 .rows > li.waiting { border-style: dashed; }
 .rows p { margin: 0 0 8px; }

@@ -53,7 +53,7 @@ def draw_failures(report: Mapping[str, Any], path: Path) -> None:
         rates = [evaluation["aggregate"].get(structure) for evaluation in evaluations]
         left = [0.0] * len(names)
         for cause, color in _COLOR_OF.items():
-            if cause == WORKER_DIED and not any(_rate(evaluation["aggregate"]["all"], cause) for evaluation in evaluations):
+            if cause == WORKER_DIED and not any(_rate(one["aggregate"]["all"], cause) for one in evaluations):
                 continue
             widths = [100 * _rate(found, cause) for found in rates]
             axes.barh(names, widths, left=left, color=color, label=cause)

@@ -26,7 +26,8 @@ VERBS_WITH_A_MODEL = (
     *(["evaluate", verb] for verb in ("success", "arm", "recordings", "coverage", "language")),
 )
 VERBS_WITH_OBJECTS = (*VERBS_WITH_A_MODEL, ["evaluate", "completion"], ["scene", "new"], ["generate", "--out", "out"])
-VERBS_WITH_A_PARSER = (*VERBS_WITH_A_MODEL[:3], ["parse", "make a line"], ["evaluate", "parse"], ["evaluate", "language"])
+VERBS_THAT_READ = (["parse", "make a line"], ["evaluate", "parse"], ["evaluate", "language"])
+VERBS_WITH_A_PARSER = (*VERBS_WITH_A_MODEL[:3], *VERBS_THAT_READ)
 
 
 def test_names_that_are_not_there_are_refused_before_anything_is_loaded(tmp_path):

@@ -81,7 +81,7 @@ def test_a_worker_that_dies_while_it_loads_costs_nothing(tmp_path):
 
 
 def test_workers_that_always_die_while_they_load_are_given_up():
-    with pytest.raises(WorkerError, match=r"3 worker processes died .* while they loaded \(worker died \(exit code 3\)\)"):
+    with pytest.raises(WorkerError, match=r"3 .* died in a row while they loaded \(worker died \(exit code 3\)\)"):
         list(in_parallel(pair, exit_while_loading, (), ["a"] * 8, 1))
 
 
