@@ -9,6 +9,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, TextIO
 
+from structdiffusion.silence import import_pybullet_silently
+
+__all__ = ["ReaderGone", "end_when_nobody_reads", "import_pybullet_silently", "results_stream"]
+
 
 class ReaderGone(SystemExit):
     """Nobody reads the output any more: the command ends with exit code 0.
@@ -69,16 +73,3 @@ def results_stream() -> Iterator[TextIO]:
         sys.stdout.flush()
         os.dup2(kept, descriptor)
         os.close(kept)
-
-
-def import_pybullet_silently() -> None:
-    """Imports PyBullet, which greets with its build time on standard error, without the greeting."""
-    sys.stderr.flush()
-    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 2)
-    try:
-        import pybullet  # noqa: F401
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(nowhere)

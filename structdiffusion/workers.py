@@ -19,6 +19,8 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
+from structdiffusion.silence import import_pybullet_silently
+
 WORKER_DIED = "worker died"
 _MOST_DEATHS = 3  # of workers in a row while they load: the next one would hardly fare better
 _READY, _RESULT, _ERROR = "ready", "result", "error"  # what a worker process says
@@ -147,13 +149,15 @@ def _here(work: _Work, jobs: Sequence[Any]) -> Iterator[tuple[int, Any]]:
 
 
 def _by_processes(work: _Work, jobs: Sequence[Any], workers: int) -> Iterator[tuple[int, Any]]:
+    # Pickled once, and unpickled by each worker itself: that imports much, and need not be waited for here.
+    pickled = pickle.dumps(work)
     waiting, deaths = deque(enumerate(jobs)), 0
     processes: dict[Connection, _Process] = {}
     try:
         while waiting or any(process.job is not None for process in processes.values()):
             # Those that still load are as many as there are jobs for them.
             while len(processes) < workers and len(processes) < len(waiting) + _busy(processes):
-                process = _Process(work)
+                process = _Process(pickled)
                 processes[process.pipe] = process
             for pipe in wait(list(processes)):
                 process = processes[pipe]  # type: ignore[index]
@@ -180,14 +184,14 @@ def _busy(processes: dict[Connection, _Process]) -> int:
 
 
 class _Process:
-    """A worker process.
+    """A worker process, for pickled `_Work`.
 
     Attributes:
         pipe: has something to read when it has said something, or died.
         job: number and content of what it is at; `None` while it loads.
     """
 
-    def __init__(self, work: _Work) -> None:
+    def __init__(self, work: bytes) -> None:
         # Spawned, not forked: torch and PyBullet do not survive a fork with their threads and clients.
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
@@ -231,12 +235,13 @@ def _death(exit_code: int | None) -> str:
         return f"signal {-exit_code}"
 
 
-def _serve(pipe: Connection, work: _Work) -> None:
-    """The life of a worker process."""
+def _serve(pipe: Connection, work: bytes) -> None:
+    """The life of a worker process, which is given a pickled `_Work`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _end_with_parent()
     try:
-        worker = _Worker(work)
+        import_pybullet_silently()
+        worker = _Worker(pickle.loads(work))
         pipe.send((_READY, None))
         while True:
             pipe.send((_RESULT, worker.work(pipe.recv())))

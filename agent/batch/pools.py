@@ -16,7 +16,6 @@ from agent.batch.rows import Row
 from agent.batch.working import carry_out, lost
 from agent.cluster import ray_cluster
 from agent.loaded import Loaded
-from agent.streams import import_pybullet_silently
 from structdiffusion.workers import Lost, in_parallel
 
 
@@ -30,7 +29,7 @@ class Job:
 
 def on_this_machine(jobs: Sequence[Job], workers: int) -> Iterator[dict[str, Any]]:
     """The results of all rows, as they end; each row in one of `workers` processes. Close it to stop them."""
-    with closing(in_parallel(_carried_out, _loaded, (), jobs, workers, ordered=False, threads=None)) as ended:
+    with closing(in_parallel(_carried_out, Loaded, (), jobs, workers, ordered=False, threads=None)) as ended:
         for result in ended:
             yield lost(result.job.row, result.reason) if isinstance(result, Lost) else result
 
@@ -46,7 +45,7 @@ def on_ray(jobs: Sequence[Job], address: str, workers: int | None) -> Iterator[d
         UsageError: when Ray is not installed, or no cluster answers at the address.
     """
     with ray_cluster(address, workers) as count:
-        ended = in_parallel(_carried_out_there, _loaded, (), jobs, count, ray=True, ordered=False, threads=None)
+        ended = in_parallel(_carried_out_there, Loaded, (), jobs, count, ray=True, ordered=False, threads=None)
         for result in ended:
             if isinstance(result, Lost):
                 yield lost(result.job.row, result.reason)
@@ -56,11 +55,6 @@ def on_ray(jobs: Sequence[Job], address: str, workers: int | None) -> Iterator[d
                 job.folder.mkdir(exist_ok=True)
                 (job.folder / name).write_bytes(content)
             yield told
-
-
-def _loaded() -> Loaded:
-    import_pybullet_silently()
-    return Loaded()
 
 
 def _carried_out(loaded: Loaded, job: Job) -> dict[str, Any]:

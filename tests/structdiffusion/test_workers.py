@@ -63,6 +63,18 @@ def test_every_job_has_its_result_on_one_thread(workers, ordered):
     assert torch.get_num_threads() == threads
 
 
+def world(loaded, job):
+    from structdiffusion.tabletop import TabletopWorld
+
+    with TabletopWorld() as world:
+        return len(world.bodies)
+
+
+def test_workers_say_nothing_of_their_own(capfd):
+    assert list(in_parallel(world, int, (), [0], 1)) == [0]
+    assert capfd.readouterr() == ("", "")
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_worker_that_dies_costs_its_job_alone(workers):
     results = list(in_parallel(die, int, (), ["a", "exit", "b", "kill", "c"], workers))
