@@ -2,8 +2,20 @@
 
 import sys
 
+from agent.streams import end_when_nobody_reads
+
 
 def main() -> None:
+    """Runs the command line; it ends quietly when nobody reads its output any more, as in `structagent ... | head`."""
+    end_when_nobody_reads()
+    try:
+        _command_line()
+    finally:
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()  # here, because what goes wrong after this is told as a defect of the interpreter
+
+
+def _command_line() -> None:
     """Runs the command line; where its own packages are missing or broken, says so, and still knows the doctor."""
     try:
         from agent.cli import main as command_line

@@ -5,7 +5,6 @@ Everything heavy is imported inside the verb that needs it, so that `--help` ans
 
 from __future__ import annotations
 
-import os
 import sys
 from contextlib import ExitStack
 from dataclasses import asdict
@@ -49,7 +48,7 @@ from agent.cli_scene import scene_app
 from agent.cli_train import generate, train
 from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, USAGE, UsageError, exit_code_of, one_sentence
 from agent.outputs import check_folder
-from agent.streams import import_pybullet_silently, results_stream
+from agent.streams import ReaderGone, import_pybullet_silently, results_stream
 
 # Typer carries its own copy of click in some versions and uses the installed one in others; its public
 # BadParameter is a usage error in both, and that is the general click error.
@@ -165,7 +164,7 @@ def run(
             for event in run_instruction(text, options, watch=viewer and viewer.watch, trajectories=trajectories):
                 for listener in listeners:
                     listener(event)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, ReaderGone):
             record(Failed("run", "interrupted", INTERRUPTED))
             raise
         finally:
@@ -261,9 +260,6 @@ def command_line(arguments: list[str] | None = None) -> int:
     except (KeyboardInterrupt, typer.Abort):
         complain("interrupted")
         return INTERRUPTED
-    except BrokenPipeError:  # whoever read our output has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
     except Exception as error:
         code = exit_code_of(error)
         if code is None:

@@ -38,7 +38,7 @@ def batch(
     file: Annotated[
         str, typer.Argument(metavar="FILE", help="JSON lines or plain text; - is standard input.", show_default=False)
     ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Results and reports; what succeeded there is kept.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Results and reports; what is there is kept.")],
     scene: SceneOption = "simulated",
     objects: ObjectsOption = "ycb",
     model: ModelOption = "diffusion",
@@ -58,8 +58,9 @@ def batch(
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
     call: CallOption = None,
+    retry: Annotated[bool, typer.Option("--retry", help="Carry out the rows that failed before once more.")] = False,
 ) -> None:
-    """Carry out many instructions; called again, it redoes what failed, is missing or has changed.
+    """Carry out many instructions; called again, it does what is missing or has changed.
 
     \b
     FILE has an instruction a line, with # before a comment, or JSON lines such as
@@ -71,10 +72,15 @@ def batch(
 
     \b
     DIR gets results.jsonl, a line per row, written as the rows end: a batch that is
-    stopped loses only the rows at work. rows/ID has each row's report and session.
+    stopped loses only the rows at work. rows/ID has each row's report and session,
+    and index.html shows all rows with their pictures.
+
+    \b
+    A row that failed is not carried out again unless --retry is given, because it would
+    fail in the same way; a row that was lost when a worker died or the batch was stopped is.
 
     The exit code is 0 when all rows succeeded, otherwise that of the most serious failure, in this order: 1 the tool
-    broke down, 6, 2, 5, 4, 3.
+    broke down, 6, 2, 5, 8, 4, 3.
 
     Example: structagent batch orders.jsonl --out out/orders --workers 4
     """
@@ -86,7 +92,7 @@ def batch(
     recorded = recorded_options(at, topic, camera_pose, call)
     defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded)
     with results_stream() as results:
-        summary = run_batch(file, out, defaults, workers, ray)
+        summary = run_batch(file, out, defaults, workers, ray, retry)
         if json_output:
             print(json.dumps(summary.to_dict(), indent=1, ensure_ascii=False), file=results)
         else:

@@ -19,6 +19,8 @@ from agent.cli_options import (
     ObjectsOption,
     ParserOption,
     Parsers,
+    PlannerOption,
+    PlannersOption,
     PoolOption,
     RayOption,
     SeedOption,
@@ -30,10 +32,12 @@ from grounding.spec import SHAPES
 
 evaluate_app = typer.Typer(rich_markup_mode=None)
 
-PlannerOption = Annotated[str, typer.Option(metavar="NAME", help="The planner.")]
 ScenesOption = Annotated[int, typer.Option(min=1, help="How many per structure.")]
 CandidatesOption = Annotated[int, typer.Option(min=1, help="Arrangements imagined per scene.")]
 ProcessesOption = Annotated[int, typer.Option(min=1, help="Processes.")]
+RowsOption = Annotated[
+    Path | None, typer.Option(metavar="DIR", help="Keep rows and the report there, and go on where it stopped.")
+]
 ReportOption = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the JSON report there too.")]
 
 
@@ -48,9 +52,7 @@ def _evaluate() -> None:
 @evaluate_app.command("success")
 def evaluate_success(
     objects: ObjectsOption = "ycb",
-    model: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="May be given several times.  [default: diffusion]")
-    ] = None,
+    model: PlannersOption = None,
     weights: WeightsOption = None,
     structure: Annotated[
         list[str] | None,
@@ -118,20 +120,24 @@ def evaluate_arm(
     scenes: ScenesOption = 5,
     seed: SeedOption = 0,
     candidates: CandidatesOption = 64,
-    workers: ProcessesOption = max(1, os.cpu_count() or 1),
-    out: ReportOption = None,
+    workers: PoolOption = None,
+    out: RowsOption = None,
     json_output: JsonOption = False,
 ) -> None:
     """How often the arm finds a plan, and how often what it builds stands as asked.
 
-    Example: structagent evaluate arm --objects ycb --scenes 5
-    """
-    check_file(out)
-    import_pybullet_silently()
-    from agent.evaluating_arm import measure_arm, tell_arm
+    \b
+    DIR gets rows.jsonl, a row per scene as they come: the same command goes on where it
+    was stopped, and one with more scenes adds to it. At the end eval.json tells all.
 
-    measured = partial(measure_arm, objects, model, weights, scenes, seed, candidates, workers)
-    _report(measured, tell_arm, out, json_output)
+    Example: structagent evaluate arm --objects ycb --scenes 5 --out out/arm
+    """
+    check_folder(out)
+    import_pybullet_silently()
+    from agent.evaluating_arm import measure_arm, tell_arm, write_evaluation
+
+    measured = partial(measure_arm, objects, model, weights, scenes, seed, candidates, workers=workers, out=out)
+    _report(measured, tell_arm, out, json_output, write_evaluation)
 
 
 @evaluate_app.command("recordings")
@@ -144,20 +150,25 @@ def evaluate_recordings(
     execute: Annotated[
         bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only try each goal without it.")
     ] = True,
-    workers: ProcessesOption = max(1, os.cpu_count() or 1),
-    out: ReportOption = None,
+    workers: PoolOption = None,
+    out: RowsOption = None,
     json_output: JsonOption = False,
 ) -> None:
     """What is found in bags of simulated scenes, and whether runs over them end as in simulation.
 
-    Example: structagent evaluate recordings --objects ycb --scenes 8
+    \b
+    DIR gets rows.jsonl, a row per scene as they come: the same command goes on where it
+    was stopped, and one with more scenes adds to it. At the end eval.json tells all.
+
+    Example: structagent evaluate recordings --objects ycb --scenes 8 --out out/recordings
     """
-    check_file(out)
+    check_folder(out)
     import_pybullet_silently()
+    from agent.evaluating_arm import write_evaluation
     from agent.evaluating_recordings import measure_recordings, tell_recordings
 
-    measured = partial(measure_recordings, objects, model, weights, scenes, seed, execute, workers)
-    _report(measured, tell_recordings, out, json_output)
+    measured = partial(measure_recordings, objects, model, weights, scenes, seed, execute, workers=workers, out=out)
+    _report(measured, tell_recordings, out, json_output, write_evaluation)
 
 
 @evaluate_app.command("completion")
@@ -239,10 +250,7 @@ def evaluate_language(
     candidates: CandidatesOption = 64,
     workers: PoolOption = None,
     ray: RayOption = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Keep rows and the report there, and go on where it stopped."),
-    ] = None,
+    out: RowsOption = None,
     json_output: JsonOption = False,
 ) -> None:
     """What parsing costs: sentences straight through parser, planner and physics, beside the same with the slots told.

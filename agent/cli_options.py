@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
 from enum import Enum, StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from agent.config import LIBRARIES
 from agent.errors import UsageError
-from structdiffusion.planners import PLANNERS
+from structdiffusion.planners import PLANNERS, legal_instead_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -47,9 +49,44 @@ class Viewpoint(str, Enum):
     opposite = "opposite"
 
 
+
+def _known_model(name: str) -> str:
+    """The name of a planner, before anything is loaded that could use it.
+
+    Raises:
+        UsageError: for another name.
+    """
+    if name not in PLANNERS:
+        raise UsageError(f"--model cannot be {name!r}; {legal_instead_of(name)}")
+    return name
+
+
+def _known_models(names: list[str] | None) -> list[str] | None:
+    for name in names or ():
+        _known_model(name)
+    return names
+
+
+def _known_objects(source: str) -> str:
+    """A library or a folder that is there, before anything is loaded from it.
+
+    Raises:
+        UsageError: for anything else.
+    """
+    if source in LIBRARIES or source and Path(source).is_dir():
+        return source
+    near = get_close_matches(source.lower(), LIBRARIES, n=1)
+    meant = f"did you mean {near[0]!r}? " if near else ""
+    raise UsageError(
+        f"--objects cannot be {source!r}, which is neither a library nor a folder that is there; {meant}"
+        f"legal: {', '.join(LIBRARIES)}, or a folder of meshes"
+    )
+
+
 ObjectsOption = Annotated[
     str,
     typer.Option(
+        callback=_known_objects,
         metavar="ycb|procedural|training|validation|random_urdfs|DIR",
         help="The objects: a library, or a folder of meshes.",
     ),
@@ -62,7 +99,14 @@ SceneOption = Annotated[
         "(.bag, .db3, .mcap, a ROS 2 folder), a cloud (.ply, .pcd) or a folder of colour and depth pictures.",
     ),
 ]
-ModelOption = Annotated[str, typer.Option(metavar="|".join(PLANNERS), help="Who imagines.")]
+ModelOption = Annotated[
+    str, typer.Option(callback=_known_model, metavar="|".join(PLANNERS), help="Who imagines.")
+]
+PlannerOption = Annotated[str, typer.Option(callback=_known_model, metavar="NAME", help="The planner.")]
+PlannersOption = Annotated[
+    list[str] | None,
+    typer.Option(callback=_known_models, metavar="NAME", help="May be given several times.  [default: diffusion]"),
+]
 WeightsOption = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="Checkpoints of the networks, one folder each; by default those shipped."),

@@ -19,16 +19,17 @@ import numpy as np
 import trimesh
 from scipy.spatial import cKDTree
 
-from agent.evaluating import drawn_scenes, rate_of, report_of
+from agent.evaluating import LOST, left_out_note, parted, rate_of, report_of, row_of_lost
 from agent.progress import followed
 from agent.telling import aligned
 from grounding.spec import SHAPES
 from structdiffusion.completion.bodies import body_of
 from structdiffusion.completion.shapes import METHODS
-from structdiffusion.evaluation_scenes import EvaluationScene
+from structdiffusion.evaluation_scenes import EvaluationScene, draw_evaluation_scenes
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects import meshes, solids
 from structdiffusion.objects.decomposition import signed_distance
+from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.physical import MAX_PENETRATION
 from structdiffusion.tabletop import TabletopWorld
@@ -50,13 +51,17 @@ def measure_completion(objects: str, count: int, seed: int, workers: int) -> dic
         seed: of scenes, sensor noise and placements.
         workers: processes.
     """
-    scenes = drawn_scenes(objects, count, seed, workers)
+    drawn = draw_evaluation_scenes(load_objects(objects), count, seed=seed, workers=workers)
+    scenes, lost = parted(followed("scenes drawn", drawn, count * len(SHAPES)))
     compared = in_parallel(partial(_compared, METHODS), tuple, (), scenes, workers)
-    rows = list(followed("scenes completed", compared, len(scenes)))
+    rows, more = parted(followed("scenes completed", compared, len(scenes)))
+    left_out = [row_of_lost(one.job, seed, one.reason) for one in lost]
+    left_out += [row_of_lost((one.job.structure, one.job.number), seed, one.reason) for one in more]
     nouns = sorted({thing["noun"] for row in rows for thing in row["objects"]})
     command = f"structagent evaluate completion --objects {objects} --scenes {count} --seed {seed}"
     return report_of(command, rows, _rates) | {
         "nouns": {noun: _nearness(rows, lambda thing, noun=noun: thing["noun"] == noun) for noun in nouns},
+        LOST: left_out,
     }
 
 
@@ -83,6 +88,8 @@ def tell_completion(report: dict[str, Any], results: TextIO) -> None:
         pairs = [f"{nearness[method]['chamfer']:.1f} / {nearness[method]['iou']:.2f}" for method in methods]
         table.append([noun, str(nearness[methods[0]]["n"]), *pairs])
     print(f"\n{aligned(table, left=1)}", file=results)
+    if report[LOST]:
+        print(f"\n{left_out_note(len(report[LOST]))}", file=results)
     print(f"\n{report['command']}", file=results)
 
 

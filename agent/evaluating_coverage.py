@@ -17,13 +17,13 @@ import numpy as np
 import torch
 from scipy.stats import t as student_t
 
-from agent.evaluating import Row, report_of, spoken_scenes
+from agent.evaluating import LOST, Row, left_out_note, parted, report_of, row_of_lost, spoken_scenes
 from agent.planning import checked_planner, worth_a_try
 from agent.progress import followed
 from agent.telling import aligned, number, slot_label
 from grounding.spec import SHAPES, SLOTS_OF_SHAPE, X_POSITIONS, StructureSpec
 from structdiffusion.estimate import estimate, imagined_bodies
-from structdiffusion.evaluation_scenes import EvaluationScene, draw_evaluation_scene
+from structdiffusion.evaluation_scenes import ANY_SHAPE, EvaluationScene, draw_evaluation_scene
 from structdiffusion.geometry import yaw_of
 from structdiffusion.layouts import LayoutError
 from structdiffusion.objects.libraries import load_objects
@@ -52,14 +52,17 @@ def measure_coverage(
     models = tuple(load_objects(objects))
     jobs = [(shape, place) for shape in (*SHAPES, None) for place in range(count)]
     drawn = in_parallel(partial(_drawn, seed), tuple, (models,), jobs, workers)
-    scenes = spoken_scenes(list(followed("scenes drawn", drawn, len(jobs))), heard=False)
+    scenes, lost = parted(followed("scenes drawn", drawn, len(jobs)))
     load = partial(checked_planner, name, weights)
-    covered = in_parallel(partial(_covered, candidates), load, (), scenes, workers)
-    rows = [row for found in followed("scenes sampled", covered, len(scenes)) for row in found]
+    covered = in_parallel(partial(_covered, candidates), load, (), spoken_scenes(scenes, heard=False), workers)
+    found, more = parted(followed("scenes sampled", covered, len(scenes)))
+    rows = [row for rows in found for row in rows]
+    left_out = [row_of_lost((one.job[0] or ANY_SHAPE, one.job[1]), seed, one.reason) for one in lost]
+    left_out += [row_of_lost((one.job.structure, one.job.number), seed, one.reason) for one in more]
     command = f"structagent evaluate coverage --objects {objects} --scenes {count} --seed {seed} --model {name}"
     command += f" --weights {weights}" if weights else ""
     command += f" --candidates {candidates}"
-    return report_of(command, rows, _spread)
+    return report_of(command, rows, _spread) | {LOST: left_out}
 
 
 def _drawn(seed: int, models: Sequence[ObjectModel], job: tuple[str | None, int]) -> EvaluationScene:
@@ -164,6 +167,8 @@ def tell_coverage(report: Row, results: TextIO) -> None:
             shares = found[SAMPLED]["shares"].items()
             table.append([*cells, ", ".join(f"{value} {100 * share:.0f} %" for value, share in shares)])
     print(aligned(table, left=2), file=results)
+    if report[LOST]:
+        print(f"\n{left_out_note(len(report[LOST]))}", file=results)
     print(
         "\nentropy of the values that samples realise, of those that fit, over that of as many even draws: 1 evenly spread, "
         f"0 all alike; means over n scenes with two such samples, 95 % intervals by Student's t\n{report['command']}",

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from agent import __version__
-from agent.evaluating import SCHEMA_VERSION, Row, rate_of
+from agent.evaluating import LOST, SCHEMA_VERSION, Row, lost_count, lost_note, rate_of, told
 from agent.evaluating_parse import benchmark_rows, thinned
 from agent.instructions import HEARD, Instruction, understood
 from agent.kept_rows import KeptRows, fingerprint, kept_folder
@@ -26,11 +26,12 @@ from agent.reading import ReadingOptions
 from agent.telling import aligned
 from agent.workforce import workforce
 from structdiffusion.evaluation import solve
-from structdiffusion.evaluation_scenes import EvaluationScene, draw_evaluation_scene
+from structdiffusion.evaluation_scenes import ANY_SHAPE, EvaluationScene, draw_evaluation_scene
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.sampling import Planner
 from structdiffusion.scenes import SceneError
+from structdiffusion.workers import WORKER_DIED, Lost
 
 NO_SCENE = "no scene could be drawn"
 NOT_BUILT = "not understood"  # refused, or asked back: nothing is built, as with `structagent run`
@@ -115,7 +116,7 @@ def measure_language(
         workforce(workers, ray) as force,
     ):
         instructions, left_out = understood(rows, ReadingOptions(parser=asked.parser), asked.as_said)
-        done = {row["number"]: row for row in kept.rows}
+        done = {row["number"]: row for row in told(kept.rows)}
         missing = [one for one in instructions if not one.is_in(done)]
         # A worker's current folder may be another one.
         weights = asked.weights and asked.weights.absolute()
@@ -123,9 +124,11 @@ def measure_language(
         carried_out = force.do(task, partial(_loaded, models, asked.model, weights), (), missing)
         with progress("sentences", len(instructions), len(instructions) - len(missing)) as tell:
             for row in carried_out:
+                if isinstance(row, Lost):
+                    row = _lost(asked.seed, row)
                 kept.add(row)
                 done[row["number"]] = row
-                tell()
+                tell(LOST not in row)
     results = [done[instruction.number] for instruction in instructions]
     measured = [row for row in results if "structure" in row]
     left_out[NO_SCENE] = len(results) - len(measured)
@@ -175,6 +178,25 @@ def _carried_out(
     }
 
 
+def _lost(seed: int, lost: Lost) -> Row:
+    """The row of a sentence whose worker died at it."""
+    instruction: Instruction = lost.job
+    return {
+        "structure": instruction.meant.shape or ANY_SHAPE,
+        "stratum": instruction.row.stratum,
+        "seed": seed,
+        "draw": None,
+        "number": instruction.number,
+        **instruction.heard,
+        "exact": instruction.understood and instruction.parse.spec == instruction.meant,
+        "objects": [],
+        "failure": WORKER_DIED if instruction.understood else NOT_BUILT,
+        "failure_told": WORKER_DIED,
+        "seconds": None,
+        LOST: lost.reason,
+    }
+
+
 def _failure_as_heard(
     planner: Planner, told: EvaluationScene, instruction: Instruction, candidates: int, failure_told: str | None
 ) -> str | None:
@@ -193,36 +215,41 @@ def _grouped(rows: Sequence[Row], key: str) -> dict[str, Row]:
 
 
 def _rates(rows: Sequence[Row]) -> Row:
-    stands, told = [row["failure"] is None for row in rows], [row["failure_told"] is None for row in rows]
-    lost = [was_told and not heard for heard, was_told in zip(stands, told)]
-    won = [heard and not was_told for heard, was_told in zip(stands, told)]
+    stands, told_slots = [row["failure"] is None for row in rows], [row["failure_told"] is None for row in rows]
+    died = lost_count(rows)
+    lost = [was_told and not heard for heard, was_told in zip(stands, told_slots)]
+    won = [heard and not was_told for heard, was_told in zip(stands, told_slots)]
     return {
         "n": len(rows),
         "exact": rate_of([row["exact"] for row in rows]),
         "understood": rate_of([row["failure"] != NOT_BUILT for row in rows]),
         "success": rate_of(stands),
-        "success_told": rate_of(told),
+        "success_told": rate_of(told_slots),
         "lost_by_parsing": rate_of(lost),
         "won_by_parsing": rate_of(won),
-        "failures": {BY_PARSING: sum(lost), BY_ARRANGEMENT: stands.count(False) - sum(lost)},
+        "failures": {BY_PARSING: sum(lost), BY_ARRANGEMENT: stands.count(False) - sum(lost) - died},
+        "lost": died,
     }
 
 
 def tell_language(report: Row, results: TextIO) -> None:
     """The tables for people: by structure, then by kind of sentence."""
+    lost = report["aggregate"]["structure"]["all"]["lost"]
     for key, groups in report["aggregate"].items():
         head = [key, "n", "exact", "success", "95 %", "told the slots", "95 %", "lost by parsing", "95 %", "won"]
-        table = [[*head, "failures by parsing", "by arrangement"]]
+        table = [[*head, "failures by parsing", "by arrangement", *([WORKER_DIED] if lost else [])]]
         for name, found in groups.items():
             cells = [name, str(found["n"]), _percent(found["exact"])]
             for rate in ("success", "success_told", "lost_by_parsing"):
                 cells += [_percent(found[rate]), _interval(found[rate])]
             failures = found["failures"]
             cells += [_percent(found["won_by_parsing"]), str(failures[BY_PARSING]), str(failures[BY_ARRANGEMENT])]
-            table.append(cells)
+            table.append(cells + ([str(found["lost"])] if lost else []))
         print(aligned(table, left=1) + "\n", file=results)
     others = "; ".join(f"{count} {reason}" for reason, count in report["left_out"].items())
     print(f"of {report['sentences']} sentences left out: {others}", file=results)
+    if lost:
+        print(lost_note(lost, "sentence"), file=results)
     print(f"rates in percent, with 95 % Wilson intervals\n{report['command']}", file=results)
 
 

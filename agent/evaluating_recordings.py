@@ -9,7 +9,7 @@ the objects of a table setting are named for the recording, as a person would wi
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -18,30 +18,52 @@ from typing import Any, TextIO
 
 import numpy as np
 
+import agent.arm
+import agent.bags
+import agent.perception
+import agent.scenes
+import agent.twin
+import grounding
 from agent import events
 from agent.bags.recording import RecordedOptions
 from agent.bags.session import record_session
 from agent.errors import exit_code_of, one_sentence
-from agent.evaluating import Row, rate_of, report_of
+from agent.evaluating import (
+    LOST,
+    Place,
+    Row,
+    keep_as_they_end,
+    lost_count,
+    lost_note,
+    rate_of,
+    report_of,
+    rows_by_place,
+    told,
+)
+from agent.evaluating_arm import REPORT
+from agent.kept_rows import KeptRows, fingerprint, kept_folder
 from agent.loaded import Loaded
 from agent.pipeline import RunOptions, run_instruction
 from agent.planning import checked_planner
-from agent.progress import followed
+from agent.progress import progress
 from agent.scenes.files import write_scene
 from agent.scenes.placing import drawn_objects, saved_objects
 from agent.scenes.recorded import RecordedSource
 from agent.scenes.sources import FileSource
-from agent.telling import aligned
+from agent.telling import aligned, number
+from agent.workforce import workforce
 from grounding.corpus import sentences
 from grounding.selection import mentioned
 from grounding.spec import SHAPES
 from structdiffusion.objects.libraries import load_objects
+from structdiffusion.objects.model import ObjectModel
 from structdiffusion.scenes import DrawnScene, SceneError, draw_scene, full_spec
 from structdiffusion.tabletop import MIN_POINTS
-from structdiffusion.workers import in_parallel
+from structdiffusion.workers import WORKER_DIED
 
 _MATCHED = 0.5  # of intersection over union: a mask that has less in common with an object is none of it
 _DRAWS = 200
+_CODE = (agent.arm, agent.bags, agent.perception, agent.scenes, agent.twin, grounding)  # that decides the rows
 
 
 @dataclass(frozen=True)
@@ -53,7 +75,15 @@ class _Job:
 
 
 def measure_recordings(
-    objects: str, model: str, weights: Path | None, count: int, seed: int, execute: bool, workers: int
+    objects: str,
+    model: str,
+    weights: Path | None,
+    count: int,
+    seed: int,
+    execute: bool,
+    *,
+    workers: int | None = None,
+    out: Path | None = None,
 ) -> dict[str, Any]:
     """Masks and verdicts over `count` scenes of each of the four structures, JSON-ready.
 
@@ -64,21 +94,38 @@ def measure_recordings(
         count: scenes per structure.
         seed: of scenes, sensor noise, sampling and planning.
         execute: build with the arm, or only try each goal without it.
-        workers: processes.
+        workers: processes; `None` for one per core, 0 for this one alone.
+        out: as `measure_arm` has it.
+
+    Raises: as `measure_arm`.
     """
     checked_planner(model, weights)  # an unknown name or a broken checkpoint is known before any scene is drawn
-    jobs = list(_jobs(objects, count, seed))
-    recorded = in_parallel(partial(_round_trip, objects, model, weights, execute), Loaded, (), jobs, workers)
-    rows = list(followed("scenes recorded", recorded, len(jobs)))
+    library = load_objects(objects)
+    options = {"objects": objects, "model": model, "seed": seed, "execute": execute}
+    asked = {"evaluation": "recordings"} | fingerprint(options, library, [model], weights, _CODE)
+    # Structures in turn, so that what is there of an evaluation that was stopped is of all of them.
+    places = [(shape, k) for k in range(count) for shape in SHAPES]
+    with (
+        kept_folder(out) as path,
+        KeptRows(path, asked, {"structure", "number"}, (REPORT,)) as kept,
+        workforce(workers, None) as force,
+    ):
+        rows = rows_by_place(kept.rows)
+        jobs = [_job(library, objects, place, seed) for place in places if place not in rows]
+        recorded = force.do(partial(_round_trip, objects, model, weights, execute), Loaded, (), jobs)
+        with progress("scenes recorded", len(places), len(places) - len(jobs)) as tell:
+            rows |= keep_as_they_end(kept, recorded, tell, seed)
     command = f"structagent evaluate recordings --objects {objects} --scenes {count} --seed {seed} --model {model}"
     command += f" --weights {weights}" if weights else ""
     command += "" if execute else " --no-execute"
-    return report_of(command, rows, _rates)
+    return report_of(command, [rows[shape, k] for shape in SHAPES for k in range(count)], _rates)
 
 
 def tell_recordings(report: dict[str, Any], results: TextIO) -> None:
     """The table for people."""
-    table = [["structure", "n", "exact", "mask IoU", "simulated", "recorded", "same", "95 %", "seconds to objects"]]
+    lost = report["aggregate"]["all"]["lost"]
+    head = ["structure", "n", "exact", "mask IoU", "simulated", "recorded", "same", "95 %", "seconds to objects"]
+    table = [head + ([WORKER_DIED] if lost else [])]
     for structure, rates in report["aggregate"].items():
         same = rates["same"]
         table.append(
@@ -86,33 +133,31 @@ def tell_recordings(report: dict[str, Any], results: TextIO) -> None:
                 structure,
                 str(rates["n"]),
                 str(rates["exact"]["count"]),
-                f"{rates['iou']:.3f}",
+                number(rates["iou"], 3),
                 str(rates["simulated"]["count"]),
                 str(rates["recorded"]["count"]),
                 str(same["count"]),
                 f"{100 * same['low']:.0f} to {100 * same['high']:.0f}",
-                f"{rates['seconds']:.2f}",
+                number(rates["seconds"], 2),
+                *([str(rates["lost"])] if lost else []),
             ]
         )
     print(aligned(table, left=1), file=results)
+    if lost:
+        print("\n" + lost_note(lost, "scene"), file=results)
     print(f"\n{report['command']}", file=results)
 
 
-def _jobs(objects: str, count: int, seed: int) -> Iterator[_Job]:
-    """Scenes in which everything takes part and the camera sees all of it."""
-    library = load_objects(objects)
-    for place, structure in enumerate(SHAPES):
-        for number in range(count):
-            for draw in range(_DRAWS):
-                rng = np.random.default_rng((seed, place, number, draw))
-                try:
-                    drawn = draw_scene(library, full_spec(structure, rng), rng, distractors=0)
-                except SceneError:
-                    continue
-                yield _Job(structure, number, seed, drawn)
-                break
-            else:
-                raise SceneError(f"no {structure} could be drawn from {objects} in {_DRAWS} attempts")
+def _job(library: Sequence[ObjectModel], objects: str, place: Place, seed: int) -> _Job:
+    """A scene in which everything takes part and the camera sees all of it."""
+    structure, count = place
+    for draw in range(_DRAWS):
+        rng = np.random.default_rng((seed, SHAPES.index(structure), count, draw))
+        try:
+            return _Job(structure, count, seed, draw_scene(library, full_spec(structure, rng), rng, distractors=0))
+        except SceneError:
+            continue
+    raise SceneError(f"no {structure} could be drawn from {objects} in {_DRAWS} attempts")
 
 
 def _round_trip(
@@ -186,12 +231,14 @@ def _overlaps(masks: dict[str, np.ndarray], labels: np.ndarray) -> np.ndarray:
 
 
 def _rates(rows: Sequence[Row]) -> Row:
+    measured = told(rows)
     return {
         "n": len(rows),
-        "exact": rate_of([row["exact"] for row in rows]),
-        "iou": float(np.mean([row["iou"] for row in rows])),
-        "simulated": rate_of([row["simulated"] is None for row in rows]),
-        "recorded": rate_of([row["recorded"] is None for row in rows]),
-        "same": rate_of([row["same"] for row in rows]),
-        "seconds": float(np.mean([row["seconds"] for row in rows])),
+        "exact": rate_of([row.get("exact", False) for row in rows]),
+        "iou": float(np.mean([row["iou"] for row in measured])) if measured else None,
+        "simulated": rate_of([row.get("simulated", LOST) is None for row in rows]),
+        "recorded": rate_of([row.get("recorded", LOST) is None for row in rows]),
+        "same": rate_of([row.get("same", False) for row in rows]),
+        "lost": lost_count(rows),
+        "seconds": float(np.mean([row["seconds"] for row in measured])) if measured else None,
     }

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from agent import __version__
 from agent.progress import progress
+from structdiffusion.workers import WorkerError
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ def generate_data(wish: DataWish, workers: int | None, ray: str | None) -> None:
     Raises:
         UsageError: when the cluster cannot be had.
         DataFolderError: when the folder has other data.
+        WorkerError: when workers died; everything that they were not at is written, and the same command goes on.
     """
     from agent.cluster import ray_cluster
     from agent.language_data import write_language
@@ -67,8 +69,13 @@ def generate_data(wish: DataWish, workers: int | None, ray: str | None) -> None:
     with ExitStack() as stack:
         count = stack.enter_context(ray_cluster(ray, workers)) if ray else workers or os.cpu_count() or 1
         how = {"seed": wish.seed, "workers": count, "ray": ray is not None}
-        _follow("shards of scenes", generate(models, wish.out, wish.scenes, crowded=wish.crowded, **how))
-        _follow("groups of pairs", generate_pairs(models, wish.out, wish.pairs, **how))
+        steps = {
+            "shards of scenes": generate(models, wish.out, wish.scenes, crowded=wish.crowded, **how),
+            "groups of pairs": generate_pairs(models, wish.out, wish.pairs, **how),
+        }
+        lost = [error for what, step in steps.items() if (error := _follow(what, step)) is not None]
+    if lost:  # the datasheet is about all of it
+        raise WorkerError("; ".join(map(str, lost)))
     if not (wish.out / "language.npz").is_file():
         print("embedding sentences, which takes a minute or two", file=sys.stderr)
         write_language(wish.out, SentenceEncoder(), wish.seed)
@@ -78,9 +85,17 @@ def generate_data(wish: DataWish, workers: int | None, ray: str | None) -> None:
     print(f"{counted} in {wish.out}; see {wish.out / SHEET_TEXT}")
 
 
-def _follow(what: str, steps: Iterator[tuple[int, int]]) -> None:
-    """Goes through the steps of some work, which says before the first and after each how many of how many are done."""
+def _follow(what: str, steps: Iterator[tuple[int, int]]) -> WorkerError | None:
+    """Goes through the steps of some work, which says before the first and after each how many of how many are done.
+
+    Returns:
+        What is missing where workers died; `None` where nothing is.
+    """
     done, total = next(steps)
     with progress(what, total, done) as tell:
-        for _ in steps:
-            tell()
+        try:
+            for _ in steps:
+                tell()
+        except WorkerError as error:
+            return error
+    return None

@@ -15,6 +15,7 @@ import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import structdiffusion
@@ -113,6 +114,8 @@ def _difference(key: str, kept: Any, asked: Any) -> str:
         return f"by structagent {kept}, and this is {asked}"
     if key == "code":
         return "by other code, and rows of both may not mix"
+    if key == "evaluation":
+        return f"of {kept}, and not of {asked}"
     if key == "library":
         return "with other objects of that name, which have changed since"
     return f"{_said(key, kept)}, not {_said(key, asked)}"
@@ -136,7 +139,11 @@ def kept_folder(out: Path | None) -> Iterator[Path]:
 
 
 def fingerprint(
-    options: Mapping[str, Any], library: Sequence[ObjectModel], models: Sequence[str], weights: Path | None
+    options: Mapping[str, Any],
+    library: Sequence[ObjectModel],
+    models: Sequence[str],
+    weights: Path | None,
+    packages: Sequence[ModuleType] = (),
 ) -> dict[str, Any]:
     """What two commands have in common whose rows may stand in one table, as `KeptRows` takes it, JSON-ready.
 
@@ -148,22 +155,24 @@ def fingerprint(
         library: the objects.
         models: names of planners.
         weights: the folder of checkpoints, or `None` for those shipped.
+        packages: whose code decides the rows too, beside `structdiffusion`.
     """
     networks = sorted({network for model in models for network in networks_of(model)})
     return {
         "version": __version__,
-        "code": _checksum_of_code(),
+        "code": _checksum_of_code(structdiffusion, *packages),
         **options,
         "library": _checksum_of_objects(library),
         "networks": _checksums_of_networks(weights or WEIGHTS, networks),
     }
 
 
-def _checksum_of_code() -> str:
+def _checksum_of_code(*packages: ModuleType) -> str:
     checksum = hashlib.sha256()
-    folder = Path(structdiffusion.__file__).parent
-    for path in sorted(folder.rglob("*.py")):
-        checksum.update(f"{path.relative_to(folder)} {path.stat().st_size}\n".encode() + path.read_bytes())
+    for package in packages:
+        folder = Path(package.__file__ or "").parent
+        for path in sorted(folder.rglob("*.py")):
+            checksum.update(f"{path.relative_to(folder)} {path.stat().st_size}\n".encode() + path.read_bytes())
     return checksum.hexdigest()
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from agent.errors import NoValidGoal, UsageError
 from structdiffusion.observation import Arrangement
-from structdiffusion.planners import LEGAL_NAMES, PLANNERS
+from structdiffusion.planners import PLANNERS, legal_instead_of
 from structdiffusion.sampling import Planner, load_planner
 
 # An arrangement that its own scores give less than this is not worth a try.
@@ -22,7 +22,7 @@ def checked_planner(name: str, weights: Path | None) -> Planner:
         CheckpointError: for a checkpoint that is missing or does not fit.
     """
     if name not in PLANNERS:
-        raise UsageError(f"--model cannot be {name!r}; legal values: {LEGAL_NAMES}")
+        raise UsageError(f"--model cannot be {name!r}; {legal_instead_of(name)}")
     return load_planner(name, weights)
 
 

@@ -32,6 +32,8 @@ def progress_bar(quiet: bool = False) -> Progress:
 def progress(what: str, total: int, done: int = 0, failed: int = 0) -> Iterator[Callable[..., None]]:
     """Takes, for every piece of work that ends, whether it succeeded; it did where nothing is said.
 
+    It takes a line about the piece, too, which is told at once with the piece's number and the time left.
+
     Args:
         what: the pieces are called, as "rows".
         total: how many there are, those done before any work included.
@@ -42,13 +44,22 @@ def progress(what: str, total: int, done: int = 0, failed: int = 0) -> Iterator[
     at_once, bar = done, progress_bar(quiet=total == done)  # no bar where there is nothing to do
     task = bar.add_task(_description(what, failed), total=total, completed=done)
 
-    def tell(success: bool = True) -> None:
+    def tell(success: bool = True, line: str | None = None) -> None:
         nonlocal done, failed, first, told
         done, failed = done + 1, failed + (not success)
         bar.update(task, completed=done, description=_description(what, failed))
         now = time.monotonic()
+        if line is not None:
+            left = (now - began) / (done - at_once) * (total - done)
+            line = f"{done} of {total}: {line}" + (f", about {span(left)} left" if done < total else "")
+            if bar.disable:
+                print(line, file=sys.stderr, flush=True)
+            else:
+                bar.console.print(line, markup=False, highlight=False, soft_wrap=True)
         if done == at_once + 1:
             first = now
+        if line is not None and done < total:
+            return
         if bar.disable and (now - told >= PLAIN_SECONDS or done == total):
             told = now
             said = f"{done} of {total} {_description(what, failed)}"

@@ -14,7 +14,7 @@ from structdiffusion.workers import in_parallel
 
 @dataclass(frozen=True)
 class Workforce:
-    """So many processes of this machine, or workers of a Ray cluster."""
+    """So many processes of this machine (0 for this one alone), or workers of a Ray cluster."""
 
     count: int
     ray: bool
@@ -22,11 +22,10 @@ class Workforce:
     def do(
         self, task: Callable[[Any, Any], Any], load: Callable[..., Any], arguments: tuple[Any, ...], jobs: Sequence[Any]
     ) -> Iterator[Any]:
-        """The results of all jobs, as they end; the arguments are those of `in_parallel`."""
+        """The results of all jobs, as they end, a `Lost` for each whose worker died; arguments as of `in_parallel`."""
         if not jobs:
             return
-        count = min(self.count, len(jobs))
-        with closing(in_parallel(task, load, arguments, jobs, count, ray=self.ray, ordered=False)) as results:
+        with closing(in_parallel(task, load, arguments, jobs, self.count, ray=self.ray, ordered=False)) as results:
             yield from results
 
 
@@ -34,7 +33,7 @@ class Workforce:
 def workforce(workers: int | None, ray: str | None) -> Iterator[Workforce]:
     """`workers` of them, by default one per core, of this machine or of the cluster at the address `ray`."""
     if ray is None:
-        yield Workforce(workers or os.cpu_count() or 1, ray=False)
+        yield Workforce((os.cpu_count() or 1) if workers is None else workers, ray=False)
     else:
         with ray_cluster(ray, workers) as count:
             yield Workforce(count, ray=True)

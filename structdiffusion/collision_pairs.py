@@ -18,7 +18,7 @@ from structdiffusion.footprints import separation_along, turned
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.tabletop import TabletopWorld
-from structdiffusion.workers import in_parallel
+from structdiffusion.workers import Lost, check_complete, in_parallel
 
 _GROUP = 10  # objects that share a world, and are paired with each other
 _REACH = 0.03  # m: farther apart than this is recorded as this
@@ -30,7 +30,7 @@ def generate_pairs(
     pairs: int,
     *,
     seed: int = 0,
-    workers: int = 1,
+    workers: int = 0,
     ray: bool = False,
 ) -> Iterator[tuple[int, int]]:
     """Write `pairs.npz` into a folder of demonstrations; yields (groups done, groups in all).
@@ -43,8 +43,11 @@ def generate_pairs(
         folder: with `library.npz` (see `demonstrations.generate`).
         pairs: how many, rounded up to as many for each group of ten objects.
         seed: of everything.
-        workers: processes.
+        workers: processes; 0 for this one alone.
         ray: the workers are of the Ray cluster that this process is connected to.
+
+    Raises:
+        WorkerError: at the end, when workers died and their groups are missing.
     """
     path, groups = Path(folder) / "pairs.npz", -(-len(models) // _GROUP)
     count = -(-pairs // groups)
@@ -57,10 +60,16 @@ def generate_pairs(
     done = groups - len(missing)
     yield done, groups
     task = partial(_drawn, count, seed)
-    for group, columns in in_parallel(task, tuple, (tuple(models),), missing, workers, ray=ray, ordered=False):
+    lost = []
+    for drawn in in_parallel(task, tuple, (tuple(models),), missing, workers, ray=ray, ordered=False):
+        if isinstance(drawn, Lost):
+            lost.append(drawn)
+            continue
+        group, columns = drawn
         save_arrays(parts[group], columns)
         done += 1
         yield done, groups
+    check_complete(lost, groups, "groups of pairs")
     loaded = [read_arrays(part) for part in parts]
     save_arrays(path, {name: np.concatenate([part[name] for part in loaded]) for name in loaded[0]})
     for part in parts:

@@ -18,7 +18,7 @@ from structdiffusion.arrays import DataFolderError, read_arrays, save_arrays
 from structdiffusion.batches import widened
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.shards import Shard, draw_shard
-from structdiffusion.workers import in_parallel
+from structdiffusion.workers import Lost, check_complete, in_parallel
 
 SHARD_SCENES = 500
 PROVEN = 1  # scenes of each exact shape in a shard that are built in physics too
@@ -95,7 +95,7 @@ def generate(
     *,
     crowded: int = 0,
     seed: int = 0,
-    workers: int = 1,
+    workers: int = 0,
     ray: bool = False,
 ) -> Iterator[tuple[int, int]]:
     """Write demonstrations; yields (shards done, shards in all) as they are finished.
@@ -106,11 +106,12 @@ def generate(
         scenes: how many, rounded up to whole shards of 500.
         crowded: how many more in which 8 to 10 objects take part, rounded up likewise.
         seed: of everything.
-        workers: processes.
+        workers: processes; 0 for this one alone.
         ray: the workers are of the Ray cluster that this process is connected to.
 
     Raises:
         DataFolderError: when the folder has scenes of other objects or of another seed.
+        WorkerError: at the end, when workers died and their shards are missing.
     """
     folder = Path(folder)
     save_library(models, folder)
@@ -122,10 +123,15 @@ def generate(
     done = shards - len(missing)
     yield done, shards
     task = partial(_drawn, seed, SHARD_SCENES, PROVEN)
+    lost = []
     for shard in in_parallel(task, tuple, (tuple(models),), missing, workers, ray=ray, ordered=False):
+        if isinstance(shard, Lost):
+            lost.append(shard)
+            continue
         keep_shard(folder, shard)
         done += 1
         yield done, shards
+    check_complete(lost, shards, "shards of scenes")
 
 
 def keep_shard(folder: Path, shard: Shard) -> None:

@@ -22,6 +22,7 @@ from structdiffusion.layouts import LayoutError
 from structdiffusion.observation import Arrangement, Goal, Scene
 from structdiffusion.physical import Verdict
 from structdiffusion.success import FAILURE_CLASSES
+from structdiffusion.workers import WORKER_DIED
 
 SCHEMA = "structagent-success/2"
 Row = dict[str, Any]
@@ -107,6 +108,35 @@ class SceneResult:
         }
 
 
+def lost_row(structure: str, number: int, seed: int, reason: str) -> Row:
+    """The row of a scene whose worker died at it: a failure of its own class, with the keys of `SceneResult.to_dict`.
+
+    Args:
+        structure, number, seed: of the scene, as `EvaluationScene` has them.
+        reason: as `structdiffusion.workers.Lost` has it.
+    """
+    return {
+        "structure": structure,
+        "number": number,
+        "seed": seed,
+        "draw": None,
+        "spec": None,
+        "words": None,
+        "heard": None,
+        "objects": [],
+        "distractors": [],
+        "success": False,
+        "failure": WORKER_DIED,
+        "first_success_rank": None,
+        "proposed": 0,
+        "plan_seconds": None,
+        "seconds": None,
+        "problem": reason,
+        "verdicts": [],
+        "left": None,
+    }
+
+
 @dataclass(frozen=True)
 class Evaluation:
     """All rows of a planner, and the rates over them.
@@ -125,7 +155,8 @@ class Evaluation:
         """Rates per structure, and over all scenes as "all".
 
         "failures" are those of the best-ranked arrangements; "into_table" is how many of them intersect the table:
-        these count as "intersection" there.
+        these count as "intersection" there. "lost" are the scenes whose worker died: they count as failed, are in
+        none of the failure classes, and have no times.
         """
         groups = {shape: [row for row in self.rows if row["structure"] == shape] for shape in SHAPES}
         groups = {shape: rows for shape, rows in groups.items() if rows} | {"all": list(self.rows)}
@@ -194,15 +225,17 @@ def _rates(rows: Sequence[Row], top_k: int) -> dict[str, Any]:
     causes = (*FAILURE_CLASSES, NO_ARRANGEMENT)
     first = [row["verdicts"][0] for row in rows if row["verdicts"]]
     ranks = [row["first_success_rank"] or math.inf for row in rows]
-    planning = [row["plan_seconds"] for row in rows]
+    told = [row for row in rows if row["failure"] != WORKER_DIED]
+    planning = [row["plan_seconds"] for row in told]
     return {
         "n": n,
         "success": rate(sum(rank == 1 for rank in ranks)),
         "success_at": {str(k): rate(sum(rank <= k for rank in ranks)) for k in range(1, top_k + 1)},
         "failures": {cause: rate(sum(row["failure"] == cause for row in rows)) for cause in causes},
         "into_table": rate(sum(verdict["penetrated"] == "table" for verdict in first)),
-        "plan_seconds": float(np.mean(planning)) if rows else None,
-        "plan_seconds_median": float(np.median(planning)) if rows else None,
+        "lost": rate(n - len(told)),
+        "plan_seconds": float(np.mean(planning)) if planning else None,
+        "plan_seconds_median": float(np.median(planning)) if planning else None,
         "plan_seconds_total": sum(planning),
-        "seconds_total": sum(row["seconds"] for row in rows),
+        "seconds_total": sum(row["seconds"] for row in told),
     }

@@ -19,7 +19,7 @@ from structdiffusion.observation import Scene, Table
 from structdiffusion.physical import Verdict, place_and_check
 from structdiffusion.scenes import DrawnScene, SceneError, draw_scene, full_spec
 from structdiffusion.tabletop import ObservationError, TabletopWorld
-from structdiffusion.workers import in_parallel
+from structdiffusion.workers import Lost, in_parallel
 
 ANY_SHAPE = "structure"  # what a scene is called whose spec leaves the shape open
 CAMERA_SIDES = ("robot", "opposite", "left", "right")
@@ -125,17 +125,19 @@ def draw_evaluation_scenes(
     *,
     shapes: Sequence[str] = SHAPES,
     seed: int = 0,
-    workers: int = 1,
+    workers: int = 0,
     conditions: Conditions = Conditions(),
-) -> Iterator[EvaluationScene]:
+) -> Iterator[EvaluationScene | Lost]:
     """`scenes` scenes of each shape with every slot specified, in order; yields them as they are drawn.
+
+    Where a worker died, its `Lost` has the scene's shape and number for a job.
 
     Args:
         models: the object library.
         scenes: how many per shape.
         shapes: which structures.
         seed: of everything.
-        workers: processes.
+        workers: processes; 0 for this one alone.
         conditions: what to draw them under.
 
     Raises:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 
 from grounding.spec import SHAPES
 from structdiffusion.models import structformer_name
@@ -107,6 +108,14 @@ PLANNERS: Mapping[str, PlannerParts] = {
 _PLAIN = [name for name, parts in PLANNERS.items() if name in (parts.network, f"{parts.network}-tokens")]
 # How messages tell the names: all of them would fill half a page.
 LEGAL_NAMES = f"{', '.join(_PLAIN)}, and their variants (`structagent models list` names all {len(PLANNERS)})"
+
+
+def legal_instead_of(name: str) -> str:
+    """What a message says of a name that is no planner's: those like it, or else the plain ones."""
+    near = get_close_matches(name.lower(), PLANNERS, n=3)
+    if not near:
+        return f"legal values: {LEGAL_NAMES}"
+    return f"did you mean {' or '.join(map(repr, near))}? `structagent models list` names all {len(PLANNERS)}"
 
 
 def networks_of(planner: str) -> list[str]:

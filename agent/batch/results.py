@@ -1,4 +1,4 @@
-"""The folder of a batch: `results.jsonl`, and `rows/ID` with report and session of every row that saw something.
+"""The folder of a batch: `results.jsonl`, a page, and `rows/ID` with report and session of what saw something.
 
 `results.jsonl` is a journal while the batch works: one process appends a whole line for every row that ends, and forces
 it to the disk; of two lines with one id the later holds. When all rows have ended it is replaced by one line per row in
@@ -17,6 +17,7 @@ from typing import Any
 from agent.journal import Journal, locked
 
 RESULTS = "results.jsonl"
+PAGE = "index.html"
 ROWS = "rows"
 # What makes a line one of ours.
 _KEYS = {"id", "line", "fingerprint", "success", "exit_code", "report", "seconds"}
@@ -81,6 +82,12 @@ class Results:
     def arrange(self, results: Sequence[dict[str, Any]]) -> None:
         """Replaces the journal by these results, at once."""
         self._journal.arrange(results)
+
+    def write_page(self, page: str) -> None:
+        """Replaces the folder's page (HTML), at once."""
+        new = self.folder / f".{PAGE}"
+        new.write_text(page, encoding="utf-8")
+        new.replace(self.folder / PAGE)
 
     def _sweep(self) -> None:
         """Removes workplaces that nobody works in any more."""

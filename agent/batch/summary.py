@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from agent.batch.working import CRASHED
-from agent.errors import BAD_INPUT, DONE, EXECUTION_FAILED, NO_VALID_GOAL, NOT_BUILDABLE, USAGE
+from agent.errors import BAD_INPUT, DONE, EXECUTION_FAILED, NO_VALID_GOAL, NOT_BUILDABLE, PARTLY_DONE, USAGE
 from agent.telling import aligned, duration
 
 OUTCOMES = {
@@ -18,6 +18,7 @@ OUTCOMES = {
     BAD_INPUT: "bad input",
     USAGE: "wrong usage",
     EXECUTION_FAILED: "execution failed",
+    PARTLY_DONE: "built with some of the objects asked for",
     NO_VALID_GOAL: "no valid goal",
     NOT_BUILDABLE: "not understood or not buildable",
 }  # but for the first, the most serious first
@@ -33,11 +34,13 @@ class Summary:
         results: one per row, as in `results.jsonl`.
         kept: how many were there before.
         path: of `results.jsonl`.
+        page: that shows all rows.
     """
 
     results: Sequence[Mapping[str, Any]]
     kept: int
     path: Path
+    page: Path
 
     @property
     def failures(self) -> list[Mapping[str, Any]]:
@@ -64,6 +67,7 @@ class Summary:
                 {key: result[key] for key in ("id", "line", "exit_code", "step", "message")} for result in self.failures
             ],
             "results": str(self.path),
+            "page": str(self.page),
         }
 
     def _shapes(self) -> dict[str, dict[str, Any]]:
@@ -94,7 +98,7 @@ class Summary:
         if self.failures:
             print("\n" + self._failures(width), file=results)
         kept = f" ({self.kept} were there before)" if self.kept else ""
-        print(f"\nresults: {self.path}{kept}", file=results)
+        print(f"\nresults: {self.path}{kept}\npage: {self.page}", file=results)
 
     def _failures(self, width: int | None) -> str:
         told = self.failures[:_MOST_TOLD]
@@ -103,6 +107,12 @@ class Summary:
         rows = [(result["id"], str(result["exit_code"]), _cut(result["message"], most)) for result in told]
         more = len(self.failures) - len(told)
         return aligned([("failed", "code", "why"), *rows]) + (f"\nand {more} more" if more else "")
+
+
+def outcome_in_words(result: Mapping[str, Any]) -> str:
+    """What became of a row, such as "failed: no valid goal"."""
+    said = OUTCOMES[result["exit_code"]]
+    return said if result["success"] else f"failed: {said}"
 
 
 def _cut(message: str, most: int | None) -> str:

@@ -32,6 +32,7 @@ from agent.session_file import run_session
 
 CRASHED = DEFECT
 TRACEBACK = "traceback.txt"
+_REPORT = "report"  # the step at which it could not be written
 
 
 def carry_out(row: Row, folder: Path, loaded: Loaded) -> dict[str, Any]:
@@ -55,7 +56,7 @@ def carry_out(row: Row, folder: Path, loaded: Loaded) -> dict[str, Any]:
     except Exception as error:  # the other rows go on, whatever it is
         code = exit_code_of(error)
         if code is not None:
-            return failed(row, code, "report", one_sentence(error))
+            return failed(row, code, _REPORT, one_sentence(error))
         folder.mkdir(exist_ok=True)
         (folder / TRACEBACK).write_text(traceback.format_exc(), encoding="utf-8")
         where = f"{ROWS}/{row.id}/{TRACEBACK}"
@@ -63,9 +64,22 @@ def carry_out(row: Row, folder: Path, loaded: Loaded) -> dict[str, Any]:
     return _result(row, record.report, None if page is None else f"{ROWS}/{row.id}/{page.name}")
 
 
+def is_final(result: Mapping[str, Any]) -> bool:
+    """Whether the same row would end in the same way again.
+
+    It would not where the tool broke down, a worker died or the report could not be written.
+    """
+    return result["exit_code"] != CRASHED and result["step"] != _REPORT
+
+
 def refused(row: BadRow) -> dict[str, Any]:
     """The result of a row that cannot be carried out."""
     return _blank(row.line, row.id, row.text) | _failure(row.exit_code, "row", row.message)
+
+
+def lost(row: Row, reason: str) -> dict[str, Any]:
+    """The result of a row whose worker died at it."""
+    return failed(row, CRASHED, "crash", reason)
 
 
 def failed(row: Row, exit_code: int, step: str, message: str) -> dict[str, Any]:

@@ -17,7 +17,7 @@ def run_page(turn: Turn) -> str:
         f"<article>\n{turn.sections()}\n</article>\n"
         f"<footer><p>structagent {escape(turn.report['version'])}</p></footer>"
     )
-    return _document(turn.title, body)
+    return document(turn.title, body)
 
 
 def session_page(session: Session, turns: Sequence[Turn]) -> str:
@@ -38,7 +38,7 @@ def session_page(session: Session, turns: Sequence[Turn]) -> str:
         f'<nav aria-label="turns"><ol>{listed}</ol></nav>\n{articles}\n'
         f"<footer><p>structagent {escape(session.version)}, {escape(session.machine)}</p></footer>"
     )
-    return _document(f"session of {session.started}", body)
+    return document(f"session of {session.started}", body)
 
 
 def _result(turn: Turn) -> str:
@@ -46,8 +46,9 @@ def _result(turn: Turn) -> str:
     return f"<p>{turn.outcome}{f' {escape(message)}' if message else ''}</p>"
 
 
-def _document(title: str, body: str) -> str:
-    style = files("agent").joinpath("report.css").read_text(encoding="utf-8")
+def document(title: str, body: str, more_style: str = "") -> str:
+    """A whole page (HTML) in the style of the reports, and in some more."""
+    style = files("agent").joinpath("report.css").read_text(encoding="utf-8") + more_style
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'

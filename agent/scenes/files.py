@@ -51,7 +51,8 @@ _ELSEWHERE_CALLED = {"category": "noun", "colour": "color", "file": "mesh", "obj
 class PlacedObject:
     """One object of a scene file: the keys of the schema, lengths in metres, angles in degrees.
 
-    `line` is where it begins in its file, counted from 1; 0 where it comes from no file.
+    `line` is where it begins in its file, counted from 1; 0 where it comes from no file. `unread` are the keys whose
+    values are missing or wrong there, and those that an unknown key may have meant: their values here mean nothing.
     """
 
     mesh: str
@@ -65,6 +66,7 @@ class PlacedObject:
     noun: str | None = None
     color: str | None = None
     line: int = field(default=0, compare=False)
+    unread: frozenset[str] = field(default=frozenset(), compare=False)
 
 
 @dataclass(frozen=True)
@@ -85,8 +87,10 @@ class SceneFileError(BadInput):
         super().__init__(f"{path}:{first.line}: {first.message}{rest}")
 
 
-KEYS = tuple(entry.name for entry in fields(PlacedObject) if entry.name != "line")
+KEYS = tuple(entry.name for entry in fields(PlacedObject) if entry.compare)
 _NUMBERS = ("x", "y", "yaw", "z", "roll", "pitch")
+_NEEDED = ("mesh", "x", "y")
+_COUNTED_FROM_ZERO = ("yaw", "z", "roll", "pitch")  # what an unknown key may have meant, where it is left out
 
 
 def read_text(path: Path) -> str:
@@ -108,7 +112,7 @@ def read_text(path: Path) -> str:
 
 
 def parse_scene(text: str) -> tuple[tuple[PlacedObject, ...], list[Problem]]:
-    """The objects of a scene file's text that are written as the schema has it, and what is wrong with the rest."""
+    """The objects of a scene file's text, as far as they are written as the schema has it, and what is wrong."""
     import yaml
 
     try:
@@ -166,31 +170,36 @@ class _Reader:
                 continue
             if placed.name is not None and placed.name in names:
                 self._note(node, f"the name {placed.name!r} is taken by the object in line {names[placed.name]}")
-                continue
-            if placed.name is not None:
+            elif placed.name is not None:
                 names[placed.name] = placed.line
             objects.append(placed)
         return objects
 
     def _object(self, node: Any) -> PlacedObject | None:
-        """One object; `None` when something about it is wrong."""
-        before = len(self.problems)
-        keys = self._mapping(node, "an object", KEYS)
+        """One object, as far as it can be read; `None` where it is none."""
+        unread: set[str] = set()
+        keys = self._mapping(node, "an object", KEYS, unread)
         if keys is None:
             return None
-        for key in ("mesh", "x", "y"):
+        for key in _NEEDED:
             if key not in keys:
                 self._note(node, f"the object has no {key!r}; it needs mesh, x and y")
-        values = {
-            key: self._number(value, key) if key in _NUMBERS else self._text(value, key)
-            for key, value in keys.items()
-        }
-        if len(self.problems) > before:
-            return None
-        return PlacedObject(**values, line=_line(node))
+                unread.add(key)
+        values: dict[str, Any] = {"mesh": "", "x": 0.0, "y": 0.0}
+        for key, value in keys.items():
+            before = len(self.problems)
+            read = self._number(value, key) if key in _NUMBERS else self._text(value, key)
+            if len(self.problems) == before:
+                values[key] = read
+            else:
+                unread.add(key)
+        return PlacedObject(**values, line=_line(node), unread=frozenset(unread))
 
-    def _mapping(self, node: Any, what: str, legal: Sequence[str]) -> dict[str, Any] | None:
-        """The known keys of a mapping with the nodes of their values."""
+    def _mapping(
+        self, node: Any, what: str, legal: Sequence[str], unread: set[str] | None = None
+    ) -> dict[str, Any] | None:
+        """The known keys of a mapping with the nodes of their values; `unread` gets what other keys may have meant."""
+        unread = set() if unread is None else unread
         if not _is(node, "mapping"):
             self._note(node, f"{what} must have the keys {', '.join(legal)}, and this is {_shown(node)}")
             return None
@@ -200,10 +209,12 @@ class _Reader:
             if key not in legal:
                 near = get_close_matches(key.lower(), legal, n=1)
                 meant = _ELSEWHERE_CALLED.get(key.lower(), near[0] if near else None)
+                unread.update((meant,) if meant in legal else _COUNTED_FROM_ZERO)
                 hint = f"did you mean {meant!r}?" if meant in legal else f"legal keys: {', '.join(legal)}"
                 self._note(key_node, f"unknown key {key!r} in {what}; {hint}")
             elif key in found:
                 self._note(key_node, f"the key {key!r} is there twice, first in line {_line(found[key])}")
+                unread.add(key)
             else:
                 found[key] = value
         return found

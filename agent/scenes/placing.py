@@ -14,18 +14,16 @@ from pathlib import Path
 
 import numpy as np
 
+from agent.scenes.checking import problems_of_places
 from agent.scenes.files import PlacedObject, Problem, SceneFileError, parse_scene, read_text, rgb
 from grounding.names import read_name
-from structdiffusion.geometry import pose_from_xyz_rpy, tilt_between, transform_points
+from structdiffusion.geometry import pose_from_xyz_rpy
 from structdiffusion.objects.folder import FORMATS, object_from_file
 from structdiffusion.objects.libraries import LIBRARIES
 from structdiffusion.objects.model import ObjectError, ObjectModel
 from structdiffusion.observation import Table
-from structdiffusion.tabletop import FALLEN, TabletopWorld, unique_names
+from structdiffusion.tabletop import FALLEN, unique_names
 
-_TOUCHING = 0.001  # m: what physics has set on something, or beside it, sinks in by less
-_LOOK_SECONDS = 1.0  # s of physics in which what does not stand falls
-_MOST_MOVED, _MOST_TILTED = 0.02, math.radians(15.0)
 _DIGITS, _ANGLE_DIGITS = 6, 4  # of metres and degrees in files: a micrometre is far below what matters
 _NUMBERED = re.compile(r"^\d+(-[a-z])?_")  # as the YCB scans are: "025_mug", "065-a_cups"
 
@@ -69,22 +67,22 @@ def load_scene(path: Path, table: Table = Table()) -> tuple[StandingObject, ...]
     """
     entries, problems = parse_scene(read_text(path))
     found: list[tuple[PlacedObject, ObjectModel, str | Path]] = []
+    missing = [placed for placed in entries if "mesh" in placed.unread]
     for placed in entries:
+        if "mesh" in placed.unread:
+            continue
         try:
             model, source = find_mesh(placed, path.parent)
             found.append((placed, model, source))
         except ObjectError as error:
             problems.append(Problem(placed.line, str(error)))
+            missing.append(placed)
     names = _names([placed.name for placed, _, _ in found], [model.category for _, model, _ in found])
     standing = tuple(
         StandingObject(placed, name, model, pose_of(placed, model), source)
         for (placed, model, source), name in zip(found, names, strict=True)
     )
-    problems += _off_table(standing, table)
-    off = {problem.line for problem in problems}
-    # Where a line is wrong, what stands on that object, or would, cannot be judged.
-    problems += _in_each_other([entry for entry in standing if entry.placed.line not in off], table)
-    problems = problems or _falling(standing, table)
+    problems += problems_of_places(standing, missing, table)
     if problems:
         raise SceneFileError(path, problems)
     return standing
@@ -234,55 +232,3 @@ def _source_of(model: ObjectModel, objects: str) -> str | Path:
 def lowest_point(model: ObjectModel, pose: np.ndarray) -> float:
     """The height of the lowest point of a turned object, metres above its origin."""
     return float((np.concatenate(model.hulls) @ pose[2, :3]).min())
-
-
-def _off_table(standing: Sequence[StandingObject], table: Table) -> list[Problem]:
-    problems = []
-    for entry in standing:
-        points = transform_points(entry.world_from_object, np.concatenate(entry.model.hulls))[:, :2]
-        over = table.overhang(points)
-        if over > _TOUCHING:
-            low, high = points.min(axis=0), points.max(axis=0)
-            message = (
-                f"{entry.name!r} is off the table by {_length(over)}: it spans x {low[0]:.3f} to {high[0]:.3f} and "
-                f"y {low[1]:.3f} to {high[1]:.3f}; legal: x {table.x_min} to {table.x_max}, "
-                f"y {table.y_min} to {table.y_max}"
-            )
-            problems.append(Problem(entry.placed.line, message))
-    return problems
-
-
-def _in_each_other(standing: Sequence[StandingObject], table: Table) -> list[Problem]:
-    problems = []
-    with TabletopWorld([e.model for e in standing], [e.world_from_object for e in standing], table) as world:
-        for k, entry in enumerate(standing):
-            for other, clearance in sorted(world.clearances(k, _TOUCHING, range(k)).items()):
-                if clearance < -_TOUCHING:
-                    neighbour = standing[other]
-                    message = (
-                        f"{entry.name!r} overlaps {neighbour.name!r} of line {neighbour.placed.line} "
-                        f"by {_length(-clearance)}"
-                    )
-                    problems.append(Problem(entry.placed.line, message))
-    return problems
-
-
-def _falling(standing: Sequence[StandingObject], table: Table) -> list[Problem]:
-    """What does not stay where it is put, found by a second of physics."""
-    problems = []
-    with TabletopWorld([e.model for e in standing], [e.world_from_object for e in standing], table) as world:
-        world.settle(_LOOK_SECONDS)
-        for entry, pose in zip(standing, world.poses(), strict=True):
-            moved = float(np.linalg.norm(pose[:3, 3] - entry.world_from_object[:3, 3]))
-            tilted = tilt_between(pose, entry.world_from_object)
-            if moved > _MOST_MOVED or tilted > _MOST_TILTED:
-                message = (
-                    f"{entry.name!r} does not stay where it is put: within {_LOOK_SECONDS:.0f} s it moves "
-                    f"{_length(moved)} and tilts {math.degrees(tilted):.0f} degrees"
-                )
-                problems.append(Problem(entry.placed.line, message))
-    return problems
-
-
-def _length(metres: float) -> str:
-    return f"{metres * 1000:.0f} mm"

@@ -16,12 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput
+from agent.evaluating import Place
 from agent.journal import Journal
 from agent.kept_rows import KeptRows
 from structdiffusion.evaluation import Row
 from structdiffusion.evaluation_scenes import EvaluationScene
+from structdiffusion.workers import WORKER_DIED
 
-Place = tuple[str, int]  # a scene's structure and number
 SCENES = "scenes.jsonl"
 FAILURES = "failures"  # a folder of pictures
 RESULTS = ("eval.json", "tables.md", "success_at_k.png", "failures.png")
@@ -68,6 +69,11 @@ class EvaluationFolder:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def has(self, model: str, place: Place) -> bool:
+        """Whether it is known what becomes of a model on a scene; not where the worker died at it."""
+        row = self.rows.get((model, *place))
+        return row is not None and row["failure"] != WORKER_DIED
 
     def close(self) -> None:
         """Lets other evaluations into the folder."""

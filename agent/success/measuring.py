@@ -11,22 +11,23 @@ from typing import Any
 
 from agent import __version__
 from agent.errors import UsageError
-from agent.evaluating import SCHEMA_VERSION, SPOKEN_TO, spoken_scenes
+from agent.evaluating import SCHEMA_VERSION, SPOKEN_TO, Place, spoken_scenes
 from agent.events import json_value
 from agent.kept_rows import kept_folder
 from agent.loaded import Loaded
 from agent.planning import checked_planner
 from agent.progress import progress
 from agent.success.asked import Asked
-from agent.success.folder import EvaluationFolder, Place
+from agent.success.folder import EvaluationFolder
 from agent.success.pictures import failure_picture, pictured
 from agent.workforce import Workforce, workforce
 from grounding.spec import SHAPES
-from structdiffusion.evaluation import Evaluation, Row, solve
+from structdiffusion.evaluation import Evaluation, Row, lost_row, solve
 from structdiffusion.evaluation_scenes import EvaluationScene, draw_evaluation_scene
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.planners import PLANNERS
+from structdiffusion.workers import WORKER_DIED, Lost
 
 
 def measure_success(
@@ -75,24 +76,30 @@ def measure_success(
         EvaluationFolder(path, asked.fingerprint(library, models)) as kept,
         workforce(workers, ray) as force,
     ):
-        missing = [(name, place) for place in places for name in models if (name, *place) not in kept.rows]
+        missing = [(name, place) for place in places for name in models if not kept.has(name, place)]
         draw = partial(_drawn, asked.seed, conditions)
-        drawn = _draw_scenes(kept, force, draw, library, list(dict.fromkeys(p for _, p in missing)))
+        drawn, undrawn = _draw_scenes(kept, force, draw, library, list(dict.fromkeys(p for _, p in missing)))
         spoken = spoken_scenes(list(drawn.values()), heard=True) if drawn else []
         told = {(scene.structure, scene.number): scene for scene in spoken}
-        jobs = [(name, told[place]) for name, place in missing]
+        jobs = [(name, told[place]) for name, place in missing if place in told]
         # A worker's current folder may be another one.
         there = replace(asked, weights=asked.weights and asked.weights.absolute())
         with progress("rows", len(jobs)) as tell:
             for row in force.do(partial(_row, there), Loaded, (), jobs):
+                if isinstance(row, Lost):
+                    name, scene = row.job
+                    row = _lost(asked, name, (scene.structure, scene.number), row.reason)
                 kept.add_row(row)
-                tell()
+                tell(row["failure"] != WORKER_DIED)
+        for name, place in missing:
+            if place in undrawn:
+                kept.add_row(_lost(asked, name, place, undrawn[place]))
         seconds = round(time.perf_counter() - started, 1)
         resources = {"workers": force.count, "ray": ray is not None, "rows": len(jobs), "seconds": seconds}
         if out is not None:
             wanted = {name: row for name, row in pictured(kept.rows.values(), pictures) if not (path / name).exists()}
             lacking = {(row["structure"], row["number"]) for row in wanted.values()} - drawn.keys()
-            drawn |= _draw_scenes(kept, force, draw, library, sorted(lacking))
+            drawn |= _draw_scenes(kept, force, draw, library, sorted(lacking))[0]
             _draw_pictures(path, force, drawn, wanted)
         return _report(asked, kept, resources)
 
@@ -103,16 +110,24 @@ def _draw_scenes(
     draw: Callable[[Sequence[ObjectModel], tuple[Place, int | None]], EvaluationScene],
     library: Sequence[ObjectModel],
     places: Sequence[Place],
-) -> dict[Place, EvaluationScene]:
-    """The scenes of these places, in their order."""
+) -> tuple[dict[Place, EvaluationScene], dict[Place, str]]:
+    """The scenes of these places, in their order; and of those where a worker died, why."""
     jobs = [(place, kept.draws.get(place)) for place in places]
-    scenes = {}
+    scenes, undrawn = {}, {}
     with progress("scenes drawn", len(jobs)) as tell:
         for scene in force.do(draw, tuple, (tuple(library),), jobs):
+            if isinstance(scene, Lost):
+                undrawn[scene.job[0]] = scene.reason
+                tell(False)
+                continue
             kept.add_scene(scene)
             scenes[scene.structure, scene.number] = scene
             tell()
-    return {place: scenes[place] for place in places}
+    return {place: scenes[place] for place in places if place in scenes}, undrawn
+
+
+def _lost(asked: Asked, name: str, place: Place, reason: str) -> Row:
+    return {"model": name, **lost_row(*place, asked.seed, reason)}
 
 
 def _drawn(
@@ -137,9 +152,14 @@ def _draw_pictures(
     scenes: dict[Place, EvaluationScene],
     wanted: dict[str, Row],
 ) -> None:
-    jobs = [(name, row, scenes[row["structure"], row["number"]]) for name, row in wanted.items()]
+    places = {name: (row["structure"], row["number"]) for name, row in wanted.items()}
+    jobs = [(name, row, scenes[places[name]]) for name, row in wanted.items() if places[name] in scenes]
     with progress("pictures", len(jobs)) as tell:
-        for name, content in force.do(_picture, tuple, (), jobs):
+        for picture in force.do(_picture, tuple, (), jobs):
+            if isinstance(picture, Lost):  # the same command again draws it
+                tell(False)
+                continue
+            name, content = picture
             path = folder / name
             path.parent.mkdir(exist_ok=True)
             unfinished = path.with_suffix(".tmp")

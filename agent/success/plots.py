@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from structdiffusion.evaluation import NO_ARRANGEMENT
 from structdiffusion.success import FAILURE_CLASSES
+from structdiffusion.workers import WORKER_DIED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_CAUSES = (*FAILURE_CLASSES, NO_ARRANGEMENT)
-_COLORS = ("#c44e52", "#dd8452", "#8172b3", "#4c72b0", "#8c8c8c")  # of the causes
+_CAUSES = (*FAILURE_CLASSES, NO_ARRANGEMENT, WORKER_DIED)
+_COLOR_OF = dict(zip(_CAUSES, ("#c44e52", "#dd8452", "#8172b3", "#4c72b0", "#8c8c8c", "#1f1f21"), strict=True))
 _MARKERS = "osD^vP*X"
 
 
@@ -51,8 +52,10 @@ def draw_failures(report: Mapping[str, Any], path: Path) -> None:
     for axes, structure in zip(grid[0], panels, strict=True):
         rates = [evaluation["aggregate"].get(structure) for evaluation in evaluations]
         left = [0.0] * len(names)
-        for cause, color in zip(_CAUSES, _COLORS, strict=True):
-            widths = [100 * found["failures"][cause]["rate"] if found else 0.0 for found in rates]
+        for cause, color in _COLOR_OF.items():
+            if cause == WORKER_DIED and not any(_rate(one["aggregate"]["all"], cause) for one in evaluations):
+                continue
+            widths = [100 * _rate(found, cause) for found in rates]
             axes.barh(names, widths, left=left, color=color, label=cause)
             left = [sum(pair) for pair in zip(left, widths, strict=True)]
         counts = sorted({found["n"] for found in rates if found})
@@ -62,6 +65,13 @@ def draw_failures(report: Mapping[str, Any], path: Path) -> None:
         axes.grid(axis="x", alpha=0.3)
     axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8, frameon=False)
     figure.savefig(path, dpi=120, bbox_inches="tight")
+
+
+def _rate(rates: Mapping[str, Any] | None, cause: str) -> float:
+    """The share of the scenes that failed for a cause; 0 where none was measured."""
+    if rates is None:
+        return 0.0
+    return rates["lost"]["rate"] if cause == WORKER_DIED else rates["failures"][cause]["rate"]
 
 
 def _figure(width: float, height: float) -> Figure:

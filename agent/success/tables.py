@@ -13,6 +13,7 @@ from agent.success import paper
 from structdiffusion.evaluation import NO_ARRANGEMENT, Row
 from structdiffusion.planners import PLANNERS, PlannerParts
 from structdiffusion.success import FAILURE_CLASSES
+from structdiffusion.workers import WORKER_DIED
 
 Report = Mapping[str, Any]
 _ALL = "all"
@@ -86,30 +87,31 @@ def _success_at_k(found: Mapping[str, Any]) -> Table:
 
 
 def _failures_of_methods(found: Mapping[str, Any]) -> Table:
-    rows = []
+    rows, died = [], _died(found)
     for name, evaluation in found.items():
         table = _cell(evaluation["aggregate"][_ALL]["into_table"])
-        rows.append((name, _n(evaluation), *_failures(evaluation, _ALL), table))
-    rows += [(*_paper_row(f"paper: {name}", values), "-") for name, values in paper.FAILURES_OF_METHODS.items()]
+        rows.append((name, _n(evaluation), *_failures(evaluation, _ALL, died), table))
+    none = ("-",) * len((*died, "into the table"))
+    rows += [(*_paper_row(f"paper: {name}", values), *none) for name, values in paper.FAILURES_OF_METHODS.items()]
     about = (
         "What fails first in the best-ranked arrangement, of all scenes. The last column is the part of the "
         "intersections that is with the table, by more than the 2 mm allowed."
     )
-    return Table("Failure modes per method", about, ("model", "n", *_CAUSES, "into the table"), tuple(rows))
+    return Table("Failure modes per method", about, ("model", "n", *_CAUSES, *died, "into the table"), tuple(rows))
 
 
 def _failures_of_structures(found: Mapping[str, Any]) -> Table:
-    rows = []
+    rows, died = [], _died(found)
     for name in [name for name in _FULL if name in found] or list(found):
         rates = found[name]["aggregate"]
         for structure in paper.STRUCTURES:
             if structure in rates:
-                rows.append((name, structure, str(rates[structure]["n"]), *_failures(found[name], structure)))
+                rows.append((name, structure, str(rates[structure]["n"]), *_failures(found[name], structure, died)))
     for structure, values in paper.FAILURES_OF_STRUCTURES.items():
         model, *cells = _paper_row("paper: StructDiffusion", values)
-        rows.append((model, structure, *cells))
+        rows.append((model, structure, *cells, *("-" for _ in died)))
     about = "What fails first in the best-ranked arrangement, of the scenes of each structure."
-    return Table("Failure modes per structure", about, ("model", "structure", "n", *_CAUSES), tuple(rows))
+    return Table("Failure modes per structure", about, ("model", "structure", "n", *_CAUSES, *died), tuple(rows))
 
 
 def _guidance(found: Mapping[str, Any]) -> Iterator[Table]:
@@ -220,8 +222,14 @@ def _success_in(evaluation: Mapping[str, Any], structure: str) -> str:
     return _cell(rates["success"]) if rates else "-"
 
 
-def _failures(evaluation: Mapping[str, Any], structure: str) -> list[str]:
-    return [_cell(evaluation["aggregate"][structure]["failures"][cause]) for cause in _CAUSES]
+def _died(found: Mapping[str, Any]) -> tuple[str, ...]:
+    """The column of the scenes whose worker died, where there are any."""
+    return (WORKER_DIED,) if any(one["aggregate"][_ALL]["lost"]["count"] for one in found.values()) else ()
+
+
+def _failures(evaluation: Mapping[str, Any], structure: str, died: Sequence[str]) -> list[str]:
+    rates = evaluation["aggregate"][structure]
+    return [_cell(rates["failures"][cause]) for cause in _CAUSES] + [_cell(rates["lost"]) for _ in died]
 
 
 def _paper_row(name: str, values: Sequence[float]) -> tuple[str, ...]:

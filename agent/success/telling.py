@@ -10,14 +10,18 @@ from typing import Any, TextIO
 from agent.success.folder import RESULTS
 from agent.success.plots import draw_failures, draw_success_at_k
 from agent.success.tables import markdown_of
-from agent.telling import aligned
+from agent.evaluating import lost_note
+from agent.telling import aligned, number
+from structdiffusion.workers import WORKER_DIED
 
 
 def tell_success(report: Mapping[str, Any], results: TextIO) -> None:
     """The table for people: a row per model and structure; all but n and the seconds in percent."""
     top_k = report["evaluations"][0]["top_k"]
     failures = list(report["evaluations"][0]["aggregate"]["all"]["failures"])
-    rows = [["model", "structure", "n", "success", "95 %", f"success@{top_k}", *failures, "seconds"]]
+    lost = sum(evaluation["aggregate"]["all"]["lost"]["count"] for evaluation in report["evaluations"])
+    died = [WORKER_DIED] if lost else []
+    rows = [["model", "structure", "n", "success", "95 %", f"success@{top_k}", *failures, *died, "seconds"]]
     for evaluation in report["evaluations"]:
         for structure, rates in evaluation["aggregate"].items():
             success = rates["success"]
@@ -30,11 +34,14 @@ def tell_success(report: Mapping[str, Any], results: TextIO) -> None:
                     f"{_percent(success['low'])} to {_percent(success['high'])}",
                     _percent(rates["success_at"][str(top_k)]["rate"]),
                     *(_percent(rates["failures"][name]["rate"]) for name in failures),
-                    f"{rates['plan_seconds']:.2f}",
+                    *([_percent(rates["lost"]["rate"])] if lost else []),
+                    number(rates["plan_seconds"], 2),
                 ]
             )
     print(aligned(rows, left=2), file=results)
     print("\nrates in percent, with 95 % Wilson intervals; seconds of planning per scene", file=results)
+    if lost:
+        print(lost_note(lost, "row"), file=results)
     print(report["command"], file=results)
 
 

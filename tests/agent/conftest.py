@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+import trimesh
 
 from agent import events
 from agent.arm.events import Picked, Placed, Planned
@@ -23,6 +24,19 @@ _SQUARE = 0.03 * np.array(((1, 1), (1, -1), (-1, -1), (-1, 1)))
 def _cloud(name: str, category: str, x: float, y: float, rng: np.random.Generator) -> ObjectCloud:
     points = (rng.uniform(-0.03, 0.03, (300, 3)) + (x, y, 0.03)).astype(np.float32)
     return ObjectCloud(name, category, points, rng.integers(0, 255, (300, 3), dtype=np.uint8))
+
+
+@pytest.fixture
+def objects(tmp_path) -> str:
+    """A folder of meshes with which every structure can be made."""
+    folder = tmp_path / "objects"
+    folder.mkdir()
+    for number in range(4):
+        trimesh.creation.box((0.05, 0.05, 0.05 + 0.01 * number)).export(folder / f"box_{number}.stl")
+    trimesh.creation.cylinder(0.09, 0.02).export(folder / "plate.stl")
+    trimesh.creation.cylinder(0.03, 0.08).export(folder / "cup.stl")
+    trimesh.creation.box((0.18, 0.02, 0.01)).export(folder / "fork.stl")
+    return str(folder)
 
 
 @pytest.fixture

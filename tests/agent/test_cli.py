@@ -102,7 +102,7 @@ def test_empty_instruction(fails, text):
 
 
 def test_unknown_object_folder(fails):
-    sentence = fails(6, "run", CIRCLE, "--objects", "no/such/folder", *EXACT)
+    sentence = fails(2, "run", CIRCLE, "--objects", "no/such/folder", *EXACT)
     assert "no/such/folder" in sentence and "ycb" in sentence and "procedural" in sentence
 
 

@@ -1,11 +1,16 @@
 """The measurement of completion: on the true bodies it is perfect, and on one real scene it says what happened."""
 
 import io
+import json
+import os
+import sys
 from functools import partial
 
 import numpy as np
 import pytest
 
+from agent import evaluating_completion
+from agent.cli import command_line
 from agent.evaluating_completion import _compared, _rates, _Truth, tell_completion
 from structdiffusion.completion.shapes import METHODS
 from structdiffusion.evaluation_scenes import draw_evaluation_scenes
@@ -52,10 +57,27 @@ def test_the_true_body_is_nearest(library):
 
 
 def test_the_table_names_every_method_structure_and_noun(row):
-    report = {"rows": [row], "command": "structagent evaluate completion", "aggregate": {"line": _rates([row])}}
+    report = {"rows": [row], "command": "structagent evaluate completion", "aggregate": {"line": _rates([row])}, "lost": []}
     report["aggregate"]["all"] = report["aggregate"]["line"]
     means = {method: {"n": 1, "chamfer": 1.0, "iou": 0.5} for method in METHODS}
     report["nouns"] = {"bottle": means}
     told = io.StringIO()
     tell_completion(report, told)
     assert all(word in told.getvalue() for word in (*METHODS, "line", "bottle", "1.0 / 0.50", "pairs free"))
+
+
+def compared_but_for_lines(methods, loaded, scene):
+    if scene.structure == "line":
+        os._exit(9)
+    return _compared(methods, loaded, scene)
+
+
+def test_a_worker_that_dies_costs_its_scene(objects, monkeypatch, capsys):
+    monkeypatch.setattr(evaluating_completion, "_compared", compared_but_for_lines)
+    command = ["evaluate", "completion", "--objects", objects, "--scenes", "1", "--workers", "2"]
+    assert command_line([*command, "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert [row["structure"] for row in report["rows"]] == ["circle", "tower", "table setting"]
+    assert report["lost"] == [{"structure": "line", "number": 0, "seed": 0, "lost": "worker died (exit code 9)"}]
+    tell_completion(report, sys.stdout)
+    assert "1 scene is left out of these figures because a worker died" in capsys.readouterr().out

@@ -3,11 +3,13 @@
 import io
 import json
 import math
+import os
+import sys
 
 import numpy as np
 import pytest
-import trimesh
 
+from agent import evaluating_coverage
 from agent.cli import command_line
 from agent.evaluating import report_of
 from agent.evaluating_coverage import (
@@ -90,18 +92,31 @@ def test_means_come_with_what_they_rest_on(tower):
     report = report_of("structagent evaluate coverage", rows, _spread)
     assert report["aggregate"]["tower"]["x_position"][SAMPLED]["shares"] == {"left": 0.5, "center": 0.0, "right": 0.5}
     told = io.StringIO()
-    tell_coverage(report, told)
+    tell_coverage(report | {"lost": []}, told)
     assert "left 50 %, center 0 %, right 50 %" in told.getvalue()
 
 
-def test_from_the_command_line(tmp_path, capsys):
-    for number in range(4):
-        trimesh.creation.box((0.05, 0.05, 0.05 + 0.01 * number)).export(tmp_path / f"box_{number}.stl")
-    trimesh.creation.cylinder(0.09, 0.02).export(tmp_path / "plate.stl")
-    trimesh.creation.cylinder(0.03, 0.08).export(tmp_path / "cup.stl")
-    trimesh.creation.box((0.18, 0.02, 0.01)).export(tmp_path / "fork.stl")
-    arguments = ["evaluate", "coverage", "--objects", str(tmp_path), "--model", "geometric", "--scenes", "1"]
+def test_from_the_command_line(objects, capsys):
+    arguments = ["evaluate", "coverage", "--objects", objects, "--model", "geometric", "--scenes", "1"]
     assert command_line([*arguments, "--workers", "1", "--candidates", "6", "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert set(report["aggregate"]) == {"circle", "line", "tower", "table setting", "structure", "all"}
     assert report["aggregate"]["structure"]["shape"]["n"] == 1 and len(report["rows"]) == 13
+
+
+def rows_but_for_lines(candidates, planner, scene):
+    if scene.structure == "line":
+        os._exit(9)
+    return _covered(candidates, planner, scene)
+
+
+def test_a_worker_that_dies_costs_its_scene(objects, monkeypatch, capsys):
+    monkeypatch.setattr(evaluating_coverage, "_covered", rows_but_for_lines)
+    command = ["evaluate", "coverage", "--objects", objects, "--model", "geometric", "--scenes", "1"]
+    command += ["--workers", "2", "--candidates", "6"]
+    assert command_line([*command, "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert set(report["aggregate"]) == {"circle", "tower", "table setting", "structure", "all"}
+    assert report["lost"] == [{"structure": "line", "number": 0, "seed": 0, "lost": "worker died (exit code 9)"}]
+    tell_coverage(report, sys.stdout)
+    assert "1 scene is left out of these figures because a worker died" in capsys.readouterr().out

@@ -2,12 +2,14 @@
 
 import io
 import json
+import os
 from functools import partial
 
 import numpy as np
 import pytest
 import trimesh
 
+from agent import evaluating_language
 from agent.cli import command_line
 from agent.evaluating_language import NOT_BUILT, _carried_out, _grouped, tell_language
 from agent.instructions import REFUSED, Instruction
@@ -113,3 +115,28 @@ def test_a_sentence_that_has_changed_since_is_carried_out_again(arguments, tmp_p
     capsys.readouterr()
     assert command_line(arguments) == 0
     assert [row["text"] for row in json.loads(capsys.readouterr().out)["rows"]] == ["make a row"]
+
+
+def dies(seed, candidates, loaded, instruction):
+    os._exit(9)
+
+
+def test_a_worker_that_dies_costs_its_sentence_and_the_same_command_tries_it_again(
+    arguments, tmp_path, monkeypatch, capsys
+):
+    arguments = [*arguments[:-1], "--limit", "1", "--out", str(tmp_path / "out")]
+    with monkeypatch.context() as patched:
+        patched.setattr(evaluating_language, "_carried_out", dies)
+        assert command_line(arguments) == 0
+    table = capsys.readouterr().out
+    assert table.splitlines()[0].endswith("worker died") and "1 sentence is missing because a worker died" in table
+    report = json.loads((tmp_path / "out" / "eval.json").read_text())
+    (row,) = report["rows"]
+    assert (row["text"], row["failure"], row["lost"]) == ("make a line", "worker died", "worker died (exit code 9)")
+    found = report["aggregate"]["structure"]["all"]
+    assert (found["n"], found["success"]["count"], found["lost"]) == (1, 0, 1)
+    assert found["failures"] == {"parsing": 0, "arrangement": 0}
+    assert command_line(arguments) == 0
+    assert "worker died" not in capsys.readouterr().out
+    report = json.loads((tmp_path / "out" / "eval.json").read_text())
+    assert "lost" not in report["rows"][0] and report["aggregate"]["structure"]["all"]["lost"] == 0

@@ -1,11 +1,15 @@
 """One scene there and back: what is measured on it, and what the tables make of rows."""
 
 import io
+import json
+import os
+import signal
 
 import numpy as np
 import pytest
 
 from agent import evaluating_recordings
+from agent.cli import command_line
 from agent.errors import UsageError
 from agent.evaluating import report_of
 from agent.evaluating_recordings import _Job, _overlaps, _rates, _round_trip, tell_recordings
@@ -37,7 +41,7 @@ def job() -> _Job:
 def test_a_planner_that_is_not_there_is_known_before_any_scene_is_drawn(monkeypatch):
     monkeypatch.setattr(evaluating_recordings, "load_objects", None)
     with pytest.raises(UsageError, match="--model cannot be 'best'"):
-        evaluating_recordings.measure_recordings(LIBRARY, "best", None, 1, 0, False, 1)
+        evaluating_recordings.measure_recordings(LIBRARY, "best", None, 1, 0, False)
 
 
 def test_a_scene_that_is_recorded_ends_as_it_does_in_simulation(job):
@@ -67,3 +71,44 @@ def test_tables_count_rows():
     told = io.StringIO()
     tell_recordings(report, told)
     assert "0.800" in told.getvalue() and "structagent evaluate recordings" in told.getvalue()
+
+
+def quick(objects, model, weights, execute, loaded, job):
+    """A scene that is recorded and built in no time."""
+    row = {"structure": job.structure, "number": job.number, "seed": 0, "exact": True, "iou": 0.9}
+    return row | {"simulated": None, "recorded": None, "same": True, "seconds": 1.0}
+
+
+def quick_but_for_lines(objects, model, weights, execute, loaded, job):
+    if job.structure == "line":
+        os.kill(os.getpid(), signal.SIGKILL)
+    return quick(objects, model, weights, execute, loaded, job)
+
+
+def only_lines(objects, model, weights, execute, loaded, job):
+    if job.structure != "line":
+        raise AssertionError("what is there is not recorded again")
+    return quick(objects, model, weights, execute, loaded, job)
+
+
+def test_a_worker_that_dies_costs_its_scene_and_the_same_command_tries_it_again(objects, tmp_path, monkeypatch, capsys):
+    out = tmp_path / "out"
+    command = ["evaluate", "recordings", "--objects", objects, "--model", "geometric", "--scenes", "1"]
+    command += ["--workers", "2", "--out", str(out)]
+    monkeypatch.setattr(evaluating_recordings, "_round_trip", quick_but_for_lines)
+    assert command_line(command) == 0
+    table = capsys.readouterr().out
+    assert "worker died" in table.splitlines()[0] and "1 scene is missing because a worker died" in table
+    report = json.loads((out / "eval.json").read_text())
+    lost = next(row for row in report["rows"] if row["structure"] == "line")
+    assert lost["lost"] == "worker died (SIGKILL)"
+    every = report["aggregate"]["all"]
+    counts = [every[key]["count"] for key in ("exact", "simulated", "recorded", "same")]
+    assert (every["n"], every["lost"], counts, every["iou"]) == (4, 1, [3, 3, 3, 3], pytest.approx(0.9))
+
+    monkeypatch.setattr(evaluating_recordings, "_round_trip", only_lines)
+    assert command_line(command) == 0
+    assert "worker died" not in capsys.readouterr().out
+    assert json.loads((out / "eval.json").read_text())["aggregate"]["all"]["same"]["count"] == 4
+    assert command_line([*command, "--no-execute"]) == 2
+    assert "holds an evaluation with --execute, not without --execute" in capsys.readouterr().err

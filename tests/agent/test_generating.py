@@ -1,6 +1,7 @@
 """`structagent generate` from end to end, small."""
 
 import json
+import os
 from itertools import islice
 
 import numpy as np
@@ -74,3 +75,24 @@ def test_what_is_torn_is_bad_input(line, tmp_path, capsys):
 def test_a_cluster_that_is_not_there(line, capsys):
     assert command_line([*line, "--ray", "127.0.0.1:1"]) == 2
     assert "--ray cannot be '127.0.0.1:1'" in capsys.readouterr().err
+
+
+def drawn_but_for_the_second(seed, scenes, proven, models, job):
+    if job == (1, False):
+        os._exit(9)
+    return demonstrations.draw_shard(models, seed, job[0], scenes, proven, job[1])
+
+
+def test_a_worker_that_dies_costs_its_shard_and_the_same_command_draws_it(line, tmp_path, monkeypatch, capsys):
+    data = tmp_path / "data"
+    with monkeypatch.context() as patched:
+        patched.setattr(demonstrations, "_drawn", drawn_but_for_the_second)
+        assert command_line(line) == 1
+    said = "structagent: 1 of 2 shards of scenes are missing (worker died (exit code 9)); the same command again makes"
+    assert said in capsys.readouterr().err
+    assert (data / "shard_00000.npz").is_file() and not (data / "shard_00001.npz").exists()
+    assert (data / "pairs.npz").is_file() and not (data / "datasheet.json").exists()
+    before = (data / "shard_00000.npz").stat().st_mtime_ns
+    assert command_line(line) == 0
+    assert (data / "shard_00001.npz").is_file() and (data / "datasheet.json").is_file()
+    assert (data / "shard_00000.npz").stat().st_mtime_ns == before

@@ -22,6 +22,25 @@ def test_plain_lines_now_and_then(monkeypatch, capsys):
     ]
 
 
+@pytest.mark.parametrize("terminal", [False, True])
+def test_lines_about_each_piece_are_told_at_once(monkeypatch, capsys, terminal):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
+    now = 0.0
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now)
+    with progress.progress("rows", 5, done=2, failed=2) as tell:
+        for line in ("a done, 3.0 s", "b failed: [no valid goal], 1.0 s", "c done, 9.0 s"):
+            now += 30.0
+            tell("failed" not in line, line)
+    said = capsys.readouterr().err
+    for line in (
+        "3 of 5: a done, 3.0 s, about 60 s left\n",
+        "4 of 5: b failed: [no valid goal], 1.0 s, about 30 s left\n",
+        "5 of 5: c done, 9.0 s\n",
+    ):
+        assert line in said
+    assert ("5 of 5 rows, 3 failed in 2 min\n" in said) is not terminal
+
+
 def test_results_are_followed(monkeypatch, capsys):
     monkeypatch.setattr(progress, "PLAIN_SECONDS", 0.0)
     came = progress.followed("scenes drawn", iter("ab"), 2)

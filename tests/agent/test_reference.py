@@ -30,7 +30,7 @@ def test_a_command_has_synopsis_description_options_and_example():
     assert "- `--out DIR`: Where the scenes go; finished shards there are kept. Required." in text
     assert "At least 0. Default: `0`. Environment: `STRUCTAGENT_SEED`." in text
     assert "Processes; by default one per core, of this machine or the cluster." in text
-    assert "Default: the number of cores." in section(reference.reference(), "structagent evaluate arm")
+    assert "Default: the number of cores." in section(reference.reference(), "structagent evaluate coverage")
     assert "STRUCTAGENT_OBJECTS" not in text  # its objects are others than the setting's
     assert "```sh\nstructagent generate --out data/train" in text
 

@@ -143,6 +143,77 @@ def test_what_would_fall_is_refused_and_what_is_stacked_is_not(tmp_path):
     assert "'mug' does not stay where it is put" in found[0][1] and "100 mm" in found[0][1]
 
 
+def test_everything_that_is_wrong_is_told_at_once(tmp_path):
+    found = problems(
+        tmp_path,
+        "mesh: ycb/mugg, x: 0.3, y: -0.3",  # line 3: no such mesh
+        "mesh: ycb/mug, x: 0.3, y: 0, z: 0.1",  # hangs in the air
+        "mesh: ycb/bowl, x: 0.7, y: 0",  # over the edge
+        "mesh: ycb/mug, x: 0.5, y: 0.3, name: a",
+        "mesh: ycb/mug, x: 0.51, y: 0.3, name: b",  # in the one before
+        "mesh: ycb/banana, x: 0.9, y: -0.3, shade: blue",  # an unknown key, and off the table
+        "mesh: ycb/mug, x: 0.5, y: many",  # of which a place is not known
+        "mesh: nothing.stl, x: 0.4, y: 2",  # no such mesh, and off the table
+        "mesh: ycb/tuna_fish_can, x: 0.7, y: 0.3, colour: red",  # an unknown key that is no part of the pose
+    )
+    expected = [
+        (3, "no mesh"),
+        (4, "does not stay"),
+        (5, "is off the table by 60 mm"),
+        (7, "overlaps 'a' of line 6"),
+        (8, "unknown key 'shade'"),
+        (8, "is off the table by 180 mm, at x 0.900 and y -0.300"),
+        (9, "must be a number"),
+        (10, "no mesh"),
+        (10, "is off the table by 1550 mm"),
+        (11, "did you mean 'color'?"),
+        (11, "is off the table by 22 mm: it spans"),
+    ]
+    assert [line for line, _ in found] == [line for line, _ in expected], found
+    assert all(part in message for (_, message), (_, part) in zip(found, expected, strict=True)), found
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        "mesh: ycb/tuna_fish_cann, x: 0.3, y: 0.3",  # no such mesh
+        "mesh: ycb/tuna_fish_can, x: 0.3, y: 0.3, turn: 20",  # an unknown key, which may be about the pose
+        "mesh: ycb/tuna_fish_can, x: 0.3",  # it can be anywhere
+        "mesh: ycb/tuna_fish_can, x: 0.3, y: 0.3, z: high",
+        "mesh: ycb/tuna_fish_can, x: 0.3, y: 0.3, colour: blue",  # its pose is known: it holds the other
+        "x: 0.3, y: 0.3",
+    ],
+)
+def test_what_stands_on_an_object_whose_line_is_wrong_does_not_fall_for_it(tmp_path, wrong):
+    found = problems(
+        tmp_path,
+        wrong,
+        "mesh: ycb/tomato_soup_can, x: 0.3, y: 0.3, z: 0.0335",
+        "mesh: ycb/tuna_fish_can, x: 0.3, y: 0.3, z: 0.1353",  # on the one that stands on it
+        "mesh: ycb/mug, x: 0.5, y: -0.2",
+    )
+    assert [line for line, _ in found] == [3], found
+
+
+def test_what_stands_on_an_object_that_is_off_the_table_or_in_another_is_not_judged(tmp_path):
+    found = problems(
+        tmp_path,
+        "mesh: ycb/tuna_fish_can, x: 0.71, y: 0.3",
+        "mesh: ycb/tomato_soup_can, x: 0.68, y: 0.3, z: 0.0335",
+        "mesh: ycb/tuna_fish_can, x: 0.3, y: 0.3, name: a",
+        "mesh: ycb/tuna_fish_can, x: 0.31, y: 0.3, name: b",
+        "mesh: ycb/tomato_soup_can, x: 0.3, y: 0.3, z: 0.0335",
+    )
+    assert [line for line, _ in found] == [3, 6]
+
+
+def test_the_same_object_twice_is_told_and_no_defect(tmp_path):
+    line = "mesh: ycb/mug, x: 0.3, y: 0, name: a"
+    found = problems(tmp_path, line, line)
+    assert [line for line, _ in found] == [4, 4]
+    assert "taken" in found[0][1] and "overlaps" in found[1][1]
+
+
 def test_many_problems_are_one_sentence_for_a_run(tmp_path):
     path = written(tmp_path / "scene.yaml", "version: 1\nobjects:\n- {mesh: ycb/mug}\n- 7\n")
     with pytest.raises(SceneFileError, match=r"scene.yaml:3: .*\(and 2 more, see: structagent scene validate"):

@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -132,9 +133,11 @@ def test_interrupted_it_keeps_what_has_ended_and_leaves_nobody_behind():
     results = results_of("out")
     assert out == "" and 2 <= len(results) < 30 and all(result["success"] for result in results)
     assert {path.name for path in Path("out/rows").iterdir()} == {result["id"] for result in results}
+    page = Path("out/index.html").read_text(encoding="utf-8")
+    assert page.count('class="done"') == len(results) and page.count('class="waiting"') == 30 - len(results)
 
 
-def test_again_it_redoes_what_failed_is_missing_or_has_changed(capsys):
+def test_again_it_does_what_is_missing_or_has_changed(capsys):
     rows = [row("stack two boxes", id=name, seed=1) for name in ("same", "edited", "lost", "dropped")]
     write("orders.jsonl", *rows, row("fly to the moon", id="moon"))
     arguments = ["batch", "orders.jsonl", "--out", "out", "--no-execute", *FLAGS, "1"]
@@ -146,7 +149,7 @@ def test_again_it_redoes_what_failed_is_missing_or_has_changed(capsys):
     write("orders.jsonl", row("fly to the moon", id="moon"), rows[0], edited, rows[2])
     assert command_line([*arguments, "--json"]) == 3
     told = json.loads(capsys.readouterr().out)
-    assert (told["rows"], told["succeeded"], told["kept"], told["exit_code"]) == (4, 3, 1, 3)
+    assert (told["rows"], told["succeeded"], told["kept"], told["exit_code"]) == (4, 3, 2, 3)
     assert told["outcomes"] == {"0": 3, "3": 1} and told["shapes"]["tower"]["rows"] == 3
     assert [(failure["id"], failure["line"], failure["step"]) for failure in told["failures"]] == [("moon", 1, "parse")]
     second = {result["id"]: result for result in results_of("out")}
@@ -155,6 +158,78 @@ def test_again_it_redoes_what_failed_is_missing_or_has_changed(capsys):
     assert second["edited"]["seed"] == 2 and second["edited"]["fingerprint"] != first["edited"]["fingerprint"]
     assert second["lost"]["seconds"] != first["lost"]["seconds"] and Path("out", second["lost"]["report"]).is_file()
     assert Path("out", first["dropped"]["report"]).is_file()  # a report is never thrown away with its row
+
+
+def beginning(err: str) -> str:
+    """What is said first, but for what libraries say."""
+    return next(line for line in err.splitlines() if " to do" in line)
+
+
+def test_a_finished_batch_called_again_has_nothing_to_do(capsys):
+    write("orders.jsonl", row("stack two boxes", id="a"))
+    arguments = ["batch", "orders.jsonl", "--out", "out", "--no-execute", *FLAGS, "1"]
+    assert command_line(arguments) == 0
+    assert beginning(capsys.readouterr().err) == "1 row: 1 to do"
+    before = results_of("out")
+    assert command_line(arguments) == 0
+    assert beginning(capsys.readouterr().err) == "1 row: 1 done before and kept, 0 to do"
+    assert results_of("out") == before
+
+
+def test_a_batch_whose_rows_are_all_bad(capsys):
+    write("orders.jsonl", '{"txet": "stack two boxes"}', '{"text": "stack two boxes", "model": "oracle"}')
+    arguments = ["batch", "orders.jsonl", "--out", "out", *FLAGS, "1"]
+    assert command_line(arguments) == 6
+    err = capsys.readouterr().err
+    assert "1 of 2: line-001 failed: bad input\n2 of 2: line-002 failed: wrong usage\n" in err
+    assert [result["exit_code"] for result in results_of("out")] == [6, 2]
+    assert command_line(arguments) == 6
+    again = capsys.readouterr().err
+    assert beginning(again) == "2 rows: 2 failed before and kept (--retry tries them again), 0 to do"
+    assert "1 of 2" not in again
+
+
+def test_what_failed_is_kept_unless_it_is_to_be_tried_again_and_what_was_lost_is_not(capsys):
+    write("orders.jsonl", row("stack two boxes", id="built"), row("fly to the moon", id="moon"), '{"txet": 1}')
+    arguments = ["batch", "orders.jsonl", "--out", "out", "--no-execute", *FLAGS, "1"]
+    assert command_line(arguments) == 6
+    said = capsys.readouterr().err
+    assert beginning(said) == "3 rows: 3 to do"
+    assert "1 of 3: line-003 failed: bad input\n" in said
+    assert "3 of 3: moon failed: not understood or not buildable, " in said
+    assert command_line(arguments) == 6
+    known = "1 done before and kept, 2 failed before and kept (--retry tries them again), 0 to do"
+    assert beginning(capsys.readouterr().err) == f"3 rows: {known}"
+    assert command_line([*arguments, "--retry"]) == 6
+    said = capsys.readouterr().err
+    assert beginning(said) == "3 rows: 1 done before and kept, 2 to do"
+    assert "2 of 2: moon failed: not understood or not buildable, " in said and "built done" not in said
+
+    lost = {"success": False, "exit_code": 1, "step": "crash", "message": "worker died (SIGKILL)"}
+    results = [result | (lost if result["id"] == "built" else {}) for result in results_of("out")]
+    Path("out/results.jsonl").write_text("".join(json.dumps(result) + "\n" for result in results))
+    assert command_line(arguments) == 6
+    said = capsys.readouterr().err
+    assert beginning(said) == "3 rows: 2 failed before and kept (--retry tries them again), 1 to do"
+    assert "1 of 1: built done, " in said and results_of("out")[0]["success"]
+
+
+def test_the_page_shows_every_row(capsys):
+    write("orders.jsonl", row("stack <two> boxes", id="built"), row("fly to the moon", id="moon"), '{"txet": 1}')
+    assert command_line(["batch", "orders.jsonl", "--out", "out", "--no-execute", *FLAGS, "1"]) == 6
+    assert "\npage: out/index.html\n" in capsys.readouterr().out
+    page = Path("out/index.html").read_text(encoding="utf-8")
+    cards = dict(re.findall(r'<li id="row-([^"]+)" (class="\w+">.*)</li>', page))
+    assert list(cards) == ["built", "moon", "line-003"]
+    seconds = results_of("out")[0]["seconds"]["total"]
+    assert cards["built"].startswith('class="done"') and "“stack &lt;two&gt; boxes”" in cards["built"]
+    assert f"{seconds:.1f} s" in cards["built"]
+    linked = re.findall(r'(?:src|href)="([^"]+)"', cards["built"])
+    assert "rows/built/report.html" in linked and "rows/built/goal-overlay.webp" in linked
+    assert all((Path("out") / name).is_file() for name in linked)
+    assert cards["moon"].startswith('class="failed"') and "asks for no arrangement" in cards["moon"]
+    assert cards["line-003"].startswith('class="failed"') and "the key &quot;txet&quot; is unknown" in cards["line-003"]
+    assert 'href="#row-moon"' in page and "http" not in page  # it needs nothing but what lies beside it
 
 
 def test_results_follow_from_the_seed_whoever_works_and_in_whatever_order():
@@ -174,7 +249,7 @@ def test_results_follow_from_the_seed_whoever_works_and_in_whatever_order():
         (["boxes/box_0.stl"], 2, "--out"),
         (["given.txt", "--out", "given.txt"], 2, "--out must be a folder"),
         (["given.txt", "--out", "out", "--workers", "0"], 2, "--workers"),
-        (["given.txt", "--out", "out", "--model", "oracle"], 2, '--model cannot be "oracle"'),
+        (["given.txt", "--out", "out", "--model", "oracle"], 2, "--model cannot be 'oracle'"),
     ],
 )
 def test_a_batch_that_cannot_begin(arguments, code, part, capsys):

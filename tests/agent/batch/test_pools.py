@@ -1,7 +1,9 @@
 """Worker processes: every row has its result, whatever becomes of a worker."""
 
 import multiprocessing
+import os
 import shutil
+import signal
 import sys
 
 import numpy as np
@@ -11,7 +13,9 @@ import trimesh
 from agent.batch import pools
 from agent.batch.pools import Job, on_ray, on_this_machine
 from agent.batch.rows import Row
+from agent.batch.working import carry_out
 from agent.errors import UsageError
+from agent.loaded import Loaded
 from agent.pipeline import RunOptions
 
 
@@ -49,18 +53,18 @@ def test_results_and_reports_of_one_process(jobs):
     assert not multiprocessing.active_children()
 
 
+def dies_at_the_first(loaded: Loaded, job: Job) -> dict:
+    """Carries rows out in a worker, which is killed at one of them."""
+    if job.row.id == "first":
+        os.kill(os.getpid(), signal.SIGKILL)
+    return carry_out(job.row, job.folder, loaded)
+
+
 def test_a_worker_that_dies_takes_its_row_along_and_no_other(jobs, monkeypatch):
-    give = pools._Process.give
-
-    def give_and_kill(process: pools._Process, job: Job) -> None:
-        give(process, job)
-        if job.row.id == "first":
-            process._process.kill()
-
-    monkeypatch.setattr(pools._Process, "give", give_and_kill)
+    monkeypatch.setattr(pools, "_carried_out", dies_at_the_first)
     first, second, third = on_this_machine(jobs, 1)
     assert not first["success"] and (first["exit_code"], first["step"]) == (1, "crash")
-    assert first["message"] == "its process died (SIGKILL)" and first["seconds"] == {}
+    assert first["message"] == "worker died (SIGKILL)" and first["seconds"] == {}
     assert second["exit_code"] == 3 and third["success"]
 
 

@@ -17,7 +17,7 @@ def result(row_id: str, code: int, message: str | None = None, shape: str | None
 
 def table(results: list[dict], width: int | None = None) -> str:
     out = io.StringIO()
-    Summary(results, 0, Path("out/results.jsonl")).tell(out, width)
+    Summary(results, 0, Path("out/results.jsonl"), Path("out/index.html")).tell(out, width)
     return out.getvalue()
 
 
@@ -27,8 +27,8 @@ def table(results: list[dict], width: int | None = None) -> str:
 )
 def test_exit_code_is_that_of_the_most_serious_failure(codes, expected):
     results = [result(str(number), code, "") for number, code in enumerate(codes)]
-    assert Summary(results, 0, Path()).exit_code == expected
-    assert Summary(results[::-1], 0, Path()).exit_code == expected
+    assert Summary(results, 0, Path(), Path()).exit_code == expected
+    assert Summary(results[::-1], 0, Path(), Path()).exit_code == expected
 
 
 def test_table():
@@ -37,7 +37,7 @@ def test_table():
         "outcome        rows\ndone              1\nbad input         1\nno valid goal     1\nall               3\n\n"
         "shape  rows  done  mean time\ntower     2     1      1.5 s\n\n"
         "failed     code  why\nb          4     it falls\nrow-three  6     no JSON\n\n"
-        "results: out/results.jsonl\n"
+        "results: out/results.jsonl\npage: out/index.html\n"
     )
 
 

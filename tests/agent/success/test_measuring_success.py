@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import os
 import shutil
 from dataclasses import replace
 
@@ -14,8 +15,10 @@ from PIL import Image
 from agent.cli import command_line
 from agent.errors import BadInput, UsageError
 from agent.loaded import Loaded
+from agent.success import measuring
 from agent.success.asked import Asked
 from agent.success.measuring import measure_success
+from agent.success.telling import tell_success, write_success
 from structdiffusion.observation import Arrangement
 from structdiffusion.tabletop import TabletopWorld
 
@@ -41,7 +44,7 @@ def first(asked, tmp_path_factory):
     """A finished folder, its report, and what was said on the way."""
     out = tmp_path_factory.mktemp("evaluation") / "out"
     with contextlib.redirect_stderr(io.StringIO()) as said:
-        report = measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=out)
+        report = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=out)
     return out, report, said.getvalue()
 
 
@@ -74,8 +77,8 @@ def test_the_report_has_a_row_for_every_scene(first, asked):
 
 def test_the_rows_are_the_same_with_more_workers(asked):
     models = ["geometric", "geometric+imagined"]  # on one scene: two rows, and only those need workers to be started
-    alone, together = (measure_success(asked, models, ["line"], 1, workers=workers) for workers in (1, 2))
-    assert (alone["resources"]["workers"], together["resources"]["workers"]) == (1, 2)
+    alone, together = (measure_success(asked, models, ["line"], 1, workers=workers) for workers in (0, 2))
+    assert (alone["resources"]["workers"], together["resources"]["workers"]) == (0, 2)
     assert timeless(together) == timeless(alone) and together["command"] == alone["command"]
 
 
@@ -89,17 +92,17 @@ def test_what_is_there_is_not_computed_again(first, asked, finished, monkeypatch
     content = journal.read_bytes()
     journal.write_bytes(content[: content.rstrip(b"\n").rindex(b"\n") + 30])  # killed while it wrote the last row
     monkeypatch.setattr("structdiffusion.evaluation_scenes._MAX_DRAWS", 0)  # no scene is drawn anew
-    report = measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=finished)
+    report = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=finished)
     assert report["resources"]["rows"] == 1 and timeless(report) == timeless(first[1])
-    again = measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=finished)
+    again = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=finished)
     assert again["resources"]["rows"] == 0 and again["evaluations"] == report["evaluations"]
 
 
 def test_models_and_scenes_are_added(first, asked, finished):
-    more = measure_success(asked, ["geometric+imagined"], ["line"], 1, workers=1, out=finished)
+    more = measure_success(asked, ["geometric+imagined"], ["line"], 1, workers=0, out=finished)
     assert [evaluation["about"]["model"] for evaluation in more["evaluations"]] == ["geometric", "geometric+imagined"]
     assert more["resources"]["rows"] == 1 and timeless(more)[0] == timeless(first[1])[0]
-    report = measure_success(asked, MODELS, ["tower"], 3, workers=1, out=finished)
+    report = measure_success(asked, MODELS, ["tower"], 3, workers=0, out=finished)
     assert report["resources"]["rows"] == 1 and "--scenes 3" in report["command"]
     assert [len(evaluation["scenes"]) for evaluation in report["evaluations"]] == [5, 1]
 
@@ -116,7 +119,7 @@ def test_models_and_scenes_are_added(first, asked, finished):
 )
 def test_another_command_is_refused(asked, finished, changed, said):
     with pytest.raises(UsageError, match=f"holds an evaluation {said}; choose another --out"):
-        measure_success(replace(asked, **changed), MODELS, STRUCTURES, 2, workers=1, out=finished)
+        measure_success(replace(asked, **changed), MODELS, STRUCTURES, 2, workers=0, out=finished)
 
 
 def test_other_objects_of_the_same_name_are_refused(tmp_path):
@@ -125,16 +128,16 @@ def test_other_objects_of_the_same_name_are_refused(tmp_path):
     for number in range(3):
         trimesh.creation.box((0.05, 0.05, 0.05)).export(objects / f"box_{number}.stl")
     asked, out = Asked(str(objects), candidates=1, top_k=1), tmp_path / "out"
-    measure_success(asked, MODELS, ["line"], 1, workers=1, out=out)
+    measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)
     trimesh.creation.box((0.05, 0.05, 0.06)).export(objects / "box_0.stl")
     with pytest.raises(UsageError, match="with other objects of that name, which have changed since"):
-        measure_success(asked, MODELS, ["line"], 1, workers=1, out=out)
+        measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)
 
 
 def test_rows_of_other_code_are_refused(asked, finished, monkeypatch):
-    monkeypatch.setattr("agent.kept_rows._checksum_of_code", lambda: "other")
+    monkeypatch.setattr("agent.kept_rows._checksum_of_code", lambda *packages: "other")
     with pytest.raises(UsageError, match="holds an evaluation by other code, and rows of both may not mix"):
-        measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=finished)
+        measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=finished)
 
 
 def test_networks_may_be_added_and_those_in_use_not_changed(asked, tmp_path, monkeypatch):
@@ -145,22 +148,22 @@ def test_networks_may_be_added_and_those_in_use_not_changed(asked, tmp_path, mon
         used.append(name)
         (weights / name).mkdir(parents=True)
         (weights / name / "model.safetensors").write_bytes(name.encode())
-        report = measure_success(asked, MODELS, ["line"], 1, workers=1, out=out)
+        report = measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)
     assert report["resources"]["rows"] == 0
     (weights / "one" / "model.safetensors").write_bytes(b"three")
     with pytest.raises(UsageError, match="other weights of the network 'one', which have changed since"):
-        measure_success(asked, MODELS, ["line"], 1, workers=1, out=out)
+        measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)
     used.remove("one")
-    assert measure_success(asked, MODELS, ["line"], 1, workers=1, out=out)["resources"]["rows"] == 0
+    assert measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)["resources"]["rows"] == 0
 
 
 def test_a_folder_of_something_else_is_left_alone(asked, tmp_path):
     (tmp_path / "rows.jsonl").write_text('{"id": 1}\n')
     with pytest.raises(BadInput, match="has rows.jsonl but no about.json; choose another --out"):
-        measure_success(asked, MODELS, STRUCTURES, 1, workers=1, out=tmp_path)
+        measure_success(asked, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
     (tmp_path / "about.json").write_text("[]")
     with pytest.raises(BadInput, match="about.json' is not that of an evaluation"):
-        measure_success(asked, MODELS, STRUCTURES, 1, workers=1, out=tmp_path)
+        measure_success(asked, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -184,7 +187,7 @@ def test_failures_are_pictured(asked, tmp_path, monkeypatch):
     monkeypatch.setattr(Loaded, "planner", lambda *_: _Failing())
     out = tmp_path / "out"
     for most in (0, 3, 3):
-        report = measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=out, pictures=most)
+        report = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=out, pictures=most)
     (evaluation,) = report["evaluations"]
     assert evaluation["aggregate"]["all"]["failures"]["intersection"]["count"] == 4
     names = sorted(path.name for path in (out / "failures").iterdir())
@@ -196,7 +199,7 @@ def test_failures_are_pictured(asked, tmp_path, monkeypatch):
         assert (pixels[400:].max(axis=2) < 100).sum() > 500  # the caption
     with pytest.MonkeyPatch.context() as patch:  # what is there is not drawn again
         patch.setattr(TabletopWorld, "picture", None)
-        measure_success(asked, MODELS, STRUCTURES, 2, workers=1, out=out, pictures=3)
+        measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=out, pictures=3)
 
 
 def test_the_command(objects, tmp_path, capsys):
@@ -242,4 +245,45 @@ def test_a_folder_in_place_of_a_file(objects, tmp_path, capsys, name):
 def test_a_file_in_place_of_the_folder_of_pictures(asked, tmp_path):
     (tmp_path / "failures").touch()
     with pytest.raises(BadInput, match="failures' is a file, and must be a folder; choose another --out"):
-        measure_success(asked, MODELS, STRUCTURES, 1, workers=1, out=tmp_path)
+        measure_success(asked, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
+
+
+def row_but_for_the_first_line(asked, loaded, job):
+    name, scene = job
+    if (scene.structure, scene.number) == ("line", 0):
+        os._exit(9)
+    return measuring._row(asked, loaded, job)
+
+
+def drawn_but_for_towers(seed, conditions, library, job):
+    if job[0][0] == "tower":
+        os._exit(9)
+    return measuring._drawn(seed, conditions, library, job)
+
+
+def test_a_worker_that_dies_costs_its_row_and_the_same_command_tries_it_again(first, asked, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    with monkeypatch.context() as patched:
+        patched.setattr("agent.success.measuring._row", row_but_for_the_first_line)
+        patched.setattr("agent.success.measuring._drawn", drawn_but_for_towers)
+        report = measure_success(asked, MODELS, STRUCTURES, 2, workers=2, out=out)
+    (evaluation,) = report["evaluations"]
+    rows = {(row["structure"], row["number"]): row for row in evaluation["scenes"]}
+    assert list(rows) == [("line", 0), ("line", 1), ("tower", 0), ("tower", 1)]
+    lost = [place for place, row in rows.items() if row["failure"] == "worker died"]
+    assert lost == [("line", 0), ("tower", 0), ("tower", 1)]
+    assert all(rows[place]["problem"] == "worker died (exit code 9)" for place in lost)
+    every = evaluation["aggregate"]["all"]
+    assert (every["n"], every["lost"]["count"]) == (4, 3)
+    assert every["plan_seconds"] == pytest.approx(rows["line", 1]["plan_seconds"])
+    table = io.StringIO()
+    tell_success(report, table)
+    assert "worker died" in table.getvalue().splitlines()[0] and "3 rows are missing" in table.getvalue()
+    assert all(path.is_file() for path in write_success(report, out))
+    assert "| worker died |" in (out / "tables.md").read_text()
+
+    again = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=out)
+    assert again["resources"]["rows"] == 3 and timeless(again) == timeless(first[1])
+    table = io.StringIO()
+    tell_success(again, table)
+    assert "worker died" not in table.getvalue()
