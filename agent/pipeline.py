@@ -145,7 +145,7 @@ class _Run:
                 yield from self._built(table, scene, reading.spec, arrangements)
             else:
                 self.step = "check"
-                yield from steps.release(table, reading.spec, arrangements[0])
+                yield from steps.release(table, scene, reading.spec, arrangements[0])
 
     def _built(
         self, table: TableScene, scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangement]

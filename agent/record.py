@@ -8,11 +8,12 @@
 | `instruction`, `options` | what was asked for |
 | `outcome` | `success`, `exit_code`, `step` and `message` of the failure, `seconds` of the whole run |
 | `parse` | spec, confidence and evidence per slot, parser, nouns named |
-| `remarks` | what was asked, noted, commanded and restored besides, in order, each with its `kind` |
+| `remarks` | what was asked, answered, noted, commanded and restored besides, in order, each with its `kind` |
 | `scene` | objects (names, nouns, who takes part, mean position and outline in the world frame, colour), table |
 | `imagination` | model and every candidate with its scores, positions and turns, best first |
 | `chosen` | the rank and the goal of each object |
 | `arm` | the arm's events in order, each with its `kind` |
+| `tried` | without the arm: where the released objects came to rest, positions and turns as a candidate's |
 | `verdict` | success, failure class, every check with its measured value and limit |
 | `seconds` | step -> time |
 | `pictures` | name, file (WebP; `film` is an animated one), caption, in order |
@@ -37,7 +38,7 @@ from agent.redaction import without_credentials
 from agent.session_file import SessionWriter
 
 SCHEMA_VERSION = 2
-_REMARKS = ("asked", "noted", "commanded", "restored")
+_REMARKS = ("asked", "answered", "noted", "commanded", "restored")
 
 
 class RunRecord:
@@ -65,6 +66,7 @@ class RunRecord:
             "imagination": None,
             "chosen": None,
             "arm": [],
+            "tried": None,
             "verdict": None,
             "seconds": {},
             "pictures": [],
@@ -106,6 +108,8 @@ class RunRecord:
                 report["imagination"] = self._timed("imagination", told)
             case "chosen":
                 report["chosen"] = _without_kind(told)
+            case "tried":
+                report["tried"] = _without_kind(told)
             case "checked":
                 report["verdict"] = self._timed("check", told)
             case "failed":

@@ -305,13 +305,20 @@ class TabletopWorld:
         others = tuple(found for found in map(cloud, distractors) if found is not None)
         return Scene(tuple(clouds), self.table, others, image.world_from_camera, image.color, self.camera.intrinsics)
 
-    def picture(self, view: str = "robot", width: int = 640, height: int = 480) -> np.ndarray:
+    def picture(
+        self, view: str = "robot", width: int = 640, height: int = 480, camera: DepthCamera | None = None
+    ) -> np.ndarray:
         """An RGB picture (height, width, 3) uint8.
 
         Args:
-            view: "robot" (as the camera sees it), "top", or "opposite" (toward the robot).
+            view: "robot" (as this world's camera sees it), or another of `structdiffusion.camera.VIEWS`.
+            width, height: pixels.
+            camera: what "robot" looks through, in the place of this world's own.
+
+        Raises:
+            ValueError: for an unknown view.
         """
         if view not in VIEWS:
             raise ValueError(f"unknown view {view!r}; legal views: {', '.join(VIEWS)}")
-        camera = self.camera if view == "robot" else VIEWS[view]
-        return self._render(replace(camera, width=width, height=height))[0]
+        lens = (camera or self.camera) if view == "robot" else VIEWS[view]
+        return self._render(replace(lens, width=width, height=height))[0]

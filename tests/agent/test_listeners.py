@@ -20,7 +20,7 @@ from agent.session_file import Session
 
 KEYS = {
     "schema_version", "version", "instruction", "options", "outcome", "parse", "scene", "imagination", "chosen", "arm",
-    "verdict", "seconds", "pictures", "remarks",
+    "verdict", "seconds", "pictures", "remarks", "tried",
 }  # fmt: skip
 
 
