@@ -46,7 +46,7 @@ def ink_on(color: Sequence[float]) -> RGB:
 
 def rim_of(color: Sequence[float]) -> RGB:
     """The colour of an outline that is seen around the colour: dark, or light around what is dark."""
-    return _DARK_RIM if luma(color) > 70 else _LIGHT_RIM
+    return _DARK_RIM if luma(color) > 40 else _LIGHT_RIM
 
 
 def alike(one: Sequence[float], other: Sequence[float]) -> bool:

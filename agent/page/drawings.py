@@ -1,4 +1,7 @@
-"""Drawings of the table from above, as SVG: the same objects, colours and letters as in the terminal."""
+"""Drawings of the table from above, as SVG: the same objects, colours and letters as in the terminal.
+
+Every object has its own colour; what takes no part is pale, with a dashed outline and a small letter.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,8 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from agent.markers import Marker, markers_of_candidate, markers_of_scene
+from agent.colors import ink_on
+from agent.markers import Marker, markers_of_candidate, markers_of_scene, stack_sentence, stacks
 from agent.telling import number, shortcoming
 
 CANDIDATES_SHOWN = 6
@@ -28,7 +32,8 @@ def legend(scene: Mapping[str, Any]) -> str:
 def swatch(marker: Marker) -> str:
     """An object's letter on its colour."""
     kind = "key faint" if marker.faint else "key"
-    return f'<span class="{kind}" style="background:rgb{marker.color}">{escape(marker.letter)}</span>'
+    look = f"background:rgb{marker.color};color:rgb{ink_on(marker.color)}"
+    return f'<span class="{kind}" style="{look}">{escape(marker.letter)}</span>'
 
 
 def candidates(report: Mapping[str, Any]) -> str:
@@ -41,14 +46,27 @@ def candidates(report: Mapping[str, Any]) -> str:
         markers = markers_of_candidate(scene, candidate["positions"], candidate.get("turns") or ())
         rank, total = candidate["rank"], number(candidate["scores"].get("total"), 3)
         why = "the best" if rank == 1 else shortcoming(candidate["scores"], told[0]["scores"])
+        stacked = "".join(f"<br>stacked: {escape(stack_sentence(stack))}" for stack in stacks(markers))
         picked = rank == chosen
         figures.append(
             f'<figure class="{"candidate chosen" if picked else "candidate"}">'
             + _drawing(markers, scene["table"], f"candidate {rank} from above: {_places(markers)}")
             + f"<figcaption><b>{rank}</b> · score {total}{' · <b>chosen</b>' if picked else ''}"
-            + f"<br>{escape(why)}</figcaption></figure>"
+            + f"<br>{escape(why)}{stacked}</figcaption></figure>"
         )
     return f'<div class="candidates">{"".join(figures)}</div>'
+
+
+def tried(report: Mapping[str, Any]) -> str:
+    """Where the objects of a goal came to rest that was tried without the arm, from above, as a figure."""
+    markers = markers_of_candidate(report["scene"], report["tried"]["positions"], report["tried"]["turns"])
+    stacked = "".join(f"; stacked: {escape(stack_sentence(stack))}" for stack in stacks(markers))
+    words = f"what was tried from above: {_places(markers)}"
+    return (
+        '<figure class="candidate">'
+        + _drawing(markers, report["scene"]["table"], words)
+        + f"<figcaption>where the released objects came to rest, from above{stacked}</figcaption></figure>"
+    )
 
 
 def _places(markers: Sequence[Marker]) -> str:
