@@ -108,9 +108,9 @@ class _Sheet:
         neck = tip - _HEAD * along
         head = [tuple(tip), tuple(neck + 0.45 * _HEAD * across), tuple(neck - 0.45 * _HEAD * across)]
         shaft = [tuple(tail), tuple(neck + 2 * along)]
-        self.pen.line(shaft, fill=rim_of(own), width=11)
+        self.pen.line(shaft, fill=rim_of(own), width=9)
         self.pen.polygon(head, fill=rim_of(own))
-        self.pen.line([*head, head[0]], fill=rim_of(own), width=5, joint="curve")
+        self.pen.line([*head, head[0]], fill=rim_of(own), width=3, joint="curve")
         self.pen.line(shaft, fill=own, width=6)
         self.pen.polygon(head, fill=own)
 

@@ -16,7 +16,7 @@
 | `tried` | without the arm: where the released objects came to rest, positions and turns as a candidate's |
 | `verdict` | success, failure class, every check with its measured value and limit |
 | `seconds` | step -> time |
-| `pictures` | name, file (WebP; `film` is an animated one), caption, in order |
+| `pictures` | name, file (WebP; `film` is an animated one, with `interval` seconds between its frames), caption |
 
 Lengths in metres, angles in radians, times in seconds. Schema version 2 has `remarks`, outlines, colours, turns and the
 film, and its pictures are WebP files, where those of version 1 were PNG.
@@ -33,7 +33,7 @@ from agent import __version__, events
 from agent.errors import UsageError
 from agent.page.document import run_page
 from agent.page.turn import Turn
-from agent.pictures import FORMAT, Picture, pictures_of
+from agent.pictures import FILM, FORMAT, Picture, pictures_of
 from agent.redaction import without_credentials
 from agent.session_file import SessionWriter
 
@@ -72,6 +72,7 @@ class RunRecord:
             "pictures": [],
         }
         self.pictures: dict[str, bytes] = {}
+        self._interval = 1.0  # s between two pictures of the film
 
     @property
     def saw_something(self) -> bool:
@@ -118,7 +119,9 @@ class RunRecord:
                 report["outcome"] |= _without_kind(told)
             case kind if kind in _REMARKS:
                 report["remarks"].append(told)
-            case "pictured" | "filmed" | "previewed":
+            case "filmed":
+                self._interval = told["interval"]
+            case "pictured" | "previewed":
                 return  # pictures come by themselves; a preview is of passing interest
             case kind:
                 report["arm"].append(told)
@@ -131,6 +134,8 @@ class RunRecord:
         """Takes one picture in; a later one of the same name takes its place."""
         if picture.name not in self.pictures:
             entry = {"name": picture.name, "file": f"{picture.name}.{FORMAT}", "caption": picture.caption}
+            if picture.name == FILM:
+                entry["interval"] = self._interval
             self.report["pictures"].append(entry)
         self.pictures[picture.name] = picture.content
 

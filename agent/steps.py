@@ -264,14 +264,15 @@ def build(
     """
     from agent.arm.events import Picked, Placed, PlaceFailed, Planned, PlanFailed
     from agent.arm.executor import build_structure
-    from agent.film import HEIGHT, VIEW, WIDTH, Film
+    from agent.film import Film
+    from agent.scenes.table import SHOULDER
 
     initial = np.array(table.world.poses()[: table.count])
     rng = np.random.default_rng(seed)
     numbers = ranks or range(1, len(arrangements) + 1)
     placed: list[int] = []  # one that was pushed away may be placed twice
     index, trouble = 0, "no arrangement could be planned"
-    reel = Film(lambda: table.world.picture(VIEW, WIDTH, HEIGHT))
+    reel = Film(lambda: table.picture(SHOULDER))
 
     def on_step() -> None:
         if film:
@@ -290,7 +291,7 @@ def build(
         if isinstance(event, PlaceFailed):
             trouble = f"{event.name} could not be placed: {event.reason}"
         if isinstance(event, Picked):
-            picture = table.picture("opposite")
+            picture = table.picture(SHOULDER)
             yield events.Pictured(f"placement-{len(placed) + 1}-picked", f"{event.name} in the hand", picture)
         if isinstance(event, Placed) and not event.aside:
             placed.append(event.object)

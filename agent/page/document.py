@@ -48,10 +48,13 @@ def _result(turn: Turn) -> str:
 
 def _document(title: str, body: str) -> str:
     style = files("agent").joinpath("report.css").read_text(encoding="utf-8")
+    script = ""
+    if '<figure class="film"' in body:
+        script = f"<script>\n{files('agent').joinpath('report.js').read_text(encoding='utf-8')}</script>\n"
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<meta name="color-scheme" content="light dark">\n'
         f"<title>structagent: {escape(title)}</title>\n<style>\n{style}</style>\n</head>\n"
-        f"<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
+        f"<body>\n<main>\n{body}\n</main>\n{script}</body>\n</html>\n"
     )

@@ -12,8 +12,9 @@ from typing import Any
 from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE
 from agent.markers import markers_of_scene
 from agent.page.drawings import candidates, legend, swatch, tried
-from agent.page.markup import album, bar, figure, paragraph, section, table
+from agent.page.markup import album, bar, figure, film, paragraph, section, table
 from agent.page.measures import gauge, timing
+from agent.pictures import FILM
 from agent.telling import (
     arm_sentence,
     described,
@@ -88,10 +89,11 @@ class Turn:
 
     @cached_property
     def _figures(self) -> Mapping[str, str]:
-        caption_of = {entry["name"]: entry["caption"] for entry in self.report["pictures"]}
-        after = self.pictures.get("camera-after")
+        entries = {entry["name"]: entry for entry in self.report["pictures"]}
         return {
-            name: figure(content, caption_of[name], after if name == "film" else None)
+            name: film(content, entries[name]["caption"], entries[name]["interval"])
+            if name == FILM
+            else figure(content, entries[name]["caption"])
             for name, content in self.pictures.items()
         }
 
@@ -173,8 +175,8 @@ class Turn:
         names = [seen["name"] for seen in scene["objects"]] if scene else []
         lines = "".join(f"<li>{escape(arm_sentence(told, names))}</li>" for told in self.report["arm"])
         steps = [shown for name, shown in self._figures.items() if name.startswith("placement-")]
-        film = self._figures.get("film", "")
-        content = f'<div class="{"beside" if film else ""}">{film}<ol class="story">{lines}</ol></div>'
+        reel = self._figures.get(FILM, "")
+        content = f'<div class="{"beside" if reel else ""}">{reel}<ol class="story">{lines}</ol></div>'
         return section("Building it", content + album(steps, "pictures small"), self._seconds("build"))
 
     def _verdict(self) -> str:
