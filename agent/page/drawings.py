@@ -101,5 +101,5 @@ def _drawing(markers: Sequence[Marker], table: Sequence[float], words: str) -> s
         while any(abs(column - other) < _LETTER and abs(row - line) < _LETTER for other, line in taken):
             row += _LETTER // 2
         taken.append((column, row))
-        shapes.append(f'<text x="{column}" y="{row}" dy="{_LETTER * 0.35:.0f}">{escape(marker.letter)}</text>')
+        shapes.append(f'<text x="{column}" y="{row}" dy=".35em">{escape(marker.letter)}</text>')
     return f'<svg viewBox="0 0 {width} {height}" role="img" aria-label="{escape(words)}">{"".join(shapes)}</svg>'
