@@ -16,7 +16,8 @@ RGB = tuple[int, int, int]  # each 0 to 255
 COLORS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (86, 180, 233), (230, 159, 0), (110, 84, 60))
 FAINT = (158, 152, 144)  # what takes no part and has no known colour
 DARK, LIGHT = (0, 0, 0), (255, 255, 255)
-_DARK_RIM, _LIGHT_RIM = (58, 48, 38), (250, 248, 244)
+OUTLINE = (58, 48, 38)  # of every object on a light ground
+_LIGHT_RIM = (250, 248, 244)
 _LOW_CONTRAST = 1.6  # of two colours, below which an outline is needed between them
 _BRIGHT = 140  # from this luma on, black is read better than white
 
@@ -45,8 +46,8 @@ def ink_on(color: Sequence[float]) -> RGB:
 
 
 def rim_of(color: Sequence[float]) -> RGB:
-    """The colour of an outline that is seen around the colour: dark, or light around what is dark."""
-    return _DARK_RIM if luma(color) > 40 else _LIGHT_RIM
+    """The colour of an outline that contrasts with the colour, whatever the ground: dark, or light around what is dark."""
+    return OUTLINE if luma(color) > 110 else _LIGHT_RIM
 
 
 def alike(one: Sequence[float], other: Sequence[float]) -> bool:

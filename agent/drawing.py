@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from scipy.spatial import ConvexHull, QhullError
 
-from agent.colors import RGB, color_of, ink_on, mean_color, rim_of
+from agent.colors import OUTLINE, RGB, color_of, ink_on, mean_color
 from structdiffusion.camera import project
 from structdiffusion.geometry import transform_points
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene, Table
@@ -70,7 +70,7 @@ class _Sheet:
         for (column, row), color in zip(self.pixels(points[shown]), colors[shown], strict=True):
             self.pen.ellipse((column - 3, row - 3, column + 3, row + 3), fill=tuple(int(c) for c in color))
         if outline:
-            self.pen.line(outline, fill=rim_of(own), width=9, joint="curve")
+            self.pen.line(outline, fill=OUTLINE, width=9, joint="curve")
             self.pen.line(outline, fill=own, width=4, joint="curve")
 
     def start(self, points: np.ndarray, own: RGB) -> None:
@@ -78,7 +78,7 @@ class _Sheet:
         outline = self.outline(points)
         if outline:
             self.pen.polygon(outline, fill=(*own, _START))
-            self.pen.line(outline, fill=(*rim_of(own), 2 * _START), width=3, joint="curve")
+            self.pen.line(outline, fill=(*OUTLINE, 2 * _START), width=3, joint="curve")
 
     def dashes(self, points: np.ndarray, color: RGB) -> None:
         """A dashed outline."""
@@ -108,9 +108,9 @@ class _Sheet:
         neck = tip - _HEAD * along
         head = [tuple(tip), tuple(neck + 0.45 * _HEAD * across), tuple(neck - 0.45 * _HEAD * across)]
         shaft = [tuple(tail), tuple(neck + 2 * along)]
-        self.pen.line(shaft, fill=rim_of(own), width=9)
-        self.pen.polygon(head, fill=rim_of(own))
-        self.pen.line([*head, head[0]], fill=rim_of(own), width=3, joint="curve")
+        self.pen.line(shaft, fill=OUTLINE, width=9)
+        self.pen.polygon(head, fill=OUTLINE)
+        self.pen.line([*head, head[0]], fill=OUTLINE, width=3, joint="curve")
         self.pen.line(shaft, fill=own, width=6)
         self.pen.polygon(head, fill=own)
 
@@ -136,7 +136,7 @@ class _Sheet:
         if color is None:
             self.pen.rounded_rectangle(plate, radius=8, fill=(255, 255, 255, 215))
         else:
-            self.pen.rounded_rectangle(plate, radius=8, fill=color, outline=rim_of(color), width=3)
+            self.pen.rounded_rectangle(plate, radius=8, fill=color, outline=OUTLINE, width=3)
         ink = _QUIET if color is None else ink_on(color)
         self.pen.text((column, row), text, font=self.font, anchor="mm", fill=ink)
 
