@@ -7,7 +7,7 @@ from PIL import Image, ImageDraw, ImageFont
 from scipy import ndimage
 
 from agent.bags.recording import Recording
-from agent.colors import color_of, ink_on, mean_color, rim_of
+from agent.colors import color_of, mean_color, rim_of
 from agent.perception.segments import ARM, Segments
 
 _TINT = 0.4  # of an object's colour in the picture is its own, which evens out its shades
@@ -39,15 +39,14 @@ def labelled_picture(recording: Recording, segments: Segments) -> np.ndarray:
     image = Image.fromarray(np.clip(picture, 0, 255).astype(np.uint8))
     draw = ImageDraw.Draw(image)
     font = ImageFont.load_default(_LETTERS)
-    for number, color in enumerate(own, start=1):
+    for number in range(1, len(own) + 1):
         if (labels == number).any():
             # Where it is thickest: the middle of a bowl that holds another lies in the other.
             inside = ndimage.distance_transform_edt(labels == number)
             row, column = np.unravel_index(int(inside.argmax()), inside.shape)
-            box = draw.textbbox((column, row), str(number), font=font, anchor="mm")
-            plate = (box[0] - 4, box[1] - 3, box[2] + 4, box[3] + 3)
-            draw.rounded_rectangle(plate, radius=4, fill=color, outline=rim_of(color), width=1)
-            draw.text((column, row), str(number), fill=ink_on(color), font=font, anchor="mm")
+            draw.text(
+                (column, row), str(number), fill="white", stroke_fill="black", stroke_width=2, font=font, anchor="mm"
+            )
     return np.asarray(image)
 
 
