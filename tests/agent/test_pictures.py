@@ -46,6 +46,55 @@ def test_goal_is_drawn_where_the_camera_would_see_it(large):
         assert not near(overlay, *now, color_of(index), reach=4)
 
 
+def test_goals_are_drawn_in_the_objects_own_colours(large):
+    colors = [(230, 126, 34), (20, 20, 20), (30, 61, 144)]
+    own = tuple(
+        replace(cloud, colors=np.tile(np.array(color, np.uint8), (len(cloud.points), 1)))
+        for cloud, color in zip(large.objects, colors, strict=True)
+    )
+    motions = np.tile(np.eye(4), (3, 1, 1))
+    motions[:, 1, 3] = 0.12
+    scene, arrangement = replace(large, objects=own), Arrangement(motions)
+    overlay, above = goal_overlay(scene, arrangement), imagined(scene, arrangement)
+    for cloud, color in zip(own, colors, strict=True):
+        goal = cloud.centroid + (0.0, 0.12, 0.0)
+        assert near(overlay, *VIEWS["robot"].pixels(goal), color, reach=4)
+        assert near(above, *from_above_pixels(goal), color, reach=4)
+
+
+def from_above_pixels(point) -> tuple[float, float]:
+    """Column and row of a point in the drawings from above: 750 pixels a metre, 5 cm around the table."""
+    return 750 * (0.45 + 0.05 - point[1]), 750 * (0.72 + 0.05 - point[0])
+
+
+def test_goals_are_in_front_of_faded_starts_with_an_arrow_s_head_between(large):
+    blue = (0, 60, 200)
+    one = replace(large.objects[0], colors=np.tile(np.array(blue, np.uint8), (len(large.objects[0].points), 1)))
+    motion = np.eye(4)[None].copy()
+    motion[0, 1, 3] = 0.4
+    image = imagined(replace(large, objects=(one,), distractors=()), Arrangement(motion)).astype(int)
+    blueness = image[..., 2] - image[..., 0]
+    column, row = (round(value) for value in from_above_pixels(one.centroid))
+    goal, _ = (round(value) for value in from_above_pixels(one.centroid + (0.0, 0.4, 0.0)))
+    assert 10 < blueness[row, column] < 120 < blueness[row, goal]
+    thickness = (np.abs(image - blue).max(axis=2) < 30)[row - 20 : row + 20, goal + 24 : column - 24].sum(axis=0)
+    shaft = np.median(thickness)
+    assert 2 <= shaft <= 6 and thickness[:14].max() >= 2 * shaft  # the head is at the goal
+    assert thickness[len(thickness) // 2 :].max() <= shaft + 1
+
+
+def test_what_takes_no_part_has_a_dashed_outline_in_its_own_colour(large):
+    red = np.tile(np.array((200, 30, 30), np.uint8), (len(large.distractors[0].points), 1))
+    stays = replace(large.distractors[0], colors=red)
+    image = imagined(replace(large, distractors=(stays,)), Arrangement(np.tile(np.eye(4), (3, 1, 1)))).astype(int)
+    column, row = (round(value) for value in from_above_pixels(stays.centroid))
+    part = image[row - 15 : row + 15, column - 15 : column + 15]
+    assert 15 < np.median(part[..., 0] - part[..., 2]) < 110  # reddish, and faded
+    top = image[row - 26 : row - 18, column - 18 : column + 18]
+    dark = (top.max(axis=2) < 150).any(axis=0)
+    assert dark.any() and not dark.all()
+
+
 def test_no_picture_to_draw_upon_is_said(scene):
     with pytest.raises(ValueError, match="without a picture"):
         goal_overlay(replace(scene, color=None), Arrangement(np.tile(np.eye(4), (3, 1, 1))))
