@@ -286,7 +286,7 @@ class ChatScreen:
             self._print(f"  {place_}  {option}")
 
     def _restored(self, told: Mapping[str, Any]) -> None:
-        wish = told["spec"]
+        wish, self._named = told["spec"], told["objects"]
         what = ", ".join(value for value in wish.values() if value) if wish else ""
         said = f"the wish is again: {what or 'anything'}" if wish else "nothing is wished for"
         moved = f"; put back: {', '.join(told['moved'])}" if told["moved"] else ""

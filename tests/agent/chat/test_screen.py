@@ -73,6 +73,14 @@ def test_a_correction_of_the_objects_names_them():
     assert "nothing; everything is as before" in shown([parsed(last), parsed(last, last)])
 
 
+def test_after_an_undo_a_correction_names_the_objects_only_where_it_changes_them():
+    last = StructureSpec("circle")
+    back = events.Restored("undo", last, ("cup 1",), ())
+    bigger = parsed(StructureSpec("circle", "large"), last)
+    text = shown([parsed(last), parsed(StructureSpec("line"), named=("box 1",)), back, bigger])
+    assert "with" not in text.partition("changed")[2]
+
+
 def maps_of(text: str) -> list[str]:
     """The upper edges of the maps that were drawn, in plain text."""
     return [line for line in text.splitlines() if line.startswith("+--") and "robot" not in line]
