@@ -81,13 +81,16 @@ class _Sheet:
             self.pen.line(outline, fill=(*OUTLINE, 2 * _START), width=3, joint="curve")
 
     def dashes(self, points: np.ndarray, color: RGB) -> None:
-        """A dashed outline."""
+        """A dashed outline; the dashes go on around its corners."""
         outline = np.array(self.outline(points))
+        passed = 0.0
         for one, other in zip(outline, outline[1:], strict=False):
-            pieces = max(1, round(float(np.linalg.norm(other - one)) / _DASH))
-            ends = np.linspace(one, other, 2 * pieces)
-            for number in range(0, 2 * pieces - 1, 2):
-                self.pen.line([tuple(ends[number]), tuple(ends[number + 1])], fill=color, width=5)
+            length = float(np.linalg.norm(other - one))
+            first, last = int(passed // _DASH), int((passed + length) // _DASH)
+            for number in range(first - first % 2, last + 1, 2):  # every second stretch is drawn
+                ends = np.clip(np.array((number, number + 1)) * _DASH - passed, 0.0, length)
+                self.pen.line([tuple(one + end / max(length, 1e-9) * (other - one)) for end in ends], fill=color, width=5)
+            passed += length
 
     def arrow(self, start: np.ndarray, goal: np.ndarray, own: RGB) -> None:
         """An arrow from where an object starts to the outline of where it goes; nothing where these overlap.

@@ -16,7 +16,7 @@ from agent.drawing import from_above, goal_overlay, imagined
 FORMAT = "webp"
 FILM = "film"  # the name of the film among the pictures
 _QUALITY, _FILM_QUALITY = 88, 65
-FILM_SPEED = 8.0  # pictures a second
+FILM_SPEED = 6.0  # pictures a second
 _LAST_PICTURE = 1500  # ms
 
 

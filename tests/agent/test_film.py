@@ -50,7 +50,7 @@ def test_film_is_kept_as_an_animation():
     for number, frame in enumerate(frames):
         frame[:, number * 6 : number * 6 + 6] = 255
     (picture,) = pictures_of(Filmed(0.8, frames))
-    assert picture.name == "film" and "6 times as fast" in picture.caption
+    assert picture.name == "film" and "5 times as fast" in picture.caption
     with Image.open(io.BytesIO(film_of(frames))) as film:
         assert film.is_animated and film.n_frames == 5
         film.seek(3)
