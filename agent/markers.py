@@ -5,6 +5,7 @@ Made from the JSON form of events, so that a recorded run looks as it did. Lengt
 
 from __future__ import annotations
 
+import re
 import string
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,6 +15,7 @@ import numpy as np
 
 from agent.colors import FAINT, RGB, color_of
 
+_NUMBERED = re.compile(r"object ([1-9]\d{0,2})")
 _DOT = 0.02  # m: the side of an object whose cloud spans no area
 _HIGHER = 0.01  # m: so much higher is the cloud's mean of what stands on something
 _LIFTED = 0.005  # m: so much an arrangement lifts what it stacks
@@ -69,17 +71,20 @@ def markers_of_candidate(
     stay = [seen for seen in told["objects"] if not seen["takes_part"]]
     angles = turns if len(turns) else [0.0] * len(part)
     on_another = _on_another(told["objects"])
+    number_of = _numbers(told["objects"])
     placed = []
     for index, (seen, goal, turn) in enumerate(zip(part, positions, angles, strict=True)):
         color = color_of(index, seen.get("color"))
-        marker = Marker(_letter(_TAKING_PART, index), seen["name"], _moved(seen, goal, turn), color, False)
+        letter = _letter(_TAKING_PART, number_of.get(seen["name"], index))
+        marker = Marker(letter, seen["name"], _moved(seen, goal, turn), color, False)
         # What an arrangement pushes over another without lifting it collides with it, and stands on the table.
         lifted = goal[2] - seen["position"][2] > _LIFTED or seen["name"] in on_another
         placed.append((float(goal[2]), marker, lifted))
     staying = []
     for index, seen in enumerate(stay):
         color = color_of(index, seen.get("color") or FAINT)
-        marker = Marker(_letter(_STAYING, index), seen["name"], _outline(seen), color, True)
+        letter = _letter(_STAYING, number_of.get(seen["name"], index))
+        marker = Marker(letter, seen["name"], _outline(seen), color, True)
         staying.append((float(seen["position"][2]), marker, seen["name"] in on_another))
     return _stacked(sorted(staying + placed, key=lambda entry: entry[0]))
 
@@ -134,6 +139,15 @@ def stack_sentence(stack: Sequence[Marker]) -> str:
         return " on ".join(marker.letter for marker in reversed(stack))
     letter_of = {marker.label: marker.letter for marker in stack}
     return ", ".join(f"{marker.letter} on {letter_of[marker.below]}" for marker in stack if marker.below)
+
+
+def _numbers(objects: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+    """The objects of a recording keep their numbers, whoever takes part: the place of "object 3" is 2.
+
+    Empty where objects have names of other kinds.
+    """
+    numbered = {seen["name"]: _NUMBERED.fullmatch(seen["name"]) for seen in objects}
+    return {name: int(match[1]) - 1 for name, match in numbered.items() if match} if all(numbered.values()) else {}
 
 
 def _letter(letters: str, index: int) -> str:

@@ -46,26 +46,40 @@ def candidates(report: Mapping[str, Any]) -> str:
         markers = markers_of_candidate(scene, candidate["positions"], candidate.get("turns") or ())
         rank, total = candidate["rank"], number(candidate["scores"].get("total"), 3)
         why = "the best" if rank == 1 else shortcoming(candidate["scores"], told[0]["scores"])
-        stacked = "".join(f"<br>stacked: {escape(stack_sentence(stack))}" for stack in stacks(markers))
         picked = rank == chosen
         figures.append(
             f'<figure class="{"candidate chosen" if picked else "candidate"}">'
             + _drawing(markers, scene["table"], f"candidate {rank} from above: {_places(markers)}")
             + f"<figcaption><b>{rank}</b> · score {total}{' · <b>chosen</b>' if picked else ''}"
-            + f"<br>{escape(why)}{stacked}</figcaption></figure>"
+            + f"<br>{escape(why)}{_stacks(markers)}</figcaption></figure>"
         )
     return f'<div class="candidates">{"".join(figures)}</div>'
+
+
+def _stacks(markers: Sequence[Marker]) -> str:
+    """The stacks among the objects, each from the side and in words: from above one sees little but what is on top."""
+    out = []
+    for stack in stacks(markers):
+        level_of: dict[str, int] = {}
+        rows: list[str] = []
+        for marker in stack:
+            level = level_of[marker.label] = level_of.get(marker.below, -1) + 1
+            rows += [""] * (level == len(rows))
+            rows[level] += swatch(marker)
+        levels = "".join(f"<span>{row}</span>" for row in reversed(rows))
+        words = escape(stack_sentence(stack))
+        out.append(f'<span class="stacked"><span class="stack">{levels}</span>stacked: {words}</span>')
+    return "".join(out)
 
 
 def tried(report: Mapping[str, Any]) -> str:
     """Where the objects of a goal came to rest that was tried without the arm, from above, as a figure."""
     markers = markers_of_candidate(report["scene"], report["tried"]["positions"], report["tried"]["turns"])
-    stacked = "".join(f"; stacked: {escape(stack_sentence(stack))}" for stack in stacks(markers))
     words = f"what was tried from above: {_places(markers)}"
     return (
         '<figure class="candidate">'
         + _drawing(markers, report["scene"]["table"], words)
-        + f"<figcaption>where the released objects came to rest, from above{stacked}</figcaption></figure>"
+        + f"<figcaption>where the released objects came to rest, from above{_stacks(markers)}</figcaption></figure>"
     )
 
 
@@ -95,8 +109,9 @@ def _drawing(markers: Sequence[Marker], table: Sequence[float], words: str) -> s
         corners = " ".join(f"{column},{row}" for column, row in (place(x, y) for x, y in marker.outline))
         kind = "object faint" if marker.faint else "object"
         shapes.append(f'<polygon class="{kind}" points="{corners}" style="--color:rgb{marker.color}"/>')
+    hidden = {marker.below for marker in markers}  # below something: the caption has the stack
     taken: list[tuple[int, int]] = []
-    for marker in reversed(markers):  # the letters of what lies below come below those of what lies upon it
+    for marker in (one for one in reversed(markers) if one.label not in hidden):  # the letters of what lies below come below those of what lies upon it
         column, row = place(*marker.outline.mean(axis=0))
         while any(abs(column - other) < _LETTER and abs(row - line) < _LETTER for other, line in taken):
             row += _LETTER // 2

@@ -105,6 +105,15 @@ def test_arrangement_turns_and_moves_what_takes_part_and_nothing_else():
         markers_of_candidate(scene, [[0.3, 0.1, 0.1]] * 2, [])
 
 
+def test_numbered_objects_keep_their_numbers_whoever_takes_part():
+    three = [told_object(f"object {k}", 0.1 * k, 0.0, takes_part=k != 2) for k in (1, 3, 2)]
+    assert {marker.label: marker.letter for marker in markers_of_scene(told(*three))} == {
+        "object 1": "1", "object 3": "3", "object 2": "b",
+    }  # fmt: skip
+    mixed = [three[1], told_object("mug", 0.5, 0.0)]
+    assert {marker.label: marker.letter for marker in markers_of_scene(told(*mixed))} == {"object 3": "1", "mug": "2"}
+
+
 ORANGE, BLACK, WHITE, GRAY = [230, 126, 34], [12, 12, 14], [250, 250, 246], [140, 140, 140]
 
 

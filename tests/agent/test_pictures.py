@@ -12,7 +12,7 @@ from PIL import Image
 
 from agent.colors import color_of
 from agent.drawing import goal_overlay, imagined
-from agent.page.drawings import CANDIDATES_SHOWN, candidates
+from agent.page.drawings import CANDIDATES_SHOWN, candidates, legend
 from agent.page.measures import gauge, timing
 from agent.pictures import Picture, pictures_of, webp_of
 from agent.record import RunRecord
@@ -151,6 +151,22 @@ def test_candidates_are_drawn_from_what_was_told(report):
     # 40 cm ahead is (0.72 - 0.40) m below the table's far edge, 10 cm left (0.45 - 0.10) m right of its left edge.
     assert sum(rows) / len(rows) - int(table.get("y")) == pytest.approx(320, abs=15)
     assert sum(columns) / len(columns) - int(table.get("x")) == pytest.approx(350, abs=15)
+
+
+def test_a_stack_is_drawn_from_the_side_too(report):
+    told = report["imagination"]["candidates"]
+    told[0]["positions"] = [[0.4, 0.1, 0.03], [0.4, 0.1, 0.15], [0.4, 0.1, 0.09]]
+    first, second = re.findall(r"<figcaption>.*?</figcaption>", candidates(report))[:2]
+    assert "stacked: 2 on 3 on 1" in first and "stack" not in second
+    assert re.findall(r'<span class="key"[^>]*>(\d)</span>', first) == ["2", "3", "1"]
+
+
+def test_what_is_drawn_on_a_colour_is_read_on_it(report):
+    for color, ink in (((250, 250, 240), "rgb(0, 0, 0)"), ((10, 10, 12), "rgb(255, 255, 255)")):
+        report["scene"]["objects"][0]["color"] = color
+        text = legend(report["scene"])
+        assert f'style="background:rgb{color};color:{ink}">1</span>' in text
+        assert f"--color:rgb{color}" in candidates(report)
 
 
 def test_chosen_candidate_is_drawn_though_it_is_not_among_the_best(report):
