@@ -59,7 +59,7 @@ class ChatScreen:
         self._unplanned: list[int] = []  # ranks without a plan, the first of which was told
         self._failed_check = False  # was told last
         self._named: Sequence[str] = ()  # the objects of the last reading
-        self._hinted = False  # that there are more candidates
+        self._hinted = False  # that more candidates can be shown, to somebody who types
 
     def __call__(self, event: events.Event) -> None:
         """Shows one live event."""
@@ -200,7 +200,7 @@ class ChatScreen:
         columns = self.maps.beside(len(shown))
         captions = [self._caption(one, told["candidates"][0], columns) for one in shown]
         self.maps.show_candidates(self._scene, shown, captions)
-        if not several and len(told["candidates"]) > 1 and not self._hinted:
+        if not several and len(told["candidates"]) > 1 and not self._hinted and not self._echo:
             self._hinted = True
             self.note(f"/candidates shows the best {min(SHOWN, len(told['candidates']))}, /why what decides")
 
