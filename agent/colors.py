@@ -46,7 +46,7 @@ def ink_on(color: Sequence[float]) -> RGB:
 
 
 def rim_of(color: Sequence[float]) -> RGB:
-    """The colour of an outline that contrasts with the colour, whatever the ground: dark, or light around what is dark."""
+    """The colour of an outline that contrasts with the colour itself: dark, or light around what is dark."""
     return OUTLINE if luma(color) > 110 else _LIGHT_RIM
 
 

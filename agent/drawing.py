@@ -89,7 +89,8 @@ class _Sheet:
             first, last = int(passed // _DASH), int((passed + length) // _DASH)
             for number in range(first - first % 2, last + 1, 2):  # every second stretch is drawn
                 ends = np.clip(np.array((number, number + 1)) * _DASH - passed, 0.0, length)
-                self.pen.line([tuple(one + end / max(length, 1e-9) * (other - one)) for end in ends], fill=color, width=5)
+                stretch = [tuple(one + end / max(length, 1e-9) * (other - one)) for end in ends]
+                self.pen.line(stretch, fill=color, width=5)
             passed += length
 
     def arrow(self, start: np.ndarray, goal: np.ndarray, own: RGB) -> None:

@@ -1,7 +1,11 @@
 // Players for films: without this script, the last picture stays.
 for (const figure of document.querySelectorAll("figure.film")) {
   const sources = JSON.parse(figure.querySelector("script").textContent);
-  const pictures = sources.map((data) => { const one = new Image(); one.src = "data:image/webp;base64," + data; return one; });
+  const pictures = sources.map((data) => {
+    const picture = new Image();
+    picture.src = "data:image/webp;base64," + data;
+    return picture;
+  });
   const shown = figure.querySelector("img");
   const canvas = document.createElement("canvas");
   const [play, slider, time] = ["button", "input", "output"].map((name) => figure.querySelector(".controls " + name));

@@ -122,4 +122,5 @@ class TerminalReport:
             line = f"{check['name']}: {number(check['measured'], 3)} ({check['limit']})"
             self._say(f"  {mark}  {escape(line)}")
         sentence = escape(verdict_sentence(told))
-        self._say(f"  [bold green]{sentence}[/bold green]" if told["success"] else f"  [bold red]{sentence}.[/bold red]")
+        style, end = ("bold green", "") if told["success"] else ("bold red", ".")
+        self._say(f"  [{style}]{sentence}{end}[/{style}]")

@@ -17,7 +17,8 @@ FLOOR = -0.42  # z: low enough to be a table's height in a picture, high enough 
 _LEG, _INSET, _TABLE_THICKNESS = 0.045, 0.01, 0.04
 _PEDESTAL = 0.11  # half of its side
 _TILE, _SEAM = 0.3, 0.006  # of the floor
-_WOOD, _METAL, _STONE, _JOINT, _FAR = (168, 146, 120), (150, 155, 164), (226, 228, 232), (208, 211, 217), (247, 248, 250)
+_WOOD, _METAL = (168, 146, 120), (150, 155, 164)
+_STONE, _JOINT, _FAR = (226, 228, 232), (208, 211, 217), (247, 248, 250)
 _FADES = (1.2, 4.0)  # the distance at which the floor begins to fade, and at which it has
 _SHADES = (0.82, 0.92, 1.0)  # of faces across x, y and z
 

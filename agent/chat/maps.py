@@ -1,4 +1,4 @@
-"""The maps of a chat: the table from above in characters, its stacks from the side, and which letter is which object."""
+"""The maps of a chat: the table from above in characters, its stacks from the side, and which letter is what."""
 
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ def _drawing(markers: Sequence[Marker], table: Sequence[float], words: str) -> s
         shapes.append(f'<polygon class="{kind}" points="{corners}" style="--color:rgb{marker.color}"/>')
     hidden = {marker.below for marker in markers}  # below something: the caption has the stack
     taken: list[tuple[int, int]] = []
-    for marker in (one for one in reversed(markers) if one.label not in hidden):  # the letters of what lies below come below those of what lies upon it
+    for marker in (one for one in reversed(markers) if one.label not in hidden):
         column, row = place(*marker.outline.mean(axis=0))
         while any(abs(column - other) < _LETTER and abs(row - line) < _LETTER for other, line in taken):
             row += _LETTER // 2

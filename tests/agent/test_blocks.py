@@ -129,7 +129,7 @@ def test_objects_have_their_own_colours():
     shown = {color for line in lines for c in range(42) for color in backgrounds(line, c)}
     assert {tuple(ORANGE), color_of(1), tuple(BLACK)} <= shown
     chips = [backgrounds(legend(markers_of_scene(scene), 80, 2**24)[0], column) for column in (1, 13, 23)]
-    assert [set(map(tuple, (ORANGE, color_of(1), BLACK)))] == [{c for chip in chips for c in chip} - {(0, 0, 0), (255,) * 3}]
+    assert {tuple(ORANGE), color_of(1), tuple(BLACK)} == {c for chip in chips for c in chip} - {(0, 0, 0), (255,) * 3}
 
 
 def test_what_takes_no_part_is_hatched_and_a_gray_thing_that_does_is_not():

@@ -28,9 +28,12 @@ def shown(events_told, terminal=False, width=80, echo=True) -> str:
     return console.file.getvalue()
 
 
-@pytest.mark.parametrize("width", [40, 80, 120])
+@pytest.mark.parametrize("width", [40, 60, 80, 120])
 def test_no_line_is_longer_than_the_screen(told, width):
-    lines = shown(told, width=width).splitlines()
+    tower = tuple((0.4, 0.1, 0.03 + 0.06 * level) for level in (0, 2, 1))
+    stacked = replace(told[3], candidates=(replace(told[3].candidates[0], positions=tower),) * 3)
+    lines = shown([*told, stacked, events.Tried(tower, (0.0,) * 3)], width=width).splitlines()
+    assert any(line.startswith("stacked") for line in lines)
     assert lines and [line for line in lines if len(line) > width] == []
 
 
