@@ -109,10 +109,19 @@ def _drawing(markers: Sequence[Marker], table: Sequence[float], words: str) -> s
         corners = " ".join(f"{column},{row}" for column, row in (place(x, y) for x, y in marker.outline))
         kind = "object faint" if marker.faint else "object"
         shapes.append(f'<polygon class="{kind}" points="{corners}" style="--color:rgb{marker.color}"/>')
-    hidden = {marker.below for marker in markers}  # below something: the caption has the stack
+    near_edge: dict[str, float] = {}  # of what stands on an object: x
+    for marker in markers:
+        edge = float(marker.outline[:, 0].min())
+        near_edge[marker.below] = min(edge, near_edge.get(marker.below, edge))
     taken: list[tuple[int, int]] = []
-    for marker in (one for one in reversed(markers) if one.label not in hidden):
-        column, row = place(*marker.outline.mean(axis=0))
+    for marker in reversed(markers):
+        x, y = marker.outline.mean(axis=0)
+        if marker.label in near_edge:  # its letter stands where it is seen; otherwise the caption alone has it
+            seen = (near_edge[marker.label] - marker.outline[:, 0].min()) * _MILLIMETRES
+            if seen < _LETTER:
+                continue
+            x = marker.outline[:, 0].min() + seen / 2 / _MILLIMETRES
+        column, row = place(x, y)
         while any(abs(column - other) < _LETTER and abs(row - line) < _LETTER for other, line in taken):
             row += _LETTER // 2
         taken.append((column, row))

@@ -161,6 +161,21 @@ def test_a_stack_is_drawn_from_the_side_too(report):
     assert re.findall(r'<span class="key"[^>]*>(\d)</span>', first) == ["2", "3", "1"]
 
 
+def test_the_letter_of_what_lies_below_stands_where_it_is_seen(report):
+    """That of a plate beside the bowl on it; that of a cup below a cup is in the caption alone."""
+    told = report["imagination"]["candidates"]
+    told[0]["positions"] = [[0.4, 0.1, 0.01], [0.4, 0.1, 0.06], [0.5, 0.3, 0.03]]
+    letters = re.findall(r"<text[^>]*>(\w)</text>", candidates(report).partition("</svg>")[0])
+    assert sorted(letters) == ["2", "3", "a"]
+    plate = report["scene"]["objects"][0]
+    middle = plate["position"][:2]
+    plate["outline"] = [[middle[0] + 0.12 * x, middle[1] + 0.12 * y] for x, y in ((1, 1), (1, -1), (-1, -1), (-1, 1))]
+    drawing = candidates(report).partition("</svg>")[0]
+    rows = {letter: int(row) for row, letter in re.findall(r'<text x="\d+" y="(\d+)"[^>]*>(\w)</text>', drawing)}
+    assert set(rows) == {"1", "2", "3", "a"}
+    assert rows["1"] - rows["2"] == pytest.approx(75, abs=8)  # mm: between the edges of the bowl and of the plate
+
+
 def test_what_is_drawn_on_a_colour_is_read_on_it(report):
     for color, ink in (((250, 250, 240), "rgb(0, 0, 0)"), ((10, 10, 12), "rgb(255, 255, 255)")):
         report["scene"]["objects"][0]["color"] = color
