@@ -60,6 +60,9 @@ def test_goals_are_drawn_in_the_objects_own_colours(large):
         goal = cloud.centroid + (0.0, 0.12, 0.0)
         assert near(overlay, *VIEWS["robot"].pixels(goal), color, reach=4)
         assert near(above, *from_above_pixels(goal), color, reach=4)
+    for index in range(3):  # no outline and no name in a colour of the palette
+        for image in (overlay, above):
+            assert not (np.abs(image.astype(int) - color_of(index)).max(axis=2) < 25).any()
 
 
 def from_above_pixels(point) -> tuple[float, float]:

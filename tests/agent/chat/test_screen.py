@@ -81,7 +81,8 @@ def test_after_an_undo_a_correction_names_the_objects_only_where_it_changes_them
     back = events.Restored("undo", last, ("cup 1",), ())
     bigger = parsed(StructureSpec("circle", "large"), last)
     text = shown([parsed(last), parsed(StructureSpec("line"), named=("box 1",)), back, bigger])
-    assert "with" not in text.partition("changed")[2]
+    after = text.partition("changed")[2]
+    assert "left open -> large" in after and "with" not in after
 
 
 def maps_of(text: str) -> list[str]:
