@@ -47,7 +47,7 @@ def test_goal_is_drawn_where_the_camera_would_see_it(large):
 
 
 def test_goals_are_drawn_in_the_objects_own_colours(large):
-    colors = [(230, 126, 34), (20, 20, 20), (30, 61, 144)]
+    colors = [(170, 200, 30), (20, 20, 20), (160, 20, 30)]
     own = tuple(
         replace(cloud, colors=np.tile(np.array(color, np.uint8), (len(cloud.points), 1)))
         for cloud, color in zip(large.objects, colors, strict=True)
