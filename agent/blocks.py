@@ -5,6 +5,7 @@ As in the report, up is +x (away from the robot) and left is +y. Lengths in metr
 
 from __future__ import annotations
 
+import colorsys
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -13,16 +14,17 @@ from rich.console import Console
 from rich.style import Style
 from rich.text import Text
 
-from agent.colors import COLORS, FAINT, RGB
+from agent.colors import COLORS, FAINT, RGB, alike, ink_on, rim_of
 from agent.markers import Marker
 
 LEAST_COLUMNS = 12
-_WOOD, _EDGE = (240, 222, 188), (140, 100, 45)
-_DARK, _LIGHT = (0, 0, 0), (255, 255, 255)  # of the letters on an object
-# Which of 16 colours stands for which; the nearest ones would be the same for several objects.
-_OF_SIXTEEN = dict(zip(COLORS, (4, 1, 2, 5, 6, 3, 0), strict=True))
-_OF_SIXTEEN |= {FAINT: 8, _WOOD: 7, _EDGE: 3, _DARK: 0, _LIGHT: 15}
-_BRIGHT_OF_SIXTEEN = (3, 6, 7)  # yellow, cyan, white
+_WOOD, EDGE = (240, 222, 188), (140, 100, 45)
+# What stands for the colours of things that have none of their own; every other colour goes by its hue.
+_OF_SIXTEEN = dict(zip(COLORS, (4, 1, 2, 5, 6, 3, 0), strict=True)) | {FAINT: 8, _WOOD: 7, EDGE: 3}
+_BRIGHT_OF_SIXTEEN = (3, 6, 7, 9, 10, 11, 13, 14, 15)  # what black is read on
+_HUES_OF_SIXTEEN = ((20, 1), (50, 3), (70, 11), (165, 2), (200, 6), (255, 4), (335, 5), (361, 1))  # up to degrees
+_GRAY, _NEARLY_BLACK, _NEARLY_WHITE = 0.22, 0.25, 0.75  # saturation and values
+_HATCHED = 0.65  # of the wood in every second pixel of what takes no part
 _ROBOT = " robot "  # on the edge, where it stands
 _SAMPLES = 4  # along each side of a pixel
 _COVERED = 0.4  # of a pixel, from which on it is the object's: a fork is narrower than most pixels
@@ -39,8 +41,9 @@ def colors_of(console: Console) -> int:
 def picture(markers: Sequence[Marker], table: Sequence[float], columns: int, colors: int) -> list[Text]:
     """The table and what is on it, from above.
 
-    An object's letter stands in its middle; what lies underneath has its letter below that of what is on it. The
-    letter of an object that is off the table stands on the table's edge.
+    Every object has its own colour; what takes no part is hatched, and has a small letter. An object's letter stands
+    in its middle; what lies underneath has its letter below that of what is on it. The letter of an object that is off
+    the table stands on the table's edge.
 
     Args:
         markers: the objects; later ones cover earlier ones.
@@ -64,10 +67,45 @@ def picture(markers: Sequence[Marker], table: Sequence[float], columns: int, col
     edge = {min(max(robot, 0), width - len(_ROBOT)) + place: letter for place, letter in enumerate(_ROBOT)}
     if not colors:
         return _plain(markers, owner, letters, edge)
+    return _colored(markers, _pixels(markers, samples, owner, colors), letters, edge, colors)
+
+
+def _pixels(markers: Sequence[Marker], samples: np.ndarray, owner: np.ndarray, colors: int) -> np.ndarray:
+    """(tall, width, 3) the colour of each pixel."""
     palette = np.array([*(marker.color for marker in markers), _WOOD])  # the table's number is -1, the last
     # Mixed colours smooth the outlines, where there are enough of them.
-    pixels = palette[samples].mean(axis=2).round().astype(int) if colors > 16 else palette[owner]
-    return _colored(markers, pixels, letters, edge, colors)
+    pixels = palette[samples].mean(axis=2) if colors > 16 else palette[owner].astype(float)
+    row, column = np.indices(owner.shape)
+    faint = np.array([*(marker.faint for marker in markers), False])[owner]
+    gaps = faint & ((row + column) % 2 == 1)
+    share = _HATCHED if colors > 16 else 1.0
+    pixels[gaps] = share * np.array(_WOOD) + (1 - share) * pixels[gaps]
+    for number, other in _unparted(palette):
+        seam = _seam(owner, number, other)
+        pixels[seam] = rim_of(palette[number])
+    return pixels.round().astype(int)
+
+
+def _unparted(palette: np.ndarray) -> list[tuple[int, int]]:
+    """Which objects need an outline against which others, or the table (-1), because their colours are alike."""
+    table = len(palette) - 1
+    return [
+        (number, other if other < table else -1)
+        for number in range(table)
+        for other in (*range(number), table)
+        if alike(palette[number].tolist(), palette[other].tolist())
+    ]
+
+
+def _seam(owner: np.ndarray, number: int, other: int) -> np.ndarray:
+    """The pixels of one thing that touch another, whichever side they lie on."""
+    touched = np.zeros(owner.shape, dtype=bool)
+    there = owner == other
+    touched[1:] |= there[:-1]
+    touched[:-1] |= there[1:]
+    touched[:, 1:] |= there[:, :-1]
+    touched[:, :-1] |= there[:, 1:]
+    return (owner == number) & touched
 
 
 def _samples(shapes: Sequence[np.ndarray], tall: int, width: int) -> np.ndarray:
@@ -152,14 +190,14 @@ def _colored(
         for column in range(-1, width + 1):
             index = letters.get((row, column))
             if index is not None:
-                line.append(markers[index].letter, _chip(markers[index].color, colors))
+                line.append(markers[index].letter, chip(markers[index].color, colors))
             elif row == rows and column in robot:
                 line.append(robot[column])
             elif row in (-1, rows) or column in (-1, width):
-                line.append(_edge(row, column, rows, width), _style(colors, _EDGE))
+                line.append(_edge(row, column, rows, width), style(colors, EDGE))
             else:
                 upper, lower = (tuple(pixels[2 * row + half, column].tolist()) for half in (0, 1))
-                line.append(" " if upper == lower else "▀", _style(colors, upper, lower))
+                line.append(" " if upper == lower else "▀", style(colors, upper, lower))
         lines.append(line)
     return lines
 
@@ -173,23 +211,34 @@ def _edge(row: int, column: int, rows: int, width: int) -> str:
     return "▐" if column == -1 else "▌"
 
 
-def _style(colors: int, front: RGB, back: RGB | None = None, bold: bool = False) -> Style:
+def style(colors: int, front: RGB, back: RGB | None = None, bold: bool = False) -> Style:
+    """The style of a character: its colour, the one behind it, and its weight."""
     return Style(color=_color(colors, front), bgcolor=None if back is None else _color(colors, back), bold=bold)
 
 
 def _color(colors: int, rgb: RGB) -> Color:
-    if colors <= 16 and rgb in _OF_SIXTEEN:
-        return Color.from_ansi(_OF_SIXTEEN[rgb])
-    return Color.from_rgb(*rgb)
+    return Color.from_ansi(_of_sixteen(rgb)) if colors <= 16 else Color.from_rgb(*rgb)
 
 
-def _chip(color: RGB, colors: int) -> Style:
+def _of_sixteen(rgb: RGB) -> int:
+    """Which of 16 colours a colour is called by; the nearest one would be gray or brown for most."""
+    if rgb in _OF_SIXTEEN:
+        return _OF_SIXTEEN[rgb]
+    hue, saturation, value = colorsys.rgb_to_hsv(*(part / 255 for part in rgb))
+    if value < _NEARLY_BLACK:
+        return 0
+    if saturation < _GRAY:
+        return 15 if value > _NEARLY_WHITE else 8
+    return next(code for end, code in _HUES_OF_SIXTEEN if 360 * hue < end)
+
+
+def chip(color: RGB, colors: int) -> Style:
     """A letter on its object's colour."""
+    ink = ink_on(color)
     if colors <= 16:
-        bright = _OF_SIXTEEN.get(color) in _BRIGHT_OF_SIXTEEN
-    else:
-        bright = 0.299 * color[0] + 0.587 * color[1] + 0.114 * color[2] > 140
-    return _style(colors, _DARK if bright else _LIGHT, color, bold=True)
+        bright = _of_sixteen(color) in _BRIGHT_OF_SIXTEEN
+        return Style(color=Color.from_ansi(0 if bright else 15), bgcolor=_color(colors, color), bold=True)
+    return style(colors, ink, color, bold=True)
 
 
 def side_by_side(pictures: Sequence[list[Text]], captions: Sequence[Sequence[str | Text]], width: int) -> list[Text]:
@@ -203,7 +252,7 @@ def side_by_side(pictures: Sequence[list[Text]], captions: Sequence[Sequence[str
     blocks = []
     for drawn, caption in zip(pictures, captions, strict=True):
         columns = max(line.cell_len for line in drawn)
-        lines = [line.copy() for line in drawn] + [_cut(line, columns) for line in caption]
+        lines = [line.copy() for line in drawn] + [cut(line, columns) for line in caption]
         blocks.append((columns, lines))
     out: list[Text] = []
     while blocks:
@@ -224,7 +273,8 @@ def side_by_side(pictures: Sequence[list[Text]], captions: Sequence[Sequence[str
     return out
 
 
-def _cut(line: str | Text, columns: int) -> Text:
+def cut(line: str | Text, columns: int) -> Text:
+    """A line that is at most so long."""
     text = line.copy() if isinstance(line, Text) else Text(line)
     text.truncate(columns, overflow="ellipsis")
     return text
@@ -235,9 +285,9 @@ def legend(markers: Sequence[Marker], width: int, colors: int) -> list[Text]:
     lines = [Text(no_wrap=True)]
     for marker in sorted(markers, key=lambda marker: marker.letter):
         entry = Text()
-        entry.append(f" {marker.letter} " if colors else marker.letter, _chip(marker.color, colors) if colors else None)
+        entry.append(f" {marker.letter} " if colors else marker.letter, chip(marker.color, colors) if colors else None)
         entry.append(f" {marker.label}", "dim" if marker.faint and colors else None)
-        entry = _cut(entry, width)
+        entry = cut(entry, width)
         if lines[-1].cell_len and lines[-1].cell_len + _GAP + entry.cell_len > width:
             lines.append(Text(no_wrap=True))
         if lines[-1].cell_len:

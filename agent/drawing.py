@@ -1,6 +1,6 @@
-"""Clouds drawn with their outlines and names: on the table seen from above, or on the camera's picture.
+"""Clouds drawn with their outlines and names, in their own colours: from above, or on the camera's picture.
 
-As the speaker sees it from the robot's side: up is +x (away), left is +y.
+As the speaker sees it from the robot's side: up is +x (away), left is +y. What takes no part has a dashed outline.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from scipy.spatial import ConvexHull, QhullError
 
-from agent.colors import RGB, color_of
+from agent.colors import OUTLINE, RGB, color_of, ink_on, mean_color
 from structdiffusion.camera import project
 from structdiffusion.geometry import transform_points
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene, Table
@@ -23,7 +23,10 @@ _FONT_PIXELS = 30
 _LONGEST_NAME = 24  # characters of a name: a longer one would hide what is around it
 _POINTS = 2500  # of a cloud that are drawn
 _DIMMED = 0.45  # of the camera's picture that is left below a goal
-_PAPER, _WOOD, _EDGE, _QUIET = (255, 255, 255), (244, 236, 222), (203, 187, 160), (150, 150, 150)
+_PAPER, _WOOD, _EDGE, _QUIET = (255, 255, 255), (244, 236, 222), (203, 187, 160), (110, 110, 110)
+_DASH, _HEAD = 14, 26  # pixels: a dash of an outline, and the length of an arrow's head
+_PLATE_MARGIN = 8  # pixels to the picture's edge
+_START = 70  # of 255: how opaque an object is drawn where it starts from
 
 
 class _Sheet:
@@ -49,34 +52,97 @@ class _Sheet:
             return []
         return [tuple(point) for point in (*ring, ring[0])]
 
-    def cloud(self, points: np.ndarray, colors: np.ndarray | None, rim: RGB, fill: int) -> None:
-        """The points themselves inside their outline, which is filled with `rim`, `fill` of 255 opaque."""
+    def cloud(self, points: np.ndarray, colors: np.ndarray | None, own: RGB, fill: int) -> None:
+        """The points themselves inside their outline, which is filled with the object's own colour.
+
+        Args:
+            points: (P, 3) world frame.
+            colors: (P, 3) of the points, or `None` for the object's own.
+            own: the colour of the object.
+            fill: how opaque the outline is filled, of 255.
+        """
         outline = self.outline(points)
         if outline:
-            self.pen.polygon(outline, fill=(*rim, fill))
+            self.pen.polygon(outline, fill=(*own, fill))
         if colors is None:
-            colors = np.broadcast_to(np.array(rim, dtype=np.uint8), points.shape)
+            colors = np.broadcast_to(np.array(own, dtype=np.uint8), points.shape)
         shown = np.argsort(points[:, 2])[:: max(1, len(points) // _POINTS)]
         for (column, row), color in zip(self.pixels(points[shown]), colors[shown], strict=True):
             self.pen.ellipse((column - 3, row - 3, column + 3, row + 3), fill=tuple(int(c) for c in color))
         if outline:
-            self.pen.line(outline, fill=rim, width=5, joint="curve")
+            self.pen.line(outline, fill=OUTLINE, width=9, joint="curve")
+            self.pen.line(outline, fill=own, width=4, joint="curve")
 
-    def label(self, text: str, points: np.ndarray, color: RGB) -> None:
-        """A name on a light plate below what it names, and below the plates that are there already."""
+    def start(self, points: np.ndarray, own: RGB) -> None:
+        """Where an object is before it goes to its goal: faded, without its points."""
+        outline = self.outline(points)
+        if outline:
+            self.pen.polygon(outline, fill=(*own, _START))
+            self.pen.line(outline, fill=(*OUTLINE, 2 * _START), width=3, joint="curve")
+
+    def dashes(self, points: np.ndarray, color: RGB) -> None:
+        """A dashed outline; the dashes go on around its corners."""
+        outline = np.array(self.outline(points))
+        passed = 0.0
+        for one, other in zip(outline, outline[1:], strict=False):
+            length = float(np.linalg.norm(other - one))
+            first, last = int(passed // _DASH), int((passed + length) // _DASH)
+            for number in range(first - first % 2, last + 1, 2):  # every second stretch is drawn
+                ends = np.clip(np.array((number, number + 1)) * _DASH - passed, 0.0, length)
+                stretch = [tuple(one + end / max(length, 1e-9) * (other - one)) for end in ends]
+                self.pen.line(stretch, fill=color, width=5)
+            passed += length
+
+    def arrow(self, start: np.ndarray, goal: np.ndarray, own: RGB) -> None:
+        """An arrow from where an object starts to the outline of where it goes; nothing where these overlap.
+
+        Args:
+            start, goal: (P, 3) its points there, world frame.
+            own: its colour.
+        """
+        tail, target = (self.pixels(points).mean(axis=0) for points in (start, goal))
+        tip = _entry(tail, target, self.outline(goal))
+        tail = _entry(target, tail, self.outline(start))
+        along = tip - tail
+        length = float(np.linalg.norm(along))
+        if length < 1.5 * _HEAD or float(along @ (target - tail)) <= 0:
+            return
+        along /= length
+        across = np.array((-along[1], along[0]))
+        neck = tip - _HEAD * along
+        head = [tuple(tip), tuple(neck + 0.45 * _HEAD * across), tuple(neck - 0.45 * _HEAD * across)]
+        shaft = [tuple(tail), tuple(neck + 2 * along)]
+        self.pen.line(shaft, fill=OUTLINE, width=9)
+        self.pen.polygon(head, fill=OUTLINE)
+        self.pen.line([*head, head[0]], fill=OUTLINE, width=3, joint="curve")
+        self.pen.line(shaft, fill=own, width=6)
+        self.pen.polygon(head, fill=own)
+
+    def label(self, text: str, points: np.ndarray, color: RGB | None) -> None:
+        """A name on a plate below what it names, and below the plates that are there already.
+
+        Args:
+            text: the name.
+            points: (P, 3) what it names, world frame.
+            color: of the plate, the object's own; by default the plate is light, as that of what takes no part.
+        """
         text = text if len(text) <= _LONGEST_NAME else text[: _LONGEST_NAME - 1].rstrip() + "…"
         pixels = self.pixels(points)
         column, row = pixels[:, 0].mean(), pixels[:, 1].max() + _FONT_PIXELS * 0.8
         plate = self._plate(text, column, row)
-        half = (plate[2] - plate[0]) / 2
+        half = (plate[2] - plate[0]) / 2 + _PLATE_MARGIN
         column = min(max(column, half), self.image.width - half)
         plate = self._plate(text, column, row)
         while any(_overlap(plate, other) for other in self._plates) and plate[3] < self.image.height:
             row += _FONT_PIXELS / 4
             plate = self._plate(text, column, row)
         self._plates.append(plate)
-        self.pen.rounded_rectangle(plate, radius=8, fill=(255, 255, 255, 215))
-        self.pen.text((column, row), text, font=self.font, anchor="mm", fill=color)
+        if color is None:
+            self.pen.rounded_rectangle(plate, radius=8, fill=(255, 255, 255, 215))
+        else:
+            self.pen.rounded_rectangle(plate, radius=8, fill=color, outline=OUTLINE, width=3)
+        ink = _QUIET if color is None else ink_on(color)
+        self.pen.text((column, row), text, font=self.font, anchor="mm", fill=ink)
 
     def _plate(self, text: str, column: float, row: float) -> tuple[float, float, float, float]:
         left, top, right, bottom = self.pen.textbbox((column, row), text, font=self.font, anchor="mm")
@@ -107,35 +173,58 @@ def _table_sheet(table: Table) -> _Sheet:
     return sheet
 
 
+def _entry(outside: np.ndarray, inside: np.ndarray, outline: list[tuple[float, float]]) -> np.ndarray:
+    """Where the way from a point to another first meets an outline (pixels); the other point where it does not."""
+    way = inside - outside
+    shares = [1.0]
+    for one, other in zip(np.array(outline), np.array(outline[1:]), strict=False):
+        side = other - one
+        cross = way[0] * side[1] - way[1] * side[0]
+        if abs(cross) > 1e-9:
+            gap = one - outside
+            along = (gap[0] * side[1] - gap[1] * side[0]) / cross
+            on_side = (gap[0] * way[1] - gap[1] * way[0]) / cross
+            if 0.0 <= on_side <= 1.0 and 0.0 <= along <= 1.0:
+                shares.append(along)
+    return outside + min(shares) * way
+
+
+def own_color(cloud: ObjectCloud, index: int) -> RGB:
+    """The colour in which an object is drawn: the mean of its cloud's, or one of the palette where it has none."""
+    return color_of(index, mean_color(cloud.colors))
+
+
 def _quiet(sheet: _Sheet, clouds: tuple[ObjectCloud, ...]) -> None:
     for cloud in clouds:
-        sheet.cloud(cloud.points, None, _QUIET, 40)
-        sheet.label(cloud.name, cloud.points, _QUIET)
+        color = mean_color(cloud.colors) or _QUIET
+        outline = sheet.outline(cloud.points)
+        if outline:
+            sheet.pen.polygon(outline, fill=(*color, _START))
+        sheet.dashes(cloud.points, _QUIET)
+        sheet.label(cloud.name, cloud.points, None)
 
 
 def from_above(scene: Scene) -> np.ndarray:
-    """What the camera saw, from above: (H, W, 3) uint8; the distractors in grey."""
+    """What the camera saw, from above: (H, W, 3) uint8."""
     sheet = _table_sheet(scene.table)
     _quiet(sheet, scene.distractors)
     for index, cloud in enumerate(scene.objects):
-        sheet.cloud(cloud.points, cloud.colors, color_of(index), 40)
+        sheet.cloud(cloud.points, cloud.colors, own_color(cloud, index), 60)
     for index, cloud in enumerate(scene.objects):
-        sheet.label(cloud.name, cloud.points, color_of(index))
+        sheet.label(cloud.name, cloud.points, own_color(cloud, index))
     return sheet.finish()
 
 
 def imagined(scene: Scene, arrangement: Arrangement) -> np.ndarray:
-    """The goal from above: (H, W, 3) uint8; every cloud moved there, with its outline and way from where it is now."""
+    """The goal from above: (H, W, 3) uint8; every cloud moved there, in front of where it starts from, and an arrow."""
     sheet = _table_sheet(scene.table)
     _quiet(sheet, scene.distractors)
     moved = _moved(scene, arrangement)
     for index, cloud in enumerate(scene.objects):
-        now = sheet.outline(cloud.points)
-        if now:
-            sheet.pen.line(now, fill=(*color_of(index), 110), width=3)
-        way = sheet.pixels(np.stack((cloud.centroid, moved[index].mean(axis=0))))
-        sheet.pen.line([tuple(point) for point in way], fill=(*color_of(index), 90), width=4)
-    _goals(sheet, scene, moved, 60)
+        sheet.start(cloud.points, own_color(cloud, index))
+    for index, cloud in enumerate(scene.objects):
+        sheet.arrow(cloud.points, moved[index], own_color(cloud, index))
+    _goals(sheet, scene, moved, 90)
     return sheet.finish()
 
 
@@ -169,7 +258,10 @@ def _moved(scene: Scene, arrangement: Arrangement) -> list[np.ndarray]:
 
 
 def _goals(sheet: _Sheet, scene: Scene, moved: list[np.ndarray], fill: int) -> None:
-    for index in np.argsort([points[:, 2].mean() for points in moved]):  # what stands on top is drawn last
-        sheet.cloud(moved[index], scene.objects[index].colors, color_of(index), fill)
-    for index, cloud in enumerate(scene.objects):
-        sheet.label(cloud.name, moved[index], color_of(index))
+    upward = np.argsort([points[:, 2].mean() for points in moved])
+    for index in upward:  # what stands on top is drawn last
+        cloud = scene.objects[index]
+        sheet.cloud(moved[index], cloud.colors, own_color(cloud, index), fill)
+    for index in reversed(upward):  # and its name stands above those of what is below it
+        cloud = scene.objects[index]
+        sheet.label(cloud.name, moved[index], own_color(cloud, index))

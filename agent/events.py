@@ -84,6 +84,14 @@ class Asked(_Told):
 
 
 @dataclass(frozen=True)
+class Answered(_Told):
+    """In a conversation: a question about the table or the conversation, and its answer."""
+
+    question: str
+    answer: str
+
+
+@dataclass(frozen=True)
 class Noted(_Told):
     """Something that the speaker should know, in a sentence."""
 
@@ -260,6 +268,20 @@ class Pictured(_Told):
     name: str
     caption: str
     image: np.ndarray = _untold()
+
+
+@dataclass(frozen=True)
+class Tried(_Told):
+    """The chosen arrangement was released in physics without the arm, on a copy of the table: where everything ended.
+
+    Attributes:
+        positions: (N, 3) where the cloud's mean of each object that takes part came to rest, world frame; of one that
+            was not released any more, where it stands.
+        turns: (N,) how far each turned about z on the way there.
+    """
+
+    positions: tuple[tuple[float, float, float], ...]
+    turns: tuple[float, ...]
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,13 @@ import numpy as np
 from PIL import Image
 
 from agent import events
+from agent.animation import animation
 from agent.drawing import from_above, goal_overlay, imagined
 
 FORMAT = "webp"
-_QUALITY, _FILM_QUALITY = 88, 75
-FILM_SPEED = 12.0  # pictures a second
+FILM = "film"  # the name of the film among the pictures
+_QUALITY, _FILM_QUALITY = 88, 65
+FILM_SPEED = 6.0  # pictures a second
 _LAST_PICTURE = 1500  # ms
 
 
@@ -52,8 +54,8 @@ def pictures_of(event: events.Event) -> Iterator[Picture]:
             yield Picture(event.name, event.caption, webp_of(event.image))
         case events.Filmed() if len(event.frames):
             faster = event.interval * FILM_SPEED
-            caption = f"the arm at work, seen from across the table, {faster:.0f} times as fast"
-            yield Picture("film", caption, film_of(event.frames))
+            caption = f"the arm at work, seen over its shoulder, {faster:.0f} times as fast"
+            yield Picture(FILM, caption, film_of(event.frames))
 
 
 def webp_of(image: np.ndarray) -> bytes:
@@ -65,11 +67,5 @@ def webp_of(image: np.ndarray) -> bytes:
 
 def film_of(frames: np.ndarray) -> bytes:
     """Pictures (T, H, W, 3) uint8 as the bytes of an animated WebP file that plays again and again."""
-    first, *rest = (Image.fromarray(np.ascontiguousarray(frame[..., :3])) for frame in frames)
-    durations = [round(1000 / FILM_SPEED)] * len(rest) + [_LAST_PICTURE]
-    buffer = io.BytesIO()
-    first.save(
-        buffer, format="WEBP", save_all=True, append_images=rest, duration=durations, loop=0, quality=_FILM_QUALITY,
-        method=2,
-    )  # fmt: skip
-    return buffer.getvalue()
+    durations = [round(1000 / FILM_SPEED)] * (len(frames) - 1) + [_LAST_PICTURE]
+    return animation(frames, durations, _FILM_QUALITY)

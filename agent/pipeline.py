@@ -154,7 +154,7 @@ class _Run:
                 yield from self._built(table, scene, reading.spec, arrangements)
             else:
                 self.step = "check"
-                yield from steps.release(table, reading.spec, arrangements[0])
+                yield from steps.release(table, scene, reading.spec, arrangements[0])
             if shortfall:
                 raise PartlyDone(f"{shortfall[0]} stand as asked; {shortfall[1]}")
 

@@ -8,14 +8,15 @@
 | `instruction`, `options` | what was asked for |
 | `outcome` | `success`, `exit_code`, `step` and `message` of the failure, `seconds` of the whole run |
 | `parse` | spec, confidence and evidence per slot, parser, nouns named |
-| `remarks` | what was asked, noted, commanded and restored besides, in order, each with its `kind` |
+| `remarks` | what was asked, answered, noted, commanded and restored besides, in order, each with its `kind` |
 | `scene` | objects (names, nouns, who takes part, mean position and outline in the world frame, colour), table |
 | `imagination` | model and every candidate with its scores, positions and turns, best first |
 | `chosen` | the rank and the goal of each object |
 | `arm` | the arm's events in order, each with its `kind` |
+| `tried` | without the arm: where the released objects came to rest, positions and turns as a candidate's |
 | `verdict` | success, failure class, every check with its measured value and limit |
 | `seconds` | step -> time |
-| `pictures` | name, file (WebP; `film` is an animated one), caption, in order |
+| `pictures` | name, file (WebP; `film` is an animated one, with `interval` seconds between its frames), caption |
 
 Lengths in metres, angles in radians, times in seconds. Schema version 2 has `remarks`, outlines, colours, turns and the
 film, and its pictures are WebP files, where those of version 1 were PNG.
@@ -32,12 +33,12 @@ from agent import __version__, events
 from agent.errors import UsageError
 from agent.page.document import run_page
 from agent.page.turn import Turn
-from agent.pictures import FORMAT, Picture, pictures_of
+from agent.pictures import FILM, FORMAT, Picture, pictures_of
 from agent.redaction import without_credentials
 from agent.session_file import SessionWriter
 
 SCHEMA_VERSION = 2
-_REMARKS = ("asked", "noted", "commanded", "restored", "answered")
+_REMARKS = ("asked", "answered", "noted", "commanded", "restored")
 
 
 class RunRecord:
@@ -65,11 +66,13 @@ class RunRecord:
             "imagination": None,
             "chosen": None,
             "arm": [],
+            "tried": None,
             "verdict": None,
             "seconds": {},
             "pictures": [],
         }
         self.pictures: dict[str, bytes] = {}
+        self._interval = 1.0  # s between two pictures of the film
 
     @property
     def saw_something(self) -> bool:
@@ -106,6 +109,8 @@ class RunRecord:
                 report["imagination"] = self._timed("imagination", told)
             case "chosen":
                 report["chosen"] = _without_kind(told)
+            case "tried":
+                report["tried"] = _without_kind(told)
             case "checked":
                 report["verdict"] = self._timed("check", told)
             case "failed":
@@ -114,7 +119,9 @@ class RunRecord:
                 report["outcome"] |= _without_kind(told)
             case kind if kind in _REMARKS:
                 report["remarks"].append(told)
-            case "pictured" | "filmed" | "previewed":
+            case "filmed":
+                self._interval = told["interval"]
+            case "pictured" | "previewed":
                 return  # pictures come by themselves; a preview is of passing interest
             case kind:
                 report["arm"].append(told)
@@ -127,6 +134,8 @@ class RunRecord:
         """Takes one picture in; a later one of the same name takes its place."""
         if picture.name not in self.pictures:
             entry = {"name": picture.name, "file": f"{picture.name}.{FORMAT}", "caption": picture.caption}
+            if picture.name == FILM:
+                entry["interval"] = self._interval
             self.report["pictures"].append(entry)
         self.pictures[picture.name] = picture.content
 

@@ -19,6 +19,7 @@ from agent.telling import (
     remark_sentence,
     seen_row,
     slot_label,
+    verdict_sentence,
     verdict_title,
 )
 
@@ -55,9 +56,10 @@ class TerminalReport:
                 self._chosen(told)
             case "checked":
                 self._checked(told)
-            case "asked" | "noted" | "commanded" | "restored" | "answered":
-                self._line(remark_sentence(told))
-            case "failed" | "pictured" | "filmed" | "previewed":
+            case "asked" | "answered" | "noted" | "commanded" | "restored":
+                for line in remark_sentence(told).splitlines():
+                    self._line(line)
+            case "failed" | "pictured" | "filmed" | "previewed" | "tried":
                 return  # the command ends with the message; pictures are for the page, previews for who shows them
             case "finished":
                 self._say(f"\n[bold]The whole run took {duration(told['seconds'])}.[/bold]")
@@ -119,8 +121,6 @@ class TerminalReport:
             mark = "[green]passed[/green]" if check["passed"] else "[red]failed[/red]"
             line = f"{check['name']}: {number(check['measured'], 3)} ({check['limit']})"
             self._say(f"  {mark}  {escape(line)}")
-        if told["success"]:
-            self._say("  [bold green]It stands as it was asked for.[/bold green]")
-        else:
-            failure = f"{told['failure_class']}: {told['detail']}"
-            self._say(f"  [bold red]{escape(failure)}.[/bold red]")
+        sentence = escape(verdict_sentence(told))
+        style, end = ("bold green", "") if told["success"] else ("bold red", ".")
+        self._say(f"  [{style}]{sentence}{end}[/{style}]")

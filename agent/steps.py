@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 CANDIDATES = 64
 FEWEST_IN_A_CIRCLE = 3
 LAST_PICTURE = "camera-after"  # taken when the arm is done and what it built is about to be judged
+TRIED_PICTURE = "camera-tried"  # of a goal that was released without the arm
 PREVIEWED = 3  # samples whose way out of the noise is shown
 _OUTLINE_DETAIL = 0.002  # m: finer than a character, and than most of the pictures
 
@@ -189,33 +190,57 @@ def chosen(rank: int, arrangement: Arrangement, scene: Scene) -> events.Chosen:
 
 
 def release(
-    table: TableScene, spec: StructureSpec, arrangement: Arrangement
+    table: TableScene, scene: Scene, spec: StructureSpec, arrangement: Arrangement
 ) -> Generator[events.Event, None, None]:
     """Tries a goal under the contract's physical protocol, without the arm, on a copy of the table.
+
+    Args:
+        table: where it would be built; it stays as it is.
+        scene: what was seen there.
+        spec: what was asked for.
+        arrangement: the goal.
 
     Raises:
         NoValidGoal: when it does not hold.
     """
     from structdiffusion.physical import place_and_check
+    from structdiffusion.tabletop import TabletopWorld
 
     began = time.perf_counter()
     poses = table.world.poses()
+    pictures: list[np.ndarray] = []
+
+    def photograph(world: TabletopWorld) -> None:
+        pictures.append(world.picture(camera=table.world.camera))
+
+    initial = np.array(poses[: table.count])
     verdict = place_and_check(
         table.models[: table.count],
-        np.array(poses[: table.count]),
+        initial,
         arrangement.goal_from_initial,
         spec,
         table.world.table,
         list(zip(table.models, poses, strict=True))[table.count :],
         table.names,
         table.world.ground,
+        on_end=photograph,
     )
     seconds = time.perf_counter() - began
+    yield _tried(scene, initial, verdict.world_from_final)
+    caption = "the goal as it came to rest in physics, released without the arm; the table itself is unchanged"
+    yield events.Pictured(TRIED_PICTURE, caption, pictures[0])
     yield events.Checked(
         verdict.success, verdict.failure, verdict.checks, verdict.detail, "released", seconds, table.bodies
     )
     if not verdict.success:
         raise NoValidGoal(f"the best imagined goal does not hold ({verdict.failure}): {verdict.detail}")
+
+
+def _tried(scene: Scene, initial: np.ndarray, final: np.ndarray) -> events.Tried:
+    """Where objects ended that were released from goals; poses (N, 4, 4), NaN for those never released."""
+    motions = final @ np.linalg.inv(initial)
+    motions[np.isnan(motions).any(axis=(1, 2))] = np.eye(4)
+    return events.Tried(tuple(_goal_positions(motions, scene)), _turns(motions))
 
 
 def build(
@@ -249,14 +274,15 @@ def build(
     """
     from agent.arm.events import Picked, Placed, PlaceFailed, Planned, PlanFailed
     from agent.arm.executor import build_structure
-    from agent.film import HEIGHT, VIEW, WIDTH, Film
+    from agent.film import Film
+    from agent.scenes.table import SHOULDER
 
     initial = np.array(table.world.poses()[: table.count])
     rng = np.random.default_rng(seed)
     numbers = ranks or range(1, len(arrangements) + 1)
     placed: list[int] = []  # one that was pushed away may be placed twice
     index, trouble = 0, "no arrangement could be planned"
-    reel = Film(lambda: table.world.picture(VIEW, WIDTH, HEIGHT))
+    reel = Film(lambda: table.picture(SHOULDER))
 
     def on_step() -> None:
         if film:
@@ -275,7 +301,7 @@ def build(
         if isinstance(event, PlaceFailed):
             trouble = f"{event.name} could not be placed: {event.reason}"
         if isinstance(event, Picked):
-            picture = table.picture("opposite")
+            picture = table.picture(SHOULDER)
             yield events.Pictured(f"placement-{len(placed) + 1}-picked", f"{event.name} in the hand", picture)
         if isinstance(event, Placed) and not event.aside:
             placed.append(event.object)

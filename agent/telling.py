@@ -80,11 +80,9 @@ def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:
             return f"no plan for candidate {told['arrangement'] + 1}{about}: {told['reason']}"
         case "picked":
             again = f", attempt {told['attempt']}" if told["attempt"] > 1 else ""
-            slip = f"{number(100 * told['slip_m'])} cm, {number(math.degrees(told['slip_rad']), 0)} deg"
-            return (
-                f"picked {told['name']} (grasp: {told['grasp']}{again}): {told['fingers']} fingers touch it, "
-                f"it moved by {slip} while they closed"
-            )
+            touched = f"picked {told['name']} (grasp: {told['grasp']}{again}): {told['fingers']} fingers touch it"
+            slip = _slip(told["slip_m"], told["slip_rad"])
+            return f"{touched}, it moved by {slip} while they closed" if slip else touched
         case "pick_failed":
             attempt = f"grasp: {told['grasp']}, attempt {told['attempt']}"
             return f"could not pick {told['name']} ({attempt}): {told['reason']}"
@@ -106,9 +104,26 @@ def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:
             return kind.replace("_", " ")
 
 
+def _slip(metres: float, radians: float) -> str:
+    """How far an object was moved and turned; what rounds to nothing is left out."""
+    moved, turned = number(100 * metres), number(math.degrees(radians), 0)
+    parts = [f"{moved} cm"] * (float(moved) != 0) + [f"{turned} deg"] * (float(turned) != 0)
+    return ", ".join(parts)
+
+
 def verdict_title(told: Mapping[str, Any]) -> str:
     """What an event "checked" in its JSON form is about."""
     return f"Checked on {told.get('on', 'the true objects')}" if told["how"] == "arm" else "Tried without the arm"
+
+
+TRIED = "tried without the arm; the table is unchanged"
+
+
+def verdict_sentence(told: Mapping[str, Any]) -> str:
+    """How an event "checked" in its JSON form ended."""
+    if not told["success"]:
+        return f"{told['failure_class']}: {told['detail']}"
+    return "It stands as it was asked for." if told["how"] == "arm" else f"It holds as it was asked for, {TRIED}."
 
 
 def parse_notes(told: Mapping[str, Any]) -> list[str]:
@@ -125,15 +140,16 @@ def parse_notes(told: Mapping[str, Any]) -> list[str]:
 
 
 def remark_sentence(told: Mapping[str, Any]) -> str:
-    """One sentence for what is said between the steps: an event "asked", "noted", "commanded", "restored" or "answered"."""
+    """One sentence for what is said between the steps: an event "asked", "answered", "noted", "commanded" or
+    "restored"."""
     match told["kind"]:
         case "asked":
             options = ", ".join(f"{number}) {option}" for number, option in enumerate(told["options"], start=1))
             return f"{told['question']} {options}".rstrip()
+        case "answered":
+            return told["answer"]
         case "commanded":
             return f"> {told['line']}"
-        case "answered":
-            return f"> {told['question']}: {' '.join(told['answer'].split())}"
         case "restored":
             back = ", ".join(told["moved"])
             return f"{told['how']}: " + (f"put back {back}" if back else "nothing had to be put back")

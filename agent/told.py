@@ -54,6 +54,10 @@ def inconsistency(told: Mapping[str, Any], part: int) -> str | None:
         part: how many of the objects that were seen last take part.
     """
     match told["kind"]:
+        case "tried":
+            for key in ("positions", "turns"):
+                if len(told[key]) != part:
+                    return f"tried.{key} must have {part} entries, one for each object"
         case "imagined":
             for number, candidate in enumerate(told["candidates"]):
                 for key in ("positions", "turns"):

@@ -127,9 +127,11 @@ def camera_at(
     )  # fmt: skip
 
 
-# Where pictures for reports are taken from: the camera's own place, above the table, and across it.
+# Where pictures for reports are taken from: the camera's own place, over the arm's shoulder, so that the arm is in the
+# picture and left is left too, above the table, and across it.
 VIEWS = {
     "robot": DepthCamera(),
+    "shoulder": DepthCamera(eye=(-0.42, -0.10, 1.56), target=(0.26, 0.0, 0.09), vertical_field=math.radians(42.0)),
     "top": DepthCamera(eye=(0.45, 0.0, 1.35), target=(0.45, 0.0, 0.0), up=(1.0, 0.0, 0.0)),
     "opposite": DepthCamera(eye=(1.55, 0.0, 0.75), target=(0.36, 0.0, 0.08)),
 }

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -112,6 +112,7 @@ def place_and_check(
     names: Sequence[str] | None = None,
     ground: Table | None = None,
     until_rest: bool = False,
+    on_end: Callable[[TabletopWorld], None] | None = None,
 ) -> Verdict:
     """Places an arrangement under the protocol and judges it. Deterministic.
 
@@ -125,6 +126,7 @@ def place_and_check(
         names: what the verdict calls the objects, then the others; by default their nouns, numbered.
         ground: the whole surface that carries things, where it is more than the table top.
         until_rest: judge as soon as everything is at rest, and not after the contract's 2 s.
+        on_end: called with the world as it is in the end, such as to take a picture of it.
     """
     started = time.perf_counter()
     world_from_goal = np.asarray(goal_from_initial) @ np.asarray(world_from_initial)
@@ -146,6 +148,8 @@ def place_and_check(
         final = np.full(world_from_goal.shape, np.nan)
         for index, placed in trial.placed.items():
             final[index] = world.pose(placed)
+        if on_end is not None:
+            on_end(world)
     failed = [check for check in checks if not check.passed]
     if failure is None and failed:
         first = failed[0]

@@ -19,6 +19,7 @@ from structdiffusion.geometry import pose_from_position_quaternion, quaternion_f
 from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel
 from structdiffusion.observation import ObjectCloud, Scene, Table
 from structdiffusion.rigid_body import hulls_file, mesh_file
+from structdiffusion.scenery import Backdrop
 
 TABLE = -1  # stands for the table wherever indices of objects are given
 TIME_STEP = 1.0 / 240.0
@@ -305,13 +306,28 @@ class TabletopWorld:
         others = tuple(found for found in map(cloud, distractors) if found is not None)
         return Scene(tuple(clouds), self.table, others, image.world_from_camera, image.color, self.camera.intrinsics)
 
-    def picture(self, view: str = "robot", width: int = 640, height: int = 480) -> np.ndarray:
+    def picture(
+        self,
+        view: str = "robot",
+        width: int = 640,
+        height: int = 480,
+        camera: DepthCamera | None = None,
+        backdrop: Backdrop | None = None,
+    ) -> np.ndarray:
         """An RGB picture (height, width, 3) uint8.
 
         Args:
-            view: "robot" (as the camera sees it), "top", or "opposite" (toward the robot).
+            view: "robot" (as this world's camera sees it), or another of `structdiffusion.camera.VIEWS`.
+            width, height: pixels.
+            camera: what to look through, in the place of the view's.
+            backdrop: what is around the table, as that camera sees it.
+
+        Raises:
+            ValueError: for an unknown view.
         """
         if view not in VIEWS:
             raise ValueError(f"unknown view {view!r}; legal views: {', '.join(VIEWS)}")
-        camera = self.camera if view == "robot" else VIEWS[view]
-        return self._render(replace(camera, width=width, height=height))[0]
+        lens = camera or (self.camera if view == "robot" else VIEWS[view])
+        lens = replace(lens, width=width, height=height)
+        color, buffer, _ = self._render(lens)
+        return color if backdrop is None else backdrop.behind(color, lens.depth_from_buffer(buffer))

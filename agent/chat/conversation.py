@@ -329,7 +329,7 @@ class Conversation:
                         self.table, proposal.scene, proposal.spec, arrangements, options.seed, ranks=proposal.ranks
                     )
                 else:
-                    building = steps.release(self.table, proposal.spec, arrangements[0])
+                    building = steps.release(self.table, proposal.scene, proposal.spec, arrangements[0])
                 for _ in steps.each_of(building, self._watched):
                     pass
                 if shortfall := steps.shortfall(self.table):

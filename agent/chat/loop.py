@@ -186,7 +186,8 @@ class Chat:
     def _go(self) -> None:
         self._screen.busy("looking for a plan")
         self._talk.go()
-        self._screen.scene(self._talk.look().to_dict())
+        if self._talk.options.execute:  # without the arm the table is as it was, and what was tried was shown
+            self._screen.scene(self._talk.look().to_dict())
 
     # --- commands ----------------------------------------------------------------------------
 
@@ -200,6 +201,7 @@ class Chat:
                 if talk.table.held is not None:
                     screen.note(f"in the hand: {talk.table.held}")
             case "/candidates":
+                screen.maps.forget_key()
                 screen.candidates(whole_number(name, rest, 1) if rest else SHOWN)
             case "/choose":
                 talk.choose(whole_number(name, rest, 1))
@@ -265,6 +267,7 @@ class Chat:
             number = whole_number("/scene new", seed.strip(), 0, MOST_SEED) if seed else self._talk.options.seed + 1
             self._set_table(SIMULATED, number)
         else:
+            self._screen.maps.forget_key()
             self._screen.scene(self._talk.look().to_dict())
 
     def _set_table(self, scene: str, seed: int) -> None:

@@ -13,9 +13,11 @@ from rich.live import Live
 from rich.spinner import Spinner
 from rich.text import Text
 
-from agent import blocks, events
-from agent.markers import Marker, markers_of_candidate, markers_of_scene
+from agent import events
+from agent.chat.maps import Maps
+from agent.markers import markers_of_candidate, markers_of_scene
 from agent.telling import (
+    TRIED,
     aligned,
     arm_sentence,
     duration,
@@ -24,12 +26,12 @@ from agent.telling import (
     seen_row,
     shortcoming,
     slot_label,
+    verdict_sentence,
     verdict_title,
 )
 
-SHOWN = 3  # candidates side by side
-_SCENE_COLUMNS, _CANDIDATE_COLUMNS, _PREVIEW_COLUMNS = 56, 38, 24
-_LEAST_COLUMNS = 18  # of a picture with a caption; where fewer fit beside each other, the next goes below
+SHOWN = 3  # candidates, where they are asked for
+_PREVIEW_COLUMNS = 24
 _PREVIEW_EVERY = 4  # steps: drawing must not slow the model down
 _PLANNING = "looking for another plan"
 _AT_WORK = "the arm is at work; Ctrl-C stops it"
@@ -41,18 +43,23 @@ class ChatScreen:
     Args:
         console: where to show them.
         echo: show what was said too, which a terminal has already shown where it was typed.
+
+    Attributes:
+        maps: the maps that it shows.
     """
 
     def __init__(self, console: Console, echo: bool = False) -> None:
         self.console = console
         self._echo = echo
-        self._colors = blocks.colors_of(console)
+        self.maps = Maps(console)
         self._live: Live | None = None
         self._scene: Mapping[str, Any] | None = None
         self._imagined: Mapping[str, Any] | None = None
         self._rank = 1
         self._unplanned: list[int] = []  # ranks without a plan, the first of which was told
         self._failed_check = False  # was told last
+        self._named: Sequence[str] = ()  # the objects of the last reading
+        self._hinted = False  # that more candidates can be shown, to somebody who types
 
     def __call__(self, event: events.Event) -> None:
         """Shows one live event."""
@@ -80,6 +87,9 @@ class ChatScreen:
                 self._parsed(told)
             case "asked":
                 self._asked(told)
+            case "answered":
+                for line in told["answer"].splitlines():
+                    self._print(line)
             case "noted":
                 self.note(told["message"])
             case "answered":
@@ -94,7 +104,7 @@ class ChatScreen:
                     self.scene(told)
             case "imagined":
                 self._imagined, self._rank = told, 1
-                self.candidates(SHOWN)
+                self.candidates(1)
             case "chosen":
                 self._chosen(told)
             case "checked":
@@ -105,8 +115,11 @@ class ChatScreen:
             case "finished":
                 if told["success"]:
                     self.note(f"done in {duration(told['seconds'])}")
+            case "tried":
+                self._tried(told)
             case "pictured":
-                self.busy(_AT_WORK)
+                if told["name"].startswith("placement-"):
+                    self.busy(_AT_WORK)
             case "filmed":
                 return
             case "plan_failed":
@@ -144,12 +157,7 @@ class ChatScreen:
         live = self.console.is_terminal and not self.console.is_dumb_terminal
         if not live or self._scene is None or (told["step"] % _PREVIEW_EVERY and told["step"] != told["steps"]):
             return
-        columns = self._columns(_PREVIEW_COLUMNS, len(told["positions"]))
-        pictures = [
-            self._drawn(markers_of_candidate(self._scene, positions, turns), columns)
-            for positions, turns in zip(told["positions"], told["turns"], strict=True)
-        ]
-        lines = blocks.side_by_side(pictures, [[] for _ in pictures], self.console.width)
+        lines = self.maps.previews(self._scene, told, _PREVIEW_COLUMNS)
         title = Text(f"out of the noise: step {told['step']} of {told['steps']}", "dim")
         self._show_live(Group(title, *lines), moving=False)
 
@@ -167,15 +175,15 @@ class ChatScreen:
             return
         self.idle()
         self._scene = told
-        markers = markers_of_scene(told)
-        self._lines(self._drawn(markers, min(_SCENE_COLUMNS, self.console.width)))
-        self._lines(blocks.legend(markers, self.console.width, self._colors))
+        self.maps.show(told, markers_of_scene(told))
         for note in told.get("notes", ()):
             self.note(note)
 
     def forget(self) -> None:
         """Another table was set: what was imagined on the old one is of no use."""
         self._scene, self._imagined, self._rank = None, None, 1
+        self._named = ()
+        self.maps.forget_key()
 
     def scene_read(self, told: Mapping[str, Any]) -> None:
         """What stands where, in words; takes an event `Perceived` in its JSON form."""
@@ -184,21 +192,21 @@ class ChatScreen:
         self._block(aligned([seen_row(one) for one in told["objects"]]))
 
     def candidates(self, count: int) -> None:
-        """The best candidates side by side, with their scores and what the lower ones lack."""
+        """The best candidates from above, with their scores and what the lower ones lack; several side by side."""
         if self._imagined is None or self._scene is None:
             self.note("nothing was imagined yet")
             return
         told = self._imagined
         shown = told["candidates"][:count]
-        self._title(f"{len(told['candidates'])} arrangements imagined, the best first", told["seconds"])
-        columns = self._columns(_CANDIDATE_COLUMNS, min(SHOWN, len(shown)))
-        pictures, captions = [], []
-        for one in shown:
-            markers = markers_of_candidate(self._scene, one["positions"], one["turns"])
-            pictures.append(self._drawn(markers, columns))
-            captions.append(self._caption(one, told["candidates"][0], columns))
-        self._lines(blocks.side_by_side(pictures, captions, self.console.width))
-        self._lines(blocks.legend(markers_of_scene(self._scene), self.console.width, self._colors))
+        several = len(shown) > 1
+        which = ", the best first" if several else "; the best of them:"
+        self._title(f"{len(told['candidates'])} arrangements imagined{which}", told["seconds"])
+        columns = self.maps.beside(len(shown))
+        captions = [self._caption(one, told["candidates"][0], columns) for one in shown]
+        self.maps.show_candidates(self._scene, shown, captions)
+        if not several and len(told["candidates"]) > 1 and not self._hinted and not self._echo:
+            self._hinted = True
+            self.note(f"/candidates shows the best {min(SHOWN, len(told['candidates']))}, /why what decides")
 
     def why(self) -> None:
         """What speaks for the chosen candidate, factor by factor, and what was against the others."""
@@ -239,31 +247,42 @@ class ChatScreen:
             self._print(f"> {line}", "bold")
 
     def _parsed(self, told: Mapping[str, Any]) -> None:
-        self._title("understood", told["seconds"])
+        """The slots; of a correction those alone that it changed."""
+        before, changed = told["before"], told["before"] is not None
+        self._title("changed" if changed else "understood", told["seconds"])
         rows = []
         for slot, value in told["spec"].items():
+            said = value or "left open"
+            if changed:
+                if before.get(slot) == value:
+                    continue
+                said = f"{before.get(slot) or 'left open'} -> {said}"
             words = " ".join(told["evidence"].get(slot) or ())
             sure = told["confidence"].get(slot)
             note = f"{number(100 * sure, 0)} % sure" if sure is not None else ""
             note += f", from “{words}”" if words else ""
-            if told["before"] is not None:
-                was = told["before"][slot]
-                note = "as before" if was == value else f"was {was or 'left open'}" + (f"; {note}" if note else "")
-            rows.append((slot_label(slot), value or "left open", note))
-        self._block(aligned(rows))
-        self._print(f"  with {', '.join(told['named'])}")
+            rows.append((slot_label(slot), said, note))
+        same, self._named = list(told["named"]) == list(self._named), told["named"]
+        if rows:
+            self._block(aligned(rows))
+        elif same:
+            self._print("  nothing; everything is as before")
+        if not (changed and same):
+            self._print(f"  with {', '.join(told['named'])}")
         for note in parse_notes({**told, "named": ()})[:-1]:
             self.note(f"  {note}")
+
+    def _tried(self, told: Mapping[str, Any]) -> None:
+        if self._scene is not None:
+            self._title(TRIED)
+            self.maps.show(self._scene, markers_of_candidate(self._scene, told["positions"], told["turns"]))
 
     def _checked(self, told: Mapping[str, Any]) -> None:
         self._title(verdict_title(told).lower(), told["seconds"])
         for check in told["checks"]:
             line = f"{check['name']}: {number(check['measured'], 3)} ({check['limit']})"
             self._print(f"  {'passed' if check['passed'] else 'failed'}  {line}", "" if check["passed"] else "red")
-        if told["success"]:
-            self._print("  It stands as it was asked for.", "bold green")
-        else:
-            self._print(f"  {told['failure_class']}: {told['detail']}", "bold red")
+        self._print(f"  {verdict_sentence(told)}", "bold green" if told["success"] else "bold red")
 
     def _asked(self, told: Mapping[str, Any]) -> None:
         self._print(told["question"], "bold")
@@ -271,7 +290,7 @@ class ChatScreen:
             self._print(f"  {place_}  {option}")
 
     def _restored(self, told: Mapping[str, Any]) -> None:
-        wish = told["spec"]
+        wish, self._named = told["spec"], told["objects"]
         what = ", ".join(value for value in wish.values() if value) if wish else ""
         still = "still" if told["how"] == "put back" else "again"
         said = f"the wish is {still}: {what or 'anything'}" if wish else "nothing is wished for"
@@ -285,10 +304,8 @@ class ChatScreen:
         self._print(f"  candidate {self._rank} it is")
         if self._imagined is not None and self._scene is not None:
             one = self._imagined["candidates"][self._rank - 1]
-            markers = markers_of_candidate(self._scene, one["positions"], one["turns"])
-            columns = min(_CANDIDATE_COLUMNS, self.console.width)
-            caption = self._caption(one, self._imagined["candidates"][0], columns)
-            self._lines(blocks.side_by_side([self._drawn(markers, columns)], [caption], self.console.width))
+            caption = self._caption(one, self._imagined["candidates"][0], self.maps.columns)
+            self.maps.show_candidates(self._scene, [one], [caption])
 
     def _others_without_a_plan(self) -> None:
         others, self._unplanned = self._unplanned[1:], []
@@ -304,18 +321,6 @@ class ChatScreen:
             return [head]
         reason = textwrap.wrap(shortcoming(one["scores"], best["scores"]), columns)
         return [head, *(Text(line, "dim") for line in reason)]
-
-    def _columns(self, most: int, count: int) -> int:
-        fitting = (self.console.width - 2 * (count - 1)) // max(count, 1)
-        return min(max(_LEAST_COLUMNS, min(most, fitting)), max(self.console.width, blocks.LEAST_COLUMNS))
-
-    def _drawn(self, markers: Sequence[Marker], columns: int) -> list[Text]:
-        assert self._scene is not None  # the callers have looked
-        return blocks.picture(markers, self._scene["table"], columns, self._colors)
-
-    def _lines(self, lines: Sequence[Text]) -> None:
-        for line in lines:
-            self.console.print(line, highlight=False, soft_wrap=True)
 
     def _title(self, title: str, seconds: float | None = None) -> None:
         line = Text(title, "bold cyan")

@@ -1,1 +1,4 @@
-"""The page of a run or of a session: one self-contained HTML file that nothing is loaded into, without a script."""
+"""The page of a run or of a session: one self-contained HTML file that nothing is loaded into.
+
+Its only script plays films; without it everything else is there, and a film's last picture.
+"""

@@ -49,10 +49,13 @@ def _result(turn: Turn) -> str:
 def document(title: str, body: str, more_style: str = "") -> str:
     """A whole page (HTML) in the style of the reports, and in some more."""
     style = files("agent").joinpath("report.css").read_text(encoding="utf-8") + more_style
+    script = ""
+    if '<figure class="film"' in body:
+        script = f"<script>\n{files('agent').joinpath('report.js').read_text(encoding='utf-8')}</script>\n"
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<meta name="color-scheme" content="light dark">\n'
         f"<title>structagent: {escape(title)}</title>\n<style>\n{style}</style>\n</head>\n"
-        f"<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
+        f"<body>\n<main>\n{body}\n</main>\n{script}</body>\n</html>\n"
     )

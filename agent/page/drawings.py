@@ -1,4 +1,7 @@
-"""Drawings of the table from above, as SVG: the same objects, colours and letters as in the terminal."""
+"""Drawings of the table from above, as SVG: the same objects, colours and letters as in the terminal.
+
+Every object has its own colour; what takes no part is pale, with a dashed outline and a small letter.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,8 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from agent.markers import Marker, markers_of_candidate, markers_of_scene
+from agent.colors import ink_on
+from agent.markers import Marker, markers_of_candidate, markers_of_scene, stack_sentence, stacks
 from agent.telling import number, shortcoming
 
 CANDIDATES_SHOWN = 6
@@ -28,7 +32,8 @@ def legend(scene: Mapping[str, Any]) -> str:
 def swatch(marker: Marker) -> str:
     """An object's letter on its colour."""
     kind = "key faint" if marker.faint else "key"
-    return f'<span class="{kind}" style="background:rgb{marker.color}">{escape(marker.letter)}</span>'
+    look = f"background:rgb{marker.color};color:rgb{ink_on(marker.color)}"
+    return f'<span class="{kind}" style="{look}">{escape(marker.letter)}</span>'
 
 
 def candidates(report: Mapping[str, Any]) -> str:
@@ -46,9 +51,36 @@ def candidates(report: Mapping[str, Any]) -> str:
             f'<figure class="{"candidate chosen" if picked else "candidate"}">'
             + _drawing(markers, scene["table"], f"candidate {rank} from above: {_places(markers)}")
             + f"<figcaption><b>{rank}</b> · score {total}{' · <b>chosen</b>' if picked else ''}"
-            + f"<br>{escape(why)}</figcaption></figure>"
+            + f"<br>{escape(why)}{_stacks(markers)}</figcaption></figure>"
         )
     return f'<div class="candidates">{"".join(figures)}</div>'
+
+
+def _stacks(markers: Sequence[Marker]) -> str:
+    """The stacks among the objects, each from the side and in words: from above one sees little but what is on top."""
+    out = []
+    for stack in stacks(markers):
+        level_of: dict[str, int] = {}
+        rows: list[str] = []
+        for marker in stack:
+            level = level_of[marker.label] = level_of.get(marker.below, -1) + 1
+            rows += [""] * (level == len(rows))
+            rows[level] += swatch(marker)
+        levels = "".join(f"<span>{row}</span>" for row in reversed(rows))
+        words = escape(stack_sentence(stack))
+        out.append(f'<span class="stacked"><span class="stack">{levels}</span>stacked: {words}</span>')
+    return "".join(out)
+
+
+def tried(report: Mapping[str, Any]) -> str:
+    """Where the objects of a goal came to rest that was tried without the arm, from above, as a figure."""
+    markers = markers_of_candidate(report["scene"], report["tried"]["positions"], report["tried"]["turns"])
+    words = f"what was tried from above: {_places(markers)}"
+    return (
+        '<figure class="candidate">'
+        + _drawing(markers, report["scene"]["table"], words)
+        + f"<figcaption>where the released objects came to rest, from above{_stacks(markers)}</figcaption></figure>"
+    )
 
 
 def _places(markers: Sequence[Marker]) -> str:
@@ -77,11 +109,21 @@ def _drawing(markers: Sequence[Marker], table: Sequence[float], words: str) -> s
         corners = " ".join(f"{column},{row}" for column, row in (place(x, y) for x, y in marker.outline))
         kind = "object faint" if marker.faint else "object"
         shapes.append(f'<polygon class="{kind}" points="{corners}" style="--color:rgb{marker.color}"/>')
+    near_edge: dict[str, float] = {}  # of what stands on an object: x
+    for marker in markers:
+        edge = float(marker.outline[:, 0].min())
+        near_edge[marker.below] = min(edge, near_edge.get(marker.below, edge))
     taken: list[tuple[int, int]] = []
-    for marker in reversed(markers):  # the letters of what lies below come below those of what lies upon it
-        column, row = place(*marker.outline.mean(axis=0))
+    for marker in reversed(markers):
+        x, y = marker.outline.mean(axis=0)
+        if marker.label in near_edge:  # its letter stands where it is seen; otherwise the caption alone has it
+            seen = (near_edge[marker.label] - marker.outline[:, 0].min()) * _MILLIMETRES
+            if seen < _LETTER:
+                continue
+            x = marker.outline[:, 0].min() + seen / 2 / _MILLIMETRES
+        column, row = place(x, y)
         while any(abs(column - other) < _LETTER and abs(row - line) < _LETTER for other, line in taken):
             row += _LETTER // 2
         taken.append((column, row))
-        shapes.append(f'<text x="{column}" y="{row}" dy="{_LETTER * 0.35:.0f}">{escape(marker.letter)}</text>')
+        shapes.append(f'<text x="{column}" y="{row}" dy=".35em">{escape(marker.letter)}</text>')
     return f'<svg viewBox="0 0 {width} {height}" role="img" aria-label="{escape(words)}">{"".join(shapes)}</svg>'

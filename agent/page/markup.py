@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import base64
+import json
 from collections.abc import Sequence
 from html import escape
 
+from agent.animation import still_frames
+from agent.pictures import FILM_SPEED
 from agent.telling import duration
 
 
@@ -14,18 +17,36 @@ def data_address(content: bytes) -> str:
     return f"data:image/webp;base64,{base64.b64encode(content).decode('ascii')}"
 
 
-def figure(content: bytes, caption: str, still: bytes | None = None) -> str:
-    """A picture (the bytes of a WebP file) with its caption.
+def figure(content: bytes, caption: str) -> str:
+    """A picture (the bytes of a WebP file) with its caption."""
+    text = escape(caption)
+    return f'<figure><img alt="{text}" src="{data_address(content)}"><figcaption>{text}</figcaption></figure>'
+
+
+def film(content: bytes, caption: str, interval: float) -> str:
+    """A film (the bytes of an animated WebP file) with its controls and its caption.
+
+    The last picture stands in for it where no script runs. A film whose frames are no whole pictures just plays.
 
     Args:
-        still: for a film, the picture that stands in for it where people have asked for less motion.
+        content: the film.
+        caption: what it shows.
+        interval: seconds of the arm's time between two pictures.
     """
+    stills = still_frames(content)
+    if stills is None:
+        return figure(content, caption)
     text = escape(caption)
-    image = f'<img alt="{text}" src="{data_address(content)}">'
-    if still is not None:
-        media = "(prefers-reduced-motion: reduce)"
-        image = f'<picture><source media="{media}" srcset="{data_address(still)}">{image}</picture>'
-    return f"<figure>{image}<figcaption>{text}</figcaption></figure>"
+    data = json.dumps([base64.b64encode(still).decode("ascii") for still in stills])
+    controls = (
+        '<div class="controls" hidden><button type="button" aria-label="play">▶</button>'
+        '<input type="range" min="0" value="0" aria-label="place in the film"><output></output></div>'
+    )
+    return (
+        f'<figure class="film" data-interval="{interval:.3f}" data-speed="{FILM_SPEED:g}">'
+        f'<img alt="{text}" src="{data_address(stills[-1])}">{controls}'
+        f'<script type="application/json">{data}</script><figcaption>{text}</figcaption></figure>'
+    )
 
 
 def album(figures: Sequence[str | None], kind: str = "pictures") -> str:

@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
 from typing import Any
 
+from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE
 from agent.markers import markers_of_scene
-from agent.page.drawings import candidates, legend, swatch
-from agent.page.markup import album, bar, figure, paragraph, section, table
+from agent.page.drawings import candidates, legend, swatch, tried
+from agent.page.markup import album, bar, figure, film, paragraph, section, table
 from agent.page.measures import gauge, timing
-from agent.telling import arm_sentence, described, number, parse_notes, remark_sentence, slot_label
+from agent.pictures import FILM
+from agent.telling import (
+    arm_sentence,
+    described,
+    number,
+    parse_notes,
+    remark_sentence,
+    slot_label,
+    verdict_sentence,
+)
+
+_NO = re.compile(r"(n|no|nope|never ?mind|cancel|stop)\b", re.IGNORECASE)  # how a proposal is declined
 
 
 @dataclass(frozen=True)
@@ -35,14 +48,36 @@ class Turn:
 
     @property
     def outcome(self) -> str:
-        """How it ended, as HTML; empty where nothing was asked for."""
-        outcome = self.report["outcome"]
+        """How it ended, as HTML; empty where nothing was asked for.
+
+        A failure is one of a wish: a question, its answer, a greeting and a declined proposal are none.
+        """
         if self.report["instruction"] is None:
             return ""
-        if not outcome["success"]:
-            return '<span class="badge bad">Not built</span>'
-        built = self.report["options"].get("execute", True)
-        return f'<span class="badge good">{"Built as asked" if built else "A valid goal was found"}</span>'
+        kind, words = self._ending()
+        return f'<span class="badge {kind}">{words}</span>'
+
+    def _ending(self) -> tuple[str, str]:
+        """The look of its badge, and the words on it."""
+        report, outcome = self.report, self.report["outcome"]
+        said = {remark["kind"] for remark in report["remarks"]}
+        code = outcome["exit_code"]
+        if outcome["success"] and report["verdict"] is not None:
+            return "good", "Built as asked" if report["verdict"]["how"] == "arm" else "A valid goal was found"
+        if code == INTERRUPTED:
+            return "quiet", "Stopped"
+        if code == NOT_BUILDABLE and report["imagination"] is None:
+            return "quiet", "Refused"
+        if code not in (None, DONE):
+            return "bad", "Not built"
+        if report["chosen"] is not None:
+            return "quiet", "Declined" if self._declined else "Proposed, not built"
+        return "quiet", "Question" if "asked" in said else "Conversation"
+
+    @property
+    def _declined(self) -> bool:
+        lines = [remark["line"] for remark in self.report["remarks"] if remark["kind"] == "commanded"]
+        return any(_NO.match(line) for line in lines)
 
     def sections(self) -> str:
         """All that there is to show, as HTML."""
@@ -54,10 +89,11 @@ class Turn:
 
     @cached_property
     def _figures(self) -> Mapping[str, str]:
-        caption_of = {entry["name"]: entry["caption"] for entry in self.report["pictures"]}
-        after = self.pictures.get("camera-after")
+        entries = {entry["name"]: entry for entry in self.report["pictures"]}
         return {
-            name: figure(content, caption_of[name], after if name == "film" else None)
+            name: film(content, entries[name]["caption"], entries[name]["interval"])
+            if name == FILM
+            else figure(content, entries[name]["caption"])
             for name, content in self.pictures.items()
         }
 
@@ -84,7 +120,7 @@ class Turn:
         return section("What was understood", content, self._seconds("parse"))
 
     def _remarks(self) -> str:
-        lines = "".join(f"<li>{escape(remark_sentence(told))}</li>" for told in self.report["remarks"])
+        lines = "".join(f'<li class="answer">{_remark(told)}</li>' for told in self.report["remarks"])
         return section("What was said besides", f'<ul class="story">{lines}</ul>') if lines else ""
 
     def _scene(self) -> str:
@@ -139,12 +175,14 @@ class Turn:
         names = [seen["name"] for seen in scene["objects"]] if scene else []
         lines = "".join(f"<li>{escape(arm_sentence(told, names))}</li>" for told in self.report["arm"])
         steps = [shown for name, shown in self._figures.items() if name.startswith("placement-")]
-        film = self._figures.get("film", "")
-        content = f'<div class="{"beside" if film else ""}">{film}<ol class="story">{lines}</ol></div>'
+        reel = self._figures.get(FILM, "")
+        content = f'<div class="{"beside" if reel else ""}">{reel}<ol class="story">{lines}</ol></div>'
         return section("Building it", content + album(steps, "pictures small"), self._seconds("build"))
 
     def _verdict(self) -> str:
-        verdict, after = self.report["verdict"], album([self._figures.get("camera-after")])
+        verdict, without_arm = self.report["verdict"], self.report.get("tried") is not None
+        drawn = tried(self.report) if without_arm and self.report["scene"] is not None else None
+        after = album([self._figures.get("camera-tried"), drawn, self._figures.get("camera-after")])
         if verdict is None:
             return section("After", after) if after else ""
         rows = [
@@ -157,12 +195,13 @@ class Turn:
             for check in verdict["checks"]
         ]
         how = "built by the arm" if verdict["how"] == "arm" else "released 3 cm above the goal, without the arm"
-        result = "It stands as asked" if verdict["success"] else f"{verdict['failure_class']}: {verdict['detail']}"
+        result = verdict_sentence(verdict)
         on = verdict.get("on", "the true objects")
         content = f"{paragraph(result)}<p>Checked on {escape(on)} at rest, {how}.</p>"
         if rows:
             content += table(("", "check", "measured", "allowed"), rows)
-        return section("After", after + content, self._seconds("check"))
+        title = "What was tried without the arm" if without_arm else "After"
+        return section(title, after + content, self._seconds("check"))
 
     def _time(self) -> str:
         bars = timing(self.report["seconds"], self.report["outcome"]["seconds"])
@@ -172,6 +211,12 @@ class Turn:
         rows = [(escape(slot_label(name)), escape(_told(value))) for name, value in _flat(self.report["options"])]
         options = table(("option", "value"), rows) if rows else ""
         return f"<details><summary>every option of this run</summary>{options}</details>" if options else ""
+
+
+def _remark(told: Mapping[str, Any]) -> str:
+    """What was said besides, as HTML; an answer behind its question."""
+    sentence = escape(remark_sentence(told))
+    return f"<b>{escape(told['question'])}</b>\n{sentence}" if told["kind"] == "answered" else sentence
 
 
 def _measured(value: float | None) -> str:

@@ -1,4 +1,4 @@
-"""A picture of what perception found: the camera's own, or one from above, with the objects tinted and numbered."""
+"""A picture of what perception found: the camera's own, or one from above, with the objects outlined and numbered."""
 
 from __future__ import annotations
 
@@ -7,19 +7,20 @@ from PIL import Image, ImageDraw, ImageFont
 from scipy import ndimage
 
 from agent.bags.recording import Recording
-from agent.colors import color_of
+from agent.colors import color_of, mean_color, rim_of
 from agent.perception.segments import ARM, Segments
 
-_TINT = 0.4  # of an object's color in the picture is its mark
+_TINT = 0.4  # of an object's colour in the picture is its own, which evens out its shades
 _DIMMED = 0.55  # what is neither table nor object
 _ACROSS = 640  # pixels of a view from above
 _LETTERS = 18  # pixels high
 
 
 def labelled_picture(recording: Recording, segments: Segments) -> np.ndarray:
-    """A picture (H, W, 3) uint8 with every object tinted, outlined and numbered as in its name.
+    """A picture (H, W, 3) uint8 with every object in its own colour, outlined and numbered as in its name.
 
-    It is the camera's picture, or its depth where it has no colour; a view from above of an unorganised cloud.
+    It is the camera's picture, or its depth where it has no colour; a view from above of an unorganised cloud. The
+    objects have palette colours where their own are not known.
     """
     if recording.frame.organised:
         picture, labels = _seen(recording), segments.labels
@@ -28,17 +29,18 @@ def labelled_picture(recording: Recording, segments: Segments) -> np.ndarray:
     picture = picture.astype(np.float32)
     picture[labels < 0] *= _DIMMED
     picture[labels == ARM] = picture[labels == ARM] * _DIMMED + 60.0
-    for number in range(1, len(segments.objects) + 1):
+    own = [color_of(index, mean_color(segment.colors)) for index, segment in enumerate(segments.objects)]
+    for number, color in enumerate(own, start=1):
         mask = labels == number
-        mark = np.array(color_of(number - 1), dtype=np.float32)
-        picture[mask] = (1 - _TINT) * picture[mask] + _TINT * mark
-        picture[mask & ~ndimage.binary_erosion(mask, iterations=2)] = mark
+        picture[mask] = (1 - _TINT) * picture[mask] + _TINT * np.array(color, dtype=np.float32)
+        inner = ndimage.binary_erosion(mask, iterations=2)
+        picture[mask & ~inner] = color
+        picture[mask & ~ndimage.binary_erosion(mask)] = rim_of(color)  # seen on a ground of the same colour too
     image = Image.fromarray(np.clip(picture, 0, 255).astype(np.uint8))
     draw = ImageDraw.Draw(image)
     font = ImageFont.load_default(_LETTERS)
-    for number in range(1, len(segments.objects) + 1):
-        rows, columns = np.nonzero(labels == number)
-        if len(rows):
+    for number in range(1, len(own) + 1):
+        if (labels == number).any():
             # Where it is thickest: the middle of a bowl that holds another lies in the other.
             inside = ndimage.distance_transform_edt(labels == number)
             row, column = np.unravel_index(int(inside.argmax()), inside.shape)

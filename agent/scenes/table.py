@@ -18,12 +18,14 @@ from agent.bags.recording import ArmState
 from agent.scenes.attributes import attributes_of
 from agent.scenes.placing import lowest_point
 from grounding.attributes import ObjectAttributes, SceneObject
-from structdiffusion.camera import DepthCamera
+from structdiffusion.camera import VIEWS, DepthCamera
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import ObjectCloud, Scene, Table
+from structdiffusion.scenery import Backdrop, backdrop
 from structdiffusion.tabletop import FALLEN, TabletopWorld, unique_names
 
+SHOULDER = "shoulder"  # the view in which the arm is seen at work
 MOVED = 0.002  # m, and of a rotation's entries: less is how things settle while others are moved
 _LEAST_STEP = 0.003  # m: what was lifted by less still stands on the table
 _STILL_STANDS = math.radians(10.0)  # what was tilted by more is looked at anew: another side of it is up
@@ -97,6 +99,7 @@ class TableScene:
         self._place = {name: place for place, name in enumerate(self.names)}
         self._noise = noise
         self._seen: dict[str, _Seen] = {}
+        self._backdrop: Backdrop | None = None
         self.world = TabletopWorld(self.models, self.world_from_initial, table, camera, ground)
         model = arm_model(DEFAULT_MODEL if arm is None else arm.model)
         self.arm = JacoArm(self.world.client, Kinematics(model, world_from_base))
@@ -224,8 +227,24 @@ class TableScene:
         return tuple(moved)
 
     def picture(self, view: str = "robot") -> np.ndarray:
-        """A picture (H, W, 3) uint8 of the table as it is now: as the camera sees it, or from the "opposite" side."""
-        return self.world.picture(view)
+        """A picture (H, W, 3) uint8 of the table as it is now, as the camera sees it, or from another view.
+
+        Over the arm's "shoulder" the floor and what the arm stands on are in the picture too.
+        """
+        if view != SHOULDER:
+            return self.world.picture(view)
+        if self._backdrop is None:
+            base = self.arm.kinematics.world_from_base[:3, 3]
+            self._backdrop = backdrop(self._shoulder, self.world.ground, tuple(base.tolist()))
+        return self.world.picture(camera=self._shoulder, backdrop=self._backdrop)
+
+    @property
+    def _shoulder(self) -> DepthCamera:
+        """The view over the arm's shoulder, wherever the arm stands."""
+        motion = self.arm.kinematics.world_from_base @ np.linalg.inv(WORLD_FROM_BASE)
+        usual = VIEWS[SHOULDER]
+        eye, target = transform_points(motion, np.array((usual.eye, usual.target))).tolist()
+        return replace(usual, eye=tuple(eye), target=tuple(target))
 
 
 def _moved(seen: _Seen, pose: np.ndarray) -> ObjectCloud | None:

@@ -10,8 +10,9 @@ from rich.console import Console
 from rich.text import Text
 
 from agent.blocks import colors_of, legend, picture, side_by_side
-from agent.colors import FAINT, color_of
-from agent.markers import markers_of_candidate, markers_of_scene
+from agent.colors import FAINT, color_of, ink_on, luma, rim_of
+from agent.markers import markers_of_candidate, markers_of_scene, stack_sentence, stacks
+from agent.side_view import side_view
 
 ROOT = Path(__file__).parents[2]
 TABLE = [0.0, 0.6, -0.5, 0.5]
@@ -102,6 +103,114 @@ def test_arrangement_turns_and_moves_what_takes_part_and_nothing_else():
     assert not marker["fork"].faint and marker["fork"].color == color_of(0)
     with pytest.raises(ValueError, match="zip"):
         markers_of_candidate(scene, [[0.3, 0.1, 0.1]] * 2, [])
+
+
+def test_numbered_objects_keep_their_numbers_whoever_takes_part():
+    three = [told_object(f"object {k}", 0.1 * k, 0.0, takes_part=k != 2) for k in (1, 3, 2)]
+    assert {marker.label: marker.letter for marker in markers_of_scene(told(*three))} == {
+        "object 1": "1", "object 3": "3", "object 2": "b",
+    }  # fmt: skip
+    mixed = [three[1], told_object("mug", 0.5, 0.0)]
+    assert {marker.label: marker.letter for marker in markers_of_scene(told(*mixed))} == {"object 3": "1", "mug": "2"}
+
+
+ORANGE, BLACK, WHITE, GRAY = [230, 126, 34], [12, 12, 14], [250, 250, 246], [140, 140, 140]
+
+
+def test_objects_have_their_own_colours():
+    """The palette is for sessions that know no colours alone."""
+    objects = [told_object("orange", 0.3, 0.2) | {"color": ORANGE}, told_object("cube", 0.3, 0.0)]
+    away = told_object("can", 0.3, -0.3, takes_part=False) | {"color": BLACK}
+    scene = told(*objects, away)
+    for markers in (markers_of_scene(scene), markers_of_candidate(scene, [[0.4, 0.1, 0.05], [0.1, 0.1, 0.05]], [])):
+        color = {marker.label: marker.color for marker in markers}
+        assert color == {"orange": tuple(ORANGE), "cube": color_of(1), "can": tuple(BLACK)}
+    lines = picture(markers_of_scene(scene), TABLE, 42, 2**24)
+    shown = {color for line in lines for c in range(42) for color in backgrounds(line, c)}
+    assert {tuple(ORANGE), color_of(1), tuple(BLACK)} <= shown
+    chips = [backgrounds(legend(markers_of_scene(scene), 80, 2**24)[0], column) for column in (1, 13, 23)]
+    assert {tuple(ORANGE), color_of(1), tuple(BLACK)} == {c for chip in chips for c in chip} - {(0, 0, 0), (255,) * 3}
+
+
+def test_what_takes_no_part_is_hatched_and_a_gray_thing_that_does_is_not():
+    two = [told_object("block", 0.3, 0.2, size=0.2) | {"color": GRAY}]
+    two.append(told_object("stone", 0.3, -0.2, size=0.2, takes_part=False) | {"color": GRAY})
+    lines = picture(markers_of_scene(told(*two)), TABLE, 42, 2**24)
+
+    def inside(middle: int) -> set[tuple[int, int, int]]:
+        return {color for row in (5, 8) for c in range(middle - 2, middle + 3) for color in backgrounds(lines[row], c)}
+
+    assert inside(13) == {tuple(GRAY)}
+    assert tuple(GRAY) in inside(29) and len(inside(29)) == 2
+
+
+@pytest.mark.parametrize("color", [WHITE, [240, 222, 188]])  # as bright as the table, and as the table
+def test_an_object_as_bright_as_the_table_has_an_outline(color):
+    lines = picture(markers_of_scene(told(told_object("box", 0.3, 0.0, size=0.2) | {"color": color})), TABLE, 42, 2**24)
+    found = {(row, c) for row, line in enumerate(lines) for c in range(42) if rim_of(color) in backgrounds(line, c)}
+    assert {(5, 17), (5, 24), (8, 17), (8, 24)} <= found and not {(6, 19), (7, 22)} & found
+
+
+def test_two_objects_of_one_colour_that_touch_are_parted():
+    pair = [told_object(name, 0.3, y, size=0.2) | {"color": [200, 30, 30]} for name, y in (("a", 0.1), ("b", -0.1))]
+    lines = picture(markers_of_scene(told(*pair)), TABLE, 42, 2**24)
+    seam = {c for c in range(42) if rim_of((200, 30, 30)) in backgrounds(lines[6], c)}
+    assert seam and seam <= {20, 21}
+    alone = picture(markers_of_scene(told(pair[0])), TABLE, 42, 2**24)
+    assert not any(rim_of((200, 30, 30)) in backgrounds(line, c) for line in alone for c in range(42))
+
+
+@pytest.mark.parametrize("color", [ORANGE, BLACK, WHITE, GRAY, [30, 61, 144], [202, 169, 32]])
+def test_letters_and_outlines_contrast_with_the_colour(color):
+    assert abs(luma(ink_on(color)) - luma(color)) > 100 and abs(luma(rim_of(color)) - luma(color)) > 40
+
+
+@pytest.mark.parametrize(
+    ("color", "code"),
+    [(ORANGE, 43), ([200, 30, 30], 41), ([36, 101, 45], 42), ([30, 61, 144], 44), (BLACK, 40), (WHITE, 107)],
+)
+def test_sixteen_colours_call_a_colour_what_people_call_it(color, code):
+    out = io.StringIO()
+    console = Console(file=out, force_terminal=True, color_system="standard", width=80, _environ={})
+    console.print(legend(markers_of_scene(told(told_object("thing", 0.3, 0.0) | {"color": color})), 80, 16)[0])
+    codes = {part for piece in out.getvalue().split("\x1b[")[1:] for part in piece.split("m")[0].split(";")}
+    assert str(code) in codes
+
+
+def test_stacks_are_told_from_bottom_to_top():
+    tower = [told_object(name, 0.1 + 0.15 * i, 0.0) for i, name in enumerate(("can", "box", "cup"))]
+    apart = told_object("mug", 0.5, -0.4, takes_part=False)
+    markers = markers_of_candidate(told(*tower, apart), [[0.3, 0.2, 0.05], [0.3, 0.2, 0.25], [0.302, 0.2, 0.15]], [])
+    (stack,) = stacks(markers)
+    assert [marker.label for marker in stack] == ["can", "cup", "box"] and stack_sentence(stack) == "2 on 3 on 1"
+    assert stacks(markers_of_scene(told(*tower, apart))) == []
+
+
+def test_stacks_that_stand_on_the_table_now_are_stacks():
+    objects = [told_object("plate", 0.3, 0.0, z=0.02, size=0.2), told_object("bowl", 0.3, 0.02, z=0.06)]
+    objects += [told_object("fork", 0.3, -0.2, z=0.01), told_object("cube", 0.3, 0.06, z=0.12, size=0.04)]
+    (stack,) = stacks(markers_of_scene(told(*objects)))
+    assert stack_sentence(stack) == "4 on 2 on 1"
+    objects[3] = told_object("cube", 0.3, -0.07, z=0.06, size=0.04)
+    (stack,) = stacks(markers_of_scene(told(*objects)))
+    assert stack_sentence(stack) == "2 on 1, 4 on 1"
+
+
+def test_what_is_only_pushed_over_another_is_no_stack():
+    """It collides with it: nothing was lifted."""
+    tall, flat = told_object("can", 0.3, 0.3, z=0.06), told_object("plate", 0.3, 0.0, z=0.01, size=0.2)
+    assert stacks(markers_of_candidate(told(tall, flat), [[0.3, 0.0, 0.06], [0.3, 0.0, 0.01]], [])) == []
+    assert stacks(markers_of_candidate(told(tall, flat), [[0.3, 0.0, 0.08], [0.3, 0.0, 0.01]], [])) != []
+
+
+@pytest.mark.parametrize("colors", [0, 16, 2**24])
+def test_a_stack_is_drawn_from_the_side_below_its_place(colors):
+    tower = [told_object(name, 0.3, 0.3, z=0.05 + 0.1 * i, size=0.2 - 0.05 * i) for i, name in enumerate("abc")]
+    lines = [line.plain for line in side_view(markers_of_scene(told(*tower)), TABLE, 42, colors)]
+    assert lines[0] == "stacked: 3 on 2 on 1; from the side:" and {len(line) for line in lines[1:]} == {42}
+    assert [line.strip(" []") for line in lines[1:4]] == ["3", "2", "1"]
+    assert all(abs(line.index(letter) - 9) <= 1 for line, letter in zip(lines[1:4], "321", strict=True))
+    assert side_view(markers_of_scene(told(tower[0])), TABLE, 42, colors) == []
 
 
 def test_what_is_small_or_off_the_table_still_has_its_letter():

@@ -50,7 +50,7 @@ def test_film_is_kept_as_an_animation():
     for number, frame in enumerate(frames):
         frame[:, number * 6 : number * 6 + 6] = 255
     (picture,) = pictures_of(Filmed(0.8, frames))
-    assert picture.name == "film" and "10 times as fast" in picture.caption
+    assert picture.name == "film" and "5 times as fast" in picture.caption
     with Image.open(io.BytesIO(film_of(frames))) as film:
         assert film.is_animated and film.n_frames == 5
         film.seek(3)
@@ -76,5 +76,17 @@ def test_an_interrupted_build_has_its_film_too(table):
     assert isinstance(told[-2], Stopped) and isinstance(told[-1], Filmed)
     assert not any(isinstance(event, Checked) for event in told)
     frames = told[-1].frames
-    assert frames.shape[1:] == (240, 320, 3) and len(frames) >= 4
-    assert np.abs(frames[3].astype(int) - frames[0]).max() > 30  # the arm has moved
+    assert frames.shape[1:] == (480, 640, 3) and len(frames) >= 3
+    assert np.abs(frames[2].astype(int) - frames[0]).max() > 30  # the arm has moved
+
+
+def test_film_is_seen_from_the_robot_s_side_and_the_arm_stands_on_something(table):
+    picture = table.picture("shoulder").astype(int)
+    assert (picture.max(axis=2) - picture.min(axis=2))[-60:].max() < 40  # floor and pedestal, and no bare wood
+    floor = (picture == 255).all(axis=2).mean()
+    assert floor < 0.05  # there is no white void around the table
+    lens = table._shoulder
+    foot = lens.pixels(np.array((0.0, 0.0, -0.2))).astype(int)
+    assert picture[foot[1], foot[0]].max() < 190  # the pedestal's gray, darker than the floor
+    left, right = lens.pixels(np.array(((0.45, 0.3, 0.0), (0.45, -0.3, 0.0))))
+    assert left[0] < right[0]

@@ -1,5 +1,6 @@
 """The record, the page and the terminal tell a run completely, and nothing else."""
 
+import base64
 import io
 import json
 import re
@@ -10,17 +11,31 @@ import pytest
 from PIL import Image
 from rich.console import Console
 
-from agent.arm.events import Stopped
+from agent.arm.events import Picked, Stopped
 from agent.errors import UsageError
-from agent.events import Asked, Commanded, Failed, Filmed, Noted, Restored
+from agent.events import (
+    Answered,
+    Asked,
+    Checked,
+    Commanded,
+    Failed,
+    Filmed,
+    Finished,
+    Noted,
+    Pictured,
+    Restored,
+    Tried,
+)
 from agent.page.document import session_page
+from agent.pictures import Picture
 from agent.record import SCHEMA_VERSION, RunRecord
 from agent.report import TerminalReport
 from agent.session_file import Session
+from agent.telling import arm_sentence
 
 KEYS = {
     "schema_version", "version", "instruction", "options", "outcome", "parse", "scene", "imagination", "chosen", "arm",
-    "verdict", "seconds", "pictures", "remarks",
+    "verdict", "seconds", "pictures", "remarks", "tried",
 }  # fmt: skip
 
 
@@ -80,7 +95,91 @@ def test_page_is_one_self_contained_file(told, tmp_path):
     sources = re.findall(r'(?:src|href)="([^"]*)"', text)
     assert sources and all(source.startswith("data:image/webp;base64,") for source in sources)
     assert "http" not in re.sub(r"base64,[^\"]*", "", text)
-    assert "@import" not in text and "url(" not in text and "<script" not in text
+    assert "@import" not in text and "url(" not in text and "<script" not in text  # without a film
+
+
+def test_a_film_has_controls_and_its_last_picture_where_no_script_runs(told, tmp_path):
+    frames = np.zeros((5, 48, 64, 3), np.uint8)
+    frames[-1] = 200
+    text = record_of([*told[:-3], Filmed(1.5, frames), *told[-3:]]).write(tmp_path).read_text(encoding="utf-8")
+    figure = re.search(r'<figure class="film" data-interval="1.500".*?</figure>', text, re.DOTALL).group()
+    stills = json.loads(re.search(r'<script type="application/json">(.*?)</script>', figure).group(1))
+    assert len(stills) == 5
+    shown = re.search(r'src="data:image/webp;base64,([^"]*)"', figure).group(1)
+    assert shown == stills[-1]
+    with Image.open(io.BytesIO(base64.b64decode(shown))) as last:
+        assert last.size == (64, 48) and np.asarray(last).mean() > 150
+    for part in ('type="range"', "<button", 'class="controls" hidden'):
+        assert part in figure
+    sources = re.findall(r'(?:src|href)="([^"]*)"', text)
+    assert all(source.startswith("data:image/webp;base64,") for source in sources)
+    assert text.count("<script>") == 1 and "<script src" not in text and "fetch(" not in text
+
+
+def test_a_film_of_an_old_session_still_plays(told):
+    record = record_of(told)
+    first, *rest = (Image.new("RGB", (32, 24)) for _ in range(3))
+    for number, picture in enumerate(rest):
+        picture.paste((250, 250, 250), (8 * number, 0, 8 * number + 8, 8))
+    buffer = io.BytesIO()
+    first.save(buffer, format="WEBP", save_all=True, append_images=rest, duration=80, loop=0)
+    record.take_picture(Picture("film", "the arm at work", buffer.getvalue()))
+    text = session_page(Session("0.1.0", "2025-01-31T09:30:00+00:00", "Python", {}, ()), [record.turn])
+    assert '<figure><img alt="the arm at work"' in text and '<figure class="film"' not in text
+
+
+ENDINGS = [
+    ([Answered("where is the banana?", "60 cm ahead")], "quiet", "Conversation"),
+    ([Asked("shape", "A circle or a line?", ("circle", "line"))], "quiet", "Question"),
+    ([Failed("parse", "no arrangement", 3), Finished(False, 3, 0.1)], "quiet", "Refused"),
+    ([], "quiet", "Conversation"),
+]
+
+
+@pytest.mark.parametrize(("after", "look", "words"), ENDINGS)
+def test_talk_is_no_failure_on_the_page(told, after, look, words):
+    turn = record_of([told[0], *after]).turn
+    assert turn.outcome == f'<span class="badge {look}">{words}</span>'
+    assert ("60 cm ahead" in turn.sections()) == (words == "Conversation" and bool(after))
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"), [(("n",), "Declined"), (("No.",), "Declined"), (("/why",), "Proposed, not built")]
+)
+def test_a_proposal_that_was_not_built_is_no_failure(told, lines, words):
+    turn = record_of([*told[:5], *map(Commanded, lines)]).turn
+    assert turn.outcome == f'<span class="badge quiet">{words}</span>'
+
+
+def test_a_failure_stays_one(told):
+    assert 'badge bad">Not built' in record_of([*told, Answered("why?", "because")]).turn.outcome
+    stopped = [*told[:5], Failed("build", "interrupted", 130), Finished(False, 130, 3.0)]
+    assert 'badge quiet">Stopped' in record_of(stopped).turn.outcome
+
+
+def test_what_was_tried_without_the_arm_is_shown_and_said(told, tmp_path):
+    tried = Tried(((0.4, 0.1, 0.03), (0.4, 0.1, 0.09), (0.5, 0.3, 0.03)), (0.0,) * 3)
+    picture = Pictured("camera-tried", "the goal as it came to rest", np.full((48, 64, 3), 90, np.uint8))
+    verdict = Checked(True, None, (), "everything stands as asked", "released", 0.4)
+    record = record_of([*told[:5], tried, picture, verdict, Finished(True, 0, 3.0)])
+    text = record.write(tmp_path).read_text(encoding="utf-8")
+    assert "What was tried without the arm" in text and "the goal as it came to rest" in text
+    assert "stacked: 2 on 1" in text and "It stands as" not in text and "the table is unchanged" in text
+    out = io.StringIO()
+    tell = TerminalReport(Console(file=out, width=100))
+    for event in (*told[:5], tried, picture, verdict):
+        tell(event)
+    assert "It stands" not in out.getvalue() and "the table is unchanged." in out.getvalue()
+
+
+def test_a_slip_of_nothing_is_left_out(told):
+    names = ["cup 1"]
+    still = Picked(0, "cup 1", "side", 1, 2, "friction", 0.0003, 0.004).to_dict()
+    assert arm_sentence(still, names) == "picked cup 1 (grasp: side): 2 fingers touch it"
+    moved = still | {"slip_m": 0.004}
+    assert arm_sentence(moved, names).endswith("it moved by 0.4 cm while they closed")
+    turned = still | {"slip_rad": 0.05}
+    assert arm_sentence(turned, names).endswith("it moved by 3 deg while they closed")
 
 
 def test_page_escapes_the_instruction(told, tmp_path):
@@ -91,7 +190,7 @@ def test_page_escapes_the_instruction(told, tmp_path):
 class _Nesting(HTMLParser):
     """Whether every element is closed, and every picture and drawing has words."""
 
-    VOID = {"meta", "img", "br", "source", "rect", "polygon", "path", "link"}
+    VOID = {"meta", "img", "br", "source", "rect", "polygon", "path", "link", "input"}
 
     def __init__(self) -> None:
         super().__init__()
@@ -120,7 +219,7 @@ def test_page_is_well_formed_and_its_pictures_have_words(told, tmp_path):
 def test_page_shows_candidates_film_and_time(told, tmp_path):
     film = Filmed(0.8, np.zeros((3, 24, 32, 3), np.uint8))
     text = record_of([*told[:-3], film, *told[-3:]]).write(tmp_path).read_text(encoding="utf-8")
-    for part in ("candidate 1 from above", "10 times as fast", "Where the time went", "✗ failed", "Not built"):
+    for part in ("candidate 1 from above", "5 times as fast", "Where the time went", "✗ failed", "Not built"):
         assert part in text, part
     assert text.count('<figure class="candidate') == 6
 

@@ -12,7 +12,7 @@ from PIL import Image
 
 from agent.colors import color_of
 from agent.drawing import goal_overlay, imagined
-from agent.page.drawings import CANDIDATES_SHOWN, candidates
+from agent.page.drawings import CANDIDATES_SHOWN, candidates, legend
 from agent.page.measures import gauge, timing
 from agent.pictures import Picture, pictures_of, webp_of
 from agent.record import RunRecord
@@ -44,6 +44,58 @@ def test_goal_is_drawn_where_the_camera_would_see_it(large):
         now, goal = VIEWS["robot"].pixels(np.stack((cloud.centroid, cloud.centroid + (0.15, 0.1, 0.0))))
         assert near(overlay, *goal, color_of(index), reach=4)
         assert not near(overlay, *now, color_of(index), reach=4)
+
+
+def test_goals_are_drawn_in_the_objects_own_colours(large):
+    colors = [(170, 200, 30), (20, 20, 20), (160, 20, 30)]
+    own = tuple(
+        replace(cloud, colors=np.tile(np.array(color, np.uint8), (len(cloud.points), 1)))
+        for cloud, color in zip(large.objects, colors, strict=True)
+    )
+    motions = np.tile(np.eye(4), (3, 1, 1))
+    motions[:, 1, 3] = 0.12
+    scene, arrangement = replace(large, objects=own), Arrangement(motions)
+    overlay, above = goal_overlay(scene, arrangement), imagined(scene, arrangement)
+    for cloud, color in zip(own, colors, strict=True):
+        goal = cloud.centroid + (0.0, 0.12, 0.0)
+        assert near(overlay, *VIEWS["robot"].pixels(goal), color, reach=4)
+        assert near(above, *from_above_pixels(goal), color, reach=4)
+    for index in range(3):  # no outline and no name in a colour of the palette
+        for image in (overlay, above):
+            assert not (np.abs(image.astype(int) - color_of(index)).max(axis=2) < 25).any()
+
+
+def from_above_pixels(point) -> tuple[float, float]:
+    """Column and row of a point in the drawings from above: 750 pixels a metre, 5 cm around the table."""
+    return 750 * (0.45 + 0.05 - point[1]), 750 * (0.72 + 0.05 - point[0])
+
+
+def test_goals_are_in_front_of_faded_starts_with_an_arrow_s_head_between(large):
+    blue = (0, 60, 200)
+    one = replace(large.objects[0], colors=np.tile(np.array(blue, np.uint8), (len(large.objects[0].points), 1)))
+    motion = np.eye(4)[None].copy()
+    motion[0, 1, 3] = 0.4
+    image = imagined(replace(large, objects=(one,), distractors=()), Arrangement(motion)).astype(int)
+    blueness = image[..., 2] - image[..., 0]
+    column, row = (round(value) for value in from_above_pixels(one.centroid))
+    goal, _ = (round(value) for value in from_above_pixels(one.centroid + (0.0, 0.4, 0.0)))
+    assert 10 < blueness[row, column] < 120 < blueness[row, goal]
+    thickness = (np.abs(image - blue).max(axis=2) < 30)[row - 20 : row + 20, goal + 24 : column - 24].sum(axis=0)
+    shaft = np.median(thickness)
+    assert 2 <= shaft <= 6 and thickness[:14].max() >= 2 * shaft  # the head is at the goal
+    assert thickness[len(thickness) // 2 :].max() <= shaft + 1
+
+
+def test_what_takes_no_part_has_a_dashed_outline_in_its_own_colour(large):
+    red = np.tile(np.array((200, 30, 30), np.uint8), (len(large.distractors[0].points), 1))
+    stays = replace(large.distractors[0], colors=red)
+    image = imagined(replace(large, distractors=(stays,)), Arrangement(np.tile(np.eye(4), (3, 1, 1)))).astype(int)
+    column, row = (round(value) for value in from_above_pixels(stays.centroid))
+    part = image[row - 15 : row + 15, column - 15 : column + 15]
+    assert 15 < np.median(part[..., 0] - part[..., 2]) < 110  # reddish, and faded
+    top = image[row - 26 : row - 18, column - 18 : column + 18]
+    dark = (top.max(axis=2) < 150).any(axis=0)
+    assert dark.any() and not dark.all()
 
 
 def test_no_picture_to_draw_upon_is_said(scene):
@@ -102,6 +154,37 @@ def test_candidates_are_drawn_from_what_was_told(report):
     # 40 cm ahead is (0.72 - 0.40) m below the table's far edge, 10 cm left (0.45 - 0.10) m right of its left edge.
     assert sum(rows) / len(rows) - int(table.get("y")) == pytest.approx(320, abs=15)
     assert sum(columns) / len(columns) - int(table.get("x")) == pytest.approx(350, abs=15)
+
+
+def test_a_stack_is_drawn_from_the_side_too(report):
+    told = report["imagination"]["candidates"]
+    told[0]["positions"] = [[0.4, 0.1, 0.03], [0.4, 0.1, 0.15], [0.4, 0.1, 0.09]]
+    first, second = re.findall(r"<figcaption>.*?</figcaption>", candidates(report))[:2]
+    assert "stacked: 2 on 3 on 1" in first and "stack" not in second
+    assert re.findall(r'<span class="key"[^>]*>(\d)</span>', first) == ["2", "3", "1"]
+
+
+def test_the_letter_of_what_lies_below_stands_where_it_is_seen(report):
+    """That of a plate beside the bowl on it; that of a cup below a cup is in the caption alone."""
+    told = report["imagination"]["candidates"]
+    told[0]["positions"] = [[0.4, 0.1, 0.01], [0.4, 0.1, 0.06], [0.5, 0.3, 0.03]]
+    letters = re.findall(r"<text[^>]*>(\w)</text>", candidates(report).partition("</svg>")[0])
+    assert sorted(letters) == ["2", "3", "a"]
+    plate = report["scene"]["objects"][0]
+    middle = plate["position"][:2]
+    plate["outline"] = [[middle[0] + 0.12 * x, middle[1] + 0.12 * y] for x, y in ((1, 1), (1, -1), (-1, -1), (-1, 1))]
+    drawing = candidates(report).partition("</svg>")[0]
+    rows = {letter: int(row) for row, letter in re.findall(r'<text x="\d+" y="(\d+)"[^>]*>(\w)</text>', drawing)}
+    assert set(rows) == {"1", "2", "3", "a"}
+    assert rows["1"] - rows["2"] == pytest.approx(75, abs=8)  # mm: between the edges of the bowl and of the plate
+
+
+def test_what_is_drawn_on_a_colour_is_read_on_it(report):
+    for color, ink in (((250, 250, 240), "rgb(0, 0, 0)"), ((10, 10, 12), "rgb(255, 255, 255)")):
+        report["scene"]["objects"][0]["color"] = color
+        text = legend(report["scene"])
+        assert f'style="background:rgb{color};color:{ink}">1</span>' in text
+        assert f"--color:rgb{color}" in candidates(report)
 
 
 def test_chosen_candidate_is_drawn_though_it_is_not_among_the_best(report):

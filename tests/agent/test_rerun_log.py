@@ -8,7 +8,6 @@ import pytest
 from rerun.chunk import RrdReader
 
 from agent import events, steps
-from agent.colors import color_of
 from agent.errors import UsageError
 from agent.rerun_log import CANDIDATES, EVERY, RerunLog
 from grounding.spec import StructureSpec
@@ -77,7 +76,7 @@ def test_recording_has_clouds_camera_candidates_goal_objects_arm_and_story(recor
     for goal in goals:
         points = values(goal, "Points3D:positions")[0]
         assert np.allclose(points[:count].mean(axis=0) - scene.objects[0].centroid, motions[0, :3, 3], atol=1e-5)
-    red, green, blue = color_of(0)
+    red, green, blue = scene.objects[0].colors.mean(axis=0).round().astype(int).tolist()
     packed = (red << 24) + (green << 16) + (blue << 8) + 255
     assert values(goals[-1], "Points3D:colors")[0][0] == packed
 

@@ -206,6 +206,21 @@ def test_what_does_not_go_with_the_scene_is_refused(path, kind, change, part):
     assert f"line {number + 1} of" in str(caught.value) and part in str(caught.value)
 
 
+def test_what_was_tried_goes_with_the_scene(told, path):
+    places = [[0.1, 0.2, 0.03]] * 3
+    lines = lines_of(path)
+    place = 1 + next(n for n, line in enumerate(lines) if line.get("event", {}).get("kind") == "chosen")
+    for count, fits in ((3, True), (2, False)):
+        tried = {"kind": "tried", "positions": places[:count], "turns": [0.0] * 3}
+        edited = [*lines[:place], {"seconds": lines[place]["seconds"], "event": tried}, *lines[place:]]
+        path.write_text("\n".join(map(json.dumps, edited)) + "\n")
+        if fits:
+            assert any(line.event == tried for line in read_session(path).lines)
+        else:
+            with pytest.raises(BadInput, match="tried.positions must have 3 entries"):
+                read_session(path)
+
+
 def test_replay_tells_every_event_with_the_pauses_as_they_were(told, path):
     session, again, pauses = read_session(path), [], []
     replay(session, again.append, speed=2.0, sleep=pauses.append)

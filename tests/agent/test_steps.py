@@ -194,3 +194,47 @@ def test_without_ranks_they_are_numbered_in_order(table):
     assert [event.arrangement for event in told if isinstance(event, PlanFailed)] == [0, 1]
     assert not any(isinstance(event, events.Chosen | Placed) for event in told)
     np.testing.assert_allclose(table.world.poses(), start, atol=0.002)
+
+
+# --- trying without the arm ----------------------------------------------------------------------
+
+
+def test_what_was_tried_is_told_and_pictured_and_the_table_stays(table):
+    scene, start = table.look(), np.array(table.world.poses())
+    before = table.picture()
+    goals = start.copy()
+    goals[:, :2, 3] = [(0.4, 0.3), (0.4, 0.1)]
+    arrangement = Arrangement(goals @ np.linalg.inv(start))
+    tried, pictured, checked = steps.release(table, scene, StructureSpec("line"), arrangement)
+    assert isinstance(tried, events.Tried) and isinstance(checked, events.Checked) and checked.success
+    expected = steps.chosen(1, arrangement, scene).goals
+    for position, goal in zip(tried.positions, expected, strict=True):
+        np.testing.assert_allclose(position, goal["position"], atol=0.01)
+    assert pictured.name == steps.TRIED_PICTURE and "unchanged" in pictured.caption
+    for place in goals[:, :3, 3] + (0, 0, 0.02):  # a box is where none was
+        column, row = table.world.camera.pixels(place).astype(int)
+        assert np.abs(pictured.image[row, column].astype(int) - before[row, column]).max() > 30
+    np.testing.assert_array_equal(table.world.poses(), start)
+    assert (table.picture() == before).all()
+
+
+def test_what_failed_when_tried_is_shown_too(table):
+    """The second box is released into the first: it is not placed, and stays where it stands."""
+    scene, start = table.look(), np.array(table.world.poses())
+    goals = start.copy()
+    goals[:, :2, 3] = [(0.4, 0.0), (0.4, 0.01)]
+    arrangement = Arrangement(goals @ np.linalg.inv(start))
+    with pytest.raises(NoValidGoal, match="does not hold"):
+        list(steps.release(table, scene, StructureSpec("line"), arrangement))
+    told = list(_until_failure(steps.release(table, scene, StructureSpec("line"), arrangement)))
+    tried, pictured, checked = told
+    assert not checked.success and checked.failure_class == "intersection"
+    assert np.isfinite(tried.positions).all() and len(tried.positions) == 2
+    assert pictured.image.shape == (480, 640, 3)
+
+
+def _until_failure(work: Iterator[events.Event]) -> Iterator[events.Event]:
+    try:
+        yield from work
+    except NoValidGoal:
+        return

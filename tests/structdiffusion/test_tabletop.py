@@ -183,13 +183,14 @@ def test_an_object_that_hides_is_named():
         assert [cloud.name for cloud in scene.objects] == ["cup"] and scene.distractors == ()
 
 
-def test_pictures_from_three_sides():
+def test_pictures_from_every_side():
     with TabletopWorld([block(0.1, 0.1, 0.1)], [at(0.45, 0.2)]) as world:
-        for view in ("robot", "top", "opposite"):
+        for view in ("robot", "shoulder", "top", "opposite"):
             assert world.picture(view, width=160, height=120).shape == (120, 160, 3)
-        red = (world.picture("robot")[..., 0].astype(int) - world.picture("robot")[..., 2] > 80).nonzero()
-        assert red[1].mean() < 320
-        with pytest.raises(ValueError, match="unknown view 'side'; legal views: robot, top, opposite"):
+        for view in ("robot", "shoulder"):  # left is left where the speaker looks from
+            picture = world.picture(view).astype(int)
+            assert (picture[..., 0] - picture[..., 2] > 80).nonzero()[1].mean() < 320
+        with pytest.raises(ValueError, match="unknown view 'side'; legal views: robot, shoulder, top, opposite"):
             world.picture("side")
 
 

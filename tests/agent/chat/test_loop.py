@@ -1,6 +1,7 @@
 """The loop: what a line is taken for, and what becomes of errors."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -58,6 +59,18 @@ def test_answers(chat_of, conversation):
 def test_yes_builds_at_once(chat_of):
     shown, _ = chat_of("stack the boxes on the right", yes=True)
     assert "build it?" not in shown and "It stands as it was asked for." in shown
+
+
+def test_without_the_arm_the_map_is_that_of_what_was_tried(chat_of, conversation, heard):
+    conversation.options = replace(conversation.options, execute=False)
+    before = conversation.table.poses()
+    shown, _ = chat_of("stack the boxes on the right", yes=True)
+    _, _, after = shown.partition("tried without the arm; the table is unchanged")
+    assert after.count("+--") == 2 and "stacked: " in after  # one map, of the tower; the table has none
+    assert "It stands" not in shown and "It holds as it was asked for, tried without the arm" in " ".join(after.split())
+    assert all((pose == before[name]).all() for name, pose in conversation.table.poses().items())
+    kinds = [events.kind_of(event) for event in heard]
+    assert kinds.index("tried") < kinds.index("pictured") < kinds.index("checked")
 
 
 @pytest.mark.parametrize(

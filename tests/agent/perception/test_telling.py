@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from agent.bags.recording import DepthFrame
 from agent.perception.picture import labelled_picture
@@ -48,10 +49,14 @@ def test_the_picture_marks_the_objects_and_nothing_else(two, found):
     before = two.recording.frame.color.astype(int)
     changed = np.abs(picture.astype(int) - before).sum(axis=2) > 30
     assert picture.shape == before.shape and picture.dtype == np.uint8
-    assert changed[found.labels > 0].mean() > 0.95
     assert not changed[found.labels == 0].any()
-    marks = [np.median(picture[found.labels == number], axis=0) for number in (1, 2)]
-    assert np.abs(marks[0] - marks[1]).max() > 40
+    for number, segment in enumerate(found.objects, start=1):
+        mask = found.labels == number
+        rim, inside = mask & ~ndimage.binary_erosion(mask), ndimage.binary_erosion(mask, iterations=3)
+        assert changed[rim].mean() > 0.95
+        # Inside it keeps its own colour: nothing is painted in another one.
+        own = segment.colors.mean(axis=0)
+        assert np.abs(np.median(picture[inside], axis=0) - own).max() < 40
 
 
 def test_depth_alone_and_loose_points_have_pictures_too(two, found):

@@ -1,0 +1,94 @@
+"""The maps of a chat: the table from above in characters, its stacks from the side, and which letter is what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.console import Console
+from rich.text import Text
+
+from agent import blocks
+from agent.markers import Marker, markers_of_candidate, markers_of_scene
+from agent.side_view import side_view
+
+_COLUMNS = 56  # of a map that stands alone
+_BESIDE_COLUMNS = 38  # of one beside others
+_LEAST_COLUMNS = 18  # of a map with a caption; where fewer fit beside each other, the next goes below
+_WIDE = 100  # columns of a terminal from which on three maps stand side by side
+
+
+class Maps:
+    """Draws maps on a console, each with its key unless that was shown last.
+
+    Args:
+        console: where to draw them.
+    """
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._colors = blocks.colors_of(console)
+        self._key: list[str] = []
+
+    @property
+    def columns(self) -> int:
+        """The width of a map that stands alone."""
+        return max(min(_COLUMNS, self._console.width), blocks.LEAST_COLUMNS)
+
+    def beside(self, count: int, most: int = _BESIDE_COLUMNS) -> int:
+        """The width of one of `count` maps: three stand side by side where there is room, otherwise two, or one."""
+        if count < 2:
+            return self.columns
+        count = min(count, 3 if self._console.width >= _WIDE else 2)
+        fitting = (self._console.width - 2 * (count - 1)) // count
+        return min(max(_LEAST_COLUMNS, min(most, fitting)), max(self._console.width, blocks.LEAST_COLUMNS))
+
+    def forget_key(self) -> None:
+        """The next map has its key, whether or not that was shown last."""
+        self._key = []
+
+    def show(self, scene: Mapping[str, Any], markers: Sequence[Marker]) -> None:
+        """One map as large as there is room for, and its key.
+
+        Args:
+            scene: an event `Perceived` in its JSON form.
+            markers: what is on the table.
+        """
+        self._print(self._drawn(scene, markers, self.columns))
+        self._show_key(scene)
+
+    def show_candidates(
+        self, scene: Mapping[str, Any], candidates: Sequence[Mapping[str, Any]], captions: Sequence[Sequence[Text]]
+    ) -> None:
+        """Candidates side by side, as many as fit, each with the lines of its caption, and one key for all."""
+        columns = self.beside(len(candidates))
+        drawn = [
+            self._drawn(scene, markers_of_candidate(scene, one["positions"], one["turns"]), columns)
+            for one in candidates
+        ]
+        self._print(blocks.side_by_side(drawn, captions, self._console.width))
+        self._show_key(scene)
+
+    def previews(self, scene: Mapping[str, Any], told: Mapping[str, Any], columns: int) -> list[Text]:
+        """The samples of an event `Previewed` in its JSON form, side by side, from above alone."""
+        width = min(self.beside(len(told["positions"]), columns), columns)
+        pictures = [
+            blocks.picture(markers_of_candidate(scene, positions, turns), scene["table"], width, self._colors)
+            for positions, turns in zip(told["positions"], told["turns"], strict=True)
+        ]
+        return blocks.side_by_side(pictures, [[] for _ in pictures], self._console.width)
+
+    def _drawn(self, scene: Mapping[str, Any], markers: Sequence[Marker], columns: int) -> list[Text]:
+        above = blocks.picture(markers, scene["table"], columns, self._colors)
+        return [*above, *side_view(markers, scene["table"], columns, self._colors)]
+
+    def _show_key(self, scene: Mapping[str, Any]) -> None:
+        lines = blocks.legend(markers_of_scene(scene), self._console.width, self._colors)
+        plain = [line.plain for line in lines]
+        if plain != self._key:
+            self._key = plain
+            self._print(lines)
+
+    def _print(self, lines: Sequence[Text]) -> None:
+        for line in lines:
+            self._console.print(line, highlight=False, soft_wrap=True)
