@@ -214,14 +214,15 @@ def release(
         pictures.append(world.picture(camera=table.world.camera))
 
     initial = np.array(poses[: table.count])
+    there = [i for i in range(table.count, len(poses)) if table.names[i] not in table.fallen]
     verdict = place_and_check(
         table.models[: table.count],
         initial,
         arrangement.goal_from_initial,
         spec,
         table.world.table,
-        list(zip(table.models, poses, strict=True))[table.count :],
-        table.names,
+        [(table.models[i], poses[i]) for i in there],  # what has fallen off goes on falling
+        [*table.names[: table.count], *(table.names[i] for i in there)],
         table.world.ground,
         on_end=photograph,
     )

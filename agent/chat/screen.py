@@ -200,7 +200,8 @@ class ChatScreen:
         shown = told["candidates"][:count]
         several = len(shown) > 1
         which = ", the best first" if several else "; the best of them:"
-        self._title(f"{len(told['candidates'])} arrangements imagined{which}", told["seconds"])
+        count = len(told["candidates"])
+        self._title(f"{count} arrangement{'s' * (count != 1)} imagined{which}", told["seconds"])
         columns = self.maps.beside(len(shown))
         captions = [self._caption(one, told["candidates"][0], columns) for one in shown]
         self.maps.show_candidates(self._scene, shown, captions)

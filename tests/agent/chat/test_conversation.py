@@ -5,9 +5,12 @@ import pytest
 
 from agent import events
 from agent.arm.events import Picked, Placed, Planned, Stopped
+from agent.chat.conversation import Conversation
 from agent.errors import INTERRUPTED, NOT_BUILDABLE, NotBuildable, UsageError
 from agent.events import kind_of
+from agent.pipeline import RunOptions
 from grounding.spec import StructureSpec
+from tests.agent.chat.conftest import DESK
 
 CUPS = ("cup 1", "cup 2", "cup 3")
 
@@ -368,3 +371,66 @@ def test_a_table_that_cannot_be_set_leaves_the_old_one(conversation):
     with pytest.raises(BadInput):
         conversation.another_table("missing.yaml", 0)
     assert conversation.situation is before and conversation.say("bigger")
+
+
+def test_words_for_one_that_fit_several_objects_are_a_question(conversation, heard):
+    assert not conversation.say("put the box and the orange in a line")
+    (asked,) = of(heard, events.Asked)
+    assert asked.slot == "object" and asked.options == ("box 1", "box 2")
+    assert asked.question == "'box' can be each of 2 objects: box 1 (yellow); box 2 (pink); which one?"
+    assert conversation.situation.wish is None  # nothing is taken over before it is answered
+    assert conversation.answer("box 2")
+    assert conversation.situation.wish == StructureSpec("line") and conversation.situation.objects == ("box 2", "orange")
+
+
+def test_such_a_question_is_answered_in_words_too(conversation, heard):
+    conversation.say("put the red cup, the box and the orange in a line")
+    assert conversation.answer_in_words("the yellow one")
+    assert conversation.situation.objects == ("cup 1", "box 1", "orange")
+
+
+def test_two_such_questions_come_one_after_the_other(conversation, heard):
+    conversation.say("put the cup, the box and the orange in a line")
+    assert not conversation.answer("cup 3")
+    assert of(heard, events.Asked)[-1].options == ("box 1", "box 2")
+    assert conversation.answer("box 1")
+    assert conversation.situation.objects == ("cup 3", "box 1", "orange")
+
+
+def test_which_corner_is_a_question(conversation, heard):
+    assert not conversation.say("put the cups in a circle in the corner")
+    (asked,) = of(heard, events.Asked)
+    assert asked.options == ("front left", "front right", "back left", "back right")
+    assert conversation.answer("back right")
+    assert conversation.situation.wish == StructureSpec("circle", None, "right", "top")
+
+
+def test_colours_choose_in_a_conversation(conversation, heard):
+    conversation.say("put the red and the green cup in a line")
+    assert conversation.situation.objects == ("cup 1", "cup 2")
+    conversation.say("use only the purple cup and the orange")
+    assert conversation.situation.objects == ("cup 3", "orange")
+    conversation.say("add the pink things")
+    assert conversation.situation.objects == ("cup 3", "orange", "box 2")
+    assert not conversation.say("add the blue one")
+    assert "names 'blue one'; of that kind there is only: " in of(heard, events.Failed)[-1].message
+    assert conversation.situation.objects == ("cup 3", "orange", "box 2")
+
+
+def test_what_cannot_be_judged_is_told(conversation, heard):
+    conversation.say("put the shiny cups in a line")
+    assert "which of the cups here are 'shiny'" in of(heard, events.Noted)[0].message
+
+
+def test_something_that_cannot_take_part_makes_no_plain_success(loaded, heard):
+    with Conversation(RunOptions(str(DESK), model="geometric", execute=False), loaded, heard.append) as conversation:
+        fallen = conversation.table.poses()["cup 2"]
+        fallen[2, 3] = -1.0
+        conversation.table.world.set_pose(conversation.table.names.index("cup 2"), fallen)
+        assert conversation.say("put the cups in a line")
+        assert of(heard, events.Noted)[-1].message == "2 of 3 objects take part; cup 2 is left where it is: it has fallen off the table"
+        assert not conversation.go()
+        assert of(heard, events.Checked)[-1].success
+        assert of(heard, events.Failed)[-1].message.startswith("2 of 3 objects stand as asked; cup 2")
+        assert not conversation.say("put cup 2 and the orange in a line")
+        assert of(heard, events.Failed)[-1].message == "cup 2 cannot take part: it has fallen off the table"
