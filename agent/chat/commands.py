@@ -88,16 +88,26 @@ _REQUEST = re.compile(
     r"^(?:no |nope )?(?:(?:can|could|would|will) (?:you|we) |let us |let's |i want to |i would like to |i'd like to "
     r"|you can |you should )?(?:please )?(?:just )?"
 )
+# "put the cups back" may mean the back of the table; where they stood before is no place that an instruction can name.
+_BACK_WHERE_IT_WAS = re.compile(r"(?:put|move|bring) (?P<these>the [\w' ]+?) back(?P<where> .+)")
 SPOKEN = {said.strip(): name for name, sayings in _SAYINGS.items() for said in sayings.split(";")}
 
 
 def _spoken(line: str) -> str | None:
-    """The command that a line in words is; `None` where it says anything else besides."""
+    """The command that a line in words is; `None` where it says anything else besides.
+
+    Raises:
+        UsageError: where only some of the objects should be put back.
+    """
     said = " ".join(bare(line).replace(",", " ").split()) or line.strip()
     for shorter in (said, _REQUEST.sub("", said)):
         for wording in (shorter, _WHERE_IT_WAS.sub("", shorter)):
             if wording in SPOKEN and (wording == shorter or SPOKEN[wording] == "/back"):
                 return SPOKEN[wording]
+        found = _BACK_WHERE_IT_WAS.fullmatch(shorter)
+        if found and _WHERE_IT_WAS.fullmatch(found["where"]):
+            these = shortened(found["these"])
+            raise UsageError(f"{these} cannot be put back alone; “put it back” puts back all that the last build moved")
     return None
 
 

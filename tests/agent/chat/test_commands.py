@@ -3,6 +3,7 @@
 import pytest
 
 from agent.chat.commands import COMMANDS, command_of, help_lines, one_of, whole_number
+from agent.chat.lines import completions
 from agent.errors import UsageError
 
 
@@ -101,3 +102,15 @@ def test_commands_in_words(line, name):
 )  # fmt: skip
 def test_what_only_begins_like_a_command_is_an_instruction(line):
     assert command_of(line) is None
+
+
+def test_some_of_the_objects_cannot_be_put_back():
+    for line in ("put the cups back where they were", "can you put the red cup back to where it was before?"):
+        with pytest.raises(UsageError, match="cup.* cannot be put back alone; “put it back” puts back all"):
+            command_of(line)
+
+
+def test_tab_completes_them():
+    offered = {command.name: command.words for command in COMMANDS}
+    for begun, name in (("/con", "/continue"), ("/st", "/stop"), ("/cl", "/clear"), ("/ba", "/back"), ("/res", "/reset")):
+        assert [each.text for each in completions(begun, offered, ())] == [name]
