@@ -87,6 +87,11 @@ class Candidates:
         """Whether the phrase says "the tallest" or the like."""
         return any(word in SUPERLATIVES for word in mention.modifiers)
 
+    def unjudged(self, mention: Mention) -> list[str]:
+        """The adjectives of a phrase that nothing here can judge."""
+        self.matching(mention)
+        return self._unjudged.get(_key(mention), [])
+
     def notes(self, mentions: Sequence[Mention]) -> tuple[str, ...]:
         """What has to be said of adjectives that nothing in the scene can judge, a sentence each."""
         notes = []
@@ -187,6 +192,8 @@ class Candidates:
         """Those of the found objects that the adjectives fit, as far as the scene can tell."""
         # Sizes last: "the small red cups" are small among the red ones.
         for word in sorted(mention.modifiers, key=lambda word: _measure(word) is not None):
+            if word in _SAYING_NOTHING:
+                continue
             narrowed = self._fitting(word, mention, found)
             if narrowed is None:
                 self._unjudged.setdefault(_key(mention), []).append(word)
@@ -235,6 +242,9 @@ class Candidates:
         last = known[order[min(count, len(order)) - 1]]
         tied = [i for i in order[count:] if last is not None and known[i] is not None and alike(measure, last, known[i])]
         return [found[i] for i in (*order[:count], *tied)]
+
+
+_SAYING_NOTHING = frozenset(("sized", "size"))
 
 
 def _key(mention: Mention) -> tuple[object, ...]:

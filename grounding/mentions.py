@@ -42,6 +42,7 @@ _ANYTHING = frozenset(GENERIC) | {"what", "whatever", "anything"}
 # With one of these a singular means one particular object.
 _DEFINITE = frozenset("the that this my your our his her their".split())
 _INDEFINITE = frozenset("a an any one some another of".split())
+_PLACES = frozenset("left right front back rear near far middle".split())
 _ALL = ALL_WORDS - {"only", "just"}
 _UNSAID = frozenset(
     "the a an my your our his her their these those this that teh da whatever just only".split()
@@ -223,6 +224,16 @@ class _Reader:
         if self.said.word(first - 1) in SUPERLATIVES:  # "the tallest three cans"
             modifiers = (self.said.word(first - 1), *modifiers)
             first -= 1 + (self.said.word(first - 2) in DETERMINERS)
+        elif self.said.word(first - 1) in _PLACES and first < start and self.said.word(first - 2) in DETERMINERS:
+            modifiers = (self.said.word(first - 1), *modifiers)  # "the left three cups"
+            first -= 2
+        elif self.said.word(first - 1) == "of" and self.said.word(first - 2) in SUPERLATIVES:
+            modifiers, first = (self.said.word(first - 2), *modifiers), first - 2  # "the (two) biggest of the cups"
+            number = NUMBERS.get(self.said.word(first - 1))
+            count, exact = number or 1, number is not None
+            first -= number is not None
+            first -= self.said.word(first - 1) in DETERMINERS
+            many = count > 1
         # "only the red one" is still one.
         one = not many and not any(w in _ALL for w in self.words[first:start])
         if numbers:
@@ -236,7 +247,7 @@ class _Reader:
         role = self._role(first, end, last)
         if first < start and any(w in _DENIALS for w in self.words[first:start]):
             role = "left out"  # "what you don't eat with"
-        clause = self.said.word(end) in ("that", "which")
+        clause = self.said.word(end) in ("that", "which", "that's")
         if noun == ANY and not (numbers or modifiers or ordinal or (exact and role == "meant") or clause):
             return None, end  # everything, or "not everything"
         shown = first
@@ -256,19 +267,26 @@ class _Reader:
         Returns:
             The mention, what the clause leaves out of it, and the place after the clause.
         """
-        if self.said.word(end) not in ("that", "which"):
+        if "non" in mention.modifiers[:-1]:  # "the non-red cups"
+            at = mention.modifiers.index("non")
+            kept = mention.modifiers[:at] + mention.modifiers[at + 2 :]
+            denied = replace(mention, modifiers=mention.modifiers[at + 1 : at + 2], role="left out", count=None, exact=False)
+            return replace(mention, modifiers=kept), [denied], end
+        contracted = self.said.word(end) == "that's"
+        if self.said.word(end) not in ("that", "which") and not contracted:
             return mention, [], end
-        verb = self.said.word(end + 1)
-        denied = verb in ("isn't", "aren't") or self.said.word(end + 2) == "not"
-        place = end + 2 + (denied and self.said.word(end + 2) == "not")
+        end -= contracted
+        verb = "is" if contracted else self.said.word(end + 1)
+        without_them = verb in ("isn't", "aren't") or self.said.word(end + 2) == "not"
+        place = end + 2 + (without_them and self.said.word(end + 2) == "not")
         if verb not in ("is", "are", "isn't", "aren't") or self.said.word(place) not in TELLING_ADJECTIVES:
-            return mention, [], end
+            return mention, [], end + contracted
         words = [self.said.word(place)]
         while self.said.word(place + 1) in ("and", "or", "nor") and self.said.word(place + 2) in TELLING_ADJECTIVES:
             words.append(self.said.word(place + 2))
             place += 2
         span = (mention.span[0], self.spans[place][1])
-        if denied:
+        if without_them:
             without = [replace(mention, modifiers=(word,), role="left out", count=None, exact=False) for word in words]
             return replace(mention, span=span), without, place + 1
         described = [replace(mention, modifiers=(*mention.modifiers, word), span=span) for word in words]

@@ -210,11 +210,18 @@ class _Choice:
             return [self.resolved[phrase]]
         descriptions = [self.there.description(i) for i in fresh]
         # Objects of one description cannot be told apart in words: any of them will do.
-        if len(fresh) > mention.count and self._particular(mention) and len(set(descriptions)) > 1:
+        if len(fresh) <= mention.count or len(set(descriptions)) < 2 or self.there.catalogue:
+            return fresh[: mention.count]
+        if words := self.there.unjudged(mention):
+            raise SelectionError(
+                f"it is not known which of the objects here are {words[0]!r}, so that {phrase!r} can be each of: "
+                + "; ".join(descriptions)
+            )
+        if self._particular(mention):
             raise AmbiguousReferenceError(phrase, fresh, descriptions)
         return fresh[: mention.count]
 
     def _particular(self, mention: Mention) -> bool:
         """Whether the mention speaks of particular objects: "the red cup", "the two tallest"."""
         one = mention.definite and mention.count == 1 and not mention.exact
-        return (one or self.there.superlative(mention)) and not self.there.catalogue
+        return one or self.there.superlative(mention)

@@ -18,6 +18,7 @@ from grounding.wordlists import (
     GENERIC,
     LANDMARK_PREPOSITIONS,
     NOT_OBJECTS,
+    NUMBERS,
     SHAPE_WORDS,
     SIDES,
     STAYING,
@@ -56,9 +57,12 @@ class Sentences:
         if word in COMPARATIVES and self.word(place - 1) in ("the", "two", "both"):
             return True  # "the taller cans"; but "make it taller"
         if word in _SIDES and self.word(place - 1) in DETERMINERS and self.word(place - 2) not in LANDMARK_PREPOSITIONS:
-            return self.word(place + 1) in self.forms or self.word(place + 1) in GENERIC  # "the left cups"
+            after = self.word(place + 1 + (self.word(place + 1) in NUMBERS))  # "the left cups", "the left three cups"
+            return after in self.forms or after in GENERIC
+        if word == "sized" and self.word(place - 1) in TELLING_ADJECTIVES:
+            return True
         if word in TELLING_ADJECTIVES and word in FUNCTION_WORDS:  # "big cups"; but "a big circle", "spread them wide"
-            after = self.word(place + 1)
+            after = self.word(place + 1 + (self.word(place + 1) == "sized"))
             return after in TELLING_ADJECTIVES or after in self.forms or after in GENERIC
         content = word.isalpha() and word not in FUNCTION_WORDS and word not in NOT_OBJECTS
         return content and word not in self.forms and word not in GENERIC and word not in TELLING
@@ -76,6 +80,8 @@ class Sentences:
             return first > 1 and earlier not in STOPS and self.word(first) not in ("all", "both", "each")
         if before in ("between", "among", "amongst"):  # "some room between the cups"
             return not any(w in GAPS for w in self.words[max(0, first - 5) : first])
+        if before == "like" and earlier in ("i'd", "would", "we'd", "you'd"):
+            return False
         if before == "with" and earlier == "careful":
             return True
         return before in LANDMARK_PREPOSITIONS

@@ -17,6 +17,7 @@ from grounding.wordlists import (
     NUMBERS,
     PARTICLES,
     SHAPE_WORDS,
+    SIDES,
     STRICT_EXCEPTIONS,
     WHAT_FOLLOWS_OBJECTS,
 )
@@ -57,7 +58,7 @@ def unknown_phrase(said: Sentences, place: int, listed: str) -> tuple[int, int, 
         return None
     if said.word(end) in NOT_OBJECTS or _POSSESSIVE.search(content[-1]):
         return None
-    while content and (content[-1].endswith(("ly", "ing", "ed")) or content[-1] in TELLING_ADJECTIVES):
+    while content and (content[-1].endswith(("ly", "ing", "ed")) or content[-1] in TELLING_ADJECTIVES or content[-1] in SIDES):
         content.pop()
     plurals = [i for i, w in enumerate(content) if singular(w) != w]
     if not content or (first == place and not plurals):

@@ -72,6 +72,10 @@ _REFUSED: tuple[tuple[str, re.Pattern[str]], ...] = tuple(
             "a place next to single objects",
             rf"\b(?:left|right|north|south|east|west|in front|on top) of (?:the |a |an |my |your )?(?:\w+ ){{0,2}}?{_NOUN}\b",
         ),
+        (
+            "a choice of objects by their place",
+            rf"\b{_THING} (?:that (?:is|are) |which (?:is|are) )?(?:nearest|closest|farthest|furthest)\b",
+        ),
         ("a length in units", rf"\b(?:\d+(?:[.,]\d+)? ?(?:{_UNIT}|m|ft|in|\")|{_NUMBER} {_UNIT})(?![\w'])"),
         ("an angle in degrees", r"\b\d+ ?(?:degrees?|deg|°)"),
         ("how single objects are turned", r"\b(?:upside down|face down|rim down|lying down|on (?:its|their) (?:sides?|heads?|backs?)|inverted)\b"),

@@ -47,6 +47,11 @@ ALL = tuple(range(len(CUPS)))
         ("put all objects that aren't red or brown in a line", (1, 2, 3)),
         ("put everything that is red in a line", (0, 4, 5)),
         ("the things which are green or blue in a row", (1, 2, 3)),
+        ("put everything that's green or brown in a row", (1, 2, 6)),
+        ("could you line up the non-red cups?", (1, 2)),
+        ("I'd like the two tallest things side by side", (3, 4)),
+        ("put the biggest of the cups and the box in a line", (2, 6)),
+        ("put the two tallest of the objects in a line", (3, 4)),
     ],
 )
 def test_colours_and_sizes_choose(text, indices):
@@ -111,6 +116,12 @@ def test_several_that_fit_words_for_one_are_a_question():
     # "A green cup" and "one of the green cups" leave the choice to us.
     assert select_objects("put a green cup and the bowl in a line", CUPS).indices == (1, 5)
     assert select_objects("put one of the green cups and the bowl in a line", CUPS).indices == (1, 5)
+
+
+@pytest.mark.parametrize("words", ["heavy cup", "medium sized cup", "salted can", "plastic cup"])
+def test_a_word_that_cannot_be_judged_is_no_ground_to_pick_one(words):
+    with pytest.raises(SelectionError, match=f"it is not known which of the objects here are .*, so that '{words}' can be each of"):
+        select_objects(f"put the {words} and the bowl in a line", CUPS)
 
 
 def test_a_library_is_no_scene():
