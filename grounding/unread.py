@@ -30,6 +30,7 @@ _ARRANGED = re.compile(
     r"|(?:in )?\w+ colou?rs?|(?:multi)?colou?red|(?:in )?(?:a |the )?(?:different|other|reverse[d]?|opposite|right|new|random|any) order"
     r"|from (?:the )?(?:small|short|big|larg|tall|low|high|light|dark|wid|thin|thick)\w* to (?:the )?\w+"
     r"|(?:from )?(?:left to right|right to left|front to back|top to bottom|bottom to top)"
+    r"|zig ?zag|wav(?:e|y)|oval|ellipse|(?:penta|hexa|octa)gon|arch|curved?|(?:letter|shape of an?) \w|[a-z] shape"
     r"|vertical(?:ly)?|horizontal(?:ly)?|lengthwise|crosswise|sideways"
     r"|order of (?:size|height|colou?r)"
     rf"|(?:the )?{_SUPERLATIVE}(?: \w+)? (?:at|on|in|first|last|to|outside|inside)(?: the)?(?: \w+)?)\b"

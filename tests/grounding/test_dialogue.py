@@ -308,6 +308,12 @@ def test_what_was_shown_may_leave_nothing_to_change(parser, last, shown, text, s
     assert message in revision.message
 
 
+def test_what_is_at_an_end_stays_there_where_something_else_changes(parser):
+    revision = revise(OPEN_LINE, "smaller, and on the right", parser, stands=SHOWN_LINE)
+    assert revision.spec == StructureSpec("line", "small", "right")
+    assert "already small" in revision.message
+
+
 def test_what_was_shown_of_another_shape_says_nothing_of_size_and_heading(parser):
     revision = revise(OPEN_RING, "make it a line, bigger and further left", parser, stands=SHOWN_RING)
     assert revision.spec == StructureSpec("line", "large", "center")
