@@ -236,6 +236,7 @@ class _Correction:
         if parse is not None:
             editing.absolute(parse)
         editing.relative(edits)
+        editing.keep_ends(bool(how))
         doubt = parse.question if parse is not None and not (edits or how) else None
         question = editing.question or doubt
         changed = changed_slots(last, editing.spec)

@@ -45,7 +45,8 @@ class Editing:
 
     def __init__(self, last: StructureSpec, stands: StructureSpec | None = None) -> None:
         self.spec = last
-        self._shape, self._stands = last.shape, stands
+        self._last, self._stands = last, stands
+        self._ends: dict[str, str] = {}  # what was shown and is at an end already, though nobody asked for it
         self.notes: list[str] = []
         self.question: Question | None = None
 
@@ -91,6 +92,15 @@ class Editing:
             else:
                 self._step(edit)
 
+    def keep_ends(self, objects_change: bool) -> None:
+        """Asks for what was "already the smallest" where something else changes, so that it stays so.
+
+        Args:
+            objects_change: whether other objects take part.
+        """
+        if objects_change or self.spec != self._last:
+            self.spec = replace(self.spec, **self._ends)
+
     def _set(self, slot: str, value: str | None) -> None:
         if value is not None and slot not in SLOTS_OF_SHAPE[self.spec.shape]:
             self.notes.append(f"a {self.spec.shape} has no {slot}")
@@ -103,7 +113,7 @@ class Editing:
         if said is not None or self._stands is None:
             return said
         # The size of a circle says nothing about that of a line.
-        same = self.spec.shape == self._shape or slot in _SLOTS_OF_PLACE
+        same = self.spec.shape == self._last.shape or slot in _SLOTS_OF_PLACE
         return getattr(self._stands, slot) if same else None
 
     def _unsaid(self, slot: str) -> bool:
@@ -131,6 +141,8 @@ class Editing:
         by = edit.by or 0
         last = values[-1] if by > 0 else values[0]
         if now == last:
+            if self._unsaid(edit.slot):
+                self._ends[edit.slot] = last
             self.notes.append(f"it is already {_SAID[last]}, {_ENDS[last]}")
         elif now is None or edit.how == "most":
             self._change(edit.slot, last)

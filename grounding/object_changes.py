@@ -27,41 +27,53 @@ _CLAUSE = re.compile(
     rf"[.;!?\n]+|,? *\b(?:and|but|then|or)\b(?= (?:then |also |please |now |just )*{_VERBS}\b)"
     rf"|,(?= *(?:then |also |please |now |just )*{_VERBS}\b)"
 )
-_POLITE = r"(?:(?:please|now|ok|okay|so|then|just|actually|no|yes|well|hm+|sorry|wait|and|but|let's|can you|could you) ?,? ?)*"
+_POLITE = (
+    r"(?:(?:please|now|ok|okay|so|then|just|actually|no|yes|well|hm+|sorry|wait|and|but|let's|can you|could you)"
+    r" ?,? ?)*"
+)
 _THINGS = r"(?:objects|things|items|pieces|ones|stuff)"
 _ALL = (
-    rf"(?:everything|everyone|everybody|every (?:single )?(?:thing|object|item|one|piece)|all(?: of)? (?:the )?{_THINGS}"
+    rf"(?:everything|everyone|everybody|every (?:single )?(?:thing|object|item|one|piece)|all(?: of)? (?:the "
+    rf")?{_THINGS}"
     r"|all(?: of)? (?:them|these|those|it)|all|the (?:whole|entire) lot|the lot|the whole table)"
     r"(?: (?:on the table|on the desk|there is|that is there|you (?:see|have|can see|find)|here|there))?"
 )
 _REST = (
     rf"(?:(?:all )?(?:of )?the (?:rest|remainder|others)(?: of (?:them|it|the {_THINGS}))?"
-    rf"|(?:all )?(?:of )?the (?:other|remaining|leftover) {_THINGS}|all (?:other|remaining|others)(?: {_THINGS})?|everything else|everyone else"
+    rf"|(?:all )?(?:of )?the (?:other|remaining|leftover) {_THINGS}|all (?:other|remaining|others)(?: "
+    rf"{_THINGS})?|everything else|everyone else"
     rf"|(?:all )?(?:of )?the (?:{_THINGS}|rest) (?:that (?:is|are) )?left(?: over)?)"
 )
 _TOO = r"(?:too|also|as well|in(?: (?:it|there))?|to it|with it|with them|along)"
-_USING = r"(?:use|using|take|with|include|add|of|from|make it|have|i want|i need|we need|i'd like|give me|build it with)"
+_USING = (
+    r"(?:use|using|take|with|include|add|of|from|make it|have|i want|i need|we need|i'd like|give me|build it with)"
+)
 _WHOLE_CLAUSE = re.compile(
     rf"{_POLITE}(?:(?:do )?(?:the )?(?:same|again)(?: thing)? ?)?(?:{_USING} )?{_ALL}(?: {_TOO})*"
     r"(?: (?:instead|please|now|this time|then|again|after all))*"
 )
 _WHOLE_WITHIN = re.compile(
-    rf"\b(?:with|of|use|using|include|take) (?:everything|all(?: of)? (?:the )?{_THINGS}|all of (?:them|these|those))\b"
+    rf"\b(?:with|of|use|using|include|take) (?:everything|all(?: of)? (?:the )?{_THINGS}|all of (?:them"
+    rf"|these|those))\b"
 )
 _REST_WITHIN = re.compile(rf"\b{_REST}(?= |,|$)")
 _ADDING = re.compile(
-    r"\b(?:add|include|insert|too|also|as well|plus|along with|together with|another|(?:one|two|three|four|\d) more)\b"
+    r"\b(?:add|include|insert|too|also|as well|plus|along with|together with|another|(?:one|two|three|four"
+    r"|\d) more)\b"
     r"|^and\b"
     r"|\b(?:put|bring|throw|take) in\b|\b(?:put|bring|throw|get|have|want) .+ in(?: it| there)?(?=,|$)"
 )
 _REMOVING = re.compile(
-    r"\b(?:remove|drop|lose|ditch|delete|exclude|omit|skip|kick out|throw out|get rid of|stop using|leave (?:out|off|aside)"
-    r"|take (?:away|out|off)|(?:take|leave|kick|throw|keep|put|get|set) .+ (?:out|away|off|aside|back)(?: of (?:it|there|this))?)(?=,| |$)"
+    r"\b(?:remove|drop|lose|ditch|delete|exclude|omit|skip|kick out|throw out|get rid of|stop using|leave "
+    r"(?:out|off|aside)"
+    r"|take (?:away|out|off)|(?:take|leave|kick|throw|keep|put|get|set) .+ (?:out|away|off|aside|back)(?: "
+    r"of (?:it|there|this))?)(?=,| |$)"
     r"|\b(?:out|can go|has to go|have to go|must go|should go|away)$"
     r"|\b(?:don't|do not|no longer) (?:want|need|like|use|include)\b"
 )
 _NO = re.compile(
-    r"(?:no|not|without|minus|never mind|forget(?: about)?)(?: (?:the|a|an|any|that|this|those|these|my|more|of|with))*"
+    r"(?:no|not|without|minus|never mind|forget(?: about)?)(?: (?:the|a|an|any|that|this|those|these|my"
+    r"|more|of|with))*"
 )
 # What follows a noun without being one: "use the can instead".
 _ADVERBS = re.compile(
@@ -69,14 +81,18 @@ _ADVERBS = re.compile(
     r"|(?<=\bput )in\b|(?<=\bbring )in\b|(?<=\bthrow )in\b|(?<=\btake )in\b"
 )
 _BEFORE_A_CAN = re.compile(
-    r"(?:^|,|\b(?:the|a|an|this|that|my|your|our|his|her|each|every|another|one|and|or|no|with|without|not|add|use)) $"
+    r"(?:^|,|\b(?:the|a|an|this|that|my|your|our|his|her|each|every|another|one|and|or|no|with|without|not"
+    r"|add|use)) $"
 )
 _COUNTED = re.compile(r"(?:\d|(?:one|a|an|any|every|each|the|another)\b)")
 _ARTICLE = re.compile(r"(?:\b(?:the|a|an|my|your|our|that|those|these|this|any|another) )+$")
 _COMING_AND_GOING = frozenset(
-    "add include insert too also as well plus along with together put bring throw take get have want let in it there "
-    "remove drop lose ditch delete exclude omit skip kick out rid of leave off aside away keep set back without minus "
-    "not no don't do like need use except but and or please now just can you could i i'd would has to go must should "
+    "add include insert too also as well plus along with together put bring throw take get have want let "
+    "in it there "
+    "remove drop lose ditch delete exclude omit skip kick out rid of leave off aside away keep set back "
+    "without minus "
+    "not no don't do like need use except but and or please now just can you could i i'd would has to go "
+    "must should "
     "then so ok okay again still actually sorry them from this".split()
 )
 _KEPT = re.compile(r"keep (?!.*\b(?:out|away|where|aside|only|just|off)\b)")  # "keep the mug": it takes part
@@ -164,7 +180,8 @@ def _of_clause(clause: str, edited: bool) -> ObjectChange | None:
         return None
     if pair := goes_and_comes(clause, named):
         out, comes, how = pair
-        return ObjectChange(how, phrase(clause, comes), phrase(clause, out)) if out else ObjectChange("replace", phrase(clause, comes))
+        how = how if out else "replace"
+        return ObjectChange(how, phrase(clause, comes), phrase(clause, out))
     if _KEPT.match(clause):
         return ObjectChange("add", phrase(clause, named))
     left_out = [m for m in named if m.role == "left out"]

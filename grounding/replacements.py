@@ -1,4 +1,7 @@
-"""One object for another: "replace the banana with the cube", and what only looks like it: "swap the mug and the bowl"."""
+"""One object for another, as in "replace the banana with the cube", and what cannot be done to single objects.
+
+"Swap the mug and the bowl" looks like a replacement, and asks for something else.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +12,14 @@ from grounding.phrases import ANY, Mention
 
 # What cannot be done to objects -> what is said of it, after the words that ask for it.
 IMPOSSIBLE: Mapping[str, str] = {
-    "places": "{!r} asks for other places of single objects, and these cannot be exchanged yet; nothing was changed. To "
+    "places": "{!r} asks for other places of single objects, and these cannot be exchanged yet; nothing "
+    "was changed. To "
     "have one object instead of another, say 'replace the mug with the bowl'",
-    "apart": "{!r} places single objects, and only the whole structure can be placed; nothing was changed. Say a shape, "
+    "apart": "{!r} places single objects, and only the whole structure can be placed; nothing was changed. "
+    "Say a shape, "
     "a size, a position or a rotation of the structure, or which objects take part",
-    "which": "{!r} does not say which objects are meant; nothing was changed. Name them, as in 'add the mug', 'without "
+    "which": "{!r} does not say which objects are meant; nothing was changed. Name them, as in 'add the "
+    "mug', 'without "
     "the mug' or 'replace the mug with the bowl'",
 }
 # Verbs that are told of the structure; of some of its objects alone they cannot be carried out.
@@ -27,18 +33,23 @@ _WHICH = re.compile(
     r"(?:objects|things|items|of (?:them|these|those))\b(?! (?:like|that|which|you))"
     rf"|\b(?:add|remove|drop|lose|include|take away|take out|use)(?: just| only)? (?:{_NUMBER}|some|another|a few)"
     r"(?: more| less| fewer| of (?:them|these|those))?$"
-    r"|\b(?:remove|drop|clear|delete) (?:everything|all(?: of (?:them|it))?|them(?: all)?|it all)$|^none(?: of (?:them|these))?$"
+    r"|\b(?:remove|drop|clear|delete) (?:everything|all(?: of (?:them|it))?|them(?: all)?|it all)$|^none(?: "
+    r"of (?:them|these))?$"
     r"|^(?:replace|exchange|substitute) (?:it|them|everything|all of them|this|that)$"
 )
-_LONE = re.compile(r"(?:please |can you |could you |now )*(?:replace|swap|switch|exchange|change|substitute)(?: out)?(?: the| my| a)?")
+_LONE = re.compile(
+    r"(?:please |can you |could you |now )*(?:replace|swap|switch|exchange|change|substitute)(?: out)?(?: the| my| a)?"
+)
 # What follows an object that is to have a place of its own.
 _PLACE_OF_ITS_OWN = (
     r"^(?: (?:goes?|comes?|should|must|be|is|are|to|as|the))* (?:first|last|on top|(?:on the )?(?:outside|inside)"
-    r"|at (?:the|one|either|each|both)(?: left| right| very)? (?:ends?|start|beginning))\b(?! of the (?:table|desk))"
+    r"|at (?:the|one|either|each|both)(?: left| right| very)? (?:ends?|start|beginning))\b(?! of the "
+    r"(?:table|desk))"
 )
 _OWN_PLACE = re.compile(_PLACE_OF_ITS_OWN)
 _OWN_PLACE_IN_A_TOWER = re.compile(
-    _PLACE_OF_ITS_OWN + r"|^(?: (?:goes?|should|must|be|is|are))* (?:at the (?:bottom|top)|in the middle|in between)\b(?! of the (?:table|desk))"
+    _PLACE_OF_ITS_OWN + r"|^(?: (?:goes?|should|must|be|is|are))* (?:at the (?:bottom|top)|in the middle|in between)\b"
+    r"(?! of the (?:table|desk))"
 )
 _WITH_ONE_PLACED = re.compile(
     r"\bwith .+ (?:in the (?:middle|cent(?:er|re))|next to|beside|between)\b(?! of the (?:table|desk))"
@@ -50,10 +61,13 @@ _BEFORE_A_LANDMARK = re.compile(
 )
 _SWAPPING = r"(?:swap|switch|exchange|interchange|trade|transpose)"
 _PLACES = re.compile(
-    rf"\b(?:{_SWAPPING}|change|reverse|flip|invert)(?: (?:the|their|its|those|these|them|both))*(?: two)? (?:places?|positions?|spots?|seats?|order)\b"
-    rf"|\b{_SWAPPING}(?: (?:them|these|those|both|the two|these two|those two))(?: (?:of them|around|round|over|please))*$"
+    rf"\b(?:{_SWAPPING}|change|reverse|flip|invert)(?: (?:the|their|its|those|these|them|both))*(?: two)? "
+    rf"(?:places?|positions?|spots?|seats?|order)\b"
+    rf"|\b{_SWAPPING}(?: (?:them|these|those|both|the two|these two|those two))(?: (?:of them|around|round"
+    rf"|over|please))*$"
     rf"|\b{_SWAPPING}(?: \w+){{0,2}} (?:\d+|number \w+) (?:and|with) (?:\w+ ){{0,2}}\d+"
-    rf"|\b{_SWAPPING}(?: the)? (?:first|second|third|fourth|last|left(?:most)?|right(?:most)?|middle)(?: \w+)? (?:and|with)\b"
+    rf"|\b{_SWAPPING}(?: the)? (?:first|second|third|fourth|last|left(?:most)?|right(?:most)?|middle)(?: "
+    rf"\w+)? (?:and|with)\b"
     r"|\bwhere (?:the|my|your) (?:\w+ ){1,3}(?:is|are|was|were|stands?|stood)\b"
 )
 _SWAP = re.compile(rf"\b{_SWAPPING}\b(?! (?:it|them|these|those|that|this) (?:for|to|into|with)\b)")
@@ -62,7 +76,8 @@ _WITH_VERB = re.compile(
     r"(?P<link>for|with|by|to|into|against) (?P<other>.+)"
 )
 _REPLACED = re.compile(
-    r"(?P<one>.+?) (?:be|is|are|gets?) (?:replaced|swapped|exchanged|substituted|traded)(?: out)? (?:by|with|for) (?P<other>.+)"
+    r"(?P<one>.+?) (?:be|is|are|gets?) (?:replaced|swapped|exchanged|substituted|traded)(?: out)? (?:by"
+    r"|with|for) (?P<other>.+)"
 )
 _INSTEAD = re.compile(
     r"\b(?:instead of|rather than|in place of|in lieu of|in exchange for)\b|(?<=\brather )(?:.+ )than\b"
@@ -72,7 +87,8 @@ _PRONOUNS = re.compile(r"^(?:it|them|these|those|that|this|everything|all of the
 
 
 def impossible(clause: str, named: Sequence[Mention], shape: str | None) -> str:
-    """Why the clause asks for something that cannot be done with objects, a key of `IMPOSSIBLE`; empty where not."""
+    """Why the clause asks for something that cannot be done with objects, a key of `IMPOSSIBLE`; empty "
+    "where not."""
     if _PLACES.search(clause):
         return "places"
     if _WHICH.search(clause) and all(m.noun == ANY for m in named):
