@@ -84,7 +84,7 @@ class Batch:
 
     def end(self) -> tuple[int, str, str]:
         """Exit code, output and errors. Both streams close when the last process that has them is gone: no orphans."""
-        out, err = self.process.communicate(timeout=1200)
+        out, err = self.process.communicate()
         return self.process.returncode, out, err
 
 
