@@ -76,8 +76,8 @@ class Results:
         shutil.rmtree(final, ignore_errors=True)
         if workplace.exists():
             workplace.rename(final)
+        self.by_id[result["id"]] = result  # first, because Ctrl-C may come while the journal waits for the disk
         self._journal.add(result)
-        self.by_id[result["id"]] = result
 
     def arrange(self, results: Sequence[dict[str, Any]]) -> None:
         """Replaces the journal by these results, at once."""
