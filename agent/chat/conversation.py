@@ -20,17 +20,8 @@ from agent.arm.events import Planned
 from agent.chat.answers import answer, unanswerable
 from agent.chat.greeting import Suggestion, suggestion
 from agent.chat.knowledge import Knowledge
-from agent.chat.situation import (
-    Build,
-    Proposal,
-    Situation,
-    Taking,
-    UnclearObjectError,
-    answered,
-    completed,
-    meant_objects,
-    with_a_shape,
-)
+from agent.chat.participants import Taking, UnclearObjectError, meant_objects
+from agent.chat.situation import Build, Proposal, Situation, answered, completed, with_a_shape
 from agent.errors import DONE, INTERRUPTED, NotBuildable, PartlyDone, UsageError, exit_code_of, one_sentence
 from agent.loaded import Loaded
 from agent.pipeline import RunOptions, wished

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from grounding.encoder import SentenceEncoder
 from grounding.reading import Reader
 
 DATA = Path(__file__).parents[2] / "grounding" / "benchmark_data"

@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from agent.chat.situation import Situation, meant_objects, with_a_shape
+from agent.chat.participants import meant_objects
+from agent.chat.situation import Situation, with_a_shape
 from agent.errors import NotBuildable
 from agent.reading import ReadingOptions
 from grounding.attributes import SceneObject

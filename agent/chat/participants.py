@@ -1,0 +1,237 @@
+"""Who takes part after what was said: objects come, go, or are exchanged for others."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from agent.chat.situation import Situation
+from agent.errors import NotBuildable
+from agent.scenes.taking_part import FEWEST_OBJECTS, MOST_OBJECTS
+from grounding.dialogue import Revision
+from grounding.names import read_name
+from grounding.object_changes import EVERYTHING
+from grounding.replacements import IMPOSSIBLE
+from grounding.selection import AmbiguousReferenceError, Selection, SelectionError, select_objects
+
+if TYPE_CHECKING:
+    from agent.scenes.table import TableScene
+    from grounding.encoder import SentenceEncoder
+
+# "Object 3", "the second cup": counted among all that are there.
+_COUNTED_OFF = re.compile(r"\d|\b(?:first|second|third|fourth|fifth|last)\b")
+
+
+class UnclearObjectError(NotBuildable):
+    """Several objects on the table fit words that speak of one.
+
+    Attributes:
+        phrase: the words.
+        names: of the objects that may be meant.
+    """
+
+    def __init__(self, message: str, phrase: str, names: tuple[str, ...]) -> None:
+        self.phrase, self.names = phrase, names
+        super().__init__(message)
+
+
+@dataclass(frozen=True)
+class Taking:
+    """Who takes part.
+
+    Attributes:
+        names: of the objects that do.
+        missing: name -> why an object that was asked for does not.
+        notes: what has to be said about the choice, a sentence each.
+    """
+
+    names: tuple[str, ...]
+    missing: Mapping[str, str]
+    notes: tuple[str, ...]
+
+
+def meant_objects(
+    revision: Revision,
+    table: TableScene,
+    situation: Situation,
+    encoder: SentenceEncoder,
+    resolved: Mapping[str, str] = MappingProxyType({}),
+) -> Taking:
+    """Find the objects that take part after what was said.
+
+    Args:
+        revision: what was said.
+        table: what stands there now.
+        situation: where the conversation stood.
+        encoder: finds what unknown nouns mean.
+        resolved: phrase -> name of the object that an answer said it means.
+
+    Raises:
+        UnclearObjectError: when several objects fit words that speak of one.
+        SelectionError: when something is named that is not there.
+        NotBuildable: when too few or too many take part, when what should go takes no part, when what should come
+            does already, and when a change speaks of some of those that take part.
+    """
+    gone = {*table.fallen, *table.out_of_reach}
+    there = tuple(name for name in table.names if name not in gone)
+    before = tuple(name for name in (table.names if situation.wish is None else situation.objects) if name not in gone)
+    choose = _Choice(table, there, before, encoder, resolved)
+    if revision.objects_about:
+        choose.all_of(revision.objects_about)
+    text = revision.objects_text or ""
+    match revision.objects_how:
+        case "add":
+            meant = (*before, *choose.coming(text))
+        case "remove":
+            goes = choose.going(text)
+            meant = tuple(name for name in before if name not in goes)
+        case "exchange" | "swap":
+            goes, comes = choose.going(revision.objects_out_text), choose.coming(text, goes=True)
+            if revision.objects_how == "swap" and set(comes) <= set(before):
+                raise NotBuildable(IMPOSSIBLE["places"].format(f"swap {', '.join(goes)} with {', '.join(comes)}"))
+            meant = (*(name for name in before if name not in goes or name in comes), *comes)
+        case "others":
+            meant = tuple(name for name in there if name not in before)
+            if not meant:
+                raise NotBuildable("there are no others: everything on the table takes part already")
+        case "replace":
+            meant = choose.of(text, there, all_there=True)
+            if text == EVERYTHING and situation.wish is not None and not revision.changed and set(meant) == set(before):
+                raise NotBuildable("everything on the table takes part already")
+        case _:
+            meant = before
+    meant = tuple(dict.fromkeys(meant))
+    if not FEWEST_OBJECTS <= len(meant) <= MOST_OBJECTS:
+        which = f" ({', '.join(meant)})" if meant else ""
+        objects = "1 object" if len(meant) == 1 else f"{len(meant)} objects"
+        legal = f"legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}"
+        if revision.kind == "edit" and revision.objects_how == "replace" and len(meant) == 1:
+            legal += f"; say 'add {text}', or 'replace ... with {text}', to keep the others"
+        reasons = "".join(f"; {name}: {why}" for name, why in choose.missing.items())
+        raise NotBuildable(f"{objects} would take part{which}; {legal}{reasons}")
+    missing = choose.missing if revision.objects_text is not None else situation.missing
+    return Taking(meant, dict(missing), tuple(dict.fromkeys(choose.notes)))
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """Finds objects by their description, among those on the table and among those that take part."""
+
+    table: TableScene
+    there: tuple[str, ...]
+    before: tuple[str, ...]
+    encoder: SentenceEncoder
+    resolved: Mapping[str, str]
+    missing: dict[str, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def of(self, text: str, names: Sequence[str], all_there: bool = False) -> tuple[str, ...]:
+        """Those of these objects that the text describes.
+
+        Args:
+            text: the description.
+            names: the objects.
+            all_there: they are all that can take part: what else fits is missing.
+
+        Raises:
+            UnclearObjectError: when several of them fit words that speak of one.
+            SelectionError: when something is named that is not among them.
+        """
+        if all_there:
+            self._find_missing(text, names)
+        selection = self._selection(text, names)
+        self.notes.extend(selection.notes)
+        return tuple(names[i] for i in selection.indices)
+
+    def _selection(self, text: str, names: Sequence[str]) -> Selection:
+        referents = dict(zip(self.table.names, self.table.referents, strict=True))
+        resolved = {phrase: names.index(name) for phrase, name in self.resolved.items() if name in names}
+        try:
+            return select_objects(text, [referents[name] for name in names], self.encoder, resolved=resolved)
+        except AmbiguousReferenceError as error:
+            raise UnclearObjectError(str(error), error.phrase, tuple(names[i] for i in error.indices)) from error
+
+    def _find_missing(self, text: str, names: Sequence[str]) -> None:
+        """Notes what the text describes that cannot take part.
+
+        Raises:
+            NotBuildable: when such an object was named by itself.
+        """
+        gone = {name: "it has fallen off the table" for name in self.table.fallen}
+        gone |= {name: "the arm cannot take it" for name in self.table.out_of_reach}
+        everything = (*names, *gone)
+        try:
+            selection = self._selection(text, everything) if gone else None
+        except (SelectionError, UnclearObjectError):  # told of what can take part
+            return
+        if selection is None:
+            return
+        if required := [everything[i] for i in selection.required if everything[i] in gone]:
+            raise NotBuildable("; ".join(f"{name} cannot take part: {gone[name]}" for name in required))
+        self.missing.update((everything[i], gone[everything[i]]) for i in selection.indices if everything[i] in gone)
+
+    def going(self, text: str) -> tuple[str, ...]:
+        """What is described and takes part: "the cup" is one that does, where there are several.
+
+        Raises:
+            NotBuildable: when no such object takes part.
+        """
+        described = self._rather(text, self.before)
+        goes = tuple(name for name in described if name in self.before)
+        if not goes:
+            verb = "takes" if len(described) == 1 else "take"
+            raise NotBuildable(f"{', '.join(described)} {verb} no part; taking part: {', '.join(self.before)}")
+        return goes
+
+    def coming(self, text: str, goes: bool = False) -> tuple[str, ...]:
+        """What is described, rather those that take no part yet.
+
+        Args:
+            text: the description.
+            goes: whether others go, so that there is something to change even where these take part.
+
+        Raises:
+            NotBuildable: when nothing would change, because they take part already.
+        """
+        described = self._rather(text, tuple(name for name in self.there if name not in self.before), some=True)
+        if not goes and set(described) <= set(self.before):
+            raise NotBuildable(f"{', '.join(described)} take{'s' * (len(described) == 1)} part already")
+        return described
+
+    def all_of(self, text: str) -> None:
+        """Looks whether the text describes all that take part.
+
+        Raises:
+            NotBuildable: when it describes some of them: only the whole structure can be changed.
+        """
+        described = self._rather(text, self.before)
+        if others := [name for name in self.before if name not in described]:
+            raise NotBuildable(
+                f"{', '.join(described)} cannot be placed alone, only the whole structure can; "
+                f"{', '.join(others)} take{'s' * (len(others) == 1)} part too"
+            )
+
+    def _rather(self, text: str, names: tuple[str, ...], some: bool = False) -> tuple[str, ...]:
+        """What is described, of these objects where it may be either them or others of the same kind.
+
+        Args:
+            text: the description.
+            names: those that are rather meant.
+            some: whether it does where some of what is described is among them.
+        """
+        try:
+            described = self.of(text, self.there)
+        except UnclearObjectError:  # "the cup" is one that is rather meant, where that is one
+            return self.of(text, names)
+        among = [name for name in described if name in names]
+        if not names or (among if some else len(among) == len(described)) or _COUNTED_OFF.search(text):
+            return described
+        try:
+            others = self.of(text, names)
+        except SelectionError:
+            return described
+        kinds = {read_name(name).head for name in described}
+        return others if all(read_name(name).head in kinds for name in others) else described
