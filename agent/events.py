@@ -84,14 +84,6 @@ class Asked(_Told):
 
 
 @dataclass(frozen=True)
-class Answered(_Told):
-    """In a conversation: a question about the table or the conversation, and its answer."""
-
-    question: str
-    answer: str
-
-
-@dataclass(frozen=True)
 class Noted(_Told):
     """Something that the speaker should know, in a sentence."""
 

@@ -98,7 +98,9 @@ class Candidates:
         for mention in mentions:
             for word in self._unjudged.get(_key(mention), ()):
                 noun = plural(mention.noun) if mention.noun != ANY else "objects"
-                notes.append(f"it is not known which of the {noun} here are {word!r}: that word was left out of the choice")
+                notes.append(
+                    f"it is not known which of the {noun} here are {word!r}: that word was left out of the choice"
+                )
         return tuple(dict.fromkeys(notes))
 
     def label(self, mention: Mention) -> str:
@@ -171,9 +173,7 @@ class Candidates:
             return found
         # The mustard is in the mustard bottle; but the cups are not the cup rack.
         filled = noun in FILLINGS or noun not in FORMS
-        if found := [
-            i for i, n in enumerate(self._read) if noun in n.words and (filled or n.head not in KINDS)
-        ]:
+        if found := [i for i, n in enumerate(self._read) if noun in n.words and (filled or n.head not in KINDS)]:
             return found
         return next((found for kinds in others if (found := self._of_kinds(kinds, noun))), [])
 
@@ -240,7 +240,9 @@ class Candidates:
             return [found[i] for i in order]
         # Two that are equally tall are both "the tallest".
         last = known[order[min(count, len(order)) - 1]]
-        tied = [i for i in order[count:] if last is not None and known[i] is not None and alike(measure, last, known[i])]
+        tied = [
+            i for i in order[count:] if last is not None and known[i] is not None and alike(measure, last, known[i])
+        ]
         return [found[i] for i in (*order[:count], *tied)]
 
 

@@ -14,6 +14,7 @@ from grounding.attributes import SUPERLATIVES, TELLING_ADJECTIVES
 from grounding.counts import JOINTS, count_before, numbers_after
 from grounding.nouns import ADJECTIVES, COLOURS, FILLINGS, STUFF, USES, singular
 from grounding.phrases import ANY, Mention, Reading, Vocabulary
+from grounding.relative_clauses import says_more, with_clause
 from grounding.sentences import STOPS, Sentences
 from grounding.shared_nouns import partial_phrases
 from grounding.unknown_nouns import MOST_MODIFIERS, unknown_phrase
@@ -76,8 +77,8 @@ class _Reader:
                 continue
             mention, end = self._mention(*head, last)
             if mention is not None:
-                mention, without, end = self._with_clause(mention, end)
-                if mention.noun == ANY and not (mention.numbers or mention.modifiers or mention.ordinal or mention.exact):
+                mention, without, end = with_clause(self.said, self.spans, mention, end)
+                if mention.noun == ANY and not says_more(mention):
                     mentions += without
                     place = max(end, place + 1)
                     continue
@@ -260,37 +261,6 @@ class _Reader:
             noun, modifiers, count, exact, role, known, many or (count or 2) > 1, numbers, ordinal, span, definite,
             self.said.word(first - 1) if role == "landmark" and not self.said.told[first] else "",
         ), end
-
-    def _with_clause(self, mention: Mention, end: int) -> tuple[Mention, list[Mention], int]:
-        """The mention with what a clause after it says: "the cups that are red", "the cups which aren't red".
-
-        Returns:
-            The mention, what the clause leaves out of it, and the place after the clause.
-        """
-        if "non" in mention.modifiers[:-1]:  # "the non-red cups"
-            at = mention.modifiers.index("non")
-            kept = mention.modifiers[:at] + mention.modifiers[at + 2 :]
-            denied = replace(mention, modifiers=mention.modifiers[at + 1 : at + 2], role="left out", count=None, exact=False)
-            return replace(mention, modifiers=kept), [denied], end
-        contracted = self.said.word(end) == "that's"
-        if self.said.word(end) not in ("that", "which") and not contracted:
-            return mention, [], end
-        end -= contracted
-        verb = "is" if contracted else self.said.word(end + 1)
-        without_them = verb in ("isn't", "aren't") or self.said.word(end + 2) == "not"
-        place = end + 2 + (without_them and self.said.word(end + 2) == "not")
-        if verb not in ("is", "are", "isn't", "aren't") or self.said.word(place) not in TELLING_ADJECTIVES:
-            return mention, [], end + contracted
-        words = [self.said.word(place)]
-        while self.said.word(place + 1) in ("and", "or", "nor") and self.said.word(place + 2) in TELLING_ADJECTIVES:
-            words.append(self.said.word(place + 2))
-            place += 2
-        span = (mention.span[0], self.spans[place][1])
-        if without_them:
-            without = [replace(mention, modifiers=(word,), role="left out", count=None, exact=False) for word in words]
-            return replace(mention, span=span), without, place + 1
-        described = [replace(mention, modifiers=(*mention.modifiers, word), span=span) for word in words]
-        return described[-1], described[:-1], place + 1
 
     def _filling(self, place: int) -> str:
         """The singular of what a box or can holds, where the word at `place` says that; else empty."""

@@ -145,7 +145,9 @@ def checked(parse: Parse, mended: Callable[[], str] | None = None) -> Parse:
             f"{shortened(parse.text)!r} asks for {wish.what} ({wish.words!r}), which cannot be built yet; "
             "leave it out, and the rest can be built"
         )
-        return replace(parse, spec=StructureSpec(), status="refused", message=message, question=None, confidence={}, evidence={})
+        return replace(
+            parse, spec=StructureSpec(), status="refused", message=message, question=None, confidence={}, evidence={}
+        )
     parse = _corrected(sentence, parse)
     question = _edge_question(sentence, parse) or _corner_question(sentence, parse, mended or (lambda: parse.text))
     if question is None:

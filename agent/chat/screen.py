@@ -87,9 +87,6 @@ class ChatScreen:
                 self._parsed(told)
             case "asked":
                 self._asked(told)
-            case "answered":
-                for line in told["answer"].splitlines():
-                    self._print(line)
             case "noted":
                 self.note(told["message"])
             case "answered":

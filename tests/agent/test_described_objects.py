@@ -31,7 +31,11 @@ def only(kind: type, happened: list[events.Event]):
 
 @pytest.mark.parametrize(
     ("text", "seed", "colour"),
-    [("put the green cups in a line", 2, "green"), ("line up the yellow things", 4, "yellow"), ("stack the red blocks", 0, "red")],
+    [
+        ("put the green cups in a line", 2, "green"),
+        ("line up the yellow things", 4, "yellow"),
+        ("stack the red blocks", 0, "red"),
+    ],
 )
 def test_a_colour_chooses_in_simulation(text, seed, colour):
     happened = told(text, seed=seed)
@@ -42,7 +46,9 @@ def test_a_colour_chooses_in_simulation(text, seed, colour):
     assert only(events.Finished, happened).success
 
 
-@pytest.mark.parametrize("text", ["put the small cups in a circle", "put the three tallest objects in a line", "line up the big cups"])
+@pytest.mark.parametrize(
+    "text", ["put the small cups in a circle", "put the three tallest objects in a line", "line up the big cups"]
+)
 def test_sizes_compare_what_stands_on_the_table(text):
     source = DrawnSource("ycb")
 
@@ -87,7 +93,9 @@ def far_bag(tmp_path_factory) -> Path:
     colors, places = (RED, GREEN, BLUE, RED), ((0.47, 0.2), (0.52, 0.0), (0.47, -0.2), (0.30, 0.1))
     models = [block(f"b{k}", (0.05, 0.05, 0.06), color) for k, color in enumerate(colors)]
     path = tmp_path_factory.mktemp("far") / "blocks.bag"
-    with TableScene(models, np.array([pose_from_xyz_yaw(x, y, 0.0, 0.0) for x, y in places]), 4, np.random.default_rng(0)) as table:
+    with TableScene(
+        models, np.array([pose_from_xyz_yaw(x, y, 0.0, 0.0) for x, y in places]), 4, np.random.default_rng(0)
+    ) as table:
         record_session(table, path, np.random.default_rng(0))
     return path
 
@@ -103,17 +111,24 @@ def near(far_bag) -> RecordedOptions:
 def test_everything_with_something_left_out_is_no_plain_success(far_bag, near):
     happened = told("put everything in a line", scene=str(far_bag), recorded=near)
     notes = [event.message for event in happened if isinstance(event, events.Noted)]
-    assert any(note.startswith("3 of 4 objects take part; object 2 is left where it is: out of") for note in notes), notes
+    assert any(note.startswith("3 of 4 objects take part; object 2 is left where it is: out of") for note in notes), (
+        notes
+    )
     assert only(events.Checked, happened).success
     failed, finished = only(events.Failed, happened), only(events.Finished, happened)
-    assert failed.message.startswith("3 of 4 objects stand as asked; object 2 is left where it is: out of the arm's reach")
+    assert failed.message.startswith(
+        "3 of 4 objects stand as asked; object 2 is left where it is: out of the arm's reach"
+    )
     assert (failed.exit_code, finished.exit_code, finished.success) == (8, 8, False)
 
 
 def test_what_was_named_and_is_out_of_reach_ends_the_run(far_bag, near):
     failed = only(events.Failed, told("put object 2 and the blue one in a line", scene=str(far_bag), recorded=near))
     assert failed.exit_code == 3
-    assert failed.message == "the instruction names what the arm cannot take: object 2 cannot take part: out of the arm's reach"
+    assert (
+        failed.message
+        == "the instruction names what the arm cannot take: object 2 cannot take part: out of the arm's reach"
+    )
 
 
 def test_two_that_fit_words_for_one_are_named(far_bag):

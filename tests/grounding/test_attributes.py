@@ -56,7 +56,9 @@ ALL = tuple(range(len(CUPS)))
 )
 def test_colours_and_sizes_choose(text, indices):
     if indices == (0, 1, 4):  # two cups are equally short
-        with pytest.raises(AmbiguousReferenceError, match="'shortest cup' can be each of 2 objects: cup 1 .red.; cup 2"):
+        with pytest.raises(
+            AmbiguousReferenceError, match="'shortest cup' can be each of 2 objects: cup 1 .red.; cup 2"
+        ):
             select_objects(text, CUPS)
         return
     assert select_objects(text, CUPS).indices == indices
@@ -72,7 +74,10 @@ def test_only_one_is_one(text):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("put the purple cups in a line", r"names 'purple cup'; of that kind there is only: cup 1 \(red\); cup 2 \(green\)"),
+        (
+            "put the purple cups in a line",
+            r"names 'purple cup'; of that kind there is only: cup 1 \(red\); cup 2 \(green\)",
+        ),
         ("the yellow ones in a circle", r"names 'yellow one'; of that kind there is only: cup 1 \(red\)"),
         ("three green cups in a line", r"names 3 of 'green cup'; of that kind there is only: cup 1"),
         ("everything but the pink cup in a line", r"leaves out 'pink cup'; of that kind there is only: cup 1"),
@@ -98,9 +103,17 @@ def test_words_that_nothing_can_judge_are_told():
         "it is not known which of the cups here are 'heavy': that word was left out of the choice",
         "it is not known which of the boxes here are 'wooden': that word was left out of the choice",
     )
-    assert select_objects("put the left cups in a row", CUPS).notes[0].endswith("are 'left': that word was left out of the choice")
+    assert (
+        select_objects("put the left cups in a row", CUPS)
+        .notes[0]
+        .endswith("are 'left': that word was left out of the choice")
+    )
     assert select_objects("put the cups on the left", CUPS).notes == ()
-    assert select_objects("put the shiny objects in a line", CUPS).notes[0].startswith("it is not known which of the objects")
+    assert (
+        select_objects("put the shiny objects in a line", CUPS)
+        .notes[0]
+        .startswith("it is not known which of the objects")
+    )
     assert select_objects("put the green cups in a nice line", CUPS).notes == ()
     assert select_objects("heavy boxes in a row", ["wooden box", "cardboard box"]).notes
     assert not select_objects("wooden boxes in a row", ["wooden box", "cardboard box"]).notes
@@ -120,7 +133,9 @@ def test_several_that_fit_words_for_one_are_a_question():
 
 @pytest.mark.parametrize("words", ["heavy cup", "medium sized cup", "salted can", "plastic cup"])
 def test_a_word_that_cannot_be_judged_is_no_ground_to_pick_one(words):
-    with pytest.raises(SelectionError, match=f"it is not known which of the objects here are .*, so that '{words}' can be each of"):
+    with pytest.raises(
+        SelectionError, match=f"it is not known which of the objects here are .*, so that '{words}' can be each of"
+    ):
         select_objects(f"put the {words} and the bowl in a line", CUPS)
 
 

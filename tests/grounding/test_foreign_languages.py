@@ -31,7 +31,8 @@ def test_other_languages_are_named(language, text):
 
 
 @pytest.mark.parametrize(
-    "text", ["circle", "cups circle left", "mugs -> ring", "tacos in a row", "matryoshka dolls line", "a", "3", "?!", ""]
+    "text",
+    ["circle", "cups circle left", "mugs -> ring", "tacos in a row", "matryoshka dolls line", "a", "3", "?!", ""],
 )
 def test_short_and_odd_english_passes(text):
     assert foreign_language(text) is None

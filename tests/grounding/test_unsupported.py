@@ -65,7 +65,10 @@ def test_edges_and_corners_are_asked_about(reader, text, slot, options):
 @pytest.mark.parametrize(
     ("text", "tokens"),
     [
-        ("put the cups in a circle in the top left corner", {"shape": "circle", "x_position": "left", "y_position": "top"}),
+        (
+            "put the cups in a circle in the top left corner",
+            {"shape": "circle", "x_position": "left", "y_position": "top"},
+        ),
         ("put the tallest cans in a line on the left", {"shape": "line", "x_position": "left"}),
         ("make a line with the cups on the left", {"shape": "line", "x_position": "left"}),
         ("put the cups in a circle in the middle of the table", {"shape": "circle", "y_position": "middle"}),
@@ -75,7 +78,10 @@ def test_edges_and_corners_are_asked_about(reader, text, slot, options):
         ("put the cups in a line left of center", {"shape": "line", "x_position": "left"}),
         ("line up the cups on the right of the table", {"shape": "line", "x_position": "right"}),
         # how a line runs, and the table's top
-        ("put all the blocks in a horizontal line on the left", {"shape": "line", "x_position": "left", "rotation": "north"}),
+        (
+            "put all the blocks in a horizontal line on the left",
+            {"shape": "line", "x_position": "left", "rotation": "north"},
+        ),
         ("put the blocks in a vertical line", {"shape": "line", "rotation": "east"}),
         ("arrange 4 red blocks in a vertical stack on the table top", {"shape": "tower"}),
     ],
@@ -89,5 +95,9 @@ def test_no_buildable_instruction_of_the_benchmark_is_refused_for_it(reader):
     """The best reading of a question counts, so that only a refusal could lose one."""
     rows = [json.loads(line) for name in ("free", "development") for line in (DATA / f"{name}.jsonl").open()]
     buildable = [row["text"] for row in rows if not row["refuse"]]
-    refused = [parse.text for parse in reader.parse_batch(buildable) if "cannot be built yet" in parse.message and parse.status == "refused"]
+    refused = [
+        parse.text
+        for parse in reader.parse_batch(buildable)
+        if "cannot be built yet" in parse.message and parse.status == "refused"
+    ]
     assert refused == []

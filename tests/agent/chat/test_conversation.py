@@ -380,7 +380,10 @@ def test_words_for_one_that_fit_several_objects_are_a_question(conversation, hea
     assert asked.question == "'box' can be each of 2 objects: box 1 (yellow); box 2 (pink); which one?"
     assert conversation.situation.wish is None  # nothing is taken over before it is answered
     assert conversation.answer("box 2")
-    assert conversation.situation.wish == StructureSpec("line") and conversation.situation.objects == ("box 2", "orange")
+    assert conversation.situation.wish == StructureSpec("line") and conversation.situation.objects == (
+        "box 2",
+        "orange",
+    )
 
 
 def test_such_a_question_is_answered_in_words_too(conversation, heard):
@@ -428,7 +431,10 @@ def test_something_that_cannot_take_part_makes_no_plain_success(loaded, heard):
         fallen[2, 3] = -1.0
         conversation.table.world.set_pose(conversation.table.names.index("cup 2"), fallen)
         assert conversation.say("put the cups in a line")
-        assert of(heard, events.Noted)[-1].message == "2 of 3 objects take part; cup 2 is left where it is: it has fallen off the table"
+        assert (
+            of(heard, events.Noted)[-1].message
+            == "2 of 3 objects take part; cup 2 is left where it is: it has fallen off the table"
+        )
         assert not conversation.go()
         assert of(heard, events.Checked)[-1].success
         assert of(heard, events.Failed)[-1].message.startswith("2 of 3 objects stand as asked; cup 2")

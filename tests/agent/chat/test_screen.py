@@ -142,7 +142,7 @@ def test_what_was_tried_without_the_arm_is_drawn_where_it_ended(told):
 
 def test_an_answer_is_plain_text(told):
     text = shown([events.Answered("where is the banana?", "The banana is 60 cm ahead.\nIt [b]stays[/b].")])
-    assert text.splitlines() == ["The banana is 60 cm ahead.", "It [b]stays[/b]."]
+    assert text.splitlines() == ["", "> where is the banana?", "The banana is 60 cm ahead.", "It [b]stays[/b]."]
 
 
 def test_confidence_and_evidence():

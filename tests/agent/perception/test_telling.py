@@ -50,12 +50,12 @@ def test_the_picture_marks_the_objects_and_nothing_else(two, found):
     changed = np.abs(picture.astype(int) - before).sum(axis=2) > 30
     assert picture.shape == before.shape and picture.dtype == np.uint8
     assert not changed[found.labels == 0].any()
-    for number, _ in enumerate(found.objects, start=1):
+    for number, one in enumerate(found.objects, start=1):
         mask = found.labels == number
         rim, inside = mask & ~ndimage.binary_erosion(mask), ndimage.binary_erosion(mask, iterations=3)
         assert changed[rim].mean() > 0.95
         # Inside it keeps its own colour: nothing is painted in another one.
-        own = segment.colors.mean(axis=0)
+        own = one.colors.mean(axis=0)
         assert np.abs(np.median(picture[inside], axis=0) - own).max() < 40
 
 
