@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from agent.cli_config import reading_options
 from agent.cli_options import (
     AtOption,
     CallOption,
@@ -35,6 +36,7 @@ from agent.streams import results_stream
 
 
 def batch(
+    ctx: typer.Context,
     file: Annotated[
         str, typer.Argument(metavar="FILE", help="JSON lines or plain text; - is standard input.", show_default=False)
     ],
@@ -86,9 +88,8 @@ def batch(
     """
     from agent.batch.running import run_batch
     from agent.pipeline import RunOptions
-    from agent.reading import ReadingOptions
 
-    reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     recorded = recorded_options(at, topic, camera_pose, call)
     defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded)
     with results_stream() as results:

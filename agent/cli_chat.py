@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from agent.cli_config import reading_options
 from agent.cli_options import (
     AtOption,
     CallOption,
@@ -34,6 +35,7 @@ _AT_ONCE = "Setting the table ..."
 
 
 def chat(
+    ctx: typer.Context,
     scene: SceneOption = "simulated",
     objects: ObjectsOption = "ycb",
     model: ModelOption = "diffusion",
@@ -63,12 +65,11 @@ def chat(
     """
     from rich.console import Console
 
-    from agent.reading import ReadingOptions
 
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-chat"
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
-    reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     recorded = recorded_options(at, topic, camera_pose, call)
     if sys.stdin is None:
         raise UsageError("chat needs standard input, and it is closed")

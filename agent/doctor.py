@@ -81,7 +81,7 @@ def examine(seconds: float = SECONDS, root: Path = ROOT, stream: TextIO = sys.st
     where = f"{python} at {sys.executable}, {platform.system()} {platform.machine()}"
     mend = "apt-get install python3.11 python3.11-venv"
     yield Check("python", "python", PYTHON.allows(python), True, where, "" if PYTHON.allows(python) else mend)
-    configured, check = _configuration()
+    configured, keyless, check = _configuration()
     yield check
     yield _installation(root)
     try:
@@ -92,7 +92,7 @@ def examine(seconds: float = SECONDS, root: Path = ROOT, stream: TextIO = sys.st
     listed = {entry.name for entry in packages}
     packages += [Requirement(name, extra="optional") for name in OPTIONAL if name not in listed]
     imported = [entry for entry in packages if entry.name not in _NOT_IMPORTED and installed(entry.name)]
-    parts = _parts(configured, root)
+    parts = _parts(configured, root, keyless)
     outcomes = carry_out([f"import {entry.module}" for entry in imported] + [part.task for part in parts], seconds)
     for entry in packages:
         yield _package(entry, next(outcomes) if entry in imported else None, packages)
@@ -120,7 +120,7 @@ class _Part:
     mend: str
 
 
-def _parts(configured: dict[str, Any], root: Path) -> list[_Part]:
+def _parts(configured: dict[str, Any], root: Path, keyless: bool) -> list[_Part]:
     folder = Path(configured.get("weights") or root / _WEIGHTS)
     if "weights" in configured:
         own = f"put whole checkpoints into {folder}, or take 'weights' out of the configuration"
@@ -138,7 +138,7 @@ def _parts(configured: dict[str, Any], root: Path) -> list[_Part]:
     ]
     if url:
         mend = f"start the server, or set {config.KEY_VARIABLE} or STRUCTAGENT_LLM_URL"
-        parts.append(_Part("language", "endpoint", f"endpoint {url}", reads, mend))
+        parts.append(_Part("language", "endpoint", f"{'keyless-' if keyless else ''}endpoint {url}", reads, mend))
     parts += [
         _Part("simulation", "physics", "physics", True, _pip(Requirement("pybullet"), "--force-reinstall")),
         _Part("simulation", "objects", "objects", configured.get("objects", "ycb") == "ycb", objects),
@@ -147,14 +147,17 @@ def _parts(configured: dict[str, Any], root: Path) -> list[_Part]:
     return parts
 
 
-def _configuration() -> tuple[dict[str, Any], Check]:
+def _configuration() -> tuple[dict[str, Any], bool, Check]:
+    """The configured values, whether the endpoint among them must not have the key, and what there is to tell."""
     try:
         configuration = config.load()
     except Exception as error:  # whatever is wrong with it, the rest is still looked at
-        return {}, Check("python", "configuration", False, True, one_sentence(error), "correct that line or variable")
+        return {}, True, Check("python", "configuration", False, True, one_sentence(error), "correct that line or variable")
     values = {name: value.value for name, value in configuration.values.items()}
     said = f"sets {', '.join(sorted(values))}" if values else "nothing set"
-    return values, Check("python", "configuration", True, True, said)
+    address = configuration.values.get("llm_url")
+    keyless = address is not None and address.layer == config.PROJECT
+    return values, keyless, Check("python", "configuration", True, True, said)
 
 
 def _installation(root: Path) -> Check:
