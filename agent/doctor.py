@@ -6,6 +6,7 @@ Where not even the command line works, `python -m agent.doctor` still does.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import platform
@@ -84,6 +85,7 @@ def examine(seconds: float = SECONDS, root: Path = ROOT, stream: TextIO = sys.st
     configured, keyless, check = _configuration()
     yield check
     yield _installation(root)
+    yield from _prompts(root, needed=configured.get("parser") == "llm")
     try:
         packages = [entry for entry in required(root) if entry.extra not in _NOT_FOR_USERS]
     except (OSError, ValueError, KeyError) as error:
@@ -170,6 +172,27 @@ def _installation(root: Path) -> Check:
         return Check("python", "structagent", False, True, said, reinstall(root))
     said = f"all {count} files as installed" if count else "a checkout, with no checksums to compare with"
     return Check("python", "structagent", True, True, f"{__version__} in {root}; {said}")
+
+
+def _prompts(root: Path, needed: bool) -> Iterator[Check]:
+    """Whether every prompt is the shipped one: another one changes what the language model reads, without a word."""
+    from prompts import SHIPPED
+
+    for name, shipped in SHIPPED.items():
+        path = root / "prompts" / f"{name}.txt"
+        mend = reinstall(root, path.relative_to(root).as_posix())
+        try:
+            found = hashlib.sha256(path.read_text(encoding="utf-8").encode()).hexdigest()
+        except (OSError, UnicodeError) as error:
+            said = f"{path.name} cannot be read: {one_sentence(error)}"
+            yield Check("python", "prompt", False, needed, said, mend)
+            continue
+        said = f"{path.name} has the SHA-256 {found[:12]}"
+        if found == shipped:
+            yield Check("python", "prompt", True, needed, f"{said}, as shipped")
+        else:
+            said = f"{said}, and the shipped one has {shipped[:12]}: the language model is not asked as it was measured"
+            yield Check("python", "prompt", False, needed, said, mend)
 
 
 def _package(entry: Requirement, outcome: Outcome | None, packages: Sequence[Requirement]) -> Check:
@@ -271,7 +294,7 @@ def tell_all(seconds: float, as_json: bool, results: TextIO) -> int:
     failed = [check.name for check in checks if check.needed and not check.works]
     absent = sum(not check.works and not check.needed for check in checks)
     verdict = f"{', '.join(failed)}: needed, and {'does' if len(failed) == 1 else 'do'} not work" if failed else "Ready"
-    print(f"\n{verdict}{f'; {absent} optional not there (--)' if absent else ''}.", file=results)
+    print(f"\n{verdict}{f'; {absent} optional not there or not as it should be (--)' if absent else ''}.", file=results)
     return code
 
 
