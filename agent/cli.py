@@ -36,6 +36,7 @@ from agent.cli_options import (
     SceneOption,
     SeedOption,
     TopicOption,
+    UnverifiedOption,
     Viewpoint,
     ViewpointOption,
     WeightsOption,
@@ -126,6 +127,7 @@ def run(
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
     call: CallOption = None,
+    allow_unverified: UnverifiedOption = False,
     export_trajectory: Annotated[
         list[Path] | None,
         typer.Option(
@@ -161,7 +163,7 @@ def run(
         for path in trajectories:
             check_export(path)
     recorded = recorded_options(at, topic, camera_pose, call)
-    options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded)
+    options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
     with ExitStack() as open_files:
         results = open_files.enter_context(results_stream())
         record = RunRecord(open_files.enter_context(run_session(folder, asdict(options))))

@@ -26,6 +26,7 @@ from agent.cli_options import (
     SceneOption,
     SeedOption,
     TopicOption,
+    UnverifiedOption,
     Viewpoint,
     ViewpointOption,
     WeightsOption,
@@ -60,6 +61,7 @@ def batch(
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
     call: CallOption = None,
+    allow_unverified: UnverifiedOption = False,
     retry: Annotated[bool, typer.Option("--retry", help="Carry out the rows that failed before once more.")] = False,
 ) -> None:
     """Carry out many instructions; called again, it does what is missing or has changed.
@@ -91,7 +93,7 @@ def batch(
 
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     recorded = recorded_options(at, topic, camera_pose, call)
-    defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded)
+    defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
     with results_stream() as results:
         summary = run_batch(file, out, defaults, workers, ray, retry)
         if json_output:

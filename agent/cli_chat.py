@@ -23,6 +23,7 @@ from agent.cli_options import (
     SceneOption,
     SeedOption,
     TopicOption,
+    UnverifiedOption,
     Viewpoint,
     ViewpointOption,
     WeightsOption,
@@ -56,6 +57,7 @@ def chat(
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
     call: CallOption = None,
+    allow_unverified: UnverifiedOption = False,
 ) -> None:
     """Talk with the agent about one table: ask for a structure, correct it, have it built, take it back.
 
@@ -81,7 +83,7 @@ def chat(
         from agent.chat.session import talk
         from agent.pipeline import RunOptions
 
-        options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded)
+        options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
         session = folder / "session.jsonl"
         defects = talk(options, console, session, sys.stdin, yes)
     print(f"session: {session}", file=sys.stderr)

@@ -240,6 +240,8 @@ def _object(line: str) -> dict[str, Any]:
 def fingerprint(text: str, options: RunOptions) -> str:
     """Sixteen hexadecimal digits that change with anything that decides a row's result; see `Row`."""
     decides = json_value(asdict(options)) | {"text": text}
+    if not options.allow_unverified:  # as before there was a choice
+        del decides["allow_unverified"]
     del decides["reading"]["key_url"]  # who is trusted with a key decides no result
     scene = Path(options.scene)
     if scene.is_file():
