@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, Self
@@ -11,7 +12,7 @@ from typing import Any, Self
 import torch
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
-from torch import nn
+from torch import Tensor, nn
 
 from structdiffusion.models.config_values import checked_values
 
@@ -105,6 +106,24 @@ def file_facts(folder: str | Path) -> dict[str, dict[str, Any]]:
         name: {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
         for name, content in contents.items()
     }
+
+
+def require_sound(values: Tensor, network: str, farthest: float = math.inf) -> None:
+    """Refuses what a network answers with weights or a config that nobody trained.
+
+    Args:
+        values: the answer.
+        network: its name.
+        farthest: the largest number that makes sense.
+
+    Raises:
+        CheckpointError: for numbers that are not finite, or too large.
+    """
+    if not bool(values.isfinite().all()) or bool((values.abs() > farthest).any()):
+        raise CheckpointError(
+            f"the network {network!r} answers with numbers that are not finite or far too large: its weights or its "
+            "config cannot be right"
+        )
 
 
 def parameter_count(model: nn.Module) -> int:
