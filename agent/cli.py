@@ -19,7 +19,7 @@ from agent.cli_bag import bag_app
 from agent.cli_batch import batch
 from agent.cli_chat import chat
 from agent.cli_completion import completion
-from agent.cli_config import ConfiguredGroup, config_app
+from agent.cli_config import ConfiguredGroup, config_app, reading_options
 from agent.cli_doctor import doctor
 from agent.cli_evaluate import evaluate_app
 from agent.cli_options import (
@@ -36,6 +36,7 @@ from agent.cli_options import (
     SceneOption,
     SeedOption,
     TopicOption,
+    UnverifiedOption,
     Viewpoint,
     ViewpointOption,
     WeightsOption,
@@ -87,12 +88,21 @@ def _common(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and stop.")
     ] = False,
+    trust_project: Annotated[
+        bool,
+        typer.Option(
+            "--trust-project",
+            help="Let structagent.toml of this folder or one above name a folder of a language model, and endpoints on "
+            "other machines. The endpoint's key is not sent to an endpoint of that file in any case.",
+        ),
+    ] = False,
 ) -> None:
     """Options before the verb."""
 
 
 @app.command()
 def run(
+    ctx: typer.Context,
     text: Annotated[str, typer.Argument(help="The instruction.", show_default=False)],
     scene: SceneOption = "simulated",
     objects: ObjectsOption = "ycb",
@@ -117,6 +127,7 @@ def run(
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
     call: CallOption = None,
+    allow_unverified: UnverifiedOption = False,
     export_trajectory: Annotated[
         list[Path] | None,
         typer.Option(
@@ -135,7 +146,6 @@ def run(
 
     from agent.events import Failed
     from agent.pipeline import RunOptions, run_instruction
-    from agent.reading import ReadingOptions
     from agent.record import RunRecord
     from agent.report import TerminalReport
     from agent.rerun_log import RerunLog
@@ -143,7 +153,7 @@ def run(
 
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-seed{seed}"
     check_folder(folder)
-    reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     trajectories = export_trajectory or []
     if trajectories and not execute:
         raise UsageError("--export-trajectory needs the arm at work, and --no-execute stops before it")
@@ -153,7 +163,7 @@ def run(
         for path in trajectories:
             check_export(path)
     recorded = recorded_options(at, topic, camera_pose, call)
-    options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded)
+    options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
     with ExitStack() as open_files:
         results = open_files.enter_context(results_stream())
         record = RunRecord(open_files.enter_context(run_session(folder, asdict(options))))
@@ -186,6 +196,7 @@ app.command("report")(report)
 
 @app.command()
 def parse(
+    ctx: typer.Context,
     texts: Annotated[
         list[str] | None,
         typer.Argument(metavar="TEXT", help="Instructions; without any, one a line from standard input."),
@@ -203,7 +214,7 @@ def parse(
 
     Example: structagent parse "build a tower on the right" "stack the cans" --objects "can,can,mug" --json
     """
-    from agent.reading import ReadingOptions, read_instructions
+    from agent.reading import read_instructions
 
     if not texts and sys.stdin.isatty():
         raise UsageError("parse needs an instruction, as an argument or on standard input, one a line")
@@ -216,7 +227,7 @@ def parse(
     names = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]
     if names == []:
         raise UsageError(f'--objects must name objects, as "mug,bowl,plate", and {objects!r} names none')
-    options = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
+    options = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     with results_stream() as results:
         refused = read_instructions(lines, options, names, json_output, results, complain)
     if refused:

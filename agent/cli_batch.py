@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from agent.cli_config import reading_options
 from agent.cli_options import (
     AtOption,
     CallOption,
@@ -25,6 +26,7 @@ from agent.cli_options import (
     SceneOption,
     SeedOption,
     TopicOption,
+    UnverifiedOption,
     Viewpoint,
     ViewpointOption,
     WeightsOption,
@@ -35,6 +37,7 @@ from agent.streams import results_stream
 
 
 def batch(
+    ctx: typer.Context,
     file: Annotated[
         str, typer.Argument(metavar="FILE", help="JSON lines or plain text; - is standard input.", show_default=False)
     ],
@@ -58,6 +61,7 @@ def batch(
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
     call: CallOption = None,
+    allow_unverified: UnverifiedOption = False,
     retry: Annotated[bool, typer.Option("--retry", help="Carry out the rows that failed before once more.")] = False,
 ) -> None:
     """Carry out many instructions; called again, it does what is missing or has changed.
@@ -86,11 +90,10 @@ def batch(
     """
     from agent.batch.running import run_batch
     from agent.pipeline import RunOptions
-    from agent.reading import ReadingOptions
 
-    reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     recorded = recorded_options(at, topic, camera_pose, call)
-    defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded)
+    defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
     with results_stream() as results:
         summary = run_batch(file, out, defaults, workers, ray, retry)
         if json_output:

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from agent.cli_config import reading_options
 from agent.cli_options import (
     AtOption,
     CallOption,
@@ -22,6 +23,7 @@ from agent.cli_options import (
     SceneOption,
     SeedOption,
     TopicOption,
+    UnverifiedOption,
     Viewpoint,
     ViewpointOption,
     WeightsOption,
@@ -34,6 +36,7 @@ _AT_ONCE = "Setting the table ..."
 
 
 def chat(
+    ctx: typer.Context,
     scene: SceneOption = "simulated",
     objects: ObjectsOption = "ycb",
     model: ModelOption = "diffusion",
@@ -54,6 +57,7 @@ def chat(
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
     call: CallOption = None,
+    allow_unverified: UnverifiedOption = False,
 ) -> None:
     """Talk with the agent about one table: ask for a structure, correct it, have it built, take it back.
 
@@ -63,12 +67,11 @@ def chat(
     """
     from rich.console import Console
 
-    from agent.reading import ReadingOptions
 
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-chat"
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
-    reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     recorded = recorded_options(at, topic, camera_pose, call)
     if sys.stdin is None:
         raise UsageError("chat needs standard input, and it is closed")
@@ -80,7 +83,7 @@ def chat(
         from agent.chat.session import talk
         from agent.pipeline import RunOptions
 
-        options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded)
+        options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
         session = folder / "session.jsonl"
         defects = talk(options, console, session, sys.stdin, yes)
     print(f"session: {session}", file=sys.stderr)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 from typer.core import TyperGroup
 
 from agent.cli_options import JsonOption
-from agent.config import ENVIRONMENT, SETTINGS, ConfigError, Configuration, load
+from agent.config import ENVIRONMENT, PROJECT, SETTINGS, ConfigError, Configuration, load
 from agent.streams import results_stream
+
+if TYPE_CHECKING:
+    from agent.reading import ReadingOptions
 
 config_app = typer.Typer(rich_markup_mode=None)
 
@@ -21,6 +23,7 @@ _WITHOUT = ("doctor", "config", "completion")
 # Options that share a setting's name and mean something else: the nouns on the table, and what is trained on.
 _NOT_CONFIGURED = {("parse", "objects"), ("generate", "objects")}
 DEFAULT = "default"
+_CONFIGURATION = "structagent.configuration"  # where a command's context has it
 
 
 class ConfiguredGroup(TyperGroup):
@@ -34,7 +37,9 @@ class ConfiguredGroup(TyperGroup):
         if ctx.resilient_parsing or verb in _WITHOUT:
             return rest
         try:
-            ctx.default_map = defaults_of(self, load())
+            configuration = load(trust_project=ctx.params.get("trust_project", False))
+            ctx.meta[_CONFIGURATION] = configuration
+            ctx.default_map = defaults_of(self, configuration)
         except ConfigError:
             if not asks_for_help:  # help is what somebody with a broken file may need
                 raise
@@ -52,6 +57,20 @@ def defaults_of(group: Any, configuration: Configuration) -> dict[str, Any]:
             value = configuration.values[option.name].value
             inner[option.name] = [value] if option.multiple else value
     return defaults
+
+
+def reading_options(
+    ctx: typer.Context, parser: str, viewpoint: str, llm_model: str | None, llm_url: str | None
+) -> ReadingOptions:
+    """How a command reads instructions; a key is kept for the endpoint that the user named, and not the project."""
+    from agent.reading import ReadingOptions
+
+    configuration = ctx.meta.get(_CONFIGURATION)
+    configured = configuration.values.get("llm_url") if configuration is not None else None
+    source = ctx.get_parameter_source("llm_url")
+    by_flag = source is not None and source.name == "COMMANDLINE"
+    by_project = not by_flag and configured is not None and configured.layer == PROJECT
+    return ReadingOptions(parser, viewpoint, llm_model, llm_url, key_url=None if by_project else llm_url)
 
 
 def configurable(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -85,7 +104,7 @@ def show(ctx: typer.Context, json_output: JsonOption = False) -> None:
 
     Example: structagent config show --json
     """
-    configuration = load()
+    configuration = load(trust_project=ctx.find_root().params.get("trust_project", False))
     rows = list(_rows(ctx.find_root().command, configuration))
     project, user = configuration.project_file, configuration.user_file
     with results_stream() as results:
@@ -103,7 +122,7 @@ def show(ctx: typer.Context, json_output: JsonOption = False) -> None:
 
 
 def _rows(root: Any, configuration: Configuration) -> Iterator[dict[str, Any]]:
-    from grounding.llm_endpoint import KEY_VARIABLES
+    from grounding.llm_endpoint import key_variable
 
     verbs: dict[str, list[str]] = {}
     defaults: dict[str, Any] = {}
@@ -120,7 +139,8 @@ def _rows(root: Any, configuration: Configuration) -> Iterator[dict[str, Any]]:
             "place": None if given is None else given.place,
             "verbs": verbs.get(setting.name, []),
         }
-    key = next((name for name in KEY_VARIABLES if os.environ.get(name, "").strip()), None)
+    address = configuration.values.get("llm_url")
+    key = key_variable(None if address is None else address.value)
     yield {
         "name": "llm_key",
         "value": "set, hidden" if key else None,

@@ -6,12 +6,14 @@ import json
 import os
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, TextIO
 
 import typer
 
+from agent.cli_config import reading_options
 from agent.cli_options import (
     JsonOption,
     LLMModelOption,
@@ -194,6 +196,7 @@ def evaluate_completion(
 
 @evaluate_app.command("parse")
 def evaluate_parse(
+    ctx: typer.Context,
     parser: Annotated[
         list[Parsers] | None, typer.Option(help="May be given several times.  [default: embedding]")
     ] = None,
@@ -222,9 +225,8 @@ def evaluate_parse(
     """
     check_folder(out)
     from agent.evaluating_parse import measure_parsing, tell_parsing, write_parsing
-    from agent.reading import ReadingOptions
-
-    options = ReadingOptions(llm_model=llm_model, llm_url=llm_url, replies=replies)
+    options = reading_options(ctx, "embedding", "robot", llm_model, llm_url)
+    options = replace(options, replies=replies)
     parsers = [name.value for name in parser or [Parsers.embedding]]
     measured = partial(measure_parsing, parsers, data or ["templated", "free"], limit, options)
     _report(measured, tell_parsing, out, json_output, write_parsing)

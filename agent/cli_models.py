@@ -52,13 +52,12 @@ def show(
     """
     from dataclasses import asdict
 
-    from agent.models.cards import facts_of
     from agent.models.catalogue import networks
-    from agent.models.text import planner_text, shown_text
+    from agent.models.text import checked_facts, planner_text, shown_text
 
     there = networks(weights)
     if name in there:
-        facts = facts_of(there[name])
+        facts = checked_facts(there[name])
         content, text = facts, shown_text(facts)
     elif name in PLANNERS:
         made = networks_of(name)
@@ -134,10 +133,11 @@ def card(
     """
     from agent.models.cards import new_facts
     from agent.models.catalogue import network
-    from agent.models.text import card_text
+    from agent.models.text import checked_text
 
     one = network(name, weights)
     facts = new_facts(one, run, tuple(evaluation or ()))
+    text = checked_text(facts, one.facts_path)
     one.facts_path.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
-    one.text_path.write_text(card_text(facts), encoding="utf-8")
+    one.text_path.write_text(text, encoding="utf-8")
     print(f"wrote {one.facts_path} and {one.text_path}")

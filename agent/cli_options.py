@@ -111,6 +111,10 @@ WeightsOption = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="Checkpoints of the networks, one folder each; by default those shipped."),
 ]
+UnverifiedOption = Annotated[
+    bool,
+    typer.Option("--allow-unverified", help="Take networks whose files are not those that their cards tell of."),
+]
 _WHAT = ("points", "depth", "depth_info", "color", "joints")  # that a recording is read from
 MOST_SEED = 2**63 - 1  # what every generator takes
 PoolOption = Annotated[

@@ -151,12 +151,15 @@ class Configuration:
     user_file: Path | None
 
 
-def load(environment: Mapping[str, str] | None = None, folder: Path | None = None) -> Configuration:
+def load(
+    environment: Mapping[str, str] | None = None, folder: Path | None = None, trust_project: bool = False
+) -> Configuration:
     """The configuration as it counts, without flags.
 
     Args:
         environment: instead of the process's.
         folder: where the search for the project's file begins, upwards; by default the current folder.
+        trust_project: let the project's file name a model folder, and endpoints on other machines.
 
     Raises:
         ConfigError: for a file that cannot be read, an unknown key, a value that is not legal, or a secret in a file;
@@ -169,6 +172,8 @@ def load(environment: Mapping[str, str] | None = None, folder: Path | None = Non
         values |= _read_file(user, USER)
     if project is not None:
         values |= _read_file(project, PROJECT)
+        if not trust_project:
+            _check_project(values)
     return Configuration(values | _read_environment(environment, folder), project, user)
 
 
@@ -252,24 +257,41 @@ def _value(setting: Setting, given: object, folder: Path, layer: str, place: str
         said = "this" if hidden else repr(given)
         raise ConfigError(f"{called} cannot be {said}; legal: {setting.legal}") from error
     if setting.name == "llm_url":
-        _check_address(value, layer, called)
+        _check_address(value, called)
     return Value(value, layer, place)
 
 
-def _check_address(address: str, layer: str, called: str) -> None:
-    """Refuses passwords, which reports and help would show, and projects that would have a key sent elsewhere."""
+def _check_address(address: str, called: str) -> None:
+    """Refuses passwords and queries, which reports and help would show."""
     parts = urlsplit(address)
-    host = (parts.hostname or "").rstrip(".")
     if "@" in parts.netloc or parts.query:
         raise ConfigError(
             f"{called} must have no user, password or query, which would be shown; the key's place is {KEY_VARIABLE}"
         )
-    here = host == "localhost" or host == "::1" or re.fullmatch(r"127(\.[0-9]{1,3}){3}", host)
-    if layer == PROJECT and host and not here:
+
+
+def _check_project(values: Mapping[str, Value]) -> None:
+    """Refuses what a project's file, which comes with other people's folders, may not decide by itself."""
+    trusting = "or, if you trust this file, call `structagent --trust-project VERB`"
+    address, model = values.get("llm_url"), values.get("llm_model")
+    if address is not None and address.layer == PROJECT:
+        host = (urlsplit(address.value).hostname or "").rstrip(".")
+        if host not in ("localhost", "::1") and not re.fullmatch(r"127(\.[0-9]{1,3}){3}", host):
+            raise ConfigError(
+                f"{address.place}: llm_url of a project can only name this machine (localhost, 127.0.0.1, ::1), because "
+                "your instructions are sent there; set another in your own file or as "
+                f"{_BY_NAME['llm_url'].variable}, {trusting}"
+            )
+    if model is not None and model.layer == PROJECT and _is_path(model.value):
         raise ConfigError(
-            f"{called} of a project can only name this machine (localhost, 127.0.0.1, ::1), because your key is sent "
-            f"there; set another in your own file or as {_BY_NAME['llm_url'].variable}"
+            f"{model.place}: llm_model of a project cannot be a folder, because its files would be loaded; set it in "
+            f"your own file or as {_BY_NAME['llm_model'].variable}, {trusting}"
         )
+
+
+def _is_path(model: str) -> bool:
+    """Whether a model's name would be taken for a folder; also for one that is made later."""
+    return os.path.isabs(model) or model.startswith((".", "~")) or Path(model).exists()
 
 
 def _unknown(what: str, name: str, legal: Mapping[str, Setting]) -> str:

@@ -6,6 +6,7 @@ Where not even the command line works, `python -m agent.doctor` still does.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import platform
@@ -81,9 +82,10 @@ def examine(seconds: float = SECONDS, root: Path = ROOT, stream: TextIO = sys.st
     where = f"{python} at {sys.executable}, {platform.system()} {platform.machine()}"
     mend = "apt-get install python3.11 python3.11-venv"
     yield Check("python", "python", PYTHON.allows(python), True, where, "" if PYTHON.allows(python) else mend)
-    configured, check = _configuration()
+    configured, keyless, check = _configuration()
     yield check
     yield _installation(root)
+    yield from _prompts(root, needed=configured.get("parser") == "llm")
     try:
         packages = [entry for entry in required(root) if entry.extra not in _NOT_FOR_USERS]
     except (OSError, ValueError, KeyError) as error:
@@ -92,7 +94,7 @@ def examine(seconds: float = SECONDS, root: Path = ROOT, stream: TextIO = sys.st
     listed = {entry.name for entry in packages}
     packages += [Requirement(name, extra="optional") for name in OPTIONAL if name not in listed]
     imported = [entry for entry in packages if entry.name not in _NOT_IMPORTED and installed(entry.name)]
-    parts = _parts(configured, root)
+    parts = _parts(configured, root, keyless)
     outcomes = carry_out([f"import {entry.module}" for entry in imported] + [part.task for part in parts], seconds)
     for entry in packages:
         yield _package(entry, next(outcomes) if entry in imported else None, packages)
@@ -120,7 +122,7 @@ class _Part:
     mend: str
 
 
-def _parts(configured: dict[str, Any], root: Path) -> list[_Part]:
+def _parts(configured: dict[str, Any], root: Path, keyless: bool) -> list[_Part]:
     folder = Path(configured.get("weights") or root / _WEIGHTS)
     if "weights" in configured:
         own = f"put whole checkpoints into {folder}, or take 'weights' out of the configuration"
@@ -138,7 +140,7 @@ def _parts(configured: dict[str, Any], root: Path) -> list[_Part]:
     ]
     if url:
         mend = f"start the server, or set {config.KEY_VARIABLE} or STRUCTAGENT_LLM_URL"
-        parts.append(_Part("language", "endpoint", f"endpoint {url}", reads, mend))
+        parts.append(_Part("language", "endpoint", f"{'keyless-' if keyless else ''}endpoint {url}", reads, mend))
     parts += [
         _Part("simulation", "physics", "physics", True, _pip(Requirement("pybullet"), "--force-reinstall")),
         _Part("simulation", "objects", "objects", configured.get("objects", "ycb") == "ycb", objects),
@@ -147,14 +149,17 @@ def _parts(configured: dict[str, Any], root: Path) -> list[_Part]:
     return parts
 
 
-def _configuration() -> tuple[dict[str, Any], Check]:
+def _configuration() -> tuple[dict[str, Any], bool, Check]:
+    """The configured values, whether the endpoint among them must not have the key, and what there is to tell."""
     try:
         configuration = config.load()
     except Exception as error:  # whatever is wrong with it, the rest is still looked at
-        return {}, Check("python", "configuration", False, True, one_sentence(error), "correct that line or variable")
+        return {}, True, Check("python", "configuration", False, True, one_sentence(error), "correct that line or variable")
     values = {name: value.value for name, value in configuration.values.items()}
     said = f"sets {', '.join(sorted(values))}" if values else "nothing set"
-    return values, Check("python", "configuration", True, True, said)
+    address = configuration.values.get("llm_url")
+    keyless = address is not None and address.layer == config.PROJECT
+    return values, keyless, Check("python", "configuration", True, True, said)
 
 
 def _installation(root: Path) -> Check:
@@ -167,6 +172,27 @@ def _installation(root: Path) -> Check:
         return Check("python", "structagent", False, True, said, reinstall(root))
     said = f"all {count} files as installed" if count else "a checkout, with no checksums to compare with"
     return Check("python", "structagent", True, True, f"{__version__} in {root}; {said}")
+
+
+def _prompts(root: Path, needed: bool) -> Iterator[Check]:
+    """Whether every prompt is the shipped one: another one changes what the language model reads, without a word."""
+    from prompts import SHIPPED
+
+    for name, shipped in SHIPPED.items():
+        path = root / "prompts" / f"{name}.txt"
+        mend = reinstall(root, path.relative_to(root).as_posix())
+        try:
+            found = hashlib.sha256(path.read_text(encoding="utf-8").encode()).hexdigest()
+        except (OSError, UnicodeError) as error:
+            said = f"{path.name} cannot be read: {one_sentence(error)}"
+            yield Check("python", "prompt", False, needed, said, mend)
+            continue
+        said = f"{path.name} has the SHA-256 {found[:12]}"
+        if found == shipped:
+            yield Check("python", "prompt", True, needed, f"{said}, as shipped")
+        else:
+            said = f"{said}, and the shipped one has {shipped[:12]}: the language model is not asked as it was measured"
+            yield Check("python", "prompt", False, needed, said, mend)
 
 
 def _package(entry: Requirement, outcome: Outcome | None, packages: Sequence[Requirement]) -> Check:
@@ -268,7 +294,7 @@ def tell_all(seconds: float, as_json: bool, results: TextIO) -> int:
     failed = [check.name for check in checks if check.needed and not check.works]
     absent = sum(not check.works and not check.needed for check in checks)
     verdict = f"{', '.join(failed)}: needed, and {'does' if len(failed) == 1 else 'do'} not work" if failed else "Ready"
-    print(f"\n{verdict}{f'; {absent} optional not there (--)' if absent else ''}.", file=results)
+    print(f"\n{verdict}{f'; {absent} optional not there or not as it should be (--)' if absent else ''}.", file=results)
     return code
 
 

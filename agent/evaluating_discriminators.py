@@ -13,6 +13,7 @@ from torch import Tensor
 
 from agent import __version__
 from agent.evaluating import SCHEMA_VERSION, Row, rate_of
+from agent.models.provenance import provenance, require_cards
 from agent.progress import followed
 from agent.telling import aligned
 from structdiffusion.batches import DemonstrationBatches
@@ -41,8 +42,10 @@ def measure_discriminators(data: Path, weights: Path | None, examples: int, seed
     Raises:
         FileNotFoundError, DataFolderError: for a folder without data, or with torn ones.
         CheckpointError: for a checkpoint that is missing or does not fit.
+        NotVerified: for checkpoints that are not what their cards say.
     """
     folder = Path(weights) if weights is not None else WEIGHTS
+    require_cards(provenance(("structure", "collision"), weights))
     structure = StructureDiscriminator.from_pretrained(folder / "structure")
     collision = CollisionDiscriminator.from_pretrained(folder / "collision")
     scenes, pairs = DemonstrationBatches(data), PairBatches.load(data)

@@ -233,13 +233,17 @@ class Previewed(_Told):
 
 @dataclass(frozen=True)
 class Imagined(_Told):
-    """The model proposed arrangements, and they were ranked, best first."""
+    """The model proposed arrangements, and they were ranked, best first.
+
+    `networks` has, by network, the SHA-256 of both files and whether they are those of its card.
+    """
 
     model: str
     candidates: tuple[Candidate, ...]
     seconds: float
     scene: Scene = _untold()
     arrangements: tuple[Arrangement, ...] = _untold()
+    networks: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

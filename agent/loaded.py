@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from threading import RLock
@@ -11,6 +12,7 @@ from agent.bags.recording import RecordedOptions
 from agent.reading import ReadingOptions, make_reader
 
 if TYPE_CHECKING:
+    from agent.models.provenance import Provenance
     from agent.scenes.sources import SceneSource
     from grounding.encoder import SentenceEncoder
     from grounding.reading import Reader
@@ -23,7 +25,8 @@ class Loaded:
     def __init__(self) -> None:
         self._lock = RLock()
         self._readers: dict[ReadingOptions, Reader] = {}
-        self._planners: dict[tuple[str, Path | None], Planner] = {}
+        self._planners: dict[tuple[str, Path | None, bool], Planner] = {}
+        self._provenance: dict[tuple[str, Path | None], Mapping[str, Provenance]] = {}
         self._libraries: dict[str, SceneSource] = {}
 
     @cached_property
@@ -45,23 +48,32 @@ class Loaded:
                 reader = self._readers[options] = make_reader(options, self.encoder)
             return reader
 
-    def planner(self, model: str, weights: Path | None) -> Planner:
+    def planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
         """As `agent.planning.checked_planner`."""
+        from agent.models.provenance import provenance_of
         from agent.planning import checked_planner
 
+        key = (model, weights, allow_unverified)
         with self._lock:
-            if (model, weights) not in self._planners:
-                self._planners[model, weights] = checked_planner(model, weights)
-            return self._planners[model, weights]
+            if key not in self._planners:
+                self._planners[key] = checked_planner(model, weights, allow_unverified)
+                self._provenance[model, weights] = provenance_of(model, weights)
+            return self._planners[key]
 
-    def warm(self, reading: ReadingOptions, model: str, weights: Path | None) -> None:
+    def provenance(self, model: str, weights: Path | None) -> Mapping[str, Provenance]:
+        """What is known of the files of a planner's networks, by network; of a planner that was loaded before."""
+        return self._provenance[model, weights]
+
+    def warm(
+        self, reading: ReadingOptions, model: str, weights: Path | None, allow_unverified: bool = False
+    ) -> None:
         """Loads what these options will need, and tries the parser once, whose first answer takes longer.
 
         Raises: as the parts do.
         """
         with self._lock:  # whoever needs them meanwhile waits, and does not load them twice
             self.reader(reading).parse("a circle")
-            self.planner(model, weights)
+            self.planner(model, weights, allow_unverified)
 
     def source(self, scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
         """As `agent.scenes.sources.scene_source`; files are read anew, because they can be edited."""

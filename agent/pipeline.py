@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,6 +41,7 @@ class RunOptions:
         execute: build with the arm, or stop at the imagined goal and only try it in physics.
         reading: how the instruction is read.
         recorded: how a recording is taken.
+        allow_unverified: take checkpoints that are not what their cards say.
     """
 
     scene: str = "simulated"
@@ -51,6 +52,7 @@ class RunOptions:
     execute: bool = True
     reading: ReadingOptions = ReadingOptions()
     recorded: RecordedOptions = RecordedOptions()
+    allow_unverified: bool = False
 
 
 def run_instruction(
@@ -119,7 +121,8 @@ class _Run:
             raise NotBuildable(reading.message)
         seconds = time.perf_counter() - began
         self.step = "model"  # early, because a wrong name or a broken checkpoint should not cost a minute
-        planner = loaded.planner(options.model, options.weights)
+        planner = loaded.planner(options.model, options.weights, options.allow_unverified)
+        networks = loaded.provenance(options.model, options.weights)
         self.step, began = "scene", time.perf_counter() - opening
         if source is None:
             source = loaded.source(options.scene, options.objects, options.recorded)
@@ -132,7 +135,7 @@ class _Run:
         some = len(selection.indices) < len(source.referents)
         yield steps.parsed(reading, selection.named or (mentioned(self.text) if some else ()), seconds)
 
-        for note in selection.notes:
+        for note in (*selection.notes, *(one.card for one in networks.values() if not one.verified)):
             yield events.Noted(note)
 
         def meant(objects: Sequence[SceneObject], catalogue: bool = False) -> Selection:
@@ -146,6 +149,7 @@ class _Run:
             self.step = "imagination"
             goal = wished(reading.spec, encoder)
             imagined = steps.imagine(planner, options.model, scene, goal, options.seed)
+            imagined = replace(imagined, networks=networks)
             yield imagined
             arrangements = worthwhile(imagined.arrangements)
             yield steps.chosen(1, arrangements[0], scene)

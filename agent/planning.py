@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from agent.errors import NoValidGoal, UsageError
+from agent.models.provenance import provenance_of, require_cards
 from structdiffusion.observation import Arrangement
 from structdiffusion.planners import PLANNERS, legal_instead_of
 from structdiffusion.sampling import Planner, load_planner
@@ -14,15 +15,18 @@ from structdiffusion.sampling import Planner, load_planner
 LEAST_SCORE = 0.05
 
 
-def checked_planner(name: str, weights: Path | None) -> Planner:
+def checked_planner(name: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
     """The planner of a name, with the checkpoints in a folder, or those shipped where it is `None`.
 
     Raises:
         UsageError: for an unknown name.
+        NotVerified: for checkpoints that are not what their cards say, unless that is allowed.
         CheckpointError: for a checkpoint that is missing or does not fit.
     """
     if name not in PLANNERS:
         raise UsageError(f"--model cannot be {name!r}; {legal_instead_of(name)}")
+    if not allow_unverified:
+        require_cards(provenance_of(name, weights))
     return load_planner(name, weights)
 
 

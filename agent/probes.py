@@ -102,20 +102,27 @@ def _llm(_: str) -> str:
     return f"{DEFAULT_NAME}, converted in {folder} ({count} tensors)"
 
 
-def _endpoint(url: str) -> str:
+def _keyless_endpoint(url: str) -> str:
+    return _endpoint(url, send_key=False)
+
+
+def _endpoint(url: str, send_key: bool = True) -> str:
     import httpx
 
-    from grounding.llm_endpoint import KEY_VARIABLES
+    from grounding.llm_endpoint import key_variable
+    from grounding.llm_exchange import why_not
 
     base = url.rstrip("/").removesuffix("/chat/completions")
-    key = next((os.environ[name].strip() for name in KEY_VARIABLES if os.environ.get(name, "").strip()), "")
+    variable = key_variable(url) if send_key else None
+    key = os.environ[variable].strip() if variable else ""
     headers = {"Authorization": f"Bearer {key}"} if key else {}
     try:
         # A stream, because only the status is of interest; what a server may send has no end.
         with httpx.stream("GET", f"{base}/models", headers=headers, timeout=10.0, follow_redirects=False) as response:
             status = response.status_code
     except (httpx.HTTPError, httpx.InvalidURL, ValueError) as error:  # its message could hold the key
-        raise NotUsable(f"{base} could not be reached ({type(error).__name__})") from error
+        reason, kind = why_not(error), type(error).__name__
+        raise NotUsable(f"{base} {reason}" + (f" ({kind})" if kind not in reason else "")) from error
     if status in (401, 403):
         raise NotUsable(f"{base} wants {'another' if key else 'a'} key (status {status})")
     if status >= 500 or 300 <= status < 400:
@@ -152,6 +159,7 @@ PROBES: dict[str, Callable[[str], str]] = {
     "weights": _weights,
     "llm": _llm,
     "endpoint": _endpoint,
+    "keyless-endpoint": _keyless_endpoint,
     "gpu": _gpu,
 }
 

@@ -28,6 +28,8 @@ class ReadingOptions:
         llm_model: a folder or a name of the local model, or the endpoint's name for it; `None` for the default.
         llm_url: an OpenAI-compatible endpoint; `None` for the local model.
         replies: a file in which the LLM's replies are kept, and found again.
+        key_url: the endpoint that the user named by a flag, in the environment or in the own file. The key is sent to
+            its host and nowhere else, whatever endpoint a batch's row or a project's file names.
     """
 
     parser: str = "embedding"
@@ -35,6 +37,7 @@ class ReadingOptions:
     llm_model: str | None = None
     llm_url: str | None = None
     replies: Path | None = None
+    key_url: str | None = None
 
 
 def make_reader(options: ReadingOptions, encoder: SentenceEncoder | None = None, strict: bool = False) -> Reader:
@@ -63,9 +66,10 @@ def make_reader(options: ReadingOptions, encoder: SentenceEncoder | None = None,
 
             backend: Backend = LocalLLM(options.llm_model)
         else:
-            from grounding.llm_endpoint import EndpointLLM
+            from grounding.llm_endpoint import EndpointLLM, same_host
 
-            backend = EndpointLLM(options.llm_url, options.llm_model or "default")
+            trusted = options.key_url is not None and same_host(options.llm_url, options.key_url)
+            backend = EndpointLLM(options.llm_url, options.llm_model or "default", send_key=trusted)
         return LLMParser(backend, cache=ReplyCache(options.replies) if options.replies else None)
 
     if options.parser == "embedding":

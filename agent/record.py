@@ -10,7 +10,7 @@
 | `parse` | spec, confidence and evidence per slot, parser, nouns named |
 | `remarks` | what was asked, answered, noted, commanded and restored besides, in order, each with its `kind` |
 | `scene` | objects (names, nouns, who takes part, mean position and outline in the world frame, colour), table |
-| `imagination` | model and every candidate with its scores, positions and turns, best first |
+| `imagination` | model, the checksums of its networks (`networks`), and every candidate with its scores, positions and turns, best first |
 | `chosen` | the rank and the goal of each object |
 | `arm` | the arm's events in order, each with its `kind` |
 | `tried` | without the arm: where the released objects came to rest, positions and turns as a candidate's |

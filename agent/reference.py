@@ -159,7 +159,8 @@ def _environment() -> str:
         for setting in SETTINGS
     ]
     rows += [
-        f"| `{KEY_VARIABLE}` | the key of the endpoint that `--llm-url` names; else `OPENAI_API_KEY` |",
+        f"| `{KEY_VARIABLE}` | the key of the endpoint that `--llm-url`, `STRUCTAGENT_LLM_URL` or the user's file "
+        "names, sent to no other host; where it is not set, `OPENAI_API_KEY` is sent to https://api.openai.com alone |",
         "| `NO_COLOR`, `TERM=dumb` | no colour and no cursor control; pictures are drawn with ASCII characters |",
     ]
     return "\n".join(["## Environment\n", "| variable | what |", "|---|---|", *rows]) + "\n"

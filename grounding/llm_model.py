@@ -87,8 +87,10 @@ def find_folder(model: str) -> Path:
 def load_model(folder: Path) -> tuple[PreTrainedModel, Tokenizer]:
     """The network, in the quicker of bfloat16 and float32, and its tokenizer.
 
+    A folder may come from anybody: no code of its own is run, and its weights are read as safetensors alone.
+
     Raises:
-        LLMError: for files that are missing or do not fit.
+        LLMError: for files that are missing or do not fit, or a model that needs code of its own.
     """
     from tokenizers import Tokenizer
     from transformers import AutoModelForCausalLM
@@ -96,12 +98,43 @@ def load_model(folder: Path) -> tuple[PreTrainedModel, Tokenizer]:
 
     logging.set_verbosity_error()
     logging.disable_progress_bar()
+    brings_code = _brings_code(folder)
     try:
         tokenizer = Tokenizer.from_file(str(folder / "tokenizer.json"))
-        network = AutoModelForCausalLM.from_pretrained(folder, dtype=quick_dtype(), local_files_only=True)
+        # Without a plain no, the library asks on standard input, where a chat's next line would answer.
+        network = AutoModelForCausalLM.from_pretrained(
+            folder, dtype=quick_dtype(), local_files_only=True, trust_remote_code=False, use_safetensors=True
+        )
     except Exception as error:  # the libraries raise many kinds
-        raise LLMError(f"the language model in {folder} cannot be loaded: {_first_line(error)}") from error
+        reason = "it needs code of its own, which is never run" if brings_code else _first_line(error)
+        raise LLMError(f"the language model in {folder} cannot be loaded: {reason}") from error
     return network.eval(), tokenizer
+
+
+def _brings_code(folder: Path) -> bool:
+    """Whether a model's config names Python code in its folder, which a known architecture does without.
+
+    Raises:
+        LLMError: for a config that cannot be read, or that has attention computed by a program from the model hub.
+    """
+    try:
+        config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise LLMError(f"the language model in {folder} cannot be loaded: config.json is no JSON text") from error
+    if not isinstance(config, dict):
+        raise LLMError(f"the language model in {folder} cannot be loaded: config.json holds no JSON object")
+    # The library fetches an attention that is called OWNER/NAME from the hub and runs it, wherever it is asked for.
+    parts = [config]
+    while parts:
+        part = parts.pop()
+        parts += part.values() if isinstance(part, dict) else part if isinstance(part, list) else []
+        for key in ("attn_implementation", "_attn_implementation", "_attn_implementation_internal"):
+            if isinstance(part, dict) and "/" in json.dumps(part.get(key)):
+                raise LLMError(
+                    f"the language model in {folder} cannot be loaded: {key} in config.json asks for a program from "
+                    "the model hub, which is never run"
+                )
+    return bool(config.get("auto_map"))
 
 
 def quick_dtype() -> torch.dtype:
@@ -127,7 +160,9 @@ def _convert(gguf: Path, folder: Path) -> None:
         folder.parent.mkdir(parents=True, exist_ok=True)
         unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
         with contextlib.redirect_stderr(io.StringIO()):  # the converter's progress bars
-            source = {"pretrained_model_name_or_path": gguf.parent, "gguf_file": gguf.name}
+            source = {
+                "pretrained_model_name_or_path": gguf.parent, "gguf_file": gguf.name, "trust_remote_code": False,
+            }  # fmt: skip
             tokenizer = AutoTokenizer.from_pretrained(**source)
             network = AutoModelForCausalLM.from_pretrained(**source, dtype=torch.float32)
         tokenizer.save_pretrained(unfinished)

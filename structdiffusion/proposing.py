@@ -15,6 +15,7 @@ from structdiffusion.estimate import ObjectEstimate, estimate
 from structdiffusion.imagination import Imagination
 from structdiffusion.layouts import setting_base, tower_order
 from structdiffusion.models.backbone import Condition, PoseBackbone
+from structdiffusion.models.checkpoint import require_sound
 from structdiffusion.models.encoders import word_ids
 from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene, Table
 from structdiffusion.placement import shift_into_place
@@ -23,6 +24,7 @@ from structdiffusion.refinement import parted, pointed, straightened
 from structdiffusion.settle import settle
 from structdiffusion.trials import tried_out
 
+_FARTHEST = 1000.0  # m, from the robot: even an untrained network stays far below
 _CLOUD_POINTS = 256  # as in training
 # Towers are sampled in the order of the demonstrations, by sizes blurred a little; after so many samples every second
 # has its sizes blurred much, so that there is a choice where the usual order cannot stand.
@@ -65,8 +67,14 @@ class Samples:
         return Samples(self.condition[rows], self.order[rows], self.means[rows])
 
     def sampled(self, model: PoseBackbone, state: Tensor) -> Sampled:
-        """What a state (K, 1 + N, 9) says."""
+        """What a state (K, 1 + N, 9) says.
+
+        Raises:
+            CheckpointError: for places that are none.
+        """
         frame, position, turn = model.decode_state(state)
+        for places in (frame, position, turn):
+            require_sound(places, type(model).__name__, _FARTHEST)
         motion = torch.eye(4).repeat(*self.order.shape, 1, 1)
         motion[..., :3, :3] = turn
         motion[..., :3, 3] = position - torch.einsum("knij,knj->kni", turn, self.means)

@@ -16,6 +16,7 @@ from structdiffusion.estimate import ObjectEstimate, imagined_bodies
 from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.layouts import setting_base
+from structdiffusion.models.checkpoint import require_sound
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.encoders import word_ids
 from structdiffusion.models.structure import StructureDiscriminator
@@ -88,6 +89,8 @@ class Ranker:
                 orders = np.tile(_base_first(objects, spec), (len(motions), 1))
             structure = self._structure(at_goal, nouns, spec, torch.from_numpy(orders))
             free = self._collision_free(outlines, [thing.outline for thing in others], at_goal, other_clouds)
+            require_sound(structure, StructureDiscriminator.kind)
+            require_sound(free, CollisionDiscriminator.kind)
             for k, row in enumerate(rows):
                 row.update(structure=float(structure[k]), collision=float(free[k]))
         for k, row in enumerate(rows):

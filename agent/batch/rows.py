@@ -139,12 +139,14 @@ def _accepted(name: str, value: Any, folder: Path, flags: bool) -> Any:
     setting = _SETTINGS[name]
     called = "--" + name.replace("_", "-") if flags else name
     if type(value) is not setting.kind:
-        raise BadInput(f"{called} must be {_KIND[setting.kind]}, and {_told(value)} is none")
+        told = "this" if name == "llm_url" else _told(value)
+        raise BadInput(f"{called} must be {_KIND[setting.kind]}, and {told} is none")
     try:
         accepted = setting.accept(value, folder)
     except (ValueError, OSError):
         kind = BadInput if name in _PLACES else UsageError
-        raise kind(f"{called} cannot be {_told(value)}; legal: {setting.legal}") from None
+        told = "this" if name == "llm_url" else _told(value)  # an address may hold a password
+        raise kind(f"{called} cannot be {told}; legal: {setting.legal}") from None
     if name == "seed" and value > LARGEST_SEED:
         raise UsageError(f"{called} cannot be {_told(value)}; legal: 0 to {LARGEST_SEED}")
     return accepted
@@ -238,6 +240,9 @@ def _object(line: str) -> dict[str, Any]:
 def fingerprint(text: str, options: RunOptions) -> str:
     """Sixteen hexadecimal digits that change with anything that decides a row's result; see `Row`."""
     decides = json_value(asdict(options)) | {"text": text}
+    if not options.allow_unverified:  # as before there was a choice
+        del decides["allow_unverified"]
+    del decides["reading"]["key_url"]  # who is trusted with a key decides no result
     scene = Path(options.scene)
     if scene.is_file():
         decides["scene"] = hashlib.sha256(scene.read_bytes()).hexdigest()

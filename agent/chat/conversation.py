@@ -234,9 +234,14 @@ class Conversation:
         self._tell(steps.perceived(scene, time.perf_counter() - began, self.table))
         self._step = "imagination"
         options, loaded = self.options, self._loaded
-        planner = loaded.planner(options.model, options.weights)
+        planner = loaded.planner(options.model, options.weights, options.allow_unverified)
+        networks = loaded.provenance(options.model, options.weights)
+        for one in networks.values():
+            if not one.verified:
+                self._tell(events.Noted(one.card))
         goal = wished(situation.spec, loaded.encoder)
         imagined = steps.imagine(planner, options.model, scene, goal, options.seed, self._tell)
+        imagined = replace(imagined, networks=networks)
         self._tell(imagined)
         proposal = Proposal(situation.spec, scene, imagined, len(worthwhile(imagined.arrangements)))
         self._remember(replace(situation, proposal=proposal, shown=proposal))

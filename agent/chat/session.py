@@ -86,7 +86,7 @@ def _warm(loaded: Loaded, options: RunOptions) -> None:
 
     torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
     try:
-        loaded.warm(options.reading, options.model, options.weights)
+        loaded.warm(options.reading, options.model, options.weights, options.allow_unverified)
     except Exception as error:
         if exit_code_of(error) is None:
             raise

@@ -203,7 +203,7 @@ def _complete(content: Facts, keys: Sequence[str], path: Path) -> Facts:
 def _json(path: Path) -> Facts:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise BadInput(f"{path} is not JSON: {error}") from error
     if not isinstance(content, dict):
         raise BadInput(f"{path} must have a JSON object, and has a {type(content).__name__}")

@@ -97,8 +97,8 @@ def planners_of(name: str) -> list[str]:
 def _family(config: Path) -> str:
     try:
         kind = json.loads(config.read_text())["kind"]
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise BadInput(f'{config} is no config of a network: it needs a JSON object with "kind"') from error
-    if kind not in FAMILIES:
+    if not isinstance(kind, str) or kind not in FAMILIES:
         raise BadInput(f"{config} has the kind {kind!r}; legal values: {', '.join(FAMILIES)}")
     return kind

@@ -8,7 +8,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from agent.models.cards import Facts, facts_of, headline
+from agent.errors import BadInput
+from agent.models.cards import RECORD, Facts, facts_of, headline
 from agent.models.catalogue import FAMILIES, Network, planners_of
 from agent.telling import aligned, duration
 from structdiffusion.planners import PLANNERS, networks_of
@@ -33,6 +34,33 @@ def card_text(facts: Mapping[str, Any]) -> str:
         rows = [[file, f"{about['bytes']:,}", f"`{about['sha256']}`"] for file, about in facts["files"].items()]
         parts += ["## Files", _table(["file", "bytes", "SHA-256"], rows)]
     return "\n\n".join(parts) + "\n"
+
+
+def checked_text(facts: Mapping[str, Any], path: Path) -> str:
+    """The card, of facts that may come from anybody.
+
+    Raises:
+        BadInput: for facts that no card can be made of; the message names `path`, where they are from.
+    """
+    try:
+        if not isinstance(facts["name"], str):
+            raise TypeError("its name is no text")
+        headline(facts)  # of tables
+        return card_text(facts)
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError) as error:
+        said = f"{type(error).__name__}: {error}"
+        raise BadInput(f"{path} does not have what a card is made of ({said[:120]})") from error
+
+
+def checked_facts(network: Network) -> Facts:
+    """The facts of a network, of which a card can be made.
+
+    Raises:
+        BadInput: as `facts_of` and `checked_text`.
+    """
+    facts = facts_of(network)
+    checked_text(facts, network.facts_path if network.facts_path.is_file() else network.folder / RECORD)
+    return facts
 
 
 def shown_text(facts: Mapping[str, Any]) -> str:
@@ -61,7 +89,8 @@ def list_rows(networks: Mapping[str, Network]) -> list[Facts]:
     """A row for each network, JSON-ready."""
     rows = []
     for network in networks.values():
-        facts = facts_of(network)
+        facts = checked_facts(network)
+        steps = (facts["training"] or {}).get("steps")
         rows.append(
             {
                 "name": network.name,
@@ -69,7 +98,7 @@ def list_rows(networks: Mapping[str, Network]) -> list[Facts]:
                 "what": FAMILIES[network.family],
                 "parameters": facts["parameters"],
                 "bytes": sum(_size(network.folder / file) for file in network.files),
-                "steps": (facts["training"] or {}).get("steps"),
+                "steps": steps if isinstance(steps, int) else None,
                 "headline": headline(facts),
                 "folder": str(network.folder),
             }

@@ -8,8 +8,9 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from agent.errors import BadInput
-from agent.models.cards import RECORD, facts_of, files_of
+from agent.models.cards import RECORD, files_of
 from agent.models.catalogue import CONFIG, Network
+from agent.models.text import checked_facts
 
 if TYPE_CHECKING:
     import torch
@@ -62,7 +63,7 @@ def _known_errors() -> tuple[type[Exception], ...]:
 
 
 def _files(network: Network) -> str:
-    told, found = facts_of(network)["files"], files_of(network)
+    told, found = checked_facts(network)["files"], files_of(network)
     if not told:
         raise _Wrong(f"no checksum is written: {network.folder} has neither {network.facts_path.name} nor {RECORD}")
     for name, about in found.items():

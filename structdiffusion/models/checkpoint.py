@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, Self
@@ -11,10 +12,13 @@ from typing import Any, Self
 import torch
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
-from torch import nn
+from torch import Tensor, nn
+
+from structdiffusion.models.config_values import checked_values
 
 CONFIG_NAME = "config.json"
 WEIGHTS_NAME = "model.safetensors"
+_NUMBERS = (torch.float16, torch.bfloat16, torch.float32, torch.float64)  # that weights may be written in
 
 
 class CheckpointError(ValueError):
@@ -56,7 +60,7 @@ class Checkpointed(nn.Module):
             values = json.loads((folder / CONFIG_NAME).read_text())
             kind = values.pop("kind", None)
             known = {field.name for field in fields(cls.Config)}
-        except (ValueError, AttributeError, TypeError) as error:
+        except (ValueError, AttributeError, TypeError, RecursionError) as error:
             raise CheckpointError(f"{folder / CONFIG_NAME} is not a JSON object: {error}") from error
         if kind != cls.kind:
             raise CheckpointError(f"{folder / CONFIG_NAME} is of kind {kind!r}; expected {cls.kind!r}")
@@ -64,9 +68,9 @@ class Checkpointed(nn.Module):
         if unknown:
             legal = ", ".join(sorted(known))
             raise CheckpointError(f"{folder / CONFIG_NAME} has the unknown key {unknown[0]!r}; legal: {legal}")
-        try:  # JSON has no tuples
-            model = cls(cls.Config(**{name: tuple(v) if isinstance(v, list) else v for name, v in values.items()}))
-        except (TypeError, ValueError, RuntimeError, AssertionError) as error:
+        try:
+            model = cls(cls.Config(**checked_values(cls.Config, values)))
+        except (TypeError, ValueError, RuntimeError, AssertionError, OverflowError) as error:
             raise CheckpointError(f"{folder / CONFIG_NAME} describes no network: {error}") from error
         try:
             weights = load_file(folder / WEIGHTS_NAME)
@@ -81,12 +85,17 @@ class Checkpointed(nn.Module):
                     f"{folder / WEIGHTS_NAME}: {name!r} has shape {tuple(weights[name].shape)}, "
                     f"its config asks for {tuple(tensor.shape)}"
                 )
+            if weights[name].dtype not in (*_NUMBERS, tensor.dtype):
+                kinds = ", ".join(str(kind).removeprefix("torch.") for kind in _NUMBERS)
+                kind = str(weights[name].dtype).removeprefix("torch.")
+                raise CheckpointError(f"{folder / WEIGHTS_NAME}: {name!r} has the type {kind}; legal: {kinds}")
+            weights[name] = weights[name].to(tensor.dtype)  # in which a larger number may be infinite
             if not bool(weights[name].isfinite().all()):
                 raise CheckpointError(f"{folder / WEIGHTS_NAME}: {name!r} has numbers that are not finite")
         unknown = sorted(weights.keys() - own.keys())
         if unknown:
             raise CheckpointError(f"{folder / WEIGHTS_NAME} has {unknown[0]!r}, which its config does not ask for")
-        model.load_state_dict({name: weights[name].to(tensor.dtype) for name, tensor in own.items()})
+        model.load_state_dict({name: weights[name] for name in own})
         return model.eval()
 
 
@@ -97,6 +106,24 @@ def file_facts(folder: str | Path) -> dict[str, dict[str, Any]]:
         name: {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
         for name, content in contents.items()
     }
+
+
+def require_sound(values: Tensor, network: str, farthest: float = math.inf) -> None:
+    """Refuses what a network answers with weights or a config that nobody trained.
+
+    Args:
+        values: the answer.
+        network: its name.
+        farthest: the largest number that makes sense.
+
+    Raises:
+        CheckpointError: for numbers that are not finite, or too large.
+    """
+    if not bool(values.isfinite().all()) or bool((values.abs() > farthest).any()):
+        raise CheckpointError(
+            f"the network {network!r} answers with numbers that are not finite or far too large: its weights or its "
+            "config cannot be right"
+        )
 
 
 def parameter_count(model: nn.Module) -> int:

@@ -3,6 +3,8 @@
 import json
 import subprocess
 import sys
+import threading
+from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 
 import pytest
@@ -27,6 +29,7 @@ def elsewhere(tmp_path, monkeypatch):
 def configured(monkeypatch):
     """The tool's verbs, with their defaults from the configuration."""
     app = typer.Typer(cls=ConfiguredGroup, rich_markup_mode=None, add_completion=False)
+    app.callback()(cli._common)
     app.command("run")(cli.run)
     app.command("parse")(cli.parse)
     app.command("generate")(cli.generate)
@@ -224,6 +227,95 @@ def test_a_project_cannot_have_the_key_sent_elsewhere(project, user, capsys):
         project.unlink()
         user.write_text(f'llm_url = "{there}"\n')
         assert shown(capsys)["llm_url"]["value"] == there
+
+
+def test_a_project_that_is_trusted_names_endpoints_and_model_folders(project, capsys):
+    (project.parent / "own").mkdir()
+    for line in ('llm_url = "https://example.org/v1"', 'llm_model = "own"'):
+        project.write_text(line + "\n")
+        assert "structagent --trust-project VERB" in refused(capsys)
+        assert cli.command_line(["--trust-project", "config", "show", "--json"]) == 0
+        told = {row["name"]: row for row in json.loads(capsys.readouterr().out)["settings"]}
+        name = line.split()[0]
+        assert told[name]["layer"] == "project file" and told[name]["value"] is not None
+
+
+@pytest.mark.parametrize(
+    "folder", ["own", "./own", "../project/own", "./made_later", "~/own", "~", "/usr", "mine", "org/own", "."]
+)
+@pytest.mark.parametrize("arguments", [["config", "show"], ["parse", "a tower"], ["run", "a tower"]])
+def test_a_project_cannot_name_the_folder_of_a_model(folder, arguments, project, tmp_path, capsys):
+    """Not seen from the file, and not seen from the current folder, from which a name is looked up."""
+    (project.parent / "own").mkdir()
+    (project.parent / "inner" / "mine").mkdir()
+    (project.parent / "inner" / "org" / "own").mkdir(parents=True)
+    project.write_text(f'seed = 1\nllm_model = "{folder}"\n')
+    sentence = refused(capsys, *arguments)
+    assert sentence.startswith(f"{project}:2: llm_model of a project cannot be a folder")
+
+
+def test_users_name_model_folders(project, user, monkeypatch, capsys):
+    (user.parent / "own").mkdir()
+    user.write_text('llm_model = "own"\n')
+    assert shown(capsys)["llm_model"]["value"] == str(user.parent / "own")
+    monkeypatch.setenv("STRUCTAGENT_LLM_MODEL", "..")  # before the project's, which then counts for nothing
+    project.write_text('llm_model = "org/name"\n')
+    assert Path(shown(capsys)["llm_model"]["value"]).samefile("..")
+
+
+@pytest.fixture
+def endpoint():
+    """A language model that reads everything as a tower; its address, and the keys that it was sent."""
+    keys: list[str | None] = []
+    said = dict.fromkeys(("size", "x_position", "y_position", "rotation")) | {"request": "build", "shape": "tower"}
+    answer = json.dumps({"choices": [{"message": {"content": json.dumps(said)}}]}).encode()
+
+    class Answers(BaseHTTPRequestHandler):
+        def do_POST(self) -> None:
+            self.rfile.read(int(self.headers["Content-Length"]))
+            keys.append(self.headers["Authorization"])
+            self.send_response(200)
+            self.end_headers()
+            self.wfile.write(answer)
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    with HTTPServer(("127.0.0.1", 0), Answers) as here:
+        threading.Thread(target=here.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{here.server_port}/v1", keys
+        here.shutdown()
+
+
+@pytest.mark.parametrize(
+    ("layers", "sent"),
+    [
+        ({"project"}, False),
+        ({"project", "trusted"}, False),
+        ({"user"}, True),
+        ({"environment"}, True),
+        ({"flag"}, True),
+        ({"project", "flag"}, True),
+        ({"project", "environment"}, True),
+        ({"project", "user"}, False),  # the project's address counts, although it is the same
+    ],
+    ids=lambda value: "-".join(sorted(value)) if isinstance(value, set) else "",
+)
+def test_the_key_is_sent_to_the_host_that_the_user_named(
+    layers, sent, endpoint, project, user, monkeypatch, capsys
+):
+    address, keys = endpoint
+    monkeypatch.setenv("STRUCTAGENT_LLM_KEY", "hunter2")
+    for path in ({"project": project, "user": user}[layer] for layer in layers & {"project", "user"}):
+        path.write_text(f'llm_url = "{address}"\n')
+    if "environment" in layers:
+        monkeypatch.setenv("STRUCTAGENT_LLM_URL", address)
+    arguments = ["--trust-project"] if "trusted" in layers else []
+    arguments += ["parse", "stack the cans", "--parser", "llm", "--json"]
+    arguments += ["--llm-url", address] if "flag" in layers else []
+    assert cli.command_line(arguments) == 0
+    assert json.loads(capsys.readouterr().out)["parser"] == "llm"
+    assert keys == ["Bearer hunter2" if sent else None]
 
 
 def test_paths_start_from_the_file(project, tmp_path, monkeypatch, capsys):

@@ -215,6 +215,27 @@ def test_installed_files_are_held_to_their_checksums(tmp_path, monkeypatch):
     assert check.mend.endswith("--force-reinstall --no-deps file:///somewhere")
 
 
+def prompt_check(root):
+    return next(check for check in examine(root=root) if check.name == "prompt")
+
+
+@pytest.mark.parametrize("parser", ["embedding", "llm"])
+def test_a_prompt_that_is_not_the_shipped_one(parser, tmp_path, monkeypatch):
+    """The language model would read something else, and nothing would say so."""
+    monkeypatch.setenv("STRUCTAGENT_PARSER", parser)
+    shutil.copytree(ROOT / "prompts", tmp_path / "prompts")
+    path = tmp_path / "prompts" / "parse_structure.txt"
+    path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))  # as a checkout on Windows has it
+    assert prompt_check(tmp_path).works and "as shipped" in prompt_check(tmp_path).detail
+    for changed in (path.read_bytes() + b"x", path.read_bytes().replace(b"circle", b"line", 1), b"\xff", None):
+        path.unlink()
+        if changed is not None:
+            path.write_bytes(changed)
+        check = prompt_check(tmp_path)
+        assert not check.works and check.needed is (parser == "llm") and "parse_structure.txt" in check.detail
+        path.touch()
+
+
 @pytest.mark.parametrize(
     ("bounds", "version", "allowed"),
     [

@@ -1,14 +1,17 @@
 """Language models behind an address: a real llama.cpp server, and one that misbehaves in every way."""
 
+import base64
 import json
 import socket
+import ssl
 import threading
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
 
-from grounding.llm_endpoint import MAX_ANSWER_BYTES, EndpointLLM, read_answers
+from grounding.llm_endpoint import MAX_ANSWER_BYTES, EndpointLLM, key_variable, read_answers, same_host
+from grounding.llm_exchange import THREAD
 from grounding.llm_model import default_gguf
 from grounding.llm_parser import LLMParser
 from grounding.llm_reply import ANSWERS, LLMError
@@ -259,3 +262,227 @@ def test_without_a_key_none_is_sent(monkeypatch):
     with serving(lambda *_: says(json.dumps(CIRCLE))) as server:
         parse(server.url)
     assert "Authorization" not in server.requests[0][0]
+
+
+@contextmanager
+def speaking(answer, context=None):
+    """A server that answers with `answer(connection, released)` whatever it likes; its address."""
+    released, listener = threading.Event(), socket.create_server(("127.0.0.1", 0))
+
+    def talk(connection):
+        try:
+            with connection if context is None else context.wrap_socket(connection, server_side=True) as talked:
+                talked.recv(65536)
+                answer(talked, released)
+        except OSError:
+            pass  # the client had enough
+
+    def listen():
+        while True:
+            try:
+                connection = listener.accept()[0]
+            except OSError:
+                return
+            threading.Thread(target=talk, args=(connection,), daemon=True).start()
+
+    threading.Thread(target=listen, daemon=True).start()
+    try:
+        yield f"127.0.0.1:{listener.getsockname()[1]}/v1"
+    finally:
+        released.set()
+        listener.shutdown(socket.SHUT_RDWR)
+        listener.close()
+
+
+def forever(beginning, piece, pause=0.02):
+    def answer(connection, released):
+        connection.sendall(beginning)
+        while not released.wait(pause):
+            connection.sendall(piece)
+
+    return answer
+
+
+OK = b"HTTP/1.1 200 OK\r\n"
+SLOW = {
+    "nothing": forever(b"", b""),
+    "header_after_header": forever(OK, b"X-A: b\r\n"),
+    "one_endless_header": forever(OK + b"X-A: ", b"b"),
+    "status_line": forever(b"HTTP/1.1 200 ", b"O"),
+    "continue": forever(b"", b"HTTP/1.1 100 Continue\r\n\r\n"),
+    "early_hints": forever(b"", b"HTTP/1.1 103 Early Hints\r\nLink: <a>\r\n\r\n"),
+    "body": forever(OK + b"Content-Length: 60000\r\n\r\n", b" "),
+    "chunks": forever(OK + b"Transfer-Encoding: chunked\r\n\r\n", b"1\r\n \r\n"),
+    "trailers": forever(OK + b"Transfer-Encoding: chunked\r\n\r\n0\r\n", b"X-A: b\r\n"),
+    "refusal": forever(b"HTTP/1.1 500 No\r\n", b"X-A: b\r\n"),
+}
+
+
+@pytest.mark.parametrize("way", SLOW)
+def test_the_time_limit_is_for_all_of_an_answer(way):
+    """Every byte would begin the library's own time-out anew."""
+    with speaking(SLOW[way]) as here:
+        with pytest.raises(LLMError, match="took longer than 0.4 s to answer"):
+            parse(f"http://{here}", answer_seconds=0.4)
+        for thread in threading.enumerate():
+            if thread.name == THREAD:
+                thread.join(10)  # what was given up ends, and does not listen on
+                assert not thread.is_alive()
+
+
+def test_a_server_that_was_given_up_is_asked_again_on_a_new_connection():
+    asked = []
+
+    def answer(connection, released):
+        asked.append(connection)
+        if len(asked) == 1:
+            return SLOW["continue"](connection, released)
+        said = says(json.dumps(CIRCLE))[2]
+        connection.sendall(OK + b"Content-Length: %d\r\n\r\n" % len(said) + said)
+
+    with speaking(answer) as here:
+        parser = LLMParser(EndpointLLM(f"http://{here}", "some-model", answer_seconds=1.0))
+        with pytest.raises(LLMError, match="took longer"):
+            parser.parse("a small circle on the left")
+        assert parser.parse("a small circle on the left").spec.shape == "circle"
+
+
+def test_a_certificate_that_is_not_trusted_is_said_so(tmp_path, monkeypatch):
+    (tmp_path / "own.pem").write_text(CERTIFICATE)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(tmp_path / "own.pem")
+    said = says(json.dumps(CIRCLE))[2]
+    whole = OK + b"Content-Length: %d\r\n\r\n" % len(said) + said
+    with speaking(lambda connection, _: connection.sendall(whole), context) as here:
+        with pytest.raises(LLMError, match=r"certificate that is not trusted \(self-signed.*SSL_CERT_FILE") as caught:
+            parse(f"https://{here}")
+        assert KEY not in str(caught.value)
+        monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "own.pem"))  # as the message says
+        assert parse(f"https://{here}").spec.shape == "circle"
+        with pytest.raises(LLMError, match="certificate that is not trusted .Hostname mismatch"):
+            parse(f"https://{here}".replace("127.0.0.1", "localhost"))
+    with speaking(lambda connection, _: connection.sendall(whole)) as here:
+        with pytest.raises(LLMError, match="does not speak TLS"):
+            parse(f"https://{here}")
+
+
+TWICE = json.dumps(CIRCLE)[:-1] + ', "shape": "line"}'
+
+
+@pytest.mark.parametrize(
+    "content",
+    [TWICE, f"Sure: {TWICE}", TWICE.replace('"shape": "line"', '"sh\\u0061pe": "line"'), f'{{"a": {TWICE}}}'],
+    ids=["plain", "in_prose", "escaped", "nested"],
+)
+def test_an_answer_that_gives_a_key_twice_is_refused(content):
+    with pytest.raises(ValueError, match="gives a key twice"):
+        read_answers(content)
+    with serving(lambda *_: says(content)) as server, pytest.raises(LLMError, match="gives a key twice"):
+        parse(server.url)
+
+
+@pytest.mark.parametrize("place", ["content", "message", "choices"])
+def test_a_completion_that_gives_a_key_twice_is_refused(place):
+    said = says(json.dumps(CIRCLE))[2].decode()
+    twice = said.replace(f'"{place}": ', f'"{place}": null, "{place}": ').encode()
+    with serving(lambda *_: (200, {}, twice)) as server, pytest.raises(LLMError, match="a key is given twice"):
+        parse(server.url)
+
+
+PASSWORD = "correcthorsebattery"
+SPELLINGS = {
+    "escaped": "".join(f"\\u{ord(char):04x}" for char in KEY),
+    "escaped_once": "\\u0073" + KEY[1:],
+    "base64_of_user_and_password": base64.b64encode(f"me:{PASSWORD}".encode()).decode(),
+    "base64_of_the_key": base64.b64encode(KEY.encode()).decode(),
+    "password": PASSWORD,
+    "password_in_capitals": PASSWORD.upper(),
+    "password_backwards": PASSWORD[::-1],
+    "password_spelt": " ".join(PASSWORD[:14]),
+    "password_in_words": "it is correct horse battery",
+    "beginning": KEY[:20],
+    "hexadecimal": KEY.encode().hex(),
+    "per_cent": "".join(f"%{ord(char):02x}" for char in KEY),
+}
+
+
+@pytest.mark.parametrize("spelling", SPELLINGS)
+@pytest.mark.parametrize("form", ['"{}"', '["{}"]', '{{"a": "{}"}}'], ids=["text", "list", "object"])
+def test_no_secret_is_repeated_however_it_is_spelt(spelling, form):
+    secret = form.format(SPELLINGS[spelling])
+    fields = json.dumps(CIRCLE)
+    for content in (fields.replace('"circle"', secret), fields[:-1] + f', "{SPELLINGS[spelling]}": null}}'):
+        with serving(lambda *_, content=content: says(content)) as server:
+            address = server.url.replace("//", f"//me:{PASSWORD}@")
+            with pytest.raises(LLMError, match="gave no legal answer") as caught:
+                parse(address)
+        said = str(caught.value)
+        assert not any(part in said for part in (*SPELLINGS.values(), KEY[3:12], PASSWORD[:7])), said
+        assert not any(part in said.lower() for part in ("horse", "battery", "sk-"))
+
+
+def test_the_key_is_not_sent_where_the_address_is_somebody_elses_choice():
+    with serving(lambda *_: (401, {}, b"")) as server:
+        with pytest.raises(LLMError, match="STRUCTAGENT_LLM_KEY is sent only to the host that you name"):
+            parse(server.url, send_key=False)
+    assert "Authorization" not in server.requests[0][0]
+
+
+def test_the_key_of_openai_is_sent_to_openai_alone(monkeypatch):
+    monkeypatch.delenv("STRUCTAGENT_LLM_KEY")
+    monkeypatch.setenv("OPENAI_API_KEY", KEY)
+    with serving(lambda *_: (401, {}, b"")) as server, pytest.raises(LLMError, match="set STRUCTAGENT_LLM_KEY"):
+        parse(server.url)
+    assert "Authorization" not in server.requests[0][0]
+    for address, variable in {
+        "https://api.openai.com/v1": "OPENAI_API_KEY",
+        "https://API.openai.com:443": "OPENAI_API_KEY",
+        "http://api.openai.com/v1": None,
+        "https://api.openai.com:8443/v1": None,
+        "https://api.openai.com.example.org/v1": None,
+        "https://api.openai.com@example.org/v1": None,
+    }.items():
+        assert key_variable(address) == variable, address
+
+
+@pytest.mark.parametrize(
+    ("url", "same"),
+    [
+        ("https://host/other/path", True),
+        ("https://HOST:443/v1", True),
+        ("https://me:pass@host/v1", True),
+        ("http://host/v1", False),
+        ("https://host:444/v1", False),
+        ("https://host.evil/v1", False),
+        ("https://host@evil/v1", False),
+        ("https://host:443\\\\@evil/v1", False),
+        ("https://evil/https://host/v1", False),
+        ("https://evil#@host/v1", False),
+        ("https://evil?@host/v1", False),
+        ("https://host\t.evil/v1", False),
+        ("", False),
+    ],
+)
+def test_hosts_are_told_apart(url, same):
+    assert same_host(url, "https://host/v1") is same
+
+
+# Of a server that nobody trusts; made for these tests alone.
+CERTIFICATE = """\
+-----BEGIN PRIVATE KEY-----
+MIGHAgEAMBMGByqGSM49AgEGCCqGSM49AwEHBG0wawIBAQQgtnGDHFjpI01RpjW7
+56NDiGQkjU6WT/Y+8RZGpEPDHTKhRANCAASuzpr/0G7JOoYoXR3lw59ikKaTqlXw
+S/eMQmPEqhGXWNkk4Z0NOITWK3eDHatNggyFEuHudHcmCaB/mTHJQxrc
+-----END PRIVATE KEY-----
+-----BEGIN CERTIFICATE-----
+MIIBkDCCATagAwIBAgIUZhpEXCVf33hd7yDL/nLJkF15cXEwCgYIKoZIzj0EAwIw
+FDESMBAGA1UEAwwJMTI3LjAuMC4xMCAXDTI2MTEyMjEyMTQxN1oYDzIxMjYxMDI5
+MTIxNDE3WjAUMRIwEAYDVQQDDAkxMjcuMC4wLjEwWTATBgcqhkjOPQIBBggqhkjO
+PQMBBwNCAASuzpr/0G7JOoYoXR3lw59ikKaTqlXwS/eMQmPEqhGXWNkk4Z0NOITW
+K3eDHatNggyFEuHudHcmCaB/mTHJQxrco2QwYjAdBgNVHQ4EFgQUSh9Be7IFnRtf
+bdnoCUcfjw82lckwHwYDVR0jBBgwFoAUSh9Be7IFnRtfbdnoCUcfjw82lckwDwYD
+VR0TAQH/BAUwAwEB/zAPBgNVHREECDAGhwR/AAABMAoGCCqGSM49BAMCA0gAMEUC
+IQCtbBIDVCypUK3JqzJn+TaQt5GEvuYGxL6HP0AbXwz2OAIgVMTmY2bL6qo/TotM
+cnw9JwwddCQBitLxO1Fse4hi284=
+-----END CERTIFICATE-----
+"""

@@ -1,5 +1,8 @@
 """The real local model, and small made ones where only the machinery counts."""
 
+import io
+import json
+import sys
 
 import pytest
 import torch
@@ -165,3 +168,54 @@ def test_the_adapter_says_what_it_was_trained_on():
     assert adapter.model == default_folder().name
     assert set(adapter.temperatures) == set(ANSWERS)
     assert ADAPTER.stat().st_size < 20e6
+
+
+def with_config(folder, **changes):
+    path = folder / "config.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+    return folder
+
+
+@pytest.mark.parametrize("model_type", ["llama", "its_own"])
+def test_code_in_a_model_folder_is_never_run_and_never_asked_about(model_type, tmp_path, monkeypatch):
+    """The next lines of a chat stand on standard input, and would answer a question about it with yes."""
+    folder, marker = make_model(tmp_path), tmp_path / "ran"
+    (folder / "own.py").write_text(
+        f"from pathlib import Path\nPath({str(marker)!r}).touch()\n"
+        "from transformers import LlamaConfig, LlamaForCausalLM\n"
+        "class OwnConfig(LlamaConfig):\n    model_type = 'its_own'\n"
+        "class Own(LlamaForCausalLM):\n    config_class = OwnConfig\n"
+    )
+    own = {"AutoConfig": "own.OwnConfig", "AutoModelForCausalLM": "own.Own"}
+    with_config(folder, model_type=model_type, auto_map=own)
+    monkeypatch.setattr(sys, "stdin", io.StringIO("y\n" * 5))
+    if model_type == "llama":  # a known architecture needs no code of the folder's
+        load_model(folder)
+    else:
+        with pytest.raises(LLMError, match="needs code of its own, which is never run"):
+            load_model(folder)
+    assert not marker.exists() and sys.stdin.read() == "y\n" * 5
+
+
+@pytest.mark.parametrize("key", ["attn_implementation", "_attn_implementation"])
+@pytest.mark.parametrize("inside", [lambda v: v, lambda v: {"": v}], ids=["plain", "nested"])
+def test_attention_that_the_hub_would_send_is_refused(key, inside, tmp_path):
+    folder = with_config(make_model(tmp_path), **{key: inside("somebody/kernel")})
+    with pytest.raises(LLMError, match=f"{key} in config.json asks for a program"):
+        load_model(folder)
+
+
+def test_pickled_weights_are_not_read(tmp_path):
+    folder = make_model(tmp_path)
+    torch.save(load_model(folder)[0].state_dict(), folder / "pytorch_model.bin")
+    (folder / "model.safetensors").unlink()
+    with pytest.raises(LLMError, match="cannot be loaded"):
+        load_model(folder)
+
+
+@pytest.mark.parametrize("content", ["[" * 100_000, "[]", "{", "\udcff"])
+def test_a_config_that_is_none_is_one_sentence(content, tmp_path):
+    folder = make_model(tmp_path)
+    (folder / "config.json").write_text(content, errors="surrogateescape")
+    with pytest.raises(LLMError, match="config.json"):
+        load_model(folder)

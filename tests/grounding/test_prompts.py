@@ -1,10 +1,12 @@
 """The few-shot prompt: what it teaches is legal, and teaches every answer."""
 
+import hashlib
+
 import pytest
 
 from grounding.llm_reply import ANSWERS, BUILD, NONE
 from grounding.spec import SLOTS, StructureSpec
-from prompts import PromptError, load_prompt, prompt_examples
+from prompts import SHIPPED, PromptError, load_prompt, prompt_examples, prompt_names
 
 PROMPT = load_prompt("parse_structure")
 EXAMPLES = prompt_examples(PROMPT)
@@ -41,3 +43,8 @@ def test_the_prompt_lists_exactly_the_vocabulary(question):
 def test_an_unknown_prompt_is_named_with_the_known_ones():
     with pytest.raises(PromptError, match="no prompt 'poetry'; available: parse_structure"):
         load_prompt("poetry")
+
+
+def test_shipped_checksums_are_those_of_the_files():
+    """Whoever changes a prompt measures again, and writes its checksum down."""
+    assert {name: hashlib.sha256(load_prompt(name).encode()).hexdigest() for name in prompt_names()} == SHIPPED

@@ -208,3 +208,25 @@ def test_loading_says_what_is_missing(folder, tmp_path):
         load_planner("diffusion", tmp_path)
     planner = load_planner("diffusion-tokens", str(folder))
     assert not planner.sentence and isinstance(planner.finish.ranker, Ranker)
+
+
+@pytest.mark.parametrize("name", ["diffusion", "structure", "collision"])
+@pytest.mark.parametrize("number", [1e38, -1e38])
+def test_weights_that_overflow_name_the_network(name, number, circle, folder):
+    """Each number in the file is finite, and what is computed with them is not."""
+    planner = load_planner("diffusion-tokens", folder)
+    ranker = planner.finish.ranker
+    network = {"diffusion": planner.model, "structure": ranker.structure, "collision": ranker.collision}[name]
+    answering = "PoseDiffusion" if name == "diffusion" else name
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.fill_(number)
+    with pytest.raises(CheckpointError, match=f"'{answering}' answers with numbers that are not finite or far too large"):
+        planner.propose(circle, Goal(StructureSpec("circle", size="small")), count=4, generator=generator())
+
+
+def test_scales_that_leave_the_world_name_the_network(circle, folder):
+    planner = load_planner("diffusion-tokens", folder)
+    planner.model.config = replace(planner.model.config, frame_scale=(1e29, 1e29, 1e29))
+    with pytest.raises(CheckpointError, match="'PoseDiffusion' answers with numbers that are not finite or far too large"):
+        planner.propose(circle, Goal(StructureSpec("circle", size="small")), count=4, generator=generator())

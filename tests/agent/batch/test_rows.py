@@ -1,15 +1,21 @@
 """Batch files: what a row says, what is wrong with it, and that the rest goes on."""
 
+import base64
 import io
 import json
 import sys
+import threading
+from dataclasses import replace
+from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 
 import pytest
 
-from agent.batch.rows import LARGEST_SEED, BadRow, Row, read_rows
+from agent.batch.rows import LARGEST_SEED, BadRow, Row, fingerprint, read_rows
 from agent.errors import BadInput, UsageError
 from agent.pipeline import RunOptions
+from agent.reading import ReadingOptions, make_reader
+from grounding.llm_reply import LLMError
 
 DEFAULTS = RunOptions(model="geometric", seed=7)
 GOOD = '{"text": "stack the cans"}'
@@ -160,3 +166,51 @@ def test_flags_that_are_not_legal_end_the_batch(tmp_path):
         read_rows(str(tmp_path / "orders.txt"), RunOptions(model="oracle"))
     with pytest.raises(BadInput, match='--weights cannot be "nowhere"'):
         read_rows(str(tmp_path / "orders.txt"), RunOptions(weights=Path("nowhere")))
+
+
+def test_a_rows_endpoint_has_no_key_but_on_the_host_that_the_user_named(tmp_path, monkeypatch):
+    """Batches come from other people, and a key that is sent to a row's address would be theirs."""
+    monkeypatch.setenv("STRUCTAGENT_LLM_KEY", "hunter2")
+    sent: dict[str, str | None] = {}
+
+    class Answers(BaseHTTPRequestHandler):
+        def do_POST(self):
+            sent[self.path] = self.headers["Authorization"]
+            self.rfile.read(int(self.headers["Content-Length"]))
+            self.send_response(401)
+            self.end_headers()
+
+        def log_message(self, *_):
+            pass
+
+    with HTTPServer(("127.0.0.1", 0), Answers) as mine, HTTPServer(("127.0.0.1", 0), Answers) as theirs:
+        for server in (mine, theirs):
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+        here, there = (f"http://127.0.0.1:{server.server_port}" for server in (mine, theirs))
+        path = tmp_path / "orders.jsonl"
+        addresses = (None, f"{here}/same", f"{there}/theirs", f"http://127.0.0.1:{mine.server_port}@{there[7:]}/trick")
+        lines = (json.dumps({"text": "a tower", "parser": "llm", "llm_url": address}) for address in addresses)
+        path.write_text("\n".join(lines) + "\n")
+        reading = ReadingOptions(llm_url=f"{here}/mine", key_url=f"{here}/mine")
+        for row in read_rows(str(path), replace(DEFAULTS, reading=reading)):
+            with pytest.raises(LLMError, match="key"):
+                make_reader(row.options.reading, strict=True).read("a tower")
+        for server in (mine, theirs):
+            server.shutdown()
+    key = "Bearer hunter2"
+    sent = {path.split("/")[1]: key for path, key in sent.items()}
+    trick = sent.pop("trick")
+    assert sent == {"mine": key, "same": key, "theirs": None}
+    assert trick.startswith("Basic ") and "hunter2" not in base64.b64decode(trick[6:]).decode()
+
+
+def test_a_rows_password_is_not_repeated(read):
+    for address in ("ftp://me:hunter2@host/", "http://me:hunter2@[1/", ["http://me:hunter2@host/"]):
+        (row,) = read(json.dumps({"text": "a tower", "llm_url": address}))
+        assert isinstance(row, BadRow) and "llm_url" in row.message and "hunter2" not in row.message
+
+
+def test_who_is_trusted_with_a_key_decides_no_result(read, tmp_path):
+    (row,) = read(GOOD)
+    trusting = replace(row.options, reading=replace(row.options.reading, key_url="http://127.0.0.1:1"))
+    assert fingerprint(row.text, trusting) == row.fingerprint

@@ -285,3 +285,48 @@ def test_a_folder_without_networks(tmp_path, capsys):
     assert "'oracle'" in fails(6, ["verify", "--weights", str(tmp_path)], capsys)
     (tmp_path / "mine" / "config.json").write_text("[]")
     assert 'needs a JSON object with "kind"' in fails(6, ["verify", "--weights", str(tmp_path)], capsys)
+
+
+DEEP = {"a": 1}
+for _ in range(400):
+    DEEP = {"a": DEEP}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"files": []}, {"files": [1]}, {"files": "x"}, {"files": {"config.json": []}}, {"files": {"config.json": {}}},
+        {"parameters": "many"}, {"parameters": None}, {"training": "x"}, {"training": ["x"]},
+        {"training": {"sessions": 3}}, {"training": {"sessions": [3]}}, {"training": {"sessions": [{}], "losses": []}},
+        {"results": 3}, {"results": [3]}, {"results": [{"rows": []}]}, {"results": [{"rows": [{"n": 0}]}]},
+        {"results": {"rows": 1}}, {"name": []}, {"family": "../../x"}, {"family": []}, {"training": {"x": DEEP}},
+    ],
+    ids=lambda changes: json.dumps(changes)[:40],
+)  # fmt: skip
+def test_a_card_of_anybodys_making_is_one_sentence(changes, trained, capsys):
+    weights, _ = trained
+    assert command_line(["models", "card", "collision", "--weights", str(weights)]) == 0
+    path = weights / "collision" / "card.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+    for code, verb in ((6, ["list"]), (6, ["show", "collision"]), (7, ["verify", "collision"])):
+        if changes == {"training": {"x": DEEP}}:  # how deep is too deep is Python's to say
+            assert command_line(["models", *verb, "--weights", str(weights)]) in (0, code)
+            continue
+        assert str(path) in fails(code, [*verb, "--weights", str(weights)], capsys)
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, '{"kind": []}', '{"kind": {}}'])
+def test_a_config_of_no_kind_is_one_sentence(text, trained, capsys):
+    (trained[0] / "collision" / "config.json").write_text(text)
+    assert "config.json" in fails(6, ["list", "--weights", str(trained[0])], capsys)
+
+
+def test_no_steps_at_all_are_told(trained, capsys):
+    weights, run = trained
+    assert command_line(["models", "card", "collision", "--run", str(run), "--weights", str(weights)]) == 0
+    path = weights / "collision" / "card.json"
+    card = json.loads(path.read_text())
+    card["training"] |= {"steps": 0, "seconds": 0}
+    path.write_text(json.dumps(card))
+    for verb in (["list"], ["show", "collision"], ["verify", "collision"]):
+        assert command_line(["models", *verb, "--weights", str(weights)]) == 0

@@ -128,3 +128,56 @@ def test_a_value_that_builds_no_network_names_the_file(folder, value):
     edit(folder, width=value)
     with pytest.raises(CheckpointError, match="config.json"):
         CollisionDiscriminator.from_pretrained(folder)
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"points": 0}, "points cannot be 0; legal: a whole number of at least 1"),
+        ({"points": -5}, "points cannot be -5"),
+        ({"points": True}, "points cannot be True"),
+        ({"points": 128.0}, "points cannot be 128.0"),
+        ({"steps": 0}, "steps cannot be 0"),
+        ({"max_objects": 0}, "max_objects cannot be 0"),
+        ({"heads": 0}, "heads cannot be 0"),
+        ({"nouns": [1]}, r"nouns cannot be \[1\]; legal: a list of texts"),
+        ({"nouns": "plate"}, "nouns cannot be 'plate'"),
+        ({"nouns": [["plate"]]}, "nouns cannot be"),
+        ({"frame_scale": [float("nan"), 1, 1]}, r"frame_scale cannot be \[nan, 1, 1\]; legal: a list of 3 finite numb"),
+        ({"frame_scale": [1, 0, 1]}, "frame_scale cannot be"),
+        ({"frame_scale": [1, 1]}, "frame_scale cannot be"),
+        ({"frame_scale": 1}, "frame_scale cannot be 1"),
+        ({"frame_center": [float("inf"), 0, 0]}, "frame_center cannot be"),
+        ({"object_center": [10**400, 0, 0]}, "object_center cannot be"),
+        ({"object_scale": ["a", 1, 1]}, "object_scale cannot be"),
+        ({"prediction_type": ["v"]}, "prediction_type cannot be"),
+    ],
+)
+def test_a_value_of_another_kind_names_the_key_and_what_is_legal(values, said, tmp_path):
+    PoseDiffusion(DiffusionConfig(width=16, layers=1, heads=2, feed_forward=16)).save_pretrained(tmp_path)
+    edit(tmp_path, **values)
+    with pytest.raises(CheckpointError, match=f"config.json describes no network: {said}"):
+        PoseDiffusion.from_pretrained(tmp_path)
+
+
+def test_a_config_of_brackets_in_brackets_names_the_file(folder):
+    (folder / "config.json").write_text("[" * 100_000)
+    with pytest.raises(CheckpointError, match="config.json is not a JSON object"):
+        CollisionDiscriminator.from_pretrained(folder)
+
+
+@pytest.mark.parametrize("kind", [torch.float8_e4m3fn, torch.float8_e5m2, torch.int8, torch.bool, torch.complex64])
+def test_weights_of_a_type_that_is_no_networks_are_refused(folder, kind):
+    path = folder / "model.safetensors"
+    weights = load_file(path)
+    save_file(weights | {"head.0.bias": weights["head.0.bias"].to(kind)}, path)
+    with pytest.raises(CheckpointError, match=f"'head.0.bias' has the type {str(kind)[6:]}; legal: float16, bfloat16, "):
+        CollisionDiscriminator.from_pretrained(folder)
+
+
+def test_numbers_too_large_for_the_network_are_refused(folder):
+    path = folder / "model.safetensors"
+    weights = load_file(path)
+    save_file(weights | {"head.0.bias": torch.full_like(weights["head.0.bias"], 1e200, dtype=torch.float64)}, path)
+    with pytest.raises(CheckpointError, match="'head.0.bias' has numbers that are not finite"):
+        CollisionDiscriminator.from_pretrained(folder)

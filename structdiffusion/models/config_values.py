@@ -1,0 +1,51 @@
+"""Whether the values in a checkpoint's config are of the kind that its network takes: the file may come from anybody."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import MISSING, fields
+from typing import Any
+
+
+def checked_values(config: type, values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values, with lists as tuples, because JSON has none.
+
+    Args:
+        config: a dataclass whose every field has a default, which says of what kind its values are.
+        values: field -> value, of JSON.
+
+    Raises:
+        ValueError: for a value of another kind, a number that is not finite, a size below 1 or a scale that is not
+            above 0; the message names the field, the value and what is legal.
+    """
+    defaults = {field.name: field.default for field in fields(config)}
+    return {name: _checked(name, value, defaults[name]) for name, value in values.items()}
+
+
+def _checked(name: str, value: Any, default: Any) -> Any:
+    if default is MISSING:
+        return value
+    if isinstance(default, int):
+        legal = "a whole number of at least 1"
+        right = type(value) is int and value >= 1
+    elif isinstance(default, str):
+        legal = "a text"
+        right = isinstance(value, str)
+    elif isinstance(default[0], str):
+        legal = "a list of texts"
+        right = isinstance(value, list | tuple) and all(isinstance(each, str) for each in value)
+    else:
+        positive = name.endswith("_scale")
+        legal = f"a list of {len(default)} finite numbers" + (" above 0" if positive else "")
+        right = isinstance(value, list | tuple) and len(value) == len(default)
+        right = right and all(_is_number(each) and (each > 0 or not positive) for each in value)
+    if not right:
+        told = repr(value)
+        told = told if len(told) <= 60 else f"{told[:57]}..."
+        raise ValueError(f"{name} cannot be {told}; legal: {legal}")
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _is_number(value: Any) -> bool:
+    """Whether it is one that float32, in which networks compute, can hold."""
+    return type(value) in (int, float) and -1e30 < value < 1e30
