@@ -26,6 +26,7 @@ from agent.cli_options import (
     AtOption,
     CallOption,
     CameraPoseOption,
+    ForceOutOption,
     JsonOption,
     LLMModelOption,
     LLMUrlOption,
@@ -47,7 +48,7 @@ from agent.cli_report import replay, report
 from agent.cli_scene import scene_app
 from agent.cli_train import generate, train
 from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, USAGE, UsageError, exit_code_of, one_sentence
-from agent.outputs import check_folder
+from agent.ownership import check_own_folder
 from agent.streams import ReaderGone, import_pybullet_silently, results_stream
 
 # Typer carries its own copy of click in some versions and uses the installed one in others; its public
@@ -102,6 +103,7 @@ def run(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where the report goes; by default out/TIME-seedS.")
     ] = None,
+    force: ForceOutOption = False,
     json_output: JsonOption = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
@@ -142,7 +144,7 @@ def run(
     from agent.session_file import run_session
 
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-seed{seed}"
-    check_folder(folder)
+    check_own_folder(folder, "run", force)
     reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
     trajectories = export_trajectory or []
     if trajectories and not execute:

@@ -13,6 +13,7 @@ from agent.cli_options import (
     AtOption,
     CallOption,
     CameraPoseOption,
+    ForceOutOption,
     LLMModelOption,
     LLMUrlOption,
     ModelOption,
@@ -27,7 +28,8 @@ from agent.cli_options import (
     WeightsOption,
     recorded_options,
 )
-from agent.errors import DEFECT, UsageError
+from agent.errors import UsageError
+from agent.ownership import check_own_folder
 from agent.streams import import_pybullet_silently, results_stream
 
 _AT_ONCE = "Setting the table ..."
@@ -42,6 +44,7 @@ def chat(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where the session is kept; by default out/TIME-chat.")
     ] = None,
+    force: ForceOutOption = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
     llm_model: LLMModelOption = None,
@@ -66,8 +69,7 @@ def chat(
     from agent.reading import ReadingOptions
 
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-chat"
-    if folder.exists() and not folder.is_dir():
-        raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
+    check_own_folder(folder, "chat", force)
     reading = ReadingOptions(parser.value, viewpoint.value, llm_model, llm_url)
     recorded = recorded_options(at, topic, camera_pose, call)
     if sys.stdin is None:
@@ -82,7 +84,7 @@ def chat(
 
         options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded)
         session = folder / "session.jsonl"
-        defects = talk(options, console, session, sys.stdin, yes)
+        code = talk(options, console, session, sys.stdin, yes)
     print(f"session: {session}", file=sys.stderr)
-    if defects:
-        raise typer.Exit(DEFECT)
+    if code:
+        raise typer.Exit(code)

@@ -56,6 +56,12 @@ class BadInput(AgentError):
     exit_code = BAD_INPUT
 
 
+class NotWritten(UsageError):
+    """An output file could not be written, for example because the disk is full; what was there before is whole."""
+
+    exit_code = BAD_INPUT
+
+
 class NotVerified(AgentError):
     """A model is not what its card says, or does not work."""
 
