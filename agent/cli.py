@@ -50,6 +50,7 @@ from agent.cli_train import generate, train
 from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, USAGE, UsageError, exit_code_of, one_sentence
 from agent.ownership import check_own_folder
 from agent.streams import ReaderGone, import_pybullet_silently, results_stream
+from agent.terminal_text import console_on
 
 # Typer carries its own copy of click in some versions and uses the installed one in others; its public
 # BadParameter is a usage error in both, and that is the general click error.
@@ -133,8 +134,6 @@ def run(
     Example: structagent run "put the cups in a small circle on the left" --seed 3 --out out/cups
     """
     import_pybullet_silently()
-    from rich.console import Console
-
     from agent.events import Failed
     from agent.pipeline import RunOptions, run_instruction
     from agent.reading import ReadingOptions
@@ -160,7 +159,7 @@ def run(
         results = open_files.enter_context(results_stream())
         record = RunRecord(open_files.enter_context(run_session(folder, asdict(options))))
         viewer = open_files.enter_context(RerunLog(rerun)) if rerun is not None else None
-        tell = TerminalReport(Console(file=sys.stderr if json_output else results))
+        tell = TerminalReport(console_on(sys.stderr if json_output else results))
         listeners = [record, tell] + ([viewer] if viewer is not None else [])
         try:
             for event in run_instruction(text, options, watch=viewer and viewer.watch, trajectories=trajectories):

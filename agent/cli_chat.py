@@ -31,6 +31,7 @@ from agent.cli_options import (
 from agent.errors import UsageError
 from agent.ownership import check_own_folder
 from agent.streams import import_pybullet_silently, results_stream
+from agent.terminal_text import console_on
 
 _AT_ONCE = "Setting the table ..."
 
@@ -64,8 +65,6 @@ def chat(
 
     Example: structagent chat --scene desk.yaml
     """
-    from rich.console import Console
-
     from agent.reading import ReadingOptions
 
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-chat"
@@ -76,7 +75,7 @@ def chat(
         raise UsageError("chat needs standard input, and it is closed")
     sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop
     with results_stream() as results:
-        console = Console(file=results)
+        console = console_on(results)
         console.print(_AT_ONCE, style="dim", highlight=False)  # before what follows is imported, which takes seconds
         import_pybullet_silently()
         from agent.chat.session import talk

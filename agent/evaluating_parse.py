@@ -5,19 +5,20 @@ from __future__ import annotations
 import io
 import json
 import statistics
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
-from rich.console import Console
 from rich.progress import Progress
 
 from agent import __version__
 from agent.ownership import mark
 from agent.reading import ReadingOptions, make_reader
 from agent.telling import aligned, number
+from agent.terminal_text import console_on
 from agent.whole_files import write_all_whole
 from grounding.benchmark import Row, free_rows, load_rows, rate, score, templated_rows
 from grounding.encoder import SentenceEncoder
@@ -50,7 +51,7 @@ def measure_parsing(
     """
     sets = {name: thinned(benchmark_rows(name), limit) for name in data}
     evaluations = []
-    with Progress(console=Console(stderr=True), transient=True, disable=None) as progress:
+    with Progress(console=console_on(sys.stderr), transient=True, disable=None) as progress:
         for parser in parsers:
             reader = make_reader(replace(options, parser=parser), strict=True)
             started = time.perf_counter()
