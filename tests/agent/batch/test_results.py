@@ -6,6 +6,7 @@ import os
 import pytest
 
 from agent.batch.results import RESULTS, Results
+from agent.cli import command_line
 from agent.errors import BadInput, UsageError
 
 
@@ -181,3 +182,26 @@ def test_a_full_disk_keeps_the_results_whole(tmp_path, monkeypatch):
 def no_room(descriptor: int) -> None:
     raise OSError(28, "No space left on device")
 
+
+
+def test_a_second_batch_on_the_same_folder_is_refused_by_the_command_line(tmp_path, capsys):
+    (tmp_path / "rows.txt").write_text("make a line\n")
+    with Results(tmp_path / "out"):
+        before = sorted(path.name for path in (tmp_path / "out").iterdir())
+        assert command_line(["batch", str(tmp_path / "rows.txt"), "--out", str(tmp_path / "out")]) == 2
+        assert f"another batch is at work in '{tmp_path}/out'; wait for it" in capsys.readouterr().err
+        link = tmp_path / "link"
+        link.symlink_to("out")  # another name of the same folder
+        assert command_line(["batch", str(tmp_path / "rows.txt"), "--out", str(link), "--force"]) == 2
+        assert sorted(path.name for path in (tmp_path / "out").iterdir()) == before
+
+
+@pytest.mark.parametrize("name", [".lock", "results.jsonl"])
+def test_a_link_in_the_place_of_a_file_of_the_batch_is_not_followed(name, tmp_path):
+    out, outside = tmp_path / "out", tmp_path / "outside"
+    Results(out).close()
+    (out / name).unlink()
+    (out / name).symlink_to(outside)
+    with pytest.raises((BadInput, OSError)):
+        Results(out)
+    assert not outside.exists()
