@@ -41,6 +41,7 @@ def write_all_whole(folder: Path, files: Mapping[str, bytes | str]) -> None:
             staged[path] = _staged(path, content.encode() if isinstance(content, str) else content)
         for path, unfinished in staged.items():
             os.replace(unfinished, path)
+        _force_names(folder)
     finally:
         for unfinished in staged.values():
             with contextlib.suppress(OSError):
@@ -70,6 +71,16 @@ def unfinished_file(path: Path) -> tuple[BinaryIO, Path]:
     descriptor, name = tempfile.mkstemp(prefix=_PREFIX, suffix=_SUFFIX, dir=path.parent)
     os.fchmod(descriptor, 0o666 & ~_umask())  # a temporary file is readable by its owner alone
     return os.fdopen(descriptor, "wb", buffering=0), Path(name)
+
+
+def _force_names(folder: Path) -> None:
+    """Forces a folder's names to the disk, so that a replaced file is not the old one again after a power cut."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        with contextlib.suppress(OSError):  # not every file system can
+            os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def _umask() -> int:

@@ -32,7 +32,11 @@ _WORK = ".structagent-work-"  # begins the name of the folder in which rows are 
 _WORKPLACE = re.compile(re.escape(_WORK) + r"[a-z0-9_]{8}")
 _NAMES = ("report.html", "report.json", "session.jsonl", "traceback.txt")  # of files that a row leaves, but for pictures
 # What makes a line one of ours.
-_KEYS = {"id", "line", "fingerprint", "success", "exit_code", "report", "seconds"}
+_KINDS = {
+    "id": str, "line": int, "fingerprint": str | None, "success": bool, "exit_code": int, "report": str | None,
+    "seconds": dict,
+}  # fmt: skip
+_KEYS = set(_KINDS)
 
 
 class Results:
@@ -60,6 +64,10 @@ class Results:
             check_subfolder(self._rows)
             self._rows.mkdir(exist_ok=True)
             self._journal = Journal(self.path, _KEYS, "result of a batch")
+            for number, entry in enumerate(self._journal.entries, start=1):
+                if wrong := next((key for key, kinds in _KINDS.items() if not isinstance(entry[key], kinds)), None):
+                    message = f"{str(self.path)!r}, line {number}: {wrong} cannot be {entry[wrong]!r}; choose another --out"
+                    raise BadInput(message)
             self._sweep()
             self._work = Path(tempfile.mkdtemp(prefix=_WORK, dir=folder))
             mark(folder, "batch", (RESULTS, PAGE))

@@ -205,3 +205,10 @@ def test_a_link_in_the_place_of_a_file_of_the_batch_is_not_followed(name, tmp_pa
     with pytest.raises((BadInput, OSError)):
         Results(out)
     assert not outside.exists()
+
+
+@pytest.mark.parametrize("key, value", [("id", ["a"]), ("id", None), ("seconds", 3), ("report", 7), ("success", "yes")])
+def test_results_of_another_kind(key, value, tmp_path):
+    (tmp_path / RESULTS).write_text(json.dumps(result("a") | {key: value}) + "\n")
+    with pytest.raises(BadInput, match=f"line 1: {key} cannot be"):
+        Results(tmp_path)
