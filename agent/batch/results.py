@@ -30,7 +30,7 @@ PAGE = "index.html"
 ROWS = "rows"
 _WORK = ".structagent-work-"  # begins the name of the folder in which rows are at work
 _WORKPLACE = re.compile(re.escape(_WORK) + r"[a-z0-9_]{8}")
-_NAMES = ("report.html", "report.json", "session.jsonl", "traceback.txt")  # of files that a row leaves, but for pictures
+_NAMES = ("report.html", "report.json", "session.jsonl", "traceback.txt")  # that a row leaves, beside pictures
 # What makes a line one of ours.
 _KINDS = {
     "id": str, "line": int, "fingerprint": str | None, "success": bool, "exit_code": int, "report": str | None,
@@ -66,8 +66,8 @@ class Results:
             self._journal = Journal(self.path, _KEYS, "result of a batch")
             for number, entry in enumerate(self._journal.entries, start=1):
                 if wrong := next((key for key, kinds in _KINDS.items() if not isinstance(entry[key], kinds)), None):
-                    message = f"{str(self.path)!r}, line {number}: {wrong} cannot be {entry[wrong]!r}; choose another --out"
-                    raise BadInput(message)
+                    where = f"{str(self.path)!r}, line {number}"
+                    raise BadInput(f"{where}: {wrong} cannot be {entry[wrong]!r}; choose another --out")
             self._sweep()
             self._work = Path(tempfile.mkdtemp(prefix=_WORK, dir=folder))
             mark(folder, "batch", (RESULTS, PAGE))

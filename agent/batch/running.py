@@ -24,7 +24,13 @@ _PAGE_SECONDS = 5.0  # between two versions of the page: of thousands of rows it
 
 
 def run_batch(
-    source: str, out: Path, defaults: RunOptions, workers: int | None, ray: str | None, retry: bool = False, force: bool = False
+    source: str,
+    out: Path,
+    defaults: RunOptions,
+    workers: int | None,
+    ray: str | None,
+    retry: bool = False,
+    force: bool = False,
 ) -> Summary:
     """Carries out every row of a file whose outcome is not known yet.
 
