@@ -117,8 +117,8 @@ class Results:
         if workplace.exists():
             mark(workplace, "run", (path.name for path in workplace.iterdir() if path.name != MARKER))
             _move(workplace, final)
+        self.by_id[result["id"]] = result  # first, because Ctrl-C may come while the journal waits for the disk
         self._journal.add(result)
-        self.by_id[result["id"]] = result
 
     def arrange(self, results: Sequence[dict[str, Any]]) -> None:
         """Replaces the journal by these results, at once."""
