@@ -26,6 +26,7 @@ from agent.cli_options import (
     AtOption,
     CallOption,
     CameraPoseOption,
+    ForceOutOption,
     JsonOption,
     LLMModelOption,
     LLMUrlOption,
@@ -48,8 +49,9 @@ from agent.cli_report import replay, report
 from agent.cli_scene import scene_app
 from agent.cli_train import generate, train
 from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, USAGE, UsageError, exit_code_of, one_sentence
-from agent.outputs import check_folder
+from agent.ownership import check_own_folder
 from agent.streams import ReaderGone, import_pybullet_silently, results_stream
+from agent.terminal_text import console_on
 
 # Typer carries its own copy of click in some versions and uses the installed one in others; its public
 # BadParameter is a usage error in both, and that is the general click error.
@@ -112,6 +114,7 @@ def run(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where the report goes; by default out/TIME-seedS.")
     ] = None,
+    force: ForceOutOption = False,
     json_output: JsonOption = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
@@ -142,8 +145,6 @@ def run(
     Example: structagent run "put the cups in a small circle on the left" --seed 3 --out out/cups
     """
     import_pybullet_silently()
-    from rich.console import Console
-
     from agent.events import Failed
     from agent.pipeline import RunOptions, run_instruction
     from agent.record import RunRecord
@@ -152,7 +153,7 @@ def run(
     from agent.session_file import run_session
 
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-seed{seed}"
-    check_folder(folder)
+    check_own_folder(folder, "run", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     trajectories = export_trajectory or []
     if trajectories and not execute:
@@ -168,7 +169,7 @@ def run(
         results = open_files.enter_context(results_stream())
         record = RunRecord(open_files.enter_context(run_session(folder, asdict(options))))
         viewer = open_files.enter_context(RerunLog(rerun)) if rerun is not None else None
-        tell = TerminalReport(Console(file=sys.stderr if json_output else results))
+        tell = TerminalReport(console_on(sys.stderr if json_output else results))
         listeners = [record, tell] + ([viewer] if viewer is not None else [])
         try:
             for event in run_instruction(text, options, watch=viewer and viewer.watch, trajectories=trajectories):

@@ -14,6 +14,7 @@ from agent.cli_options import (
     AtOption,
     CallOption,
     CameraPoseOption,
+    ForceOutOption,
     JsonOption,
     LLMModelOption,
     LLMUrlOption,
@@ -42,6 +43,7 @@ def batch(
         str, typer.Argument(metavar="FILE", help="JSON lines or plain text; - is standard input.", show_default=False)
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Results and reports; what is there is kept.")],
+    force: ForceOutOption = False,
     scene: SceneOption = "simulated",
     objects: ObjectsOption = "ycb",
     model: ModelOption = "diffusion",
@@ -95,7 +97,7 @@ def batch(
     recorded = recorded_options(at, topic, camera_pose, call)
     defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
     with results_stream() as results:
-        summary = run_batch(file, out, defaults, workers, ray, retry)
+        summary = run_batch(file, out, defaults, workers, ray, retry, force)
         if json_output:
             print(json.dumps(summary.to_dict(), indent=1, ensure_ascii=False), file=results)
         else:

@@ -14,6 +14,7 @@ from agent.cli_options import (
     AtOption,
     CallOption,
     CameraPoseOption,
+    ForceOutOption,
     LLMModelOption,
     LLMUrlOption,
     ModelOption,
@@ -29,8 +30,10 @@ from agent.cli_options import (
     WeightsOption,
     recorded_options,
 )
-from agent.errors import DEFECT, UsageError
+from agent.errors import UsageError
+from agent.ownership import check_own_folder
 from agent.streams import import_pybullet_silently, results_stream
+from agent.terminal_text import console_on
 
 _AT_ONCE = "Setting the table ..."
 
@@ -45,6 +48,7 @@ def chat(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where the session is kept; by default out/TIME-chat.")
     ] = None,
+    force: ForceOutOption = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
     llm_model: LLMModelOption = None,
@@ -65,19 +69,15 @@ def chat(
 
     Example: structagent chat --scene desk.yaml
     """
-    from rich.console import Console
-
-
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-chat"
-    if folder.exists() and not folder.is_dir():
-        raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
+    check_own_folder(folder, "chat", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     recorded = recorded_options(at, topic, camera_pose, call)
     if sys.stdin is None:
         raise UsageError("chat needs standard input, and it is closed")
     sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop
     with results_stream() as results:
-        console = Console(file=results)
+        console = console_on(results)
         console.print(_AT_ONCE, style="dim", highlight=False)  # before what follows is imported, which takes seconds
         import_pybullet_silently()
         from agent.chat.session import talk
@@ -85,7 +85,7 @@ def chat(
 
         options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
         session = folder / "session.jsonl"
-        defects = talk(options, console, session, sys.stdin, yes)
+        code = talk(options, console, session, sys.stdin, yes)
     print(f"session: {session}", file=sys.stderr)
-    if defects:
-        raise typer.Exit(DEFECT)
+    if code:
+        raise typer.Exit(code)

@@ -15,6 +15,7 @@ import typer
 
 from agent.cli_config import reading_options
 from agent.cli_options import (
+    ForceOutOption,
     JsonOption,
     LLMModelOption,
     LLMUrlOption,
@@ -28,7 +29,8 @@ from agent.cli_options import (
     SeedOption,
     WeightsOption,
 )
-from agent.outputs import check_file, check_folder, write_report
+from agent.outputs import check_file, write_report
+from agent.ownership import claim_folder
 from agent.streams import import_pybullet_silently, results_stream
 from grounding.spec import SHAPES
 
@@ -84,6 +86,7 @@ def evaluate_success(
         Path | None,
         typer.Option(metavar="DIR", help="Keep rows, tables, plots and pictures there, and go on where it stopped."),
     ] = None,
+    force: ForceOutOption = False,
     pictures: Annotated[
         int, typer.Option(min=0, help="With --out: the most pictures of failures per model and failure class.")
     ] = 5,
@@ -99,7 +102,7 @@ def evaluate_success(
 
     Example: structagent evaluate success --objects ycb --model diffusion --model geometric --out out/success
     """
-    check_folder(out)
+    claim_folder(out, "evaluation", force)
     import_pybullet_silently()
     from agent.success.asked import TOP_K, Asked
     from agent.success.measuring import checked_structures, measure_success
@@ -124,6 +127,7 @@ def evaluate_arm(
     candidates: CandidatesOption = 64,
     workers: PoolOption = None,
     out: RowsOption = None,
+    force: ForceOutOption = False,
     json_output: JsonOption = False,
 ) -> None:
     """How often the arm finds a plan, and how often what it builds stands as asked.
@@ -134,7 +138,7 @@ def evaluate_arm(
 
     Example: structagent evaluate arm --objects ycb --scenes 5 --out out/arm
     """
-    check_folder(out)
+    claim_folder(out, "evaluation", force)
     import_pybullet_silently()
     from agent.evaluating_arm import measure_arm, tell_arm, write_evaluation
 
@@ -154,6 +158,7 @@ def evaluate_recordings(
     ] = True,
     workers: PoolOption = None,
     out: RowsOption = None,
+    force: ForceOutOption = False,
     json_output: JsonOption = False,
 ) -> None:
     """What is found in bags of simulated scenes, and whether runs over them end as in simulation.
@@ -164,7 +169,7 @@ def evaluate_recordings(
 
     Example: structagent evaluate recordings --objects ycb --scenes 8 --out out/recordings
     """
-    check_folder(out)
+    claim_folder(out, "evaluation", force)
     import_pybullet_silently()
     from agent.evaluating_arm import write_evaluation
     from agent.evaluating_recordings import measure_recordings, tell_recordings
@@ -217,13 +222,14 @@ def evaluate_parse(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Write the report, the table and pictures of confusions there.")
     ] = None,
+    force: ForceOutOption = False,
     json_output: JsonOption = False,
 ) -> None:
     """How often an instruction ends in the right slots, and how often a parser makes something up.
 
     Example: structagent evaluate parse --data free --parser embedding --parser llm --out out/parsing
     """
-    check_folder(out)
+    claim_folder(out, "evaluation", force)
     from agent.evaluating_parse import measure_parsing, tell_parsing, write_parsing
     options = reading_options(ctx, "embedding", "robot", llm_model, llm_url)
     options = replace(options, replies=replies)
@@ -253,6 +259,7 @@ def evaluate_language(
     workers: PoolOption = None,
     ray: RayOption = None,
     out: RowsOption = None,
+    force: ForceOutOption = False,
     json_output: JsonOption = False,
 ) -> None:
     """What parsing costs: sentences straight through parser, planner and physics, beside the same with the slots told.
@@ -263,7 +270,7 @@ def evaluate_language(
 
     Example: structagent evaluate language --data free --objects ycb --model diffusion
     """
-    check_folder(out)
+    claim_folder(out, "evaluation", force)
     import_pybullet_silently()
     from agent.evaluating_language import LanguageAsked, measure_language, tell_language, write_language
 

@@ -12,6 +12,7 @@ import typer
 from agent.cli_options import JsonOption, WeightsOption
 from agent.errors import NotVerified, UsageError
 from agent.streams import results_stream
+from agent.terminal_text import console_on
 from structdiffusion.planners import LEGAL_NAMES, PLANNERS, networks_of
 
 models_app = typer.Typer(rich_markup_mode=None)
@@ -67,10 +68,9 @@ def show(
     if json_output:
         print(json.dumps(content, indent=1))
     elif sys.stdout.isatty():
-        from rich.console import Console
         from rich.markdown import Markdown
 
-        Console().print(Markdown(text))
+        console_on(sys.stdout).print(Markdown(text, hyperlinks=False))
     else:
         print(text, end="")
 

@@ -165,6 +165,15 @@ CallOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON to standard output, and nothing else.")]
 
 
+ForceOutOption = Annotated[
+    bool,
+    typer.Option(
+        "--force",
+        help="Write into --out even if it holds other files: those of the same names are replaced, the rest stays.",
+    ),
+]
+
+
 def complain(message: str) -> None:
     """One sentence on standard error."""
     print(f"structagent: {message}", file=sys.stderr)

@@ -11,6 +11,7 @@ import typer
 from agent.cli_options import JsonOption
 from agent.errors import UsageError
 from agent.streams import results_stream
+from agent.terminal_text import console_on
 
 SessionArgument = Annotated[
     Path, typer.Argument(metavar="FILE", help="A session file, such as a run's session.jsonl.", show_default=False)
@@ -32,8 +33,6 @@ def replay(
     """
     if speed is not None and not 0 < speed < float("inf"):
         raise UsageError(f"--speed must be a number above 0, got {speed:g}")
-    from rich.console import Console
-
     from agent.chat.screen import ChatScreen
     from agent.replaying import replay as show
     from agent.session_file import read_session
@@ -45,7 +44,7 @@ def replay(
                 if line.event is not None:
                     print(json.dumps({"seconds": line.seconds, "event": line.event}, ensure_ascii=False), file=results)
             return
-        console = Console(file=results)
+        console = console_on(results)
         screen = ChatScreen(console, echo=True)
         try:
             show(session, screen.tell, speed if console.is_terminal else None)

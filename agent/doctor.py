@@ -23,6 +23,7 @@ from agent.errors import BAD_INPUT, DONE, one_sentence
 from agent.installation import changed_files, reinstall
 from agent.isolated import Outcome, carry_out
 from agent.requirements import ROOT, Requirement, installed, required
+from agent.terminal_text import styled, visible
 
 PYTHON = Requirement("python", ">=3.11")
 SECONDS = 90.0  # that one check may take: packages load slowly from a cold or busy disk
@@ -273,9 +274,9 @@ def tell(check: Check, group: str, results: TextIO) -> None:
     """Writes one check, under the name of its group where that is another than `group`, the last one's."""
     sign, colour = ("ok", 32) if check.works else ("FAIL", 31) if check.needed else ("--", 33)
     shown = f"\x1b[{colour}m{sign:<4}\x1b[0m" if colourful(results) else f"{sign:<4}"
-    lines = [f"  {shown}  {check.name:<19} {check.detail}"]
-    lines += [f"        to mend: {check.mend}"] if check.mend else []
-    print("\n".join(([] if check.group == group else [check.group]) + lines), file=results, flush=True)
+    lines = [f"  {shown}  {check.name:<19} {visible(check.detail)}"]
+    lines += [f"        to mend: {visible(check.mend)}"] if check.mend else []
+    print("\n".join(([] if check.group == group else [check.group]) + lines), file=styled(results), flush=True)
 
 
 def tell_all(seconds: float, as_json: bool, results: TextIO) -> int:

@@ -56,6 +56,12 @@ class BadInput(AgentError):
     exit_code = BAD_INPUT
 
 
+class NotWritten(UsageError):
+    """An output file could not be written, for example because the disk is full; what was there before is whole."""
+
+    exit_code = BAD_INPUT
+
+
 class NotVerified(AgentError):
     """A model is not what its card says, or does not work."""
 
@@ -99,6 +105,7 @@ def exit_code_of(error: BaseException) -> int | None:
 
 def one_sentence(error: BaseException) -> str:
     """The error's message on one line; the operating system's without its number."""
-    if isinstance(error, OSError) and error.strerror and error.filename:
-        return f"{str(error.filename)!r}: {error.strerror[:1].lower()}{error.strerror[1:]}"
+    if isinstance(error, OSError) and error.strerror:
+        reason = f"{error.strerror[:1].lower()}{error.strerror[1:]}"
+        return f"{str(error.filename)!r}: {reason}" if error.filename else reason
     return " ".join(str(error).split()) or type(error).__name__

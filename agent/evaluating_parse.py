@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import io
 import json
 import statistics
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
-from rich.console import Console
 from rich.progress import Progress
 
 from agent import __version__
+from agent.ownership import mark
 from agent.reading import ReadingOptions, make_reader
 from agent.telling import aligned, number
+from agent.terminal_text import console_on
+from agent.whole_files import write_all_whole
 from grounding.benchmark import Row, free_rows, load_rows, rate, score, templated_rows
 from grounding.encoder import SentenceEncoder
 from grounding.selection import SelectionError, select_objects
@@ -47,7 +51,7 @@ def measure_parsing(
     """
     sets = {name: thinned(benchmark_rows(name), limit) for name in data}
     evaluations = []
-    with Progress(console=Console(stderr=True), transient=True, disable=None) as progress:
+    with Progress(console=console_on(sys.stderr), transient=True, disable=None) as progress:
         for parser in parsers:
             reader = make_reader(replace(options, parser=parser), strict=True)
             started = time.perf_counter()
@@ -134,14 +138,15 @@ def write_parsing(report: Mapping[str, Any], folder: Path) -> list[Path]:
     """Writes `parse.json`, `parse.txt` and a picture of the confusions per evaluation; their paths."""
     from agent.confusion import draw_confusion
 
-    folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / "parse.json", folder / "parse.txt"]
-    paths[0].write_text(json.dumps(report, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    with paths[1].open("w", encoding="utf-8") as file:
-        tell_parsing(report, file)
+    table = io.StringIO()
+    tell_parsing(report, table)
+    report_text = json.dumps(report, indent=1, ensure_ascii=False) + "\n"
+    write_all_whole(folder, {paths[0].name: report_text, paths[1].name: table.getvalue()})
     for found in report["evaluations"]:
         paths.append(folder / f"confusion-{found['parser']}-{Path(found['data']).stem}.png")
         draw_confusion(found["confusion"], f"{found['parser']} parser, {Path(found['data']).name}", paths[-1])
+    mark(folder, "evaluation", (path.name for path in paths))
     return paths
 
 

@@ -6,11 +6,13 @@ import fcntl
 import json
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput, UsageError
 from agent.outputs import check_folder
+from agent.whole_files import write_whole
 
 Entry = dict[str, Any]
 _LOCK = ".lock"
@@ -29,7 +31,7 @@ def locked(folder: Path, who: str) -> int:
     """
     check_folder(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    lock = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+    lock = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -58,7 +60,7 @@ class Journal:
         self.path = path
         self.entries: list[Entry] = []
         self._recover(keys, what)
-        self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+        self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW, 0o644)
 
     def __enter__(self) -> Journal:
         return self
@@ -70,9 +72,16 @@ class Journal:
         os.close(self._file)
 
     def add(self, entry: Entry) -> None:
-        """Appends an entry."""
-        _write_all(self._file, _line(entry))
-        os.fsync(self._file)
+        """Appends an entry, all of it or, where there is no room for it, nothing."""
+        size = os.fstat(self._file).st_size
+        try:
+            _write_all(self._file, _line(entry))
+            os.fsync(self._file)
+        except OSError as error:
+            with suppress(OSError):
+                os.ftruncate(self._file, size)
+            error.filename = str(self.path)
+            raise
         self.entries.append(entry)
 
     def arrange(self, entries: Sequence[Entry]) -> None:
@@ -83,30 +92,28 @@ class Journal:
         self._file = os.open(self.path, os.O_WRONLY | os.O_APPEND)
 
     def _recover(self, keys: set[str], what: str) -> None:
+        if self.path.is_symlink():
+            raise BadInput(f"{str(self.path)!r} is a symbolic link, and must be a file; choose another --out")
         try:
             content = self.path.read_bytes()
         except FileNotFoundError:
             return
-        lines, whole = content.split(b"\n"), b""
+        lines = content.split(b"\n")
+        last = max((number for number, line in enumerate(lines, start=1) if line), default=0)
+        whole = []
         for number, line in enumerate(lines, start=1):
-            entry = _entry(line, keys)
+            entry = entry_of(line, keys)
             if entry is not None:
                 self.entries.append(entry)
-                whole += line + b"\n"
-            elif any(lines[number:]):
+                whole.append(line + b"\n")
+            elif number < last:
                 raise BadInput(f"{str(self.path)!r}, line {number}: this is no {what}; choose another --out")
-        if whole != content:
-            self._replace(whole)
+        kept = b"".join(whole)  # at once: bytes that grow by a line at a time are copied for every line
+        if kept != content:
+            self._replace(kept)
 
     def _replace(self, content: bytes) -> None:
-        new = self.path.with_name(f".{self.path.name}")
-        descriptor = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
-        try:
-            _write_all(descriptor, content)
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
-        os.replace(new, self.path)
+        write_whole(self.path, content)
         folder = os.open(self.path.parent, os.O_RDONLY)
         try:
             os.fsync(folder)
@@ -118,11 +125,11 @@ def _line(entry: Entry) -> bytes:
     return json.dumps(entry, ensure_ascii=False, allow_nan=False).encode() + b"\n"
 
 
-def _entry(line: bytes, keys: set[str]) -> Entry | None:
-    """The entry in a line, or `None` where it has none."""
+def entry_of(line: bytes, keys: set[str]) -> Entry | None:
+    """The entry in a line, an object with these keys; `None` where it has none."""
     try:
         entry = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
     return entry if isinstance(entry, dict) and keys <= entry.keys() else None
 

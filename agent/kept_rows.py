@@ -22,6 +22,8 @@ import structdiffusion
 from agent import __version__
 from agent.errors import BadInput, UsageError
 from agent.journal import Journal, locked
+from agent.ownership import check_own_folder, mark
+from agent.whole_files import write_whole
 from structdiffusion.evaluation import Row
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.planners import networks_of
@@ -44,15 +46,17 @@ class KeptRows:
         rows: in the order in which they came.
 
     Raises:
-        UsageError: when the folder is a file, another evaluation is at work in it, or what it holds was asked for
-            otherwise.
+        UsageError: when the folder is a file, another evaluation is at work in it, what it holds was asked for
+            otherwise, or this tool did not write it.
         BadInput: when it holds something else.
     """
 
     def __init__(self, path: Path, asked: Mapping[str, Any], keys: set[str], files: Sequence[str]) -> None:
         self.path = path
+        check_own_folder(path, "evaluation")
         self._lock = locked(path, "evaluation")
         try:
+            mark(path, "evaluation", (ABOUT, ROWS, *files))
             # Before there is anything to be written to that file.
             for name in (ABOUT, ROWS, *files):
                 if (path / name).is_dir():
@@ -101,9 +105,7 @@ class KeptRows:
         elif (self.path / ROWS).exists():
             raise BadInput(f"{str(self.path)!r} has {ROWS} but no {ABOUT}; choose another --out")
         merged = dict(asked) | {"networks": networks | asked["networks"]}
-        new = path.with_name(f".{ABOUT}")
-        new.write_text(json.dumps(merged, indent=1) + "\n", encoding="utf-8")
-        new.replace(path)
+        write_whole(path, json.dumps(merged, indent=1) + "\n")
 
     def _refusal(self, why: str) -> UsageError:
         return UsageError(f"{str(self.path)!r} holds an evaluation {why}; choose another --out")

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput, UsageError
+from agent.whole_files import write_whole
 
 
 def check_folder(folder: Path | None) -> None:
@@ -56,8 +57,7 @@ def check_file(file: Path | None) -> None:
 
 def write_report(report: Mapping[str, Any], path: Path) -> list[Path]:
     """Writes a report as a JSON file, whose folder is made where it is missing; its path."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+    write_whole(path, json.dumps(report, indent=1) + "\n")
     return [path]
 
 

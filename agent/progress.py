@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
 
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from agent.terminal_text import console_on
 
 PLAIN_SECONDS = 10.0  # between two plain lines
 Result = TypeVar("Result")
@@ -23,7 +24,7 @@ def progress_bar(quiet: bool = False) -> Progress:
         MofNCompleteColumn(),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
-        console=Console(file=sys.stderr),
+        console=console_on(sys.stderr),
         disable=quiet or not sys.stderr.isatty(),
     )
 

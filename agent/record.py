@@ -30,12 +30,14 @@ from pathlib import Path
 from typing import Any
 
 from agent import __version__, events
-from agent.errors import UsageError
+from agent.errors import NotWritten
+from agent.ownership import files_written, mark
 from agent.page.document import run_page
 from agent.page.turn import Turn
 from agent.pictures import FILM, FORMAT, Picture, pictures_of
 from agent.redaction import without_credentials
-from agent.session_file import SessionWriter
+from agent.session_file import RUN_SESSION, SessionWriter
+from agent.whole_files import write_all_whole
 
 SCHEMA_VERSION = 2
 _REMARKS = ("asked", "answered", "noted", "commanded", "restored")
@@ -140,16 +142,27 @@ class RunRecord:
         self.pictures[picture.name] = picture.content
 
     def write(self, folder: Path) -> Path:
-        """Writes `report.json`, the pictures and `report.html` into `folder`; the path of the page."""
+        """Writes `report.json`, the pictures and `report.html` into `folder`; the path of the page.
+
+        Files of an earlier run are replaced when all of this one have found room on the disk, and its other pictures
+        are removed, so that none of them is taken for one of this run.
+
+        Raises:
+            NotWritten: when that is not possible; an earlier report is then whole.
+        """
+        files: dict[str, bytes | str] = {f"{name}.{FORMAT}": content for name, content in self.pictures.items()}
+        files |= {"report.json": self.json() + "\n", "report.html": run_page(self.turn)}
         try:
+            earlier = files_written(folder, "run")
+            session = earlier & {RUN_SESSION}
             folder.mkdir(parents=True, exist_ok=True)
-            _remove_pictures_of_earlier_run(folder)
-            for name, content in self.pictures.items():
-                (folder / f"{name}.{FORMAT}").write_bytes(content)
-            (folder / "report.json").write_text(self.json() + "\n", encoding="utf-8")
-            (folder / "report.html").write_text(run_page(self.turn), encoding="utf-8")
+            mark(folder, "run", earlier | files.keys())
+            write_all_whole(folder, files)
+            for name in earlier - files.keys() - session:
+                (folder / name).unlink(missing_ok=True)
+            mark(folder, "run", session | files.keys())
         except OSError as error:
-            raise UsageError(f"cannot write the report into {str(folder)!r}: {error.strerror}") from error
+            raise NotWritten(f"cannot write the report into {str(folder)!r}: {error.strerror}") from error
         return folder / "report.html"
 
     def json(self) -> str:
@@ -164,13 +177,3 @@ class RunRecord:
 def _without_kind(told: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in told.items() if key != "kind"}
 
-
-def _remove_pictures_of_earlier_run(folder: Path) -> None:
-    """Removes what an earlier report in this folder lists, so that no picture of it is taken for one of this run."""
-    try:
-        listed = json.loads((folder / "report.json").read_text(encoding="utf-8"))["pictures"]
-        names = [Path(entry["file"]).name for entry in listed]
-    except (FileNotFoundError, ValueError, KeyError, TypeError):
-        return  # no report of ours
-    for name in names:
-        (folder / name).unlink(missing_ok=True)

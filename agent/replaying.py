@@ -7,10 +7,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from agent.errors import UsageError
+from agent.errors import NotWritten, UsageError
 from agent.page.document import session_page
 from agent.record import RunRecord
 from agent.session_file import Session, read_session
+from agent.whole_files import write_whole
 
 
 def records_of(session: Session) -> list[RunRecord]:
@@ -48,7 +49,8 @@ def write_page(session: Path, page: Path) -> Path:
 
     Raises:
         BadInput: for a file that is no session, or a broken one.
-        UsageError: when the page cannot be written there.
+        UsageError: when the page has no file of its own.
+        NotWritten: when it cannot be written there; an earlier page is then whole.
     """
     if page.is_dir() or page.resolve() == session.resolve():
         what = "a folder" if page.is_dir() else "the session itself"
@@ -56,10 +58,9 @@ def write_page(session: Path, page: Path) -> Path:
     read = read_session(session)
     content = session_page(read, [record.turn for record in records_of(read)])
     try:
-        page.parent.mkdir(parents=True, exist_ok=True)
-        page.write_text(content, encoding="utf-8")
+        write_whole(page, content)
     except OSError as error:
-        raise UsageError(f"cannot write the page {str(page)!r}: {error.strerror}") from error
+        raise NotWritten(f"cannot write the page {str(page)!r}: {error.strerror}") from error
     return page
 
 

@@ -19,9 +19,11 @@ import base64
 import binascii
 import fcntl
 import json
+import os
 import platform
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -29,12 +31,15 @@ from types import TracebackType
 from typing import Any, Self
 
 from agent import __version__, events
-from agent.errors import BadInput, UsageError
+from agent.errors import BadInput, NotWritten, UsageError
+from agent.ownership import files_written, mark
 from agent.pictures import FORMAT, Picture
 from agent.redaction import without_credentials
 from agent.told import complaint, inconsistency
+from agent.whole_files import unfinished_file
 
 SCHEMA_VERSION = 1
+RUN_SESSION = "session.jsonl"
 _PASSING = frozenset({"previewed"})  # of interest while it happens alone
 
 
@@ -46,15 +51,23 @@ class SessionWriter:
         options: of the command, for the first line.
         anew: replace a file that is there already.
         from_kind: write nothing before an event of this kind was told, and then all that was told before it too.
+        owner: the kind of command whose output the file's folder is marked as (`agent.ownership`); `None` for no mark.
 
     Raises:
-        UsageError: when the file cannot be written.
+        UsageError: when another process writes the file, or it is something else than a session.
+        NotWritten: when the file cannot be written, also later.
     """
 
     def __init__(
-        self, path: Path, options: Mapping[str, Any], *, anew: bool = False, from_kind: str | None = None
+        self,
+        path: Path,
+        options: Mapping[str, Any],
+        *,
+        anew: bool = False,
+        from_kind: str | None = None,
+        owner: str | None = None,
     ) -> None:
-        self.path = path
+        self.path, self._owner = path, owner
         self._began = time.perf_counter()
         self._anew, self._from_kind = anew, from_kind
         self._file: Any = None
@@ -113,24 +126,53 @@ class SessionWriter:
     def _open(self) -> None:
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            if self._anew:
-                self.path.unlink(missing_ok=True)
-            torn = self.path.exists() and _is_torn(self.path)
-            self._file = self.path.open("ab", buffering=0)
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if self._owner is not None:
+                mark(self.path.parent, self._owner, files_written(self.path.parent, self._owner) | {self.path.name})
+            self._file = self._replaced() if self._anew else self._continued()
         except BlockingIOError as error:
             raise UsageError(f"another process writes the session {str(self.path)!r}; choose another folder") from error
         except OSError as error:
-            raise UsageError(f"cannot write the session {str(self.path)!r}: {error.strerror}") from error
-        self._put((b"\n" if torn else b"") + b"".join(self._waiting))
+            raise self._not_written(error) from error
         self._waiting = []
+
+    def _continued(self) -> Any:
+        """The file, open and locked, with what was waiting at its end; a symbolic link is not followed."""
+        torn = not self.path.is_symlink() and self.path.exists() and _is_torn(self.path)
+        flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW
+        file = os.fdopen(os.open(self.path, flags, 0o666), "ab", buffering=0)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _write(file, (b"\n" if torn else b"") + b"".join(self._waiting))
+        except OSError:
+            file.close()
+            raise
+        return file
+
+    def _replaced(self) -> Any:
+        """A new file, open and locked, with what was waiting, in the place of the earlier one, if there is any."""
+        with ExitStack() as until_replaced:
+            if self.path.exists() and not self.path.is_symlink():
+                earlier = until_replaced.enter_context(self.path.open("rb"))
+                fcntl.flock(earlier, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            file, unfinished = unfinished_file(self.path)
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                _write(file, b"".join(self._waiting))
+                os.replace(unfinished, self.path)
+            except BaseException:
+                file.close()
+                unfinished.unlink(missing_ok=True)
+                raise
+        return file
 
     def _put(self, content: bytes) -> None:
         try:
-            while content:  # a system takes part of it where the disk is nearly full
-                content = content[self._file.write(content) :]
+            _write(self._file, content)
         except OSError as error:
-            raise UsageError(f"cannot write the session {str(self.path)!r}: {error.strerror}") from error
+            raise self._not_written(error) from error
+
+    def _not_written(self, error: OSError) -> NotWritten:
+        return NotWritten(f"cannot write the session {str(self.path)!r}: {error.strerror}")
 
 
 def run_session(folder: Path, options: Mapping[str, Any]) -> SessionWriter:
@@ -140,7 +182,7 @@ def run_session(folder: Path, options: Mapping[str, Any]) -> SessionWriter:
         folder: made, with the file, when the run has seen something; before that there is nothing worth a folder.
         options: of the run.
     """
-    return SessionWriter(folder / "session.jsonl", options, anew=True, from_kind="perceived")
+    return SessionWriter(folder / RUN_SESSION, options, anew=True, from_kind="perceived", owner="run")
 
 
 @dataclass(frozen=True)
@@ -264,6 +306,18 @@ def _parsed(text: bytes) -> Any:
 
 def _line(entry: Mapping[str, Any]) -> bytes:
     return json.dumps(entry, ensure_ascii=False, allow_nan=False).encode("utf-8", errors="replace") + b"\n"
+
+
+def _write(file: Any, content: bytes) -> None:
+    """Writes all of it at the end of an unbuffered file, or nothing."""
+    size = os.fstat(file.fileno()).st_size
+    try:
+        while content:  # a system takes part of it where the disk is nearly full
+            content = content[file.write(content) :]
+    except OSError:
+        with suppress(OSError):
+            os.ftruncate(file.fileno(), size)  # half a line would make what follows it unreadable
+        raise
 
 
 def _is_torn(path: Path) -> bool:

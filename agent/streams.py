@@ -1,4 +1,7 @@
-"""Standard output is for results alone, whatever libraries print from C; and a command ends when nobody reads it."""
+"""Standard output is for results alone, whatever libraries print from C; and a command ends when nobody reads it.
+
+On both streams control characters of other people's texts are made visible; see `agent.terminal_text`.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, TextIO
 
+from agent.terminal_text import VisibleStream, VisibleText
 from structdiffusion.silence import import_pybullet_silently
 
 __all__ = ["ReaderGone", "end_when_nobody_reads", "import_pybullet_silently", "results_stream"]
@@ -36,7 +40,7 @@ class _Output(io.FileIO):
 
 def _text(descriptor: int, encoding: str, errors: str, line_buffering: bool = True) -> TextIO:
     binary = io.BufferedWriter(_Output(descriptor, "wb", closefd=False))
-    return io.TextIOWrapper(binary, encoding, errors, line_buffering=line_buffering)
+    return VisibleText(binary, encoding, errors, line_buffering=line_buffering)
 
 
 def end_when_nobody_reads() -> None:
@@ -62,7 +66,7 @@ def results_stream() -> Iterator[TextIO]:
     try:
         descriptor = sys.stdout.fileno()
     except (OSError, ValueError, AttributeError):  # not a file: somebody captures the output in this process
-        yield sys.stdout
+        yield VisibleStream(sys.stdout)  # type: ignore[misc]  # all that is missing is the stream's
         return
     kept = os.dup(descriptor)
     os.dup2(2, descriptor)

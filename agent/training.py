@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
 from agent import __version__
 from agent.errors import UsageError
 from agent.progress import progress_bar
+from agent.terminal_text import console_on
 from grounding.spec import SHAPES
 from structdiffusion.models import structformer_name
 
@@ -138,7 +138,7 @@ def _train(run: TrainingRun, device: torch.device, together: Together | None = N
     examples = "pairs" if run.kind == "collision" else "scenes"
     surroundings = Surroundings(__version__, about_data(run.data), run.recipe.batch, examples, run.precision)
     told = together is None or together.rank == 0
-    console = Console(soft_wrap=True, highlight=False, quiet=not told)
+    console = console_on(sys.stdout, soft_wrap=True, highlight=False, quiet=not told)
     with progress_bar(quiet=not told) as progress:
         task = progress.add_task(run.kind, total=run.recipe.steps)
         for row in train(model, loss, run.out, options, device, surroundings=surroundings, together=together):

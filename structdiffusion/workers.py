@@ -20,6 +20,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from structdiffusion.silence import import_pybullet_silently
+from structdiffusion.temporary_folders import SHAPES
 
 WORKER_DIED = "worker died"
 _MOST_DEATHS = 3  # of workers in a row while they load: the next one would hardly fare better
@@ -177,6 +178,7 @@ def _by_processes(work: _Work, jobs: Sequence[Any], workers: int) -> Iterator[tu
     finally:
         for process in processes.values():
             process.end()
+        SHAPES.remove_abandoned()  # a process that was ended could not do so itself
 
 
 def _busy(processes: dict[Connection, _Process]) -> int:

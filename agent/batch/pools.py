@@ -16,6 +16,7 @@ from agent.batch.rows import Row
 from agent.batch.working import carry_out, lost
 from agent.cluster import ray_cluster
 from agent.loaded import Loaded
+from agent.whole_files import write_whole
 from structdiffusion.workers import Lost, in_parallel
 
 
@@ -52,8 +53,7 @@ def on_ray(jobs: Sequence[Job], address: str, workers: int | None) -> Iterator[d
                 continue
             job, told, files = result
             for name, content in files.items():
-                job.folder.mkdir(exist_ok=True)
-                (job.folder / name).write_bytes(content)
+                write_whole(job.folder / Path(name).name, content)
             yield told
 
 

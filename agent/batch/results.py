@@ -1,5 +1,8 @@
 """The folder of a batch: `results.jsonl`, a page, and `rows/ID` with report and session of what saw something.
 
+Only a folder that is empty or was made by a batch is taken, unless it is forced (`agent.ownership`). In `rows/ID` only
+the files are replaced that a batch wrote there; what somebody else put beside them stays.
+
 `results.jsonl` is a journal while the batch works: one process appends a whole line for every row that ends, and forces
 it to the disk; of two lines with one id the later holds. When all rows have ended it is replaced by one line per row in
 the order of the file. A report is written under another name and moved into place before its row's line is appended, so
@@ -9,18 +12,31 @@ that a batch that is killed loses the rows at work, and nothing else. Reports of
 from __future__ import annotations
 
 import os
+import re
 import shutil
+import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from agent.journal import Journal, locked
+from agent.errors import BadInput
+from agent.journal import Journal, entry_of, locked
+from agent.ownership import MARKER, check_own_folder, check_subfolder, files_written, mark, remove_written
+from agent.whole_files import write_whole
 
 RESULTS = "results.jsonl"
 PAGE = "index.html"
 ROWS = "rows"
+_WORK = ".structagent-work-"  # begins the name of the folder in which rows are at work
+_WORKPLACE = re.compile(re.escape(_WORK) + r"[a-z0-9_]{8}")
+_NAMES = ("report.html", "report.json", "session.jsonl", "traceback.txt")  # that a row leaves, beside pictures
 # What makes a line one of ours.
-_KEYS = {"id", "line", "fingerprint", "success", "exit_code", "report", "seconds"}
+_KINDS = {
+    "id": str, "line": int, "fingerprint": str | None, "success": bool, "exit_code": int, "report": str | None,
+    "seconds": dict,
+}  # fmt: skip
+_KEYS = set(_KINDS)
 
 
 class Results:
@@ -28,27 +44,37 @@ class Results:
 
     Args:
         folder: made where it is not there; what a batch that was killed has left half done is cleaned up.
+        force: take a folder that holds something else, too.
 
     Attributes:
         path: of the journal.
         by_id: row id -> the latest line, as a dictionary.
 
     Raises:
-        UsageError: when the folder is a file, or another batch is at work in it.
+        UsageError: when the folder is a file, another batch is at work in it, or it holds files of somebody else.
         BadInput: when its `results.jsonl` is not one of a batch.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._lock = locked(folder, "batch")
+    def __init__(self, folder: Path, force: bool = False) -> None:
         self.folder, self.path, self._rows = folder, folder / RESULTS, folder / ROWS
+        _check_results(self.path)
+        check_own_folder(folder, "batch", force)
+        self._lock = locked(folder, "batch")
         try:
+            check_subfolder(self._rows)
             self._rows.mkdir(exist_ok=True)
             self._journal = Journal(self.path, _KEYS, "result of a batch")
+            for number, entry in enumerate(self._journal.entries, start=1):
+                if wrong := next((key for key, kinds in _KINDS.items() if not isinstance(entry[key], kinds)), None):
+                    where = f"{str(self.path)!r}, line {number}"
+                    raise BadInput(f"{where}: {wrong} cannot be {entry[wrong]!r}; choose another --out")
+            self._sweep()
+            self._work = Path(tempfile.mkdtemp(prefix=_WORK, dir=folder))
+            mark(folder, "batch", (RESULTS, PAGE))
         except BaseException:
             os.close(self._lock)
             raise
         self.by_id: dict[str, dict[str, Any]] = {result["id"]: result for result in self._journal.entries}
-        self._sweep()
 
     def __enter__(self) -> Results:
         return self
@@ -58,13 +84,25 @@ class Results:
 
     def close(self) -> None:
         """Lets other batches into the folder."""
-        self._sweep()
+        shutil.rmtree(self._work, ignore_errors=True)
         self._journal.close()
         os.close(self._lock)
 
     def workplace(self, row_id: str) -> Path:
-        """Where the report of a row is written before it is moved into place; not there yet."""
-        return self._rows / f".{row_id}"
+        """Where the report of a row is written before it is moved into place; not there yet.
+
+        Raises:
+            BadInput: when the row's own folder is no folder, or holds files with names of ours that no batch wrote.
+        """
+        final = self._rows / row_id
+        check_subfolder(final)
+        if final.exists():
+            foreign = {entry.name for entry in os.scandir(final)} - files_written(final, "run")
+            if taken := sorted(name for name in foreign if name in _NAMES):
+                raise BadInput(
+                    f"{str(final / taken[0])!r} is there, and no batch wrote it; choose another --out, or move it away"
+                )
+        return self._work / row_id
 
     def has_report(self, result: dict[str, Any]) -> bool:
         """Whether the report that a result names is there, if it names one."""
@@ -72,10 +110,13 @@ class Results:
 
     def add(self, result: dict[str, Any]) -> None:
         """Moves what the row has left in its workplace into place, and keeps its result."""
-        final, workplace = self._rows / result["id"], self.workplace(result["id"])
-        shutil.rmtree(final, ignore_errors=True)
+        final, workplace = self._rows / result["id"], self._work / result["id"]
+        check_subfolder(final)
+        if final.exists():
+            self._clear(final)
         if workplace.exists():
-            workplace.rename(final)
+            mark(workplace, "run", (path.name for path in workplace.iterdir() if path.name != MARKER))
+            _move(workplace, final)
         self.by_id[result["id"]] = result  # first, because Ctrl-C may come while the journal waits for the disk
         self._journal.add(result)
 
@@ -85,11 +126,44 @@ class Results:
 
     def write_page(self, page: str) -> None:
         """Replaces the folder's page (HTML), at once."""
-        new = self.folder / f".{PAGE}"
-        new.write_text(page, encoding="utf-8")
-        new.replace(self.folder / PAGE)
+        write_whole(self.folder / PAGE, page)
+
+    def _clear(self, final: Path) -> None:
+        """Removes what a batch wrote into a row's folder, and the folder where nothing else is in it."""
+        remove_written(final, "run")
+        with suppress(OSError):
+            if [path.name for path in final.iterdir()] == [MARKER]:
+                (final / MARKER).unlink()
+            final.rmdir()
 
     def _sweep(self) -> None:
-        """Removes workplaces that nobody works in any more."""
-        for path in self._rows.glob(".*"):
-            shutil.rmtree(path, ignore_errors=True)
+        """Removes the workplaces of batches that were killed: folders with the names that `tempfile` gave them."""
+        for path in self.folder.glob(f"{_WORK}*"):
+            if _WORKPLACE.fullmatch(path.name) and not path.is_symlink():
+                shutil.rmtree(path, ignore_errors=True)
+
+
+def _check_results(path: Path) -> None:
+    """Refuses a file of results that is none, before anything is written beside it.
+
+    Raises:
+        BadInput: when it is something else, or a symbolic link.
+    """
+    if not os.path.lexists(path):
+        return
+    if path.is_symlink() or not path.is_file():
+        raise BadInput(f"{str(path)!r} must be a file with the results of a batch; choose another --out")
+    with path.open("rb") as file:
+        first = file.readline()
+    if first.endswith(b"\n") and entry_of(first, _KEYS) is None:
+        raise BadInput(f"{str(path)!r}, line 1: this is no result of a batch; choose another --out")
+
+
+def _move(workplace: Path, final: Path) -> None:
+    """Moves a workplace, or where files of somebody else stayed in the row's folder, what is in it."""
+    if not final.exists():
+        workplace.rename(final)
+        return
+    for path in sorted(workplace.iterdir()):
+        path.replace(final / path.name)
+    workplace.rmdir()

@@ -24,7 +24,13 @@ _PAGE_SECONDS = 5.0  # between two versions of the page: of thousands of rows it
 
 
 def run_batch(
-    source: str, out: Path, defaults: RunOptions, workers: int | None, ray: str | None, retry: bool = False
+    source: str,
+    out: Path,
+    defaults: RunOptions,
+    workers: int | None,
+    ray: str | None,
+    retry: bool = False,
+    force: bool = False,
 ) -> Summary:
     """Carries out every row of a file whose outcome is not known yet.
 
@@ -38,6 +44,7 @@ def run_batch(
         workers: how many processes, never more than rows; `None` for one per core.
         ray: the address of a Ray cluster whose workers do it, or `None` for processes of this machine.
         retry: carry out all rows that failed once more.
+        force: take a folder that holds something else, too.
 
     Raises:
         BadInput: when there is no such file, it has no rows, or the folder's results are not those of a batch.
@@ -45,7 +52,7 @@ def run_batch(
             not answer.
     """
     rows = read_rows(source, defaults)
-    with Results(out) as results:
+    with Results(out, force) as results:
         known = {row.id for row in rows if _is_known(row, results, retry)}
         bad = [row for row in rows if isinstance(row, BadRow) and row.id not in known]
         jobs = [Job(row, results.workplace(row.id)) for row in rows if isinstance(row, Row) and row.id not in known]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import traceback
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from agent.chat.greeting import invitation
 from agent.chat.lines import Lines
 from agent.chat.screen import SHOWN, ChatScreen
 from agent.cli_options import MOST_SEED
-from agent.errors import UsageError, exit_code_of, one_sentence
+from agent.errors import DEFECT, DONE, NotWritten, UsageError, exit_code_of, one_sentence
 from agent.replaying import write_page
 from agent.scenes.files import SUFFIXES
 from agent.scenes.sources import SIMULATED
@@ -43,6 +44,7 @@ class Chat:
 
     Attributes:
         defects: how often the program itself was at fault.
+        unwritten: how often a file could not be written.
     """
 
     def __init__(
@@ -57,7 +59,12 @@ class Chat:
         self._talk, self._screen, self._lines, self._tell = conversation, screen, lines, tell
         self._session, self._yes = session, yes
         self._overwrites: Path | None = None
-        self.defects = 0
+        self.defects = self.unwritten = 0
+
+    @property
+    def exit_code(self) -> int:
+        """0, or that of the worst that was told while the chat went on."""
+        return DEFECT if self.defects else NotWritten.exit_code if self.unwritten else DONE
 
     def run(self) -> None:
         """Talks until the lines end, or somebody quits."""
@@ -78,6 +85,7 @@ class Chat:
                 self._screen.complain("interrupted")
             except Exception as error:
                 self._screen.complain(one_sentence(error) if exit_code_of(error) is not None else self._defect(error))
+                self.unwritten += isinstance(error, NotWritten | OSError)
             finally:
                 self._screen.idle()
 
@@ -96,10 +104,14 @@ class Chat:
     def _defect(self, error: Exception) -> str:
         """Keeps what is wrong with this program beside the session, for a report; the chat goes on."""
         path = self._session.with_name("traceback.txt")
-        with path.open("a", encoding="utf-8") as file:
-            traceback.print_exception(error, file=file)
         self.defects += 1
         what = f"{type(error).__name__}: {one_sentence(error)}"
+        try:
+            flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW
+            with os.fdopen(os.open(path, flags, 0o666), "a", encoding="utf-8") as file:
+                traceback.print_exception(error, file=file)
+        except OSError as trouble:
+            return f"a defect of structagent, {what}; the chat goes on, but {one_sentence(trouble)}"
         return f"a defect of structagent, {what}; {path} says where, and the chat goes on"
 
     def _prompt(self) -> str:

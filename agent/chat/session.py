@@ -36,11 +36,12 @@ def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, ye
         yes: build without asking.
 
     Returns:
-        How often the program itself was at fault; each is told, and kept beside the session.
+        The exit code: 0, or that of the worst that happened: a file could not be written, or the program itself was at
+        fault. Each was told when it happened, and the chat went on.
     """
     loaded = Loaded()
     screen = ChatScreen(console)
-    with SessionWriter(session, events.json_value(asdict(options))) as writer:
+    with SessionWriter(session, events.json_value(asdict(options)), owner="chat") as writer:
         keep = _Keeping(writer)
 
         def tell(event: events.Event) -> None:
@@ -57,7 +58,7 @@ def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, ye
                     chat.run()
             finally:
                 warming.join()  # a process that ends while a library is being loaded dies of it
-    return chat.defects
+    return chat.exit_code
 
 
 @contextmanager

@@ -21,7 +21,6 @@ middle of its footprint as it rests. A file that is read and written again is th
 from __future__ import annotations
 
 import math
-import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
@@ -30,6 +29,7 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput
+from agent.whole_files import write_whole
 
 VERSION = 1
 MOST_OBJECTS = 40
@@ -297,10 +297,4 @@ def write_scene(objects: Sequence[PlacedObject], path: Path, comment: str = "") 
     Raises:
         OSError: when it cannot be written there.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(f"{path.name}.{os.getpid()}.part")
-    try:
-        unfinished.write_text(scene_text(objects, comment), encoding="utf-8")
-        os.replace(unfinished, path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    write_whole(path, scene_text(objects, comment))

@@ -15,10 +15,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from agent.errors import BadInput
 from agent.evaluating import Place
 from agent.journal import Journal
 from agent.kept_rows import KeptRows
+from agent.ownership import check_subfolder
 from structdiffusion.evaluation import Row
 from structdiffusion.evaluation_scenes import EvaluationScene
 from structdiffusion.workers import WORKER_DIED
@@ -48,8 +48,7 @@ class EvaluationFolder:
 
     def __init__(self, path: Path, asked: Mapping[str, Any]) -> None:
         self.path = path
-        if (path / FAILURES).is_file():
-            raise BadInput(f"{str(path / FAILURES)!r} is a file, and must be a folder; choose another --out")
+        check_subfolder(path / FAILURES)
         keys = {"model", "structure", "number", "failure", "verdicts"}
         self._kept = KeptRows(path, asked, keys, (SCENES, *RESULTS))
         try:

@@ -20,6 +20,7 @@ from agent.progress import progress
 from agent.success.asked import Asked
 from agent.success.folder import EvaluationFolder
 from agent.success.pictures import failure_picture, pictured
+from agent.whole_files import write_whole
 from agent.workforce import Workforce, workforce
 from grounding.spec import SHAPES
 from structdiffusion.evaluation import Evaluation, Row, lost_row, solve
@@ -160,11 +161,7 @@ def _draw_pictures(
                 tell(False)
                 continue
             name, content = picture
-            path = folder / name
-            path.parent.mkdir(exist_ok=True)
-            unfinished = path.with_suffix(".tmp")
-            unfinished.write_bytes(content)
-            unfinished.replace(path)  # a picture is there whole or not at all
+            write_whole(folder / name, content)
             tell()
 
 

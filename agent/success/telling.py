@@ -12,6 +12,7 @@ from agent.success.plots import draw_failures, draw_success_at_k
 from agent.success.tables import markdown_of
 from agent.evaluating import lost_note
 from agent.telling import aligned, number
+from agent.whole_files import write_all_whole
 from structdiffusion.workers import WORKER_DIED
 
 
@@ -48,8 +49,8 @@ def tell_success(report: Mapping[str, Any], results: TextIO) -> None:
 def write_success(report: Mapping[str, Any], folder: Path) -> list[Path]:
     """Writes `eval.json`, `tables.md`, `success_at_k.png` and `failures.png`; their paths."""
     paths = [folder / name for name in RESULTS]
-    paths[0].write_text(json.dumps(report, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    paths[1].write_text(markdown_of(report), encoding="utf-8")
+    report_text = json.dumps(report, indent=1, ensure_ascii=False) + "\n"
+    write_all_whole(folder, {paths[0].name: report_text, paths[1].name: markdown_of(report)})
     draw_success_at_k(report, paths[2])
     draw_failures(report, paths[3])
     return paths

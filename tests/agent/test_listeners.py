@@ -77,7 +77,7 @@ def test_folder_has_report_page_and_pictures(told, tmp_path):
     page = record.write(tmp_path / "new" / "folder")
     assert page.name == "report.html"
     names = {path.name for path in page.parent.iterdir()}
-    assert names == {"report.html", "report.json"} | {entry["file"] for entry in record.report["pictures"]}
+    assert names == {".structagent.json", "report.html", "report.json"} | {entry["file"] for entry in record.report["pictures"]}
     assert {"camera-before.webp", "scene-before.webp", "imagined-goal.webp", "placement-1-after.webp"} <= names
     for path in page.parent.glob("*.webp"):
         assert Image.open(path).size[0] >= 64

@@ -20,6 +20,8 @@ from agent.outputs import check_file, check_folder, write_report
         ["evaluate", "success"],
         ["evaluate", "parse"],
         ["evaluate", "language"],
+        ["evaluate", "arm"],
+        ["evaluate", "recordings"],
     ],
     ids=" ".join,
 )
@@ -32,7 +34,7 @@ def test_commands_that_write_into_a_folder(command, tmp_path, capsys):
     assert "/file/out', where nothing can be written (not a directory); legal: a folder" in said
 
 
-@pytest.mark.parametrize("name", ["arm", "recordings", "completion", "coverage"])
+@pytest.mark.parametrize("name", ["completion", "coverage"])
 def test_evaluations_that_write_a_file(name, tmp_path, capsys):
     assert command_line(["evaluate", name, "--out", str(tmp_path)]) == 2
     assert f"--out must be a file, and '{tmp_path}' is a folder" in capsys.readouterr().err

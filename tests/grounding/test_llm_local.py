@@ -2,6 +2,7 @@
 
 import io
 import json
+import shutil
 import sys
 
 import pytest
@@ -9,9 +10,10 @@ import torch
 from tokenizers import Tokenizer, models, pre_tokenizers
 from transformers import LlamaConfig, LlamaForCausalLM
 
+from grounding import llm_model
 from grounding.benchmark import development_rows, score, templated_rows
 from grounding.llm_local import ADAPTER, LocalLLM, lay_out, read_adapter
-from grounding.llm_model import FILES, cache_folder, default_folder, default_gguf, load_model
+from grounding.llm_model import FILES, cache_folder, checksum, default_folder, default_gguf, load_model
 from grounding.llm_parser import LLMParser
 from grounding.llm_reply import ANSWERS, LLMError
 from prompts import load_prompt, with_examples
@@ -123,6 +125,41 @@ def test_the_conversion_leaves_a_whole_folder_and_nothing_else(monkeypatch, tmp_
     assert default_folder() == folder and (folder / "model.safetensors").stat().st_mtime_ns == made
     network, _ = load_model(folder)
     assert sum(weight.numel() for weight in network.parameters()) == pytest.approx(134.5e6, rel=0.01)
+
+
+@pytest.mark.parametrize("damage", ["cut", "changed", "gone", "no JSON", "earlier version", "not a dictionary"])
+def test_a_damaged_conversion_is_made_anew(damage, monkeypatch, tmp_path):
+    """Whatever happens to the cache, the next call mends it, and the one after that finds it whole."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    conversions = []
+
+    def convert(gguf, folder):
+        conversions.append(folder)
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        for name in FILES:
+            (folder / name).write_bytes(name.encode())
+        (folder / llm_model.CHECKSUMS).write_text(json.dumps({name: checksum(folder / name) for name in FILES}))
+
+    monkeypatch.setattr(llm_model, "_convert", convert)
+    folder = default_folder()
+    assert default_folder() == folder and len(conversions) == 1
+    weights, sums = folder / "model.safetensors", folder / llm_model.CHECKSUMS
+    match damage:
+        case "cut":
+            weights.write_bytes(weights.read_bytes()[:-1])
+        case "changed":
+            weights.write_bytes(weights.read_bytes()[:-1] + b"?")
+        case "gone":
+            weights.unlink()
+        case "no JSON":
+            sums.write_bytes(b"\xff{")
+        case "earlier version":
+            sums.unlink()
+        case "not a dictionary":
+            sums.write_text("[" * 5000)
+    assert default_folder() == folder and len(conversions) == 2
+    assert default_folder() == folder and len(conversions) == 2
 
 
 def default_folder_name():

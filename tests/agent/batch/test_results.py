@@ -1,10 +1,12 @@
 """The folder of a batch: nothing that was kept is lost or torn, and one batch at a time is at work in it."""
 
 import json
+import os
 
 import pytest
 
 from agent.batch.results import RESULTS, Results
+from agent.cli import command_line
 from agent.errors import BadInput, UsageError
 
 
@@ -78,16 +80,21 @@ def test_a_report_is_moved_into_place_and_replaces_the_earlier_one(tmp_path):
             (results.workplace("a") / f"{name}.html").write_text("")
             results.add(result("a", report=f"rows/a/{name}.html"))
             assert results.has_report(results.by_id["a"])
-        assert [path.name for path in (tmp_path / "rows" / "a").iterdir()] == ["second.html"]
+        assert sorted(path.name for path in (tmp_path / "rows" / "a").iterdir()) == [".structagent.json", "second.html"]
         results.add(result("a", success=False))
         assert not (tmp_path / "rows" / "a").exists()
 
 
 def test_what_a_killed_batch_left_half_done_is_cleaned_up_and_reports_stay(tmp_path):
-    (tmp_path / "rows" / ".b").mkdir(parents=True)
+    killed = Results(tmp_path)
+    killed.workplace("b").mkdir()
+    (killed.workplace("b") / "session.jsonl").write_text("half")
     (tmp_path / "rows" / "a").mkdir()
-    with Results(tmp_path):
+    os.close(killed._lock)  # which is all that ends with a process that is killed
+    with Results(tmp_path) as results:
+        assert not killed.workplace("b").exists() and not results.workplace("b").exists()
         assert [path.name for path in (tmp_path / "rows").iterdir()] == ["a"]
+    assert not list(tmp_path.glob(".structagent-work-*"))
 
 
 def test_results_in_order_replace_the_journal(tmp_path):
@@ -97,4 +104,111 @@ def test_results_in_order_replace_the_journal(tmp_path):
         results.arrange([results.by_id[row_id] for row_id in "ab"])
         results.add(result("d"))
     assert [json.loads(line)["id"] for line in (tmp_path / RESULTS).read_text().splitlines()] == ["a", "b", "d"]
-    assert sorted(path.name for path in tmp_path.iterdir()) == [".lock", RESULTS, "rows"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".lock", ".structagent.json", RESULTS, "rows"]
+
+
+def foreign(folder, **files: str):
+    """A folder with files of somebody else, by name; what is in it, to be compared later."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in files.items():
+        (folder / name).write_text(content)
+    return {path.name: path.read_text() for path in folder.iterdir() if path.is_file()}
+
+
+def test_a_folder_of_somebody_else_is_refused_and_left_as_it_is(tmp_path):
+    before = foreign(tmp_path / "rows" / ".git", config="mine")
+    with pytest.raises(UsageError, match="files that structagent did not write.*--force"):
+        Results(tmp_path)
+    assert foreign(tmp_path / "rows" / ".git") == before
+    assert [path.name for path in tmp_path.iterdir()] == ["rows"]
+
+
+def test_results_of_one_torn_line_that_are_not_ours_stay(tmp_path):
+    (tmp_path / RESULTS).write_text("some notes of mine")
+    with pytest.raises(UsageError, match="did not write"):
+        Results(tmp_path)
+    assert (tmp_path / RESULTS).read_text() == "some notes of mine"
+
+
+def test_forced_into_a_folder_of_somebody_else_a_batch_removes_nothing(tmp_path):
+    hidden = foreign(tmp_path / "rows" / ".git", config="mine")
+    beside = foreign(tmp_path / "rows" / "a", notes="mine")
+    with Results(tmp_path, force=True) as results:
+        for name in ("first", "second"):
+            results.workplace("a").mkdir()
+            (results.workplace("a") / f"{name}.html").write_text(name)
+            results.add(result("a", report=f"rows/a/{name}.html"))
+    assert foreign(tmp_path / "rows" / ".git") == hidden
+    there = {name: text for name, text in foreign(tmp_path / "rows" / "a").items() if name != ".structagent.json"}
+    assert there == beside | {"second.html": "second"}
+
+
+def test_a_report_of_somebody_else_in_the_place_of_a_row_is_not_replaced(tmp_path):
+    with Results(tmp_path) as results:
+        before = foreign(tmp_path / "rows" / "a", **{"report.html": "mine"})
+        with pytest.raises(BadInput, match="rows/a/report.html' is there, and no batch wrote it"):
+            results.workplace("a")
+    assert foreign(tmp_path / "rows" / "a") == before
+
+
+@pytest.mark.parametrize("place", ["rows", "rows/a"])
+def test_links_out_of_the_folder_are_not_followed(place, tmp_path):
+    out, outside = tmp_path / "out", tmp_path / "outside"
+    before = foreign(outside, **{"report.html": "mine", ".hidden": "mine"})
+    Results(out).close()
+    if place == "rows":
+        (out / "rows").rmdir()
+    (out / place).symlink_to(outside)
+    with pytest.raises(BadInput, match="is a symbolic link, and must be a folder"):
+        with Results(out) as results:
+            results.workplace("a")
+    assert foreign(outside) == before
+
+
+def test_a_full_disk_keeps_the_results_whole(tmp_path, monkeypatch):
+    with Results(tmp_path) as results:
+        results.add(result("a"))
+        before = results.path.read_bytes()
+        monkeypatch.setattr(os, "fsync", no_room)
+        with pytest.raises(OSError, match="No space left"):
+            results.add(result("b"))
+        with pytest.raises(OSError, match="No space left"):
+            results.write_page("<html>")
+        monkeypatch.undo()
+        assert results.path.read_bytes() == before
+    assert not [path for path in tmp_path.iterdir() if path.name.endswith(".part")]
+
+
+def no_room(descriptor: int) -> None:
+    raise OSError(28, "No space left on device")
+
+
+
+def test_a_second_batch_on_the_same_folder_is_refused_by_the_command_line(tmp_path, capsys):
+    (tmp_path / "rows.txt").write_text("make a line\n")
+    with Results(tmp_path / "out"):
+        before = sorted(path.name for path in (tmp_path / "out").iterdir())
+        assert command_line(["batch", str(tmp_path / "rows.txt"), "--out", str(tmp_path / "out")]) == 2
+        assert f"another batch is at work in '{tmp_path}/out'; wait for it" in capsys.readouterr().err
+        link = tmp_path / "link"
+        link.symlink_to("out")  # another name of the same folder
+        assert command_line(["batch", str(tmp_path / "rows.txt"), "--out", str(link), "--force"]) == 2
+        assert sorted(path.name for path in (tmp_path / "out").iterdir()) == before
+
+
+@pytest.mark.parametrize("name", [".lock", "results.jsonl"])
+def test_a_link_in_the_place_of_a_file_of_the_batch_is_not_followed(name, tmp_path):
+    out, outside = tmp_path / "out", tmp_path / "outside"
+    Results(out).close()
+    (out / name).unlink()
+    (out / name).symlink_to(outside)
+    with pytest.raises((BadInput, OSError)):
+        Results(out)
+    assert not outside.exists()
+
+
+@pytest.mark.parametrize("key, value", [("id", ["a"]), ("id", None), ("seconds", 3), ("report", 7), ("success", "yes")])
+def test_results_of_another_kind(key, value, tmp_path):
+    (tmp_path / RESULTS).write_text(json.dumps(result("a") | {key: value}) + "\n")
+    with pytest.raises(BadInput, match=f"line 1: {key} cannot be"):
+        Results(tmp_path)

@@ -107,6 +107,21 @@ def test_a_file_is_overwritten_at_the_second_time_of_asking(chat_of, tmp_path):
     assert path.read_text().startswith("# structagent chat")
 
 
+def test_what_cannot_be_written_decides_how_the_chat_ends(chat_of, tmp_path, monkeypatch):
+    def no_room(descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    kept = tmp_path / "table.yaml"
+    kept.write_text("mine")
+    monkeypatch.setattr("os.fsync", no_room)
+    shown, chat = chat_of(f"/save {kept}", f"/save {kept}", "/seed")
+    assert "no space left on device" in shown and "seed: 0" in shown  # the chat goes on
+    assert kept.read_text() == "mine" and [path.name for path in tmp_path.iterdir()] == ["table.yaml"]
+    assert (chat.unwritten, chat.exit_code) == (1, 6)
+    _, chat = chat_of("/seed")
+    assert chat.exit_code == 0
+
+
 def test_a_defect_costs_a_line_and_is_kept(chat_of, conversation, tmp_path):
     def broken(text):
         raise RuntimeError("out of order")
