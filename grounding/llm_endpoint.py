@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit, urlunsplit
 
-from grounding.llm_reply import ANSWERS, NONE, LLMError, Reply, certain
+from grounding.llm_reply import ANSWERS, NONE, IllegalReplyError, LLMError, Reply, certain
 
 if TYPE_CHECKING:
     import httpx
@@ -79,7 +79,7 @@ class EndpointLLM:
                 return certain(read_answers(content))
             except ValueError as error:
                 problem = str(error)
-        raise self._error(f"gave no legal answer in {TRIES} tries: {problem}")
+        raise IllegalReplyError(str(self._error(f"gave no legal answer in {TRIES} tries: {problem}")))
 
     def _answer(self, prompt: str, text: str) -> str:
         """What the model says, after one step back where the server does not know a JSON schema."""

@@ -85,6 +85,8 @@ def read_rows(source: str, defaults: RunOptions) -> list[Row | BadRow]:
         BadInput: when there is no such file, or it has no rows.
         UsageError, BadInput: when the defaults themselves are not legal.
     """
+    if source == STANDARD_INPUT and sys.stdin is None:
+        raise BadInput("the rows should come from standard input, and it is closed")
     if source == STANDARD_INPUT:
         content, folder = sys.stdin.buffer.read(), Path.cwd()
     else:
