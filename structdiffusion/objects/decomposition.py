@@ -20,6 +20,8 @@ import trimesh
 import vhacdx
 from scipy.spatial import ConvexHull, QhullError
 
+from structdiffusion.limits import DISTANCES_AT_ONCE
+
 MAX_PARTS = 24
 MAX_PART_VERTICES = 32
 # A thing that is one convex body alone may be rounder than the parts of others.
@@ -89,7 +91,11 @@ def signed_distance(points: np.ndarray, parts: tuple[np.ndarray, ...]) -> np.nda
     nearest = np.full(len(points), np.inf)
     for part in parts:
         planes = ConvexHull(part).equations
-        np.minimum(nearest, (points @ planes[:, :3].T + planes[:, 3]).max(axis=1), out=nearest)
+        # The hull of a fine, round mesh has a hundred thousand planes, and all distances at once would take gigabytes.
+        step = max(1, DISTANCES_AT_ONCE // len(planes))
+        for start in range(0, len(points), step):
+            some = slice(start, start + step)
+            np.minimum(nearest[some], (points[some] @ planes[:, :3].T + planes[:, 3]).max(axis=1), out=nearest[some])
     return nearest
 
 
