@@ -55,6 +55,12 @@ GLB_TEXT_BYTES = 10_000_000
 # Distances that are held in memory at once: 32 MB of them.
 DISTANCES_AT_ONCE = 4_000_000
 
+# --- what takes its time ---------------------------------------------------------------------
+
+# Bytes of meshes, and of a recording or what it unpacks to, from which on reading them says after 2 s that it goes on.
+SLOW_BYTES = 1_000_000
+SLOW_BAG_BYTES = 50_000_000
+
 # --- models ----------------------------------------------------------------------------------
 
 # Bytes of a checkpoint's config: ours have 1 kB.

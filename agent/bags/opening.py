@@ -25,6 +25,7 @@ from rosbags.typesys.store import Typestore
 from agent.bags.unpacking import Unpacking, UnpackingLimits
 from agent.errors import AgentError, BadInput, one_sentence
 from agent.limited_yaml import check_yaml
+from agent.progress import told_when_slow
 from structdiffusion.limits import BAG_MESSAGE_BYTES, METADATA_BYTES
 
 STORAGES = (".db3", ".mcap")  # of ROS 2
@@ -159,13 +160,14 @@ def open_bag(path: Path, limits: UnpackingLimits = UnpackingLimits()) -> Iterato
     if not path.exists():
         raise BadInput(f"there is no {str(path)!r}")
     unpacking = Unpacking(path, limits)
-    with unpacking.counted():
-        reader, notes = _opened(path)
-    try:
-        _limit_messages(reader)
-        yield Bag(path, reader, notes, unpacking)
-    finally:
-        reader.close()
+    with told_when_slow(f"reading {str(path)!r}", unpacking.is_slow):
+        with unpacking.counted():
+            reader, notes = _opened(path)
+        try:
+            _limit_messages(reader)
+            yield Bag(path, reader, notes, unpacking)
+        finally:
+            reader.close()
 
 
 def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:

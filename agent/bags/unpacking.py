@@ -27,6 +27,7 @@ from structdiffusion.limits import (
     BAG_PIECE_BYTES,
     BAG_UNPACKED_BYTES,
     BAG_UNPACKED_TIMES,
+    SLOW_BAG_BYTES,
 )
 
 _zstd = ros2.zstd  # in Python's own library from 3.14 on, and in a package before
@@ -57,8 +58,13 @@ class Unpacking:
         if path is not None and path.is_dir():
             files = [file for file in path.iterdir() if file.is_file()]
         packed = sum(file.stat().st_size for file in files)
-        self._left = max(limits.all_pieces, limits.all_times * packed)
+        self._size = packed
+        self._all = self._left = max(limits.all_pieces, limits.all_times * packed)
         self._left_of_files = max(limits.files, limits.file_times * packed)
+
+    def is_slow(self) -> bool:
+        """Whether there is, or was, so much to read that it takes its time."""
+        return max(self._size, self._all - self._left) > SLOW_BAG_BYTES
 
     @contextmanager
     def counted(self) -> Iterator[None]:
