@@ -22,7 +22,7 @@ BAG_PIECE_BYTES = 256_000_000
 BAG_UNPACKED_BYTES = 2_000_000_000
 BAG_UNPACKED_TIMES = 200
 # Bytes of temporary files that an open ROS 2 folder of packed files may need, and how many times their size.
-BAG_FILE_BYTES = 256_000_000
+BAG_FILE_BYTES = 128_000_000
 BAG_FILE_TIMES = 50
 # Bytes of one message in an SQLite database, which can claim data of any size that it makes up itself.
 BAG_MESSAGE_BYTES = 256_000_000

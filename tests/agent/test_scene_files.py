@@ -10,9 +10,10 @@ import typer
 
 from agent import cli
 from agent.cli_scene import scene_app
+from agent.errors import BadInput
 from agent.pipeline import RunOptions, run_instruction
 from agent.record import RunRecord
-from agent.scenes.files import PlacedObject, SceneFileError, parse_scene, write_scene
+from agent.scenes.files import PlacedObject, SceneFileError, parse_scene, read_text, write_scene
 from agent.scenes.placing import load_scene, placement_of, pose_of
 from agent.scenes.sources import FileSource, scene_source
 from grounding.selection import Selection
