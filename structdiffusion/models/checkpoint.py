@@ -106,19 +106,18 @@ def _check_config_size(kind: type[Checkpointed], path: Path, values: dict[str, A
         most = CONFIG_LAYERS if key.endswith("layers") else CONFIG_NUMBER
         for number in value if isinstance(value, list) else [value]:
             if isinstance(number, (int, float)) and not -most <= number <= most:
-                raise CheckpointError(f"{path} has {key} {_shortened(value)}; a network may have at most {most}")
+                raise CheckpointError(f"{path} has {key} {_shortened(repr(value))}; a network may have at most {most}")
     try:
         with torch.device("meta"):  # shapes without numbers
             outline = kind(kind.Config(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}))
     except Exception as error:
-        raise CheckpointError(f"{path} describes no network: {error}") from error
+        raise CheckpointError(f"{path} describes no network: {_shortened(str(error), 160)}") from error
     if (count := sum(tensor.numel() for tensor in outline.state_dict().values())) > PARAMETERS:
         raise CheckpointError(f"{path} describes a network of {count} numbers; it may have at most {PARAMETERS}")
 
 
-def _shortened(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 else f"{text[:37]}..."
+def _shortened(text: str, most: int = 40) -> str:
+    return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def file_facts(folder: str | Path) -> dict[str, dict[str, Any]]:

@@ -139,6 +139,7 @@ def test_a_value_that_builds_no_network_names_the_file(folder, value):
         ({"layers": 10**400}, "has layers 1000000"),
         ({"points": 1e300}, r"has points 1e\+300; a network may have at most 8192"),
         ({"width": -(10**9)}, "has width -1000000000"),
+        ({"width": "x" * 50_000}, "describes no network: "),
         ({"points": [10**9]}, r"has points \[1000000000\]"),
         ({"width": 8192, "layers": 64}, "describes a network of 18864032769 numbers; it may have at most 200000000"),
     ],
