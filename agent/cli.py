@@ -48,9 +48,9 @@ from agent.cli_models import models_app
 from agent.cli_report import replay, report
 from agent.cli_scene import scene_app
 from agent.cli_train import generate, train
-from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, USAGE, UsageError, exit_code_of, one_sentence
+from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, USAGE, BadInput, UsageError, exit_code_of, one_sentence
 from agent.ownership import check_own_folder
-from agent.streams import ReaderGone, import_pybullet_silently, results_stream
+from agent.streams import NO_TEXT, ReaderGone, as_text, import_pybullet_silently, lines_as_they_come, results_stream
 from agent.terminal_text import console_on
 
 # Typer carries its own copy of click in some versions and uses the installed one in others; its public
@@ -152,6 +152,9 @@ def run(
     from agent.rerun_log import RerunLog
     from agent.session_file import run_session
 
+    replaced, text = text, as_text(text)
+    if text.count(NO_TEXT) > replaced.count(NO_TEXT):
+        raise BadInput(f"the instruction {text!r} has a byte that is no UTF-8 text, where {NO_TEXT} stands")
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-seed{seed}"
     check_own_folder(folder, "run", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
@@ -217,20 +220,18 @@ def parse(
     """
     from agent.reading import read_instructions
 
-    if not texts and sys.stdin.isatty():
+    if not texts and (sys.stdin is None or sys.stdin.isatty()):
         raise UsageError("parse needs an instruction, as an argument or on standard input, one a line")
-    if not texts:
-        sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop
     # As JSON every line has its row, an empty one too, so that rows and lines can be counted off.
-    lines = texts or [line.rstrip("\r\n") for line in sys.stdin if json_output or line.strip()]
-    if not lines:
-        raise UsageError("parse needs an instruction, and standard input had none")
+    given = [list(map(as_text, texts))] if texts else lines_as_they_come(sys.stdin, keep_blank=json_output)
     names = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]
     if names == []:
         raise UsageError(f'--objects must name objects, as "mug,bowl,plate", and {objects!r} names none')
     options = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     with results_stream() as results:
-        refused = read_instructions(lines, options, names, json_output, results, complain)
+        read, refused = read_instructions(given, options, names, json_output, results, complain)
+    if not read:
+        raise UsageError("parse needs an instruction, and standard input had none")
     if refused:
         raise typer.Exit(NOT_BUILDABLE)
 

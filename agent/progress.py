@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from agent.terminal_text import console_on
 
 PLAIN_SECONDS = 10.0  # between two plain lines
+SLOW_SECONDS = 2.0  # after which work that cannot say how far it is says at least that it goes on
 Result = TypeVar("Result")
 
 
@@ -80,6 +82,38 @@ def followed(what: str, results: Iterable[Result], total: int) -> Iterator[Resul
         for result in results:
             tell()
             yield result
+
+
+@contextmanager
+def told_when_slow(
+    what: str,
+    worth: Callable[[], bool] = lambda: True,
+    first: float = SLOW_SECONDS,
+    then: float = PLAIN_SECONDS,
+) -> Iterator[None]:
+    """Says on standard error that something goes on, when it takes more than 2 s, and every 10 s after that.
+
+    Args:
+        what: is done, as "reading the meshes in 'cups'".
+        worth: whether to say so, asked each time; what is small is never slow for long.
+        first, then: seconds until it is said, and until it is said again.
+    """
+    ended, began = threading.Event(), time.monotonic()
+
+    def tell() -> None:
+        wait = first
+        while not ended.wait(wait):
+            if worth():
+                print(f"{what}: {span(time.monotonic() - began)} so far", file=sys.stderr, flush=True)
+            wait = then
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        teller.join()
 
 
 def _description(what: str, failed: int) -> str:

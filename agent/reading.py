@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING, TextIO
 from agent.telling import number, slot_label
 from grounding.reading import Reader, Reading
 from grounding.spec import SLOTS
+
+# How many instructions are read at once: 32 are read four times as fast as one by one, and take 0.2 s.
+AT_ONCE = 32
 
 if TYPE_CHECKING:
     from grounding.encoder import SentenceEncoder
@@ -78,17 +81,18 @@ def make_reader(options: ReadingOptions, encoder: SentenceEncoder | None = None,
 
 
 def read_instructions(
-    texts: Sequence[str],
+    texts: Iterable[Sequence[str]],
     options: ReadingOptions,
     names: Sequence[str] | None,
     as_json: bool,
     results: TextIO,
     complain: Callable[[str], None],
-) -> int:
-    """Reads every instruction, tells what was read, and goes on after one that is refused.
+) -> tuple[int, int]:
+    """Reads every instruction, tells what was read as soon as it is, and goes on after one that is refused.
 
     Args:
-        texts: the instructions.
+        texts: the instructions, as many at a time as are there; at most `AT_ONCE` of them are read together. None is
+            kept, so that the memory does not grow with them.
         options: how to read them.
         names: of the objects on the table, where they are known.
         as_json: one JSON object a line.
@@ -96,16 +100,27 @@ def read_instructions(
         complain: takes one sentence for every instruction that was refused, and one for a fallback.
 
     Returns:
-        How many were refused.
+        How many were read, and how many were refused.
     """
-    readings = make_reader(options).read_many(texts, names)
-    for note in dict.fromkeys(reading.fallback for reading in readings if reading.fallback):
-        complain(note)
-    for reading in readings:
-        print(json.dumps(reading.to_dict(), ensure_ascii=False) if as_json else _as_text(reading), file=results)
-        if reading.status == "refused":
-            complain(reading.message)
-    return sum(reading.status == "refused" for reading in readings)
+    reader, read, refused, told = make_reader(options), 0, 0, ""
+    at_once = 1 if options.parser == "llm" else AT_ONCE  # a language model reads one by one, and takes seconds
+    if options.parser == "embedding":
+        import torch
+
+        torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
+    for given in texts:
+        for start in range(0, len(given), at_once):
+            for reading in reader.read_many(given[start : start + at_once], names):
+                if reading.fallback and reading.fallback != told:
+                    told = reading.fallback
+                    complain(told)
+                print(json.dumps(reading.to_dict(), ensure_ascii=False) if as_json else _as_text(reading), file=results)
+                read += 1
+                if reading.status == "refused":
+                    refused += 1
+                    complain(reading.message)
+            results.flush()
+    return read, refused
 
 
 def _as_text(reading: Reading) -> str:

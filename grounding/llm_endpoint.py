@@ -15,7 +15,7 @@ from typing import Any
 from urllib.parse import parse_qsl, unquote, urlsplit, urlunsplit
 
 from grounding.llm_exchange import Exchange, ExchangeError
-from grounding.llm_reply import ANSWERS, NONE, LLMError, Reply, certain
+from grounding.llm_reply import ANSWERS, NONE, IllegalReplyError, LLMError, Reply, certain
 
 KEY_VARIABLE = "STRUCTAGENT_LLM_KEY"
 # The other tools' key is sent where it belongs, and not to whatever address is tried out here.
@@ -88,7 +88,7 @@ class EndpointLLM:
                 return certain(read_answers(content, self._secrets))
             except ValueError as error:
                 problem = str(error)
-        raise self._error(f"gave no legal answer in {TRIES} tries: {problem}")
+        raise IllegalReplyError(str(self._error(f"gave no legal answer in {TRIES} tries: {problem}")))
 
     def _answer(self, prompt: str, text: str) -> str:
         """What the model says, after one step back where the server does not know a JSON schema."""

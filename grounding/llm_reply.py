@@ -28,6 +28,10 @@ class LLMError(RuntimeError):
     """A language model that cannot be used; the message is one sentence that says which and why."""
 
 
+class IllegalReplyError(LLMError):
+    """A language model that answers, but not legally to this text: others may still be read with it."""
+
+
 class Backend(Protocol):
     """A language model that answers the questions.
 
@@ -47,7 +51,7 @@ class Backend(Protocol):
             text: the instruction, as `quotable` gives it.
 
         Raises:
-            LLMError: if no legal reply can be had.
+            LLMError: if no legal reply can be had; an `IllegalReplyError` where that concerns this text alone.
         """
 
 

@@ -15,7 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from grounding.foreign_languages import foreign_language
-from grounding.llm_reply import LLMError
+from grounding.llm_reply import IllegalReplyError, LLMError
 from grounding.parse import OBJECT, Parse, Parser, Question, shortened, unreadable
 from grounding.selection import AmbiguousReferenceError, SelectionError, mentioned, select_objects
 from grounding.spec import SLOTS, StructureSpec
@@ -92,7 +92,8 @@ class Reader:
     """Reads instructions with one parser, and with another when that one cannot be used.
 
     Args:
-        parser: makes the parser that is asked for; an `LLMError` counts as "cannot be used".
+        parser: makes the parser that is asked for; an `LLMError` counts as "cannot be used", for good, and an
+            `IllegalReplyError` for the one text.
         fallback: makes the one that speaks instead; `None` lets the error out.
         viewpoint: one of `VIEWPOINTS`.
         encoder: finds what nouns mean that the selection's tables do not know; `None` does without.
@@ -116,6 +117,7 @@ class Reader:
         self._make_parser, self._make_fallback = parser, fallback
         self._encoder = encoder
         self._parser: Parser | None = None
+        self._substitute: Parser | None = None
         self.fallback = ""
 
     @property
@@ -136,9 +138,9 @@ class Reader:
         """What each of many instructions asks for; together they are read faster."""
         _ = self.parser  # loading it is no reading time
         started = time.perf_counter()
-        parses = self.parse_batch(texts)
+        heard = self._heard(texts)
         seconds = (time.perf_counter() - started) / max(1, len(texts))
-        return [self._reading(parse, names, seconds) for parse in parses]
+        return [self._reading(parse, names, seconds, fallback) for parse, fallback in heard]
 
     @property
     def name(self) -> str:
@@ -155,32 +157,53 @@ class Reader:
         Falls back where the parser cannot be used. Text that is not English is refused before any parser sees it, and
         what the slots cannot hold after.
         """
+        return [parse for parse, _ in self._heard(texts)]
+
+    def _heard(self, texts: Sequence[str]) -> list[tuple[Parse, str]]:
+        """As `parse_batch`, each with why another parser than the one that was asked for spoke, or ""."""
         foreign = [None if not text.strip() else foreign_language(text, partial(self._mended, text)) for text in texts]
         english = [text for text, language in zip(texts, foreign, strict=True) if language is None]
+        answers = iter(self._answers(english))
+        heard = []
+        for text, language in zip(texts, foreign, strict=True):
+            if language:
+                heard.append((unreadable(text, _not_english(text, language), self.name), self.fallback))
+            else:
+                parse, fallback = next(answers)
+                heard.append((checked(parse, partial(self._mended, text)), fallback))
+        return heard
+
+    def _answers(self, texts: Sequence[str]) -> list[tuple[Parse, str]]:
+        """What the parser says of texts in English, or the other one where it cannot, with the reason."""
         try:
-            parses = iter(self.parser.parse_batch(english))
+            return [(parse, self.fallback) for parse in self.parser.parse_batch(texts)]
+        except IllegalReplyError as error:
+            if len(texts) > 1:  # an illegal reply costs its own text and no other
+                return [answer for text in texts for answer in self._answers([text])]
+            parser = self._other(error)
+            return [(parse, f"{error}; the {parser.name} parser read this") for parse in parser.parse_batch(texts)]
         except LLMError as error:
             self._parser = self._fall_back(error)
-            parses = iter(self._parser.parse_batch(english))
-        return [
-            unreadable(text, _not_english(text, language), self.name)
-            if language
-            else checked(next(parses), partial(self._mended, text))
-            for text, language in zip(texts, foreign, strict=True)
-        ]
+            return [(parse, self.fallback) for parse in self._parser.parse_batch(texts)]
 
     def _mended(self, text: str) -> str:
         """The text without typing errors, as far as the encoder knows words."""
         return mend(text, self._encoder.whole_words).text if self._encoder is not None else text
 
     def _fall_back(self, error: LLMError) -> Parser:
-        if self._make_fallback is None:
-            raise error
-        parser = self._make_fallback()
+        parser = self._other(error)
         self.fallback = f"the LLM cannot be used ({error}); the {parser.name} parser read this"
         return parser
 
-    def _reading(self, parse: Parse, names: Sequence[str] | None, seconds: float) -> Reading:
+    def _other(self, error: LLMError) -> Parser:
+        """The parser that speaks instead; where there is none, `error` is raised."""
+        if self._make_fallback is None:
+            raise error
+        if self._substitute is None:
+            self._substitute = self._make_fallback()
+        return self._substitute
+
+    def _reading(self, parse: Parse, names: Sequence[str] | None, seconds: float, fallback: str) -> Reading:
         started = time.perf_counter()
         status, message, objects, question = parse.status, parse.message, None, parse.question
         if status != "refused":
@@ -204,7 +227,7 @@ class Reader:
             self.viewpoint,
             objects,
             seconds + time.perf_counter() - started,
-            self.fallback,
+            fallback,
             question,
         )
 

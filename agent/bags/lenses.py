@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 
 from agent.errors import BadInput
+from agent.limited_yaml import load_yaml
+from structdiffusion.limits import LENS_BYTES
 
 KNOWN_FILES = "camera_params.json, camera.json, intrinsics.json, camera_info.yaml or K.txt"
 _SUFFIXES = (".json", ".yaml", ".yml", ".txt")
@@ -20,7 +22,6 @@ _MATRICES = ("k", "cam_k", "camera_matrix", "intrinsic_matrix", "intrinsics", "i
 _CENTERS = (("cx", "cy"), ("ppx", "ppy"), ("x_offset", "y_offset"))
 _SIZES = (("width", "height"), ("img_width", "img_height"), ("image_width", "image_height"))
 _METRES_A_UNIT = ("depth_scale", "depth_units", "depth_unit", "depth_factor", "factor_depth")
-_MOST_BYTES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -68,8 +69,8 @@ def matrix_of(fx: float, fy: float, cx: float, cy: float) -> np.ndarray:
 
 
 def _lens_of(path: Path) -> Lens | None:
-    if path.stat().st_size > _MOST_BYTES:
-        return None
+    if (size := path.stat().st_size) > LENS_BYTES:
+        raise BadInput(f"the camera's file {str(path)!r} has {size} bytes; at most {LENS_BYTES} are read")
     try:
         text = path.read_text(encoding="utf-8-sig")
         if path.suffix.lower() == ".txt":
@@ -88,12 +89,7 @@ def _lens_of(path: Path) -> Lens | None:
 def _parsed(text: str, suffix: str) -> Any:
     if suffix == ".json":
         return json.loads(text)
-    import yaml
-
-    try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ValueError("this is no YAML") from error
+    return load_yaml(text)
 
 
 def _mappings(found: Any) -> Iterator[Mapping[str, Any]]:

@@ -15,13 +15,18 @@ from pathlib import Path
 from textwrap import shorten
 from typing import Any
 
+import apsw
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Reader as Reader1
 from rosbags.rosbag2 import Reader as Reader2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
+from agent.bags.unpacking import Unpacking, UnpackingLimits
 from agent.errors import AgentError, BadInput, one_sentence
+from agent.limited_yaml import check_yaml
+from agent.progress import told_when_slow
+from structdiffusion.limits import BAG_MESSAGE_BYTES, METADATA_BYTES
 
 STORAGES = (".db3", ".mcap")  # of ROS 2
 SUFFIXES = (".bag", *STORAGES)
@@ -86,8 +91,8 @@ class Bag:
         notes: what was mended to read it, each a sentence.
     """
 
-    def __init__(self, path: Path, reader: Reader1 | Reader2, notes: Sequence[str]) -> None:
-        self.path, self.notes, self._reader = path, tuple(notes), reader
+    def __init__(self, path: Path, reader: Reader1 | Reader2, notes: Sequence[str], unpacking: Unpacking) -> None:
+        self.path, self.notes, self._reader, self._unpacking = path, tuple(notes), reader, unpacking
         by_name: dict[tuple[str, str], list[Connection]] = {}
         for connection in reader.connections:
             by_name.setdefault((connection.topic, connection.msgtype), []).append(connection)
@@ -120,7 +125,7 @@ class Bag:
         connections = [connection for stream in streams for connection in stream.connections]
         found = self._reader.messages(connections, start, stop)
         while True:
-            with _told(f"cannot read on in {str(self.path)!r}"):
+            with _told(f"cannot read on in {str(self.path)!r}"), self._unpacking.counted():
                 item = next(found, None)
                 if item is None:
                     return
@@ -142,23 +147,31 @@ class Bag:
 
 
 @contextmanager
-def open_bag(path: Path) -> Iterator[Bag]:
+def open_bag(path: Path, limits: UnpackingLimits = UnpackingLimits()) -> Iterator[Bag]:
     """The bag at `path`, open meanwhile.
+
+    Args:
+        path: the file or folder.
+        limits: how much packed data may become.
 
     Raises:
         BadInput: where it is none, or too damaged to be read.
     """
-    reader, notes = _opened(path)
-    try:
-        yield Bag(path, reader, notes)
-    finally:
-        reader.close()
+    if not path.exists():
+        raise BadInput(f"there is no {str(path)!r}")
+    unpacking = Unpacking(path, limits)
+    with told_when_slow(f"reading {str(path)!r}", unpacking.is_slow):
+        with unpacking.counted():
+            reader, notes = _opened(path)
+        try:
+            _limit_messages(reader)
+            yield Bag(path, reader, notes, unpacking)
+        finally:
+            reader.close()
 
 
 def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
     """An open reader of the bag, and what was mended for it."""
-    if not path.exists():
-        raise BadInput(f"there is no {str(path)!r}")
     if path.is_dir():
         return _opened_folder(path)
     if path.suffix not in SUFFIXES:
@@ -180,6 +193,24 @@ def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
     return reader, _cut_note(path, header) if path.suffix == ".db3" else []
 
 
+def _limit_messages(reader: Reader1 | Reader2) -> None:
+    """Lets no database give a message larger than the limit: its tables can make up data of any size."""
+    if isinstance(reader, Reader2):
+        for storage in getattr(reader.storage, "storages", [reader.storage]):
+            if (database := getattr(storage, "dbconn", None)) is not None:
+                database.limit(apsw.SQLITE_LIMIT_LENGTH, BAG_MESSAGE_BYTES)
+
+
+def _check_metadata(path: Path) -> None:
+    """Refuses metadata that are too large, or stand for more than they say."""
+    if (size := path.stat().st_size) > METADATA_BYTES:
+        raise BadInput(f"its {path.name} has {size} bytes; at most {METADATA_BYTES} are read")
+    try:
+        check_yaml(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise BadInput(f"its {path.name} cannot be used: {error}") from error
+
+
 def _cut_note(path: Path, header: bytes) -> list[str]:
     """Says that a database is cut short where its header counts more pages than there are; SQLite does not mind."""
     page, counted = int.from_bytes(header[16:18], "big"), int.from_bytes(header[28:32], "big")
@@ -193,6 +224,7 @@ def _opened_folder(path: Path) -> tuple[Reader2, list[str]]:
     if (path / METADATA).exists():
         try:
             with _told(f"its {METADATA} cannot be used"):
+                _check_metadata(path / METADATA)
                 reader = Reader2(path)
                 reader.open()
             return reader, []

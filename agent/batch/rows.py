@@ -31,6 +31,7 @@ from agent.config import SETTINGS
 from agent.errors import AgentError, BadInput, UsageError
 from agent.events import json_value
 from agent.pipeline import RunOptions
+from structdiffusion.limits import BATCH_BYTES, ROW_BYTES
 
 STANDARD_INPUT = "-"
 LARGEST_SEED = 2**63 - 1  # what torch takes
@@ -85,13 +86,18 @@ def read_rows(source: str, defaults: RunOptions) -> list[Row | BadRow]:
         BadInput: when there is no such file, or it has no rows.
         UsageError, BadInput: when the defaults themselves are not legal.
     """
+    if source == STANDARD_INPUT and sys.stdin is None:
+        raise BadInput("the rows should come from standard input, and it is closed")
     if source == STANDARD_INPUT:
-        content, folder = sys.stdin.buffer.read(), Path.cwd()
+        content, folder = sys.stdin.buffer.read(BATCH_BYTES + 1), Path.cwd()
     else:
         path = Path(source)
         if not path.is_file():
             raise BadInput(f"there is no batch file {source!r}")
-        content, folder = path.read_bytes(), path.resolve().parent
+        with path.open("rb") as file:
+            content, folder = file.read(BATCH_BYTES + 1), path.resolve().parent
+    if len(content) > BATCH_BYTES:
+        raise BadInput(f"the batch file {source!r} has more than {BATCH_BYTES} bytes; divide it into several batches")
     defaults = with_options(defaults, flags_of(defaults), Path.cwd(), flags=True)
     lines = [line.rstrip(b"\r") for line in content.removeprefix(b"\xef\xbb\xbf").split(b"\n")]
     reader = _Reader(folder, defaults, _is_json(source, content))
@@ -169,6 +175,8 @@ class _Reader:
         """The row in a line that is not blank; nothing for a comment."""
         own, text = f"line-{line:03d}", None
         try:
+            if len(content) > ROW_BYTES:
+                raise BadInput(f"the row has {len(content)} bytes; at most {ROW_BYTES} are read")
             said = content.decode()
             if not self._as_json:
                 if not said.lstrip().startswith("#"):
@@ -217,11 +225,12 @@ def _object(line: str) -> dict[str, Any]:
     """
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        keys = [key for key, _ in pairs]
-        for key in keys:
-            if keys.count(key) > 1:
+        found: dict[str, Any] = {}
+        for key, value in pairs:
+            if key in found:
                 raise BadInput(f"the key {_told(key)} is given twice")
-        return dict(pairs)
+            found[key] = value
+        return found
 
     try:
         value = json.loads(line, object_pairs_hook=once)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ from grounding.reading import VIEWPOINTS
 
 _YES = ("y", "yes", "yes please", "go", "go ahead", "do it", "build it", "ok", "okay", "sure")
 _NO = ("n", "no", "no thanks", "no thank you", "never mind", "nevermind")
+_INTERRUPTS = 3  # so many times Ctrl-C in a row, with no line done in between, end the chat
 _DROPPED = "the question is dropped; say it another way"
 _ANY = ("any", "either", "whatever", "i don't mind", "doesn't matter")
 
@@ -41,6 +42,7 @@ class Chat:
         tell: told the commands, and all that the conversation tells.
         session: the file that keeps it.
         yes: build without asking.
+        stopped: told whenever the chat comes to ask for a line, so that what was interrupted has stopped.
 
     Attributes:
         defects: how often the program itself was at fault.
@@ -55,10 +57,13 @@ class Chat:
         tell: Any,
         session: Path,
         yes: bool = False,
+        stopped: Callable[[], None] = lambda: None,
     ) -> None:
+        self._stopped = stopped
         self._talk, self._screen, self._lines, self._tell = conversation, screen, lines, tell
         self._session, self._yes = session, yes
         self._overwrites: Path | None = None
+        self._interrupts = 0  # in a row
         self.defects = self.unwritten = 0
 
     @property
@@ -67,27 +72,42 @@ class Chat:
         return DEFECT if self.defects else NotWritten.exit_code if self.unwritten else DONE
 
     def run(self) -> None:
-        """Talks until the lines end, or somebody quits."""
+        """Talks until the lines end, or somebody quits.
+
+        Raises:
+            KeyboardInterrupt: when somebody interrupts it three times in a row.
+        """
         self._show_table()
         while True:
             try:
+                self._stopped()
                 self._screen.space()
                 line = self._lines.ask(self._prompt())
             except KeyboardInterrupt:
+                self._count_interrupt()
                 self._stop_asking()
                 continue
             try:
                 if line is None or not self.take(" ".join(line.split())):
                     return
+                self._interrupts = 0
             except KeyboardInterrupt:
+                self._count_interrupt()
                 if not self._lines.typed:  # nobody is there who could say how to go on
                     raise
                 self._screen.complain("interrupted")
             except Exception as error:
+                self._interrupts = 0
                 self._screen.complain(one_sentence(error) if exit_code_of(error) is not None else self._defect(error))
                 self.unwritten += isinstance(error, NotWritten | OSError)
             finally:
                 self._screen.idle()
+
+    def _count_interrupt(self) -> None:
+        """Lets the interruption that is being handled end the chat where it is the third in a row."""
+        self._interrupts += 1
+        if self._interrupts >= _INTERRUPTS:
+            raise KeyboardInterrupt
 
     def _show_table(self) -> None:
         """The table from above, and an instruction that suits it."""
@@ -98,8 +118,10 @@ class Chat:
         if self._talk.question is not None:
             self._talk.drop()
             self._screen.note(_DROPPED)
-        else:
+        elif self._interrupts + 1 < _INTERRUPTS:
             self._screen.note("Ctrl-D or /quit ends")
+        else:
+            self._screen.note("Ctrl-C once more ends the chat, as Ctrl-D and /quit do")
 
     def _defect(self, error: Exception) -> str:
         """Keeps what is wrong with this program beside the session, for a report; the chat goes on."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
 from threading import Thread
@@ -15,6 +15,7 @@ from rich.markup import escape
 from agent import events
 from agent.chat.commands import COMMANDS
 from agent.chat.conversation import Conversation
+from agent.chat.interrupts import ended_by_interrupts
 from agent.chat.lines import Lines, PlainLines, PromptedLines
 from agent.chat.loop import Chat
 from agent.chat.screen import ChatScreen
@@ -50,15 +51,22 @@ def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, ye
 
         with Conversation(options, loaded, tell) as conversation:
             warming = Thread(target=_warm, args=(loaded, options), daemon=True)
-            warming.start()
-            try:
-                source = _lines(lines, console, conversation)
-                chat = Chat(conversation, screen, source, tell, session, yes)
-                with _without_control_echo(lines):
+            with ended_by_interrupts(console.file) as stopped, _without_control_echo(lines):
+                warming.start()
+                try:
+                    source = _lines(lines, console, conversation)
+                    chat = Chat(conversation, screen, source, tell, session, yes, stopped)
                     chat.run()
-            finally:
-                warming.join()  # a process that ends while a library is being loaded dies of it
+                finally:
+                    _join(warming)
     return chat.exit_code
+
+
+def _join(warming: Thread) -> None:
+    """Waits until everything is loaded: a process that ends while a library is being loaded dies of it."""
+    while warming.is_alive():
+        with suppress(KeyboardInterrupt):  # somebody who is in a hurry presses it more than once
+            warming.join()
 
 
 @contextmanager

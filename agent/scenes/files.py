@@ -30,6 +30,7 @@ from typing import Any
 
 from agent.errors import BadInput
 from agent.whole_files import write_whole
+from structdiffusion.limits import SCENE_BYTES
 
 VERSION = 1
 MOST_OBJECTS = 40
@@ -40,7 +41,6 @@ COLORS = {
 }  # fmt: skip
 SUFFIXES = (".yaml", ".yml")
 
-_MOST_BYTES = 1_000_000
 _LONGEST_TEXT = 80
 _DEEPEST = -0.002  # m; what lies on a table in physics sinks in by less
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
@@ -101,9 +101,9 @@ def read_text(path: Path) -> str:
     """
     if not path.is_file():
         raise BadInput(f"there is no scene file {str(path)!r}; structagent scene new --out {path} makes one")
+    if (size := path.stat().st_size) > SCENE_BYTES:
+        raise BadInput(f"the scene file {str(path)!r} has {size} bytes; at most {SCENE_BYTES} are read")
     content = path.read_bytes()
-    if len(content) > _MOST_BYTES:
-        raise BadInput(f"the scene file {str(path)!r} has {len(content)} bytes; at most {_MOST_BYTES} are read")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -14,10 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
+from agent.progress import told_when_slow
 from agent.scenes.checking import problems_of_places
 from agent.scenes.files import PlacedObject, Problem, SceneFileError, parse_scene, read_text, rgb
 from grounding.names import read_name
 from structdiffusion.geometry import pose_from_xyz_rpy
+from structdiffusion.limits import SLOW_BYTES
 from structdiffusion.objects.folder import FORMATS, object_from_file
 from structdiffusion.objects.libraries import LIBRARIES
 from structdiffusion.objects.model import ObjectError, ObjectModel
@@ -99,7 +101,8 @@ def find_mesh(placed: PlacedObject, folder: Path) -> tuple[ObjectModel, str | Pa
         source = (folder / placed.mesh).resolve()
         if not source.is_file():
             raise ObjectError(f"there is no mesh {placed.mesh!r}, seen from {str(folder)!r}")
-        model = object_from_file(source, source.stem, placed.noun)
+        with told_when_slow(f"reading the mesh {str(source)!r}", lambda: source.stat().st_size > SLOW_BYTES):
+            model = object_from_file(source, source.stem, placed.noun)
     else:
         source, model = placed.mesh, _of_library(placed.mesh)
     color = rgb(placed.color) if placed.color else None

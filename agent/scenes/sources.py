@@ -10,6 +10,7 @@ import numpy as np
 
 from agent.bags.recording import RecordedOptions
 from agent.errors import UsageError
+from agent.progress import told_when_slow
 from agent.scenes.attributes import attributes_of
 from agent.scenes.drawing import assortment
 from agent.scenes.files import SUFFIXES, PlacedObject
@@ -20,6 +21,7 @@ from agent.scenes.taking_part import check_count
 from grounding.attributes import SceneObject
 from grounding.parse import shortened
 from grounding.spec import StructureSpec
+from structdiffusion.limits import SLOW_BYTES
 from structdiffusion.objects.libraries import load_objects
 
 SIMULATED, EXAMPLE = "simulated", "example"
@@ -77,7 +79,8 @@ def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedO
             f"--at, --topic, --camera-pose and --call are for recordings, and --scene is {shortened(scene)!r}"
         )
     if scene == SIMULATED:
-        return DrawnSource(objects)
+        with told_when_slow(f"reading the meshes in {objects!r}", lambda: _has_much_to_read(Path(objects))):
+            return DrawnSource(objects)
     if path.suffix.lower() not in SUFFIXES and not path.is_file():
         files = ", ".join((*SUFFIXES, *RECORDINGS))
         raise UsageError(
@@ -85,6 +88,10 @@ def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedO
             f"one of {files}"
         )
     return FileSource(path)
+
+
+def _has_much_to_read(folder: Path) -> bool:
+    return folder.is_dir() and sum(file.stat().st_size for file in folder.iterdir()) > SLOW_BYTES
 
 
 class DrawnSource:

@@ -14,6 +14,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 
+from structdiffusion.limits import CONFIG_BYTES, CONFIG_LAYERS, CONFIG_NUMBER, PARAMETERS, WEIGHTS_BYTES
 from structdiffusion.models.config_values import checked_values
 
 CONFIG_NAME = "config.json"
@@ -56,6 +57,7 @@ class Checkpointed(nn.Module):
         for name in (CONFIG_NAME, WEIGHTS_NAME):
             if not (folder / name).is_file():
                 raise CheckpointError(f"checkpoint {folder} has no {name}; it needs {CONFIG_NAME} and {WEIGHTS_NAME}")
+        _check_file_sizes(folder)
         try:
             values = json.loads((folder / CONFIG_NAME).read_text())
             kind = values.pop("kind", None)
@@ -68,6 +70,7 @@ class Checkpointed(nn.Module):
         if unknown:
             legal = ", ".join(sorted(known))
             raise CheckpointError(f"{folder / CONFIG_NAME} has the unknown key {unknown[0]!r}; legal: {legal}")
+        _check_config_size(cls, folder / CONFIG_NAME, values)
         try:
             model = cls(cls.Config(**checked_values(cls.Config, values)))
         except (TypeError, ValueError, RuntimeError, AssertionError, OverflowError) as error:
@@ -97,6 +100,32 @@ class Checkpointed(nn.Module):
             raise CheckpointError(f"{folder / WEIGHTS_NAME} has {unknown[0]!r}, which its config does not ask for")
         model.load_state_dict({name: weights[name] for name in own})
         return model.eval()
+
+
+def _check_file_sizes(folder: Path) -> None:
+    for name, most in ((CONFIG_NAME, CONFIG_BYTES), (WEIGHTS_NAME, WEIGHTS_BYTES)):
+        if (size := (folder / name).stat().st_size) > most:
+            raise CheckpointError(f"{folder / name} has {size} bytes; at most {most} are read")
+
+
+def _check_config_size(kind: type[Checkpointed], path: Path, values: dict[str, Any]) -> None:
+    """Refuses a config whose network would be too large, before memory is taken for it."""
+    for key, value in values.items():
+        most = CONFIG_LAYERS if key.endswith("layers") else CONFIG_NUMBER
+        for number in value if isinstance(value, list) else [value]:
+            if isinstance(number, (int, float)) and not -most <= number <= most:
+                raise CheckpointError(f"{path} has {key} {_shortened(repr(value))}; a network may have at most {most}")
+    try:
+        with torch.device("meta"):  # shapes without numbers
+            outline = kind(kind.Config(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}))
+    except Exception as error:
+        raise CheckpointError(f"{path} describes no network: {_shortened(str(error), 160)}") from error
+    if (count := sum(tensor.numel() for tensor in outline.state_dict().values())) > PARAMETERS:
+        raise CheckpointError(f"{path} describes a network of {count} numbers; it may have at most {PARAMETERS}")
+
+
+def _shortened(text: str, most: int = 40) -> str:
+    return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def file_facts(folder: str | Path) -> dict[str, dict[str, Any]]:

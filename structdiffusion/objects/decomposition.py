@@ -1,7 +1,9 @@
 """Convex parts of a mesh: V-HACD, cached on disk by the mesh's content.
 
 Physics needs convex bodies; a bowl has to stay hollow. The cache lies in `$XDG_CACHE_HOME/structagent`
-(`~/.cache/structagent` by default); a cache that cannot be written only costs time.
+(`~/.cache/structagent` by default); a cache that cannot be written only costs time. Parts that come from it are the
+same to the last bit as those that were computed: one rounded digit moves where an object settles, and with it every
+goal that is sampled after.
 """
 
 from __future__ import annotations
@@ -11,13 +13,14 @@ import hashlib
 import os
 import tempfile
 import zipfile
-import zlib
 from pathlib import Path
 
 import numpy as np
 import trimesh
 import vhacdx
 from scipy.spatial import ConvexHull, QhullError
+
+from structdiffusion.limits import DISTANCES_AT_ONCE
 
 MAX_PARTS = 24
 MAX_PART_VERTICES = 32
@@ -27,7 +30,9 @@ MAX_SINGLE_VERTICES = 64
 _CONVEX_WITHIN = 0.004
 RESOLUTION = 80_000
 # Part of every cache key: raise it when the same mesh should give other parts.
-_VERSION = 2
+_VERSION = 3
+# Bytes that the arrays of a cache entry may take: 24 parts of 32 vertices take 18 kB.
+_LARGEST_ENTRY = 4_000_000
 # A part thinner than this in volume (m3) is dust of the voxel grid.
 _SMALLEST_PART = 1e-9
 
@@ -48,7 +53,8 @@ def convex_parts(
     """Splits a surface into convex parts, each (V, 3) with V <= 32, in the mesh's own frame.
 
     A mesh whose surface lies within 4 mm of its hull (but for 5 %) is returned as that one hull,
-    with up to 64 vertices. Safe to call from several processes at once.
+    with up to 64 vertices. The result is the same whether it is computed or comes from the cache. Safe to call from
+    several processes at once.
 
     Args:
         vertices: (V, 3) metres.
@@ -64,14 +70,15 @@ def convex_parts(
     if (single := _single_part(vertices, faces, max_parts)) is not None:
         return (single,)
     digest = hashlib.sha256(f"{_VERSION} {max_parts} {resolution}".encode())
-    digest.update(vertices.astype(np.float32).tobytes())
+    digest.update(vertices.tobytes())  # not rounded: meshes that differ have parts that differ
     digest.update(faces.tobytes())
     path = cache_directory() / f"{digest.hexdigest()[:32]}.npz"
-    if (stored := _read(path)) is not None:
-        return stored
-    parts = _decompose(vertices, faces, max_parts, resolution)
-    _write(path, parts)
-    return parts
+    stored = _read(path, max_parts)
+    if stored is None:
+        parts = _decompose(vertices, faces, max_parts, resolution)
+        stored = np.concatenate(parts), np.array([len(part) for part in parts])
+        _write(path, *stored)
+    return tuple(np.split(stored[0], np.cumsum(stored[1])[:-1]))
 
 
 def signed_distance(points: np.ndarray, parts: tuple[np.ndarray, ...]) -> np.ndarray:
@@ -84,7 +91,11 @@ def signed_distance(points: np.ndarray, parts: tuple[np.ndarray, ...]) -> np.nda
     nearest = np.full(len(points), np.inf)
     for part in parts:
         planes = ConvexHull(part).equations
-        np.minimum(nearest, (points @ planes[:, :3].T + planes[:, 3]).max(axis=1), out=nearest)
+        # The hull of a fine, round mesh has a hundred thousand planes, and all distances at once would take gigabytes.
+        step = max(1, DISTANCES_AT_ONCE // len(planes))
+        for start in range(0, len(points), step):
+            some = slice(start, start + step)
+            np.minimum(nearest[some], (points[some] @ planes[:, :3].T + planes[:, 3]).max(axis=1), out=nearest[some])
     return nearest
 
 
@@ -153,24 +164,35 @@ def few_vertices(vertices: np.ndarray, most: int = MAX_PART_VERTICES) -> np.ndar
     return vertices[chosen]
 
 
-def _read(path: Path) -> tuple[np.ndarray, ...] | None:
+def _read(path: Path, max_parts: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """The vertices (N, 3) float64 of all parts and how many each has; `None` for no entry or one that cannot be used."""
     try:
+        with zipfile.ZipFile(path) as archive:
+            if sum(member.file_size for member in archive.infolist()) > _LARGEST_ENTRY:
+                return None
         with np.load(path, allow_pickle=False) as stored:
-            vertices, counts = stored["vertices"].astype(np.float64), stored["counts"]
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
-        return None  # absent or damaged: it is made anew
-    return tuple(np.split(vertices, np.cumsum(counts)[:-1]))
+            vertices, counts = stored["vertices"], stored["counts"]
+    except Exception:  # absent or damaged: readers of broken archives raise nearly anything
+        return None
+    fits = (
+        (vertices.dtype, vertices.ndim, vertices.shape[-1:]) == (np.float64, 2, (3,))
+        and (counts.dtype.kind, counts.ndim) == ("i", 1)
+        and 1 <= len(counts) <= max_parts
+        and all(4 <= count <= MAX_PART_VERTICES for count in counts.tolist())
+        and counts.sum() == len(vertices)
+        and np.isfinite(vertices).all()
+    )
+    return (np.ascontiguousarray(vertices), counts) if fits else None
 
 
-def _write(path: Path, parts: tuple[np.ndarray, ...]) -> None:
+def _write(path: Path, vertices: np.ndarray, counts: np.ndarray) -> None:
     with contextlib.suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         # Written beside and moved, so that another process never reads half a file.
         handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".npz")
-        with os.fdopen(handle, "wb") as file:
-            np.savez_compressed(
-                file,
-                vertices=np.concatenate(parts).astype(np.float32),
-                counts=np.array([len(part) for part in parts]),
-            )
-        os.replace(temporary, path)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                np.savez_compressed(file, vertices=vertices, counts=counts)
+            os.replace(temporary, path)
+        finally:  # a full disk leaves nothing behind
+            Path(temporary).unlink(missing_ok=True)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from structdiffusion.limits import MESH_BYTES, MESH_FACES, glb_faces
 from structdiffusion.objects.meshes import object_from_mesh
 from structdiffusion.objects.model import ObjectError, ObjectModel
 
@@ -116,13 +117,25 @@ def _reason(error: Exception) -> str:
 
 
 def _read(path: Path) -> trimesh.Trimesh:
+    if (size := path.stat().st_size) > MESH_BYTES:
+        raise ObjectError(f"the mesh {str(path)!r} has {size} bytes; at most {MESH_BYTES} are read: simplify it")
     # Readers of broken files raise nearly anything (struct, index, key, json, unicode errors).
     try:
+        if path.suffix.lower() == ".glb":
+            _check_faces(path, glb_faces(path))  # before anything is made: a kilobyte can place a mesh a million times
         mesh = trimesh.load(path, force="mesh", process=False)
+    except ObjectError:
+        raise
     except Exception as error:
         raise ObjectError(f"the mesh {str(path)!r} cannot be read: {_reason(error)}") from error
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
         raise ObjectError(f"the mesh {str(path)!r} cannot be used: it has no faces")
+    _check_faces(path, len(mesh.faces))
     if not np.isfinite(mesh.vertices).all():
         raise ObjectError(f"the mesh {str(path)!r} cannot be used: some of its coordinates are not numbers")
     return mesh
+
+
+def _check_faces(path: Path, faces: int) -> None:
+    if faces > MESH_FACES:
+        raise ObjectError(f"the mesh {str(path)!r} has {faces} faces; at most {MESH_FACES} are read: simplify it")

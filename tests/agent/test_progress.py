@@ -1,8 +1,13 @@
 """What is said on the way: a bar on a terminal, and lines where there is none."""
 
+import bz2
+import io
 import sys
+import threading
+from contextlib import contextmanager
 
 import pytest
+import trimesh
 
 from agent import progress
 
@@ -53,3 +58,53 @@ def test_a_bar_is_drawn_where_there_is_something_to_do(monkeypatch, capsys, tota
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     assert list(progress.followed("scenes drawn", iter("ab"[:total]), total)) == list("ab"[:total])
     assert ("2/2" in capsys.readouterr().err) == bool(total)
+
+
+def test_what_takes_long_says_that_it_goes_on(capsys):
+    written = threading.Event()
+
+    class Told(io.StringIO):
+        def write(self, text):
+            written.set()
+            return super().write(text)
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(sys, "stderr", told := Told())
+        with progress.told_when_slow("reading 'a.stl'", first=0.0, then=1000.0):
+            assert written.wait(60)
+    assert told.getvalue() == "reading 'a.stl': 0 s so far\n"
+
+
+def test_what_is_small_or_soon_done_says_nothing(capsys):
+    asked = threading.Event()
+    with progress.told_when_slow("reading 'a.stl'", worth=lambda: asked.set() or False, first=0.0, then=1000.0):
+        assert asked.wait(60)
+    with progress.told_when_slow("reading 'a.stl'", first=1000.0):
+        pass
+    assert capsys.readouterr().err == ""
+
+
+def test_large_meshes_and_bags_are_worth_telling(tmp_path, monkeypatch):
+    from agent.bags import opening
+    from agent.bags.unpacking import Unpacking, UnpackingLimits
+    from agent.scenes import placing, sources
+    from agent.scenes.files import PlacedObject
+
+    told = []
+
+    @contextmanager
+    def note(what, worth):
+        told.append((what, worth()))
+        yield
+
+    for module in (placing, sources, opening):
+        monkeypatch.setattr(module, "told_when_slow", note)
+    trimesh.creation.box((0.05, 0.05, 0.05)).export(tmp_path / "box.stl")
+    sources.scene_source("simulated", str(tmp_path))
+    monkeypatch.setattr(placing, "SLOW_BYTES", 100)
+    placing.find_mesh(PlacedObject("box.stl", 0.4, 0.0), tmp_path)
+    assert told == [(f"reading the meshes in {str(tmp_path)!r}", False), (f"reading the mesh '{tmp_path}/box.stl'", True)]
+    unpacking = Unpacking(tmp_path / "box.stl", UnpackingLimits())
+    assert not unpacking.is_slow()
+    unpacking.piece(bz2.BZ2Decompressor, bz2.compress(bytes(60_000_000)))
+    assert unpacking.is_slow()

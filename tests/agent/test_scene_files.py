@@ -10,9 +10,10 @@ import typer
 
 from agent import cli
 from agent.cli_scene import scene_app
+from agent.errors import BadInput
 from agent.pipeline import RunOptions, run_instruction
 from agent.record import RunRecord
-from agent.scenes.files import PlacedObject, SceneFileError, parse_scene, write_scene
+from agent.scenes.files import PlacedObject, SceneFileError, parse_scene, read_text, write_scene
 from agent.scenes.placing import load_scene, placement_of, pose_of
 from agent.scenes.sources import FileSource, scene_source
 from grounding.selection import Selection
@@ -373,3 +374,10 @@ def test_runs_that_a_scene_file_does_not_allow(tmp_path, monkeypatch, text, wher
     outcome = run(text, where)["outcome"]
     assert outcome["exit_code"] == code
     assert all(part in outcome["message"] for part in parts), outcome
+
+
+def test_a_scene_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):
+    (tmp_path / "a.yaml").write_text("#" * 200_001)
+    monkeypatch.setattr(Path, "read_bytes", None)
+    with pytest.raises(BadInput, match="a.yaml' has 200001 bytes; at most 200000 are read"):
+        read_text(tmp_path / "a.yaml")

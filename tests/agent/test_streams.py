@@ -11,7 +11,7 @@ import trimesh
 
 from agent.cli import command_line
 from agent.report import TerminalReport
-from agent.streams import ReaderGone
+from agent.streams import NO_TEXT, ReaderGone
 
 ROOT = Path(__file__).parents[2]
 EXACT = ["--objects", "boxes", "--model", "geometric", "--no-execute"]
@@ -128,3 +128,56 @@ def test_a_closed_stream_is_no_defect(closed, folder):
     done = subprocess.run(["sh", "-c", line], cwd=folder, env=environment, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
     assert bool(done.stdout) == (closed == "2>&-")
+
+
+def through_the_shell(line: str, folder: Path) -> subprocess.CompletedProcess:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = line.replace("structagent", f"{sys.executable} -m agent")
+    return subprocess.run(["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True)
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "sentence"),
+    [
+        ("structagent parse <&-", 2, "parse needs an instruction, as an argument or on standard input, one a line"),
+        ("structagent batch - --out closed <&-", 6, "the rows should come from standard input, and it is closed"),
+        ("structagent chat <&-", 2, "chat needs standard input, and it is closed"),
+        ("structagent --version > /dev/full", 6, "'standard output': no space left on device"),
+        ("structagent parse 'make a line' > /dev/full", 6, "'standard output': no space left on device"),
+        ("structagent run $'a line \\xff'", 6, f"the instruction 'a line {NO_TEXT}' has a byte that is no UTF-8 text"),
+    ],
+)
+def test_a_stream_that_cannot_be_used_is_one_sentence(line, code, sentence, folder):
+    done = through_the_shell(line, folder)
+    assert done.returncode == code, done.stderr
+    assert done.stderr.startswith(f"structagent: {sentence}") and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "structagent parse 'make a line' <&- >&- 2>&-",
+        "structagent parse 'fly to the moon' 'make a line' 2> /dev/full; test $? = 3",
+        "structagent config show <&- 2>&-",
+        "set -o pipefail; structagent parse < orders.jsonl | head -1",
+    ],
+)
+def test_closed_streams_stop_nothing(line, folder):
+    done = through_the_shell(line, folder)
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
+
+
+def test_a_file_that_is_opened_takes_no_closed_stream_s_place(folder):
+    opens = "from agent.streams import end_when_nobody_reads as e; e(); print(open('orders.jsonl').fileno() > 2)"
+    done = subprocess.run(
+        ["sh", "-c", f'{sys.executable} -c "{opens}" <&- 2>&-'], cwd=folder, capture_output=True, text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert done.stdout == "True\n"
+
+
+def test_a_name_that_is_no_text_is_told_all_the_same(folder):
+    line = f"structagent run 'stack two boxes' {' '.join(EXACT)} --out $'out\\xff'"
+    done = through_the_shell(line, folder)
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
+    assert "report: out\\udcff" in done.stdout

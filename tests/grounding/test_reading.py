@@ -1,8 +1,10 @@
 """Parser, selection and viewpoint together; and what happens when the language model cannot be used."""
 
+from dataclasses import replace
+
 import pytest
 
-from grounding.llm_reply import LLMError
+from grounding.llm_reply import IllegalReplyError, LLMError
 from grounding.parse import Parse
 from grounding.reading import Reader, ViewpointError, turned
 from grounding.spec import StructureSpec
@@ -126,3 +128,27 @@ def test_an_adjective_that_cannot_be_judged_is_told(encoder, parser):
     reading = Reader(lambda: parser, encoder=encoder).read("put the heavy cups in a line", ["cup", "cup", "bowl"])
     assert reading.status == "ok" and reading.objects == ("cup", "cup")
     assert reading.message == "it is not known which of the cups here are 'heavy': that word was left out of the choice"
+
+
+def test_an_illegal_reply_costs_its_own_text_and_no_other(parser):
+    class Stammering:
+        name = "llm"
+
+        def parse(self, text):
+            return self.parse_batch([text])[0]
+
+        def parse_batch(self, texts):
+            if any("cans" in text for text in texts):
+                raise IllegalReplyError("the language model gave no legal answer")
+            return [replace(parse, parser="llm") for parse in parser.parse_batch(texts)]
+
+    texts = ["make a line", "stack the cans", "make a circle"]
+    reader = Reader(Stammering, lambda: parser)
+    readings = reader.read_many(texts)
+    assert [reading.parse.parser for reading in readings] == ["llm", "embedding", "llm"]
+    assert [reading.spec.shape for reading in readings] == ["line", "tower", "circle"]
+    said = "the language model gave no legal answer; the embedding parser read this"
+    assert [reading.fallback for reading in readings] == ["", said, ""]
+    assert reader.read("make a row").parse.parser == "llm"
+    with pytest.raises(IllegalReplyError):
+        Reader(Stammering).read_many(texts)

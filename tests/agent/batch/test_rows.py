@@ -11,11 +11,13 @@ from pathlib import Path
 
 import pytest
 
+from agent.batch import rows
 from agent.batch.rows import LARGEST_SEED, BadRow, Row, fingerprint, read_rows
 from agent.errors import BadInput, UsageError
 from agent.pipeline import RunOptions
 from agent.reading import ReadingOptions, make_reader
 from grounding.llm_reply import LLMError
+from tests.counting import counted_calls
 
 DEFAULTS = RunOptions(model="geometric", seed=7)
 GOOD = '{"text": "stack the cans"}'
@@ -214,3 +216,24 @@ def test_who_is_trusted_with_a_key_decides_no_result(read, tmp_path):
     (row,) = read(GOOD)
     trusting = replace(row.options, reading=replace(row.options.reading, key_url="http://127.0.0.1:1"))
     assert fingerprint(row.text, trusting) == row.fingerprint
+
+
+def test_a_row_with_many_keys_is_read_at_once_and_a_long_one_not_at_all(read):
+    many = "{" + ", ".join(f'"{number}": 1' for number in range(8000)) + "}"
+    twice = many[:-1] + ', "text": "a", "text": "b"}'
+    long = json.dumps({"text": "a" * 100_000})
+    with counted_calls() as steps:
+        unknown, double, refused, good = read("\n".join((many, twice, long, GOOD)))
+    assert steps.count < 4000  # fewer than there are keys: nothing is searched for each of them
+    assert 'the key "0" is unknown' in unknown.message and 'the key "text" is given twice' in double.message
+    assert (refused.message, refused.exit_code) == ("line 3: the row has 100012 bytes; at most 100000 are read", 6)
+    assert good.text == "stack the cans"
+
+
+def test_a_batch_file_that_is_too_large_is_refused(read, monkeypatch):
+    monkeypatch.setattr(rows, "BATCH_BYTES", len(GOOD) - 1)
+    with pytest.raises(BadInput, match="orders.jsonl' has more than 25 bytes; divide it into several batches"):
+        read(GOOD)
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(GOOD.encode() * 10)))
+    with pytest.raises(BadInput, match="'-' has more than 25 bytes"):
+        read_rows("-", DEFAULTS)

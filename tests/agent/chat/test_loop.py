@@ -265,6 +265,38 @@ def test_an_interrupted_build_is_gone_on_with(chat_of, conversation, heard):
     assert_stands_at(conversation, start)
 
 
+class Pressed:
+    """Lines that somebody types, who presses Ctrl-C where a line is `None`; they never end."""
+
+    typed = True
+
+    def __init__(self, *lines):
+        self._lines = iter(lines)
+
+    def ask(self, prompt):
+        line = next(self._lines)
+        if line is None:
+            raise KeyboardInterrupt
+        return line
+
+
+@pytest.mark.parametrize(
+    ("lines", "notes"),
+    [
+        ([None, None, None], 1),
+        (["put the cups", None, None, None], 1),  # the first drops the question
+        ([None, "/help", None, "", None, None, None], 1),  # two that are no three in a row
+        ([None, None, "/seed wrong", None, None, None], 2),
+    ],
+)
+def test_three_interruptions_in_a_row_end_the_chat(conversation, heard, tmp_path, lines, notes):
+    console = Console(file=io.StringIO(), width=100)
+    chat = Chat(conversation, ChatScreen(console), Pressed(*lines), heard.append, tmp_path / "session.jsonl")
+    with pytest.raises(KeyboardInterrupt):
+        chat.run()
+    assert console.file.getvalue().count("Ctrl-C once more ends the chat") == notes
+
+
 def test_another_table_begins_with_an_instruction_that_suits_it(chat_of):
     shown, _ = chat_of("/scene new 5")
     assert "“put the cups in a small circle on the left”" in " ".join(shown.split())  # the desk

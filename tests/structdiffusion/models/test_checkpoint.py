@@ -1,4 +1,5 @@
 import json
+import resource
 
 import pytest
 import torch
@@ -180,4 +181,34 @@ def test_numbers_too_large_for_the_network_are_refused(folder):
     weights = load_file(path)
     save_file(weights | {"head.0.bias": torch.full_like(weights["head.0.bias"], 1e200, dtype=torch.float64)}, path)
     with pytest.raises(CheckpointError, match="'head.0.bias' has numbers that are not finite"):
+        CollisionDiscriminator.from_pretrained(folder)
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"width": 12_000}, "has width 12000; a network may have at most 8192"),
+        ({"layers": 10**9}, "has layers 1000000000; a network may have at most 64"),
+        ({"layers": 10**400}, "has layers 1000000"),
+        ({"points": 1e300}, r"has points 1e\+300; a network may have at most 8192"),
+        ({"width": -(10**9)}, "has width -1000000000"),
+        ({"width": "x" * 50_000}, "describes no network: "),
+        ({"points": [10**9]}, r"has points \[1000000000\]"),
+        ({"width": 8192, "layers": 64}, "describes a network of 18864032769 numbers; it may have at most 200000000"),
+    ],
+)
+def test_a_config_of_a_network_that_is_too_large_is_refused_before_it_is_made(folder, values, said, monkeypatch):
+    edit(folder, **values)
+    monkeypatch.setattr("structdiffusion.models.checkpoint.load_file", None)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(CheckpointError, match=said) as caught:
+        CollisionDiscriminator.from_pretrained(folder)
+    assert len(str(caught.value)) < 300
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100_000  # kB
+
+
+@pytest.mark.parametrize(("name", "limit"), [("config.json", "CONFIG_BYTES"), ("model.safetensors", "WEIGHTS_BYTES")])
+def test_files_that_are_too_large_are_not_read(folder, monkeypatch, name, limit):
+    monkeypatch.setattr(f"structdiffusion.models.checkpoint.{limit}", 10)
+    with pytest.raises(CheckpointError, match=f"{name} has [0-9]+ bytes; at most 10 are read"):
         CollisionDiscriminator.from_pretrained(folder)

@@ -33,9 +33,57 @@ def test_parts_follow_a_concave_mesh_and_come_from_the_cache(monkeypatch):
     monkeypatch.setattr(decomposition.vhacdx, "compute_vhacd", fail)
     again = decomposition.convex_parts(mesh.vertices, mesh.faces, max_parts=12, resolution=50_000)
     for a, b in zip(parts, again, strict=True):
-        np.testing.assert_allclose(a, b, atol=1e-7)
+        assert (a.dtype, a.flags.c_contiguous, a.tobytes()) == (b.dtype, b.flags.c_contiguous, b.tobytes())
     with pytest.raises(AssertionError, match="decomposed again"):  # other settings are another entry
         decomposition.convex_parts(mesh.vertices, mesh.faces, max_parts=13, resolution=50_000)
+
+
+def test_a_mesh_that_differs_in_the_last_digits_has_an_entry_of_its_own():
+    mesh = bracket()
+    moved = mesh.vertices * (1 + 1e-9)
+    assert (moved.astype(np.float32) == mesh.vertices.astype(np.float32)).all()
+    for vertices in (mesh.vertices, moved):
+        decomposition.convex_parts(vertices, mesh.faces, max_parts=3, resolution=10_000)
+    assert len(list(decomposition.cache_directory().iterdir())) == 2
+
+
+def unlike(whole: dict[str, np.ndarray]) -> dict[str, dict[str, np.ndarray]]:
+    """Entries of the cache that are whole files and no parts."""
+    vertices, counts = whole["vertices"], whole["counts"]
+    infinite = vertices.copy()
+    infinite[0, 0] = np.inf
+    return {
+        "rounded": {"vertices": vertices.astype(np.float32), "counts": counts},
+        "flat": {"vertices": vertices[:, :2], "counts": counts},
+        "one row": {"vertices": vertices.ravel(), "counts": counts},
+        "texts": {"vertices": vertices.astype(str), "counts": counts},
+        "infinite": {"vertices": infinite, "counts": counts},
+        "counts with a point": {"vertices": vertices, "counts": counts.astype(float)},
+        "counts in a table": {"vertices": vertices, "counts": counts[None]},
+        "too few counted": {"vertices": vertices, "counts": counts - 1},
+        "below none counted": {"vertices": vertices, "counts": np.array([-4, len(vertices) + 4])},
+        "one part of all": {"vertices": vertices, "counts": np.array([len(vertices)])},
+        "no part": {"vertices": vertices[:0], "counts": counts[:0]},
+        "other names": {"points": vertices, "counts": counts},
+        "pickled": {"vertices": vertices.astype(object), "counts": counts},
+        "a large one": {"vertices": np.zeros((200_000, 3)), "counts": counts},
+    }
+
+
+def test_an_entry_of_a_wrong_shape_or_type_is_made_anew():
+    mesh = bracket()
+    settings = {"max_parts": 4, "resolution": 20_000}
+    parts = decomposition.convex_parts(mesh.vertices, mesh.faces, **settings)
+    (entry,) = decomposition.cache_directory().iterdir()
+    whole = dict(np.load(entry))
+    assert sum(map(len, parts)) > decomposition.MAX_PART_VERTICES  # so that one part of all is too large
+    for what, spoilt in unlike(whole).items():
+        np.savez_compressed(entry, **spoilt)
+        again = decomposition.convex_parts(mesh.vertices, mesh.faces, **settings)
+        assert [part.tobytes() for part in again] == [part.tobytes() for part in parts], what
+        assert dict(np.load(entry))["vertices"].tobytes() == whole["vertices"].tobytes(), what
+    np.save(entry.open("wb"), whole["vertices"])  # an array and no archive
+    assert len(decomposition.convex_parts(mesh.vertices, mesh.faces, **settings)) == len(parts)
 
 
 def flipped(content: bytes, place: int) -> bytes:

@@ -1,12 +1,20 @@
 """A user's own meshes: what loads, under which noun, and one clear sentence for what does not."""
 
+import json
+import os
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 import trimesh
 
-from structdiffusion.objects import decomposition
+from structdiffusion.objects import decomposition, folder
 from structdiffusion.objects.folder import category_of, folder_objects
 from structdiffusion.objects.libraries import load_objects
+from structdiffusion.objects.meshes import clean
 from structdiffusion.objects.model import ObjectError
 
 
@@ -105,3 +113,65 @@ def test_absurd_size_speaks_of_units(tmp_path, side):
     trimesh.creation.box([side] * 3).export(tmp_path / "block.stl")
     with pytest.raises(ObjectError, match=r"block.stl' is .* m long: .* metres.*0\.005 and 0\.5 m"):
         load_objects(tmp_path)
+
+
+def test_a_mesh_that_is_too_large_is_refused_before_it_is_read(tmp_path, monkeypatch):
+    cup().export(tmp_path / "cup.stl")
+    size = (tmp_path / "cup.stl").stat().st_size
+    monkeypatch.setattr(folder, "MESH_BYTES", size - 1)
+    monkeypatch.setattr(folder.trimesh, "load", None)
+    with pytest.raises(ObjectError, match=f"cup.stl' has {size} bytes; at most {size - 1} are read: simplify it"):
+        load_objects(tmp_path)
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".stl", ".ply", ".glb"])
+def test_a_mesh_of_too_many_faces_is_refused(tmp_path, monkeypatch, suffix):
+    cup().export(tmp_path / f"cup{suffix}")
+    monkeypatch.setattr(folder, "MESH_FACES", 100)
+    with pytest.raises(ObjectError, match=f"cup{suffix}' has [0-9]+ faces; at most 100 are read: simplify it"):
+        load_objects(tmp_path)
+
+
+def test_a_scene_that_places_a_mesh_too_often_is_refused_before_it_is_made(tmp_path, monkeypatch):
+    trimesh.creation.box([0.04, 0.10, 0.06]).export(tmp_path / "box.glb")
+    content = (tmp_path / "box.glb").read_bytes()
+    length = int.from_bytes(content[12:16], "little")
+    told = json.loads(content[20 : 20 + length])
+    told["nodes"] += [{"mesh": 0}] * 100_000
+    text = json.dumps(told).encode()
+    text += b" " * (-len(text) % 4)
+    rest = content[20 + length :]
+    header = b"glTF" + struct.pack("<IIII", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A)
+    (tmp_path / "box.glb").write_bytes(header + text + rest)
+    monkeypatch.setattr(folder.trimesh, "load", None)
+    with pytest.raises(ObjectError, match="has 12[0-9]{5} faces; at most 600000 are read"):
+        load_objects(tmp_path)
+    (tmp_path / "box.glb").write_bytes(header[:12] + struct.pack("<I", 2**31) + text)
+    with pytest.raises(ObjectError, match="text has 2147483648 bytes; at most 10000000 are read"):
+        load_objects(tmp_path)
+
+
+def test_specks_are_left_out_without_being_made(monkeypatch):
+    mesh = cup()
+    specks = np.repeat(mesh.vertices[:100, None], 3, axis=1) + np.eye(3) * 0.0005
+    scan = trimesh.util.concatenate(
+        [mesh, trimesh.Trimesh(specks.reshape(-1, 3) + 1.0, np.arange(300).reshape(-1, 3), process=False)]
+    )
+    made = []
+    monkeypatch.setattr(trimesh.Trimesh, "fix_normals", lambda piece: made.append(len(piece.faces)))
+    (piece,) = clean(scan)
+    assert made == [len(mesh.faces)] and len(piece.faces) == len(mesh.faces)
+    assert clean(trimesh.Trimesh(specks.reshape(-1, 3), np.arange(300).reshape(-1, 3), process=False)) == []
+
+
+def test_a_fine_round_mesh_takes_little_memory(tmp_path):
+    trimesh.creation.icosphere(subdivisions=6, radius=0.04).export(tmp_path / "ball.stl")
+    program = (
+        "import resource, sys; from structdiffusion.objects.folder import folder_objects; from pathlib import Path\n"
+        "folder_objects(Path(sys.argv[1])); print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024 < 700)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, tmp_path], capture_output=True, text=True,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])},
+    )  # fmt: skip
+    assert done.stdout == "True\n", done.stderr

@@ -1,0 +1,108 @@
+"""How large, how many and how long: what is read of files that come from other people, and why no more.
+
+Whatever goes beyond one of these limits is refused with one sentence that names the file, what it has, and the limit;
+nothing is cut off in silence. Every limit lies far above what recorders, scanners and trainers write.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+# --- recordings ------------------------------------------------------------------------------
+
+# Bytes that one packed piece of a bag (a chunk or a message) may unpack to: recorders pack about 1 to 16 MB at once, and
+# a piece is held in memory as a whole, together with what is made of it.
+BAG_PIECE_BYTES = 256_000_000
+# Bytes that all pieces of an open bag may unpack to together, whatever its size, and how many times its size they may
+# have in a larger one. A few bytes of bz2 or zstd can stand for gigabytes; sensors' data shrink to a tenth at best, and
+# every topic is read in a pass of its own, so that a piece counts as often as it is unpacked.
+BAG_UNPACKED_BYTES = 2_000_000_000
+BAG_UNPACKED_TIMES = 200
+# Bytes of temporary files that an open ROS 2 folder of packed files may need, and how many times their size.
+BAG_FILE_BYTES = 128_000_000
+BAG_FILE_TIMES = 50
+# Bytes of one message in an SQLite database, which can claim data of any size that it makes up itself.
+BAG_MESSAGE_BYTES = 256_000_000
+
+# --- texts -----------------------------------------------------------------------------------
+
+# Bytes of a camera's file: those of data sets have less than 10 kB.
+LENS_BYTES = 100_000
+# Bytes of a ROS 2 folder's metadata: it has about 1 kB a topic.
+METADATA_BYTES = 2_000_000
+# Values in a YAML text: a bag of a thousand topics has 20,000.
+YAML_VALUES = 100_000
+# Levels of a YAML text: metadata has 6.
+YAML_LEVELS = 50
+# Bytes of a scene file: 40 objects with every key take 10 kB, and a reader that knows lines takes 10 s for a megabyte.
+SCENE_BYTES = 200_000
+# Bytes of a batch file, which is held in memory as a whole: a million rows or so.
+BATCH_BYTES = 256_000_000
+# Bytes of one row: 13 keys and an instruction of 200 words take 2 kB.
+ROW_BYTES = 100_000
+
+# --- meshes ----------------------------------------------------------------------------------
+
+# Bytes of a mesh: the largest scans of YCB have 70 MB.
+MESH_BYTES = 120_000_000
+# Faces of a mesh: the largest scans of YCB have 524,288, and take a minute.
+MESH_FACES = 600_000
+# Bytes of the text that begins a .glb file, which says what its numbers mean.
+GLB_TEXT_BYTES = 10_000_000
+# Distances that are held in memory at once: 32 MB of them.
+DISTANCES_AT_ONCE = 4_000_000
+
+# --- what takes its time ---------------------------------------------------------------------
+
+# Bytes of meshes, and of a recording or what it unpacks to, from which on reading them says after 2 s that it goes on.
+SLOW_BYTES = 1_000_000
+SLOW_BAG_BYTES = 50_000_000
+
+# --- models ----------------------------------------------------------------------------------
+
+# Bytes of a checkpoint's config: ours have 1 kB.
+CONFIG_BYTES = 100_000
+# Any whole number in a config, such as a width: ours reach 384.
+CONFIG_NUMBER = 8_192
+# Layers of a network: ours have 4.
+CONFIG_LAYERS = 64
+# Trainable numbers of a network, 4 bytes each: ours have 2 million.
+PARAMETERS = 200_000_000
+# Bytes of a checkpoint's weights: those of as many numbers.
+WEIGHTS_BYTES = 4 * PARAMETERS
+
+
+def glb_faces(path: Path, longest_text: int = GLB_TEXT_BYTES) -> int:
+    """About how many faces a .glb file says that its scene has, each mesh counted as often as it is placed.
+
+    A file of a kilobyte can place a mesh a million times, or claim numbers that are not in it.
+
+    Raises:
+        ValueError: when it is no .glb file, or its text is longer than `longest_text` bytes.
+    """
+    with path.open("rb") as file:
+        header = file.read(20)
+        if len(header) < 20 or header[:4] != b"glTF":
+            raise ValueError("it does not begin as a .glb file does")
+        (length,) = struct.unpack("<I", header[12:16])
+        if length > longest_text:
+            raise ValueError(f"its text has {length} bytes; at most {longest_text} are read")
+        told = json.loads(file.read(length))
+    try:
+        faces = [sum(_primitive_faces(told, part) for part in mesh["primitives"]) for mesh in told.get("meshes", [])]
+        placed = [node["mesh"] for node in told.get("nodes", []) if "mesh" in node]
+        return max(sum(faces), sum(faces[mesh] for mesh in placed))
+    except (LookupError, TypeError, AttributeError, RecursionError) as error:
+        raise ValueError("its text is damaged") from error
+
+
+def _primitive_faces(told: dict[str, Any], part: dict[str, Any]) -> int:
+    accessor = part["indices"] if "indices" in part else part["attributes"]["POSITION"]
+    count = told["accessors"][accessor]["count"]
+    points = told["accessors"][part["attributes"]["POSITION"]]["count"]
+    if not (isinstance(count, int) and isinstance(points, int)):
+        raise TypeError
+    return max(count, points) // 3
