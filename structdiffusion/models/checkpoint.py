@@ -70,9 +70,12 @@ class Checkpointed(nn.Module):
         if unknown:
             legal = ", ".join(sorted(known))
             raise CheckpointError(f"{folder / CONFIG_NAME} has the unknown key {unknown[0]!r}; legal: {legal}")
-        _check_config_size(cls, folder / CONFIG_NAME, values)
         try:
-            model = cls(cls.Config(**checked_values(cls.Config, values)))
+            legal = checked_values(cls.Config, values)
+            _check_config_size(cls, folder / CONFIG_NAME, legal)
+            model = cls(cls.Config(**legal))
+        except CheckpointError:
+            raise
         except (TypeError, ValueError, RuntimeError, AssertionError, OverflowError) as error:
             raise CheckpointError(f"{folder / CONFIG_NAME} describes no network: {error}") from error
         try:
@@ -112,12 +115,12 @@ def _check_config_size(kind: type[Checkpointed], path: Path, values: dict[str, A
     """Refuses a config whose network would be too large, before memory is taken for it."""
     for key, value in values.items():
         most = CONFIG_LAYERS if key.endswith("layers") else CONFIG_NUMBER
-        for number in value if isinstance(value, list) else [value]:
+        for number in value if isinstance(value, tuple) else [value]:
             if isinstance(number, (int, float)) and not -most <= number <= most:
                 raise CheckpointError(f"{path} has {key} {_shortened(repr(value))}; a network may have at most {most}")
     try:
         with torch.device("meta"):  # shapes without numbers
-            outline = kind(kind.Config(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}))
+            outline = kind(kind.Config(**values))
     except Exception as error:
         raise CheckpointError(f"{path} describes no network: {_shortened(str(error), 160)}") from error
     if (count := sum(tensor.numel() for tensor in outline.state_dict().values())) > PARAMETERS:
