@@ -13,8 +13,8 @@ from typing import Any
 
 # --- recordings ------------------------------------------------------------------------------
 
-# Bytes that one packed piece of a bag (a chunk or a message) may unpack to: recorders pack about 1 to 16 MB at once, and
-# a piece is held in memory as a whole, together with what is made of it.
+# Bytes that one packed piece of a bag (a chunk or a message) may unpack to: recorders pack 1 to 16 MB at once, and a
+# piece is held in memory as a whole, together with what is made of it.
 BAG_PIECE_BYTES = 256_000_000
 # Bytes that all pieces of an open bag may unpack to together, whatever its size, and how many times its size they may
 # have in a larger one. A few bytes of bz2 or zstd can stand for gigabytes; sensors' data shrink to a tenth at best, and

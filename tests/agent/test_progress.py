@@ -103,7 +103,10 @@ def test_large_meshes_and_bags_are_worth_telling(tmp_path, monkeypatch):
     sources.scene_source("simulated", str(tmp_path))
     monkeypatch.setattr(placing, "SLOW_BYTES", 100)
     placing.find_mesh(PlacedObject("box.stl", 0.4, 0.0), tmp_path)
-    assert told == [(f"reading the meshes in {str(tmp_path)!r}", False), (f"reading the mesh '{tmp_path}/box.stl'", True)]
+    assert told == [
+        (f"reading the meshes in {str(tmp_path)!r}", False),
+        (f"reading the mesh '{tmp_path}/box.stl'", True),
+    ]
     unpacking = Unpacking(tmp_path / "box.stl", UnpackingLimits())
     assert not unpacking.is_slow()
     unpacking.piece(bz2.BZ2Decompressor, bz2.compress(bytes(60_000_000)))
