@@ -15,6 +15,7 @@ from PIL import Image
 from agent.cli import command_line
 from agent.errors import BadInput, UsageError
 from agent.loaded import Loaded
+from agent.ownership import mark
 from agent.success import measuring
 from agent.success.asked import Asked
 from agent.success.measuring import measure_success
@@ -159,6 +160,9 @@ def test_networks_may_be_added_and_those_in_use_not_changed(asked, tmp_path, mon
 
 def test_a_folder_of_something_else_is_left_alone(asked, tmp_path):
     (tmp_path / "rows.jsonl").write_text('{"id": 1}\n')
+    with pytest.raises(UsageError, match="holds files that structagent did not write as the output of an evaluation"):
+        measure_success(asked, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
+    mark(tmp_path, "evaluation", ("rows.jsonl",))
     with pytest.raises(BadInput, match="has rows.jsonl but no about.json; choose another --out"):
         measure_success(asked, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
     (tmp_path / "about.json").write_text("[]")
@@ -236,6 +240,7 @@ def test_options_that_are_not_legal(objects, option, said, capsys):
 
 @pytest.mark.parametrize("name", ["about.json", "rows.jsonl", "eval.json"])
 def test_a_folder_in_place_of_a_file(objects, tmp_path, capsys, name):
+    mark(tmp_path, "evaluation", ())
     (tmp_path / name).mkdir()
     command = ["evaluate", "success", "--objects", str(objects), "--model", "geometric", "--out", str(tmp_path)]
     assert command_line(command) == 6

@@ -1,5 +1,4 @@
 import json
-import resource
 
 import pytest
 import torch
@@ -12,6 +11,7 @@ from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.diffusion.model import DiffusionConfig
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.sampling import load_planner
+from tests.memory import forget_peak, peak_megabytes
 
 SMALL = CollisionConfig(width=16, layers=1, points=32)
 
@@ -200,11 +200,12 @@ def test_numbers_too_large_for_the_network_are_refused(folder):
 def test_a_config_of_a_network_that_is_too_large_is_refused_before_it_is_made(folder, values, said, monkeypatch):
     edit(folder, **values)
     monkeypatch.setattr("structdiffusion.models.checkpoint.load_file", None)
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    forget_peak()
+    before = peak_megabytes()
     with pytest.raises(CheckpointError, match=said) as caught:
         CollisionDiscriminator.from_pretrained(folder)
     assert len(str(caught.value)) < 300
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100_000  # kB
+    assert peak_megabytes() - before < 100
 
 
 @pytest.mark.parametrize(("name", "limit"), [("config.json", "CONFIG_BYTES"), ("model.safetensors", "WEIGHTS_BYTES")])

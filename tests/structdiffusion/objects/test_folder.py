@@ -167,8 +167,8 @@ def test_specks_are_left_out_without_being_made(monkeypatch):
 def test_a_fine_round_mesh_takes_little_memory(tmp_path):
     trimesh.creation.icosphere(subdivisions=6, radius=0.04).export(tmp_path / "ball.stl")
     program = (
-        "import resource, sys; from structdiffusion.objects.folder import folder_objects; from pathlib import Path\n"
-        "folder_objects(Path(sys.argv[1])); print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024 < 700)"
+        "import sys; from structdiffusion.objects.folder import folder_objects; from pathlib import Path\n"
+        "from tests.memory import peak_megabytes; folder_objects(Path(sys.argv[1])); print(peak_megabytes() < 700)"
     )
     done = subprocess.run(
         [sys.executable, "-c", program, tmp_path], capture_output=True, text=True,
