@@ -275,6 +275,8 @@ def read_request(connection):
     said = b""
     while b"\r\n\r\n" not in said:
         said += more()
+        if said.startswith(b"\x16"):  # a client that speaks TLS to a server that does not
+            return
     head, _, body = said.partition(b"\r\n\r\n")
     lengths = (line.split(b":")[1] for line in head.lower().split(b"\r\n") if line.startswith(b"content-length"))
     length = int(next(lengths, b"0"))
