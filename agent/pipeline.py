@@ -144,8 +144,8 @@ class _Run:
         with source.open(reading.spec, meant, options.seed) as table:
             scene = table.look()
             yield steps.perceived(scene, time.perf_counter() - began, table)
-            if shortfall := steps.shortfall(table):
-                yield events.Noted(f"{shortfall[0]} take part; {shortfall[1]}")
+            if shortfall := steps.shortfall(table, "take part"):
+                yield events.Noted(shortfall)
             self.step = "imagination"
             goal = wished(reading.spec, encoder)
             imagined = steps.imagine(planner, options.model, scene, goal, options.seed)
@@ -159,8 +159,8 @@ class _Run:
             else:
                 self.step = "check"
                 yield from steps.release(table, scene, reading.spec, arrangements[0])
-            if shortfall:
-                raise PartlyDone(f"{shortfall[0]} stand as asked; {shortfall[1]}")
+            if shortfall := steps.shortfall(table, "stand as asked"):
+                raise PartlyDone(shortfall)
 
     def _built(
         self, table: TableScene, scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangement]

@@ -74,12 +74,12 @@ def perceived(scene: Scene, seconds: float, table: TableScene | None = None) -> 
     return events.Perceived(tuple(seen), rectangle, seconds, notes, scene=scene, labelled=labelled)
 
 
-def shortfall(table: TableScene) -> tuple[str, str] | None:
-    """How many of the objects that were asked for take part, and why not the others; `None` where all do."""
+def shortfall(table: TableScene, what: str) -> str:
+    """Say how many of the objects that were asked for do `what`, and why not the others; empty where all take part."""
     if not table.missing:
-        return None
+        return ""
     reasons = "; ".join(f"{name} is left where it is: {why}" for name, why in table.missing.items())
-    return f"{table.count} of {table.count + len(table.missing)} objects", reasons
+    return f"{table.count} of {table.count + len(table.missing)} objects {what}; {reasons}"
 
 
 def _outline(cloud: ObjectCloud) -> tuple[tuple[float, float], ...]:

@@ -7,7 +7,7 @@ noun that no table and no name knows is compared with them by its sentence embed
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from grounding.attributes import SceneObject
@@ -56,7 +56,7 @@ class Selection:
     excluded: tuple[str, ...] = ()
     required: tuple[int, ...] = ()
     described: bool = False
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
 
 def select_objects(

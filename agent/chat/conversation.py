@@ -228,8 +228,8 @@ class Conversation:
             situation = replace(situation, poses=self.table.poses())
         self.table.involve(situation.objects)
         self.table.missing = situation.missing
-        if shortfall := steps.shortfall(self.table):
-            self._tell(events.Noted(f"{shortfall[0]} take part; {shortfall[1]}"))
+        if shortfall := steps.shortfall(self.table, "take part"):
+            self._tell(events.Noted(shortfall))
         scene = self.table.look()
         self._tell(steps.perceived(scene, time.perf_counter() - began, self.table))
         self._step = "imagination"
@@ -328,8 +328,8 @@ class Conversation:
                     building = steps.release(self.table, proposal.scene, proposal.spec, arrangements[0])
                 for _ in steps.each_of(building, self._watched):
                     pass
-                if shortfall := steps.shortfall(self.table):
-                    raise PartlyDone(f"{shortfall[0]} stand as asked; {shortfall[1]}")
+                if shortfall := steps.shortfall(self.table, "stand as asked"):
+                    raise PartlyDone(shortfall)
                 built = True
         finally:
             poses, wish, objects = self.table.poses(), self.situation.wish, self.situation.objects
