@@ -37,6 +37,7 @@ class SimulatedScene(TableScene):
 
     Args:
         library: the objects to draw from.
+        referents: the same, as an instruction can refer to them.
         spec: what will be asked for; open slots stay open.
         select: finds the objects that the instruction means.
         seed: everything about the scene follows from it: objects, poses and the sensor's noise.
@@ -45,9 +46,16 @@ class SimulatedScene(TableScene):
         SceneError: when these objects cannot make such a structure on this table.
     """
 
-    def __init__(self, library: Sequence[ObjectModel], spec: StructureSpec, select: Select, seed: int) -> None:
+    def __init__(
+        self,
+        library: Sequence[ObjectModel],
+        referents: Sequence[SceneObject],
+        spec: StructureSpec,
+        select: Select,
+        seed: int,
+    ) -> None:
         drawing, noise = drawing_and_noise(seed)
-        drawn = draw_meant_scene(library, spec, select, drawing)
+        drawn = draw_meant_scene(library, referents, spec, select, drawing)
         super().__init__(drawn.models, drawn.world_from_initial, drawn.count, noise, drawn.table)
 
 
@@ -57,7 +65,11 @@ def described(models: Sequence[ObjectModel]) -> list[SceneObject]:
 
 
 def draw_meant_scene(
-    library: Sequence[ObjectModel], spec: StructureSpec, select: Select, rng: np.random.Generator
+    library: Sequence[ObjectModel],
+    referents: Sequence[SceneObject],
+    spec: StructureSpec,
+    select: Select,
+    rng: np.random.Generator,
 ) -> DrawnScene:
     """A scene in which the instruction means exactly the objects that take part.
 
@@ -67,7 +79,7 @@ def draw_meant_scene(
         SceneError: when these objects cannot make such a structure, or no draw has the mixture that is asked for.
     """
     nouns = [model.category for model in library]
-    selection = select([SceneObject(model.category, attributes_of(model)) for model in library], catalogue=True)
+    selection = select(referents, catalogue=True)
     meant = selection.indices
     if selection.described:
         return _draw_described(library, [library[index] for index in meant], spec, select, rng)

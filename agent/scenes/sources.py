@@ -107,7 +107,7 @@ class DrawnSource:
 
     def open(self, spec: StructureSpec, select: Select, seed: int) -> TableScene:
         """See `SceneSource`."""
-        return SimulatedScene(self._library, spec, select, seed)
+        return SimulatedScene(self._library, self.referents, spec, select, seed)
 
     def set_out(self, seed: int) -> TableScene:
         """See `SceneSource`.

@@ -55,7 +55,7 @@ def test_sizes_compare_what_stands_on_the_table(text):
     def select(objects, catalogue=False):
         return select_objects(text, objects, catalogue=catalogue)
 
-    drawn = draw_meant_scene(source._library, StructureSpec("line"), select, np.random.default_rng(0))
+    drawn = draw_meant_scene(source._library, source.referents, StructureSpec("line"), select, np.random.default_rng(0))
     meant, others = drawn.models[: drawn.count], drawn.models[drawn.count :]
     assert others
     if "tallest" in text:
