@@ -25,8 +25,8 @@ from structdiffusion.models.encoders import (
     fake_scenes,
     outline_features,
 )
-from structdiffusion.nouns import BASES, CUTLERY, DRINKWARE
 from structdiffusion.rotations import rotation_from_6d, rotation_to_6d
+from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
 
 POSE = 9  # 3 + 6 numbers a pose
 OBJECT_WIDTH = 96  # of an object's encoding

@@ -4,7 +4,7 @@ import pytest
 import torch
 
 from grounding.spec import LEGAL_VALUES, SLOTS, StructureSpec
-from structdiffusion.batches import DemonstrationBatches
+from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.collision.loss import PairBatches, collision_loss
 from structdiffusion.models.collision.model import CollisionConfig
@@ -12,7 +12,7 @@ from structdiffusion.models.encoders import WORDS, word_ids
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.loss import at_goal, other_words, perturbed, structure_loss
 from structdiffusion.models.structure.model import StructureConfig
-from structdiffusion.training import TrainingOptions, train
+from structdiffusion.training.loop import TrainingOptions, train
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@ import math
 import pytest
 import torch
 
-from grounding.corpus import legal_specs
+from grounding.corpus.grammar import legal_specs
 from grounding.spec import StructureSpec
 from structdiffusion.models.encoders import (
     VOCABULARY,
