@@ -7,10 +7,9 @@ degrees, except where they are said of the robot ("close to the robot", "on your
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -19,25 +18,12 @@ from grounding.parse_result import OBJECT, Parse, Parser, Question, shortened, u
 from grounding.parsers.llm_reply import IllegalReplyError, LLMError
 from grounding.parsers.spelling import mend
 from grounding.references.selection import AmbiguousReferenceError, SelectionError, mentioned, select_objects
-from grounding.spec import SLOTS, StructureSpec
+from grounding.spec import StructureSpec
 from grounding.unsupported import checked
+from grounding.viewpoint import VIEWPOINTS, ViewpointError, turned
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
-
-VIEWPOINTS = ("robot", "opposite")
-_TURNED_SLOTS = ("x_position", "y_position", "rotation")
-# "Close to you", "on your left", "away from the robot"; but not "could you put them on the left, robot".
-_OF_THE_ROBOT = re.compile(
-    r"\b(?:to|of|near|by|from|towards?|facing|at|beside|behind|before|against)\s+(?:the\s+)?"
-    r"(?:robot(?:['’]s)?|arm(?:['’]s)?|gripper|you|yourself)\b|\byour\b|\bthe robot['’]s\b",
-    re.IGNORECASE,
-)
-_WITHIN = 12  # characters between such words and the evidence that they belong to
-
-
-class ViewpointError(ValueError):
-    """A viewpoint that there is not; the message lists those that there are."""
 
 
 @dataclass(frozen=True)
@@ -234,25 +220,3 @@ class Reader:
 
 def _not_english(text: str, language: str) -> str:
     return f"{shortened(text)!r} seems to be in {language}: say it in English, the only language that is understood"
-
-
-def turned(parse: Parse) -> StructureSpec:
-    """The spec in the world's frame of somebody who sits across from the robot."""
-    across = parse.spec.turned()
-    kept = {
-        slot: getattr(parse.spec, slot)
-        for slot in SLOTS
-        if slot in _TURNED_SLOTS and _is_said_of_the_robot(parse.text, parse.evidence.get(slot, ()))
-    }
-    return replace(across, **kept)
-
-
-def _is_said_of_the_robot(text: str, evidence: Sequence[str]) -> bool:
-    spans = [match.span() for match in _OF_THE_ROBOT.finditer(text)]
-    for word in evidence:
-        for found in re.finditer(rf"(?<!\w){re.escape(word)}(?!\w)", text):
-            for first, last in spans:
-                between = text[found.end() : first] if found.end() <= first else text[last : found.start()]
-                if len(between) <= _WITHIN and not set(between) & set(",.;:!?"):
-                    return True
-    return False

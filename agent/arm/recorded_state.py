@@ -9,8 +9,8 @@ import numpy as np
 
 from agent.arm.arm_model import FINGER_CLOSED, FINGER_OPEN, FINGERS, arm_model
 from agent.arm.kinematics import JacoArm
+from agent.arm.state import ArmState
 from agent.errors import BadInput
-from agent.recordings.recording import ArmState
 
 BEYOND = math.radians(2.0)  # what an encoder may tell beyond a limit: the joint then stands at its limit
 

@@ -8,8 +8,8 @@ from agent.arm.arm_model import FINGER_OPEN
 from agent.arm.controller import CARTESIAN_SPEED, ArmDriver
 from agent.arm.kinematics import JacoArm
 from agent.arm.motion_planner import PlanningScene
-from agent.arm.poses import raised
 from agent.arm.trajectories import straight_line
+from structdiffusion.geometry import raised
 from structdiffusion.simulation.world import TabletopWorld
 
 LOWERING_STEP, TOUCHING = 0.005, 0.001  # m: an object is lowered in such steps until something is this near

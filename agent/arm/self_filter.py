@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from agent.arm.arm_model import FINGER_OPEN, FINGERS, Solid, arm_model
+from agent.arm.state import ArmState
 from agent.errors import BadInput
-from agent.recordings.recording import ArmState
 from structdiffusion.geometry import transform_points
 
 CHUNK = 8_192  # points at once, so that they stay in the processor's cache

@@ -15,9 +15,8 @@ import numpy as np
 from agent.arm.grasps import Grasp, grasps_of, is_round
 from agent.arm.motion_planner import PlanningScene, solid_hull
 from agent.arm.placement_order import asides, bottom_at, precedence
-from agent.arm.poses import raised
 from agent.arm.trajectories import interpolate, straight_line
-from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
+from structdiffusion.geometry import pose_from_xyz_yaw, raised, transform_points
 from structdiffusion.observation import Table
 
 RELEASE_HEIGHT = 0.03  # m above the goal, the contract's

@@ -11,7 +11,7 @@ from agent.batch.results import ROWS
 from agent.batch.rows import BadRow, Row
 from agent.batch.summary import outcome_in_words
 from agent.rendering.image_files import FORMAT
-from agent.reporting.event_text import duration
+from agent.rendering.text import duration
 from agent.reporting.html.document import document
 
 # The first of each that a row has; where it has no goal, the table is shown as it was found.

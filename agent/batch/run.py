@@ -17,7 +17,7 @@ from agent.batch.rows import BadRow, Row, read_rows
 from agent.batch.summary import Summary, outcome_in_words
 from agent.batch.workers import Job, on_ray, on_this_machine
 from agent.pipeline.run import RunOptions
-from agent.reporting.event_text import duration
+from agent.rendering.text import duration
 from agent.runtime.progress import progress
 
 _PAGE_SECONDS = 5.0  # between two versions of the page: of thousands of rows it takes a while to write

@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 from agent.batch.row_task import CRASHED
 from agent.errors import BAD_INPUT, DONE, EXECUTION_FAILED, NO_VALID_GOAL, NOT_BUILDABLE, PARTLY_DONE, USAGE
-from agent.reporting.event_text import aligned, duration
+from agent.rendering.text import aligned, duration
 
 OUTCOMES = {
     DONE: "done",

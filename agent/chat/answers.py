@@ -9,7 +9,7 @@ import numpy as np
 from agent.chat.explanations import done, planned, why, wished_for
 from agent.chat.knowledge import Knowledge, invited
 from agent.chat.table_facts import Fact, capitalized, inventory, listed, the, unjudged
-from agent.reporting.event_text import aligned
+from agent.rendering.text import aligned
 from grounding.dialogue.act_patterns import SUPERLATIVES
 from grounding.dialogue.acts import Act
 from grounding.references.lexicon import plural, singular

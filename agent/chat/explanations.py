@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from agent.chat.knowledge import DECIDE, Knowledge, invited
 from agent.chat.state import Build
 from agent.chat.table_facts import coordinates, listed, place_in_words, the
-from agent.reporting.event_text import number, shortcoming
+from agent.rendering.text import number
+from agent.reporting.event_text import shortcoming
 from grounding.dialogue.acts import Act
 from grounding.spec import StructureSpec
 

@@ -15,15 +15,15 @@ from agent.chat.conversation import Conversation
 from agent.chat.greeting import invitation
 from agent.chat.input import Lines
 from agent.chat.view import SHOWN, ChatScreen
-from agent.cli.options import MOST_SEED
 from agent.errors import DEFECT, DONE, NotWritten, UsageError, exit_code_of, one_sentence
-from agent.reporting.event_text import aligned
+from agent.rendering.text import aligned
 from agent.reporting.replay import write_page
+from agent.runtime.settings import MOST_SEED
 from agent.scenes.files import SUFFIXES
 from agent.scenes.sources import SIMULATED
 from grounding.dialogue.acts import acts_of, is_question
-from grounding.interpreter import VIEWPOINTS
 from grounding.parse_result import shortened
+from grounding.viewpoint import VIEWPOINTS
 
 _YES = ("y", "yes", "yes please", "go", "go ahead", "do it", "build it", "ok", "okay", "sure")
 _NO = ("n", "no", "no thanks", "no thank you", "never mind", "nevermind")

@@ -16,16 +16,13 @@ from rich.text import Text
 from agent import events
 from agent.chat.maps import Maps
 from agent.rendering.object_markers import markers_of_candidate, markers_of_scene
+from agent.rendering.text import aligned, duration, number, slot_label
 from agent.reporting.event_text import (
     TRIED,
-    aligned,
     arm_sentence,
-    duration,
-    number,
     parse_notes,
     seen_row,
     shortcoming,
-    slot_label,
     verdict_sentence,
     verdict_title,
 )

@@ -6,10 +6,6 @@ Everything heavy is imported inside the verb that needs it, so that `--help` ans
 from __future__ import annotations
 
 import sys
-from contextlib import ExitStack
-from dataclasses import asdict
-from datetime import datetime
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -18,47 +14,20 @@ from agent import __version__
 from agent.cli.bag import bag_app
 from agent.cli.batch import batch
 from agent.cli.chat import chat
-from agent.cli.config import ConfiguredGroup, config_app, reading_options
+from agent.cli.config import ConfiguredGroup, config_app
 from agent.cli.doctor import doctor
 from agent.cli.evaluate import evaluate_app
 from agent.cli.models import models_app
 from agent.cli.options import (
-    AtOption,
-    CallOption,
-    CameraPoseOption,
-    ForceOutOption,
-    JsonOption,
-    LLMModelOption,
-    LLMUrlOption,
-    ModelOption,
-    ObjectsOption,
-    ParserOption,
-    Parsers,
-    SceneOption,
-    SeedOption,
-    TopicOption,
-    UnverifiedOption,
-    Viewpoint,
-    ViewpointOption,
-    WeightsOption,
     complain,
-    recorded_options,
 )
+from agent.cli.parse import parse
 from agent.cli.report import replay, report
+from agent.cli.run import run
 from agent.cli.scene import scene_app
 from agent.cli.shell_completion import completion
 from agent.cli.train import generate, train
-from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, USAGE, BadInput, UsageError, exit_code_of, one_sentence
-from agent.runtime.output_ownership import check_own_folder
-from agent.runtime.stdio import (
-    NO_TEXT,
-    ReaderGone,
-    as_text,
-    import_pybullet_silently,
-    lines_as_they_come,
-    results_stream,
-)
-from agent.runtime.terminal_text import console_on
+from agent.errors import DONE, INTERRUPTED, USAGE, exit_code_of, one_sentence
 
 # Typer carries its own copy of click in some versions and uses the installed one in others; its public
 # BadParameter is a usage error in both, and that is the general click error.
@@ -109,140 +78,11 @@ def _common(
     """Options before the verb."""
 
 
-@app.command()
-def run(
-    ctx: typer.Context,
-    text: Annotated[str, typer.Argument(help="The instruction.", show_default=False)],
-    scene: SceneOption = "simulated",
-    objects: ObjectsOption = "ycb",
-    model: ModelOption = "diffusion",
-    weights: WeightsOption = None,
-    seed: SeedOption = 0,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Where the report goes; by default out/TIME-seedS.")
-    ] = None,
-    force: ForceOutOption = False,
-    json_output: JsonOption = False,
-    parser: ParserOption = Parsers.embedding,
-    viewpoint: ViewpointOption = Viewpoint.robot,
-    llm_model: LLMModelOption = None,
-    llm_url: LLMUrlOption = None,
-    execute: Annotated[
-        bool, typer.Option("--execute/--no-execute", help="Build it with the arm, or stop at the imagined goal.")
-    ] = True,
-    rerun: Annotated[
-        Path | None, typer.Option(metavar="FILE.rrd", help="Record the run for the Rerun viewer (extra `viz`).")
-    ] = None,
-    at: AtOption = None,
-    topic: TopicOption = None,
-    camera_pose: CameraPoseOption = None,
-    call: CallOption = None,
-    allow_unverified: UnverifiedOption = False,
-    export_trajectory: Annotated[
-        list[Path] | None,
-        typer.Option(
-            metavar="FILE",
-            help="Write what the arm was told to do: .json, .bag (ROS 1), .mcap or a folder (ROS 2); may be given "
-            "several times.",
-        ),
-    ] = None,
-) -> None:
-    """Read an instruction, look at the table, imagine, choose and build; then report.
-
-    Example: structagent run "put the cups in a small circle on the left" --seed 3 --out out/cups
-    """
-    import_pybullet_silently()
-    from agent.events import Failed
-    from agent.pipeline.run import RunOptions, run_instruction
-    from agent.reporting.rerun_log import RerunLog
-    from agent.reporting.run_report import RunRecord
-    from agent.reporting.session_log import run_session
-    from agent.reporting.terminal_report import TerminalReport
-
-    replaced, text = text, as_text(text)
-    if text.count(NO_TEXT) > replaced.count(NO_TEXT):
-        raise BadInput(f"the instruction {text!r} has a byte that is no UTF-8 text, where {NO_TEXT} stands")
-    folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-seed{seed}"
-    check_own_folder(folder, "run", force)
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
-    trajectories = export_trajectory or []
-    if trajectories and not execute:
-        raise UsageError("--export-trajectory needs the arm at work, and --no-execute stops before it")
-    if trajectories:
-        from agent.recordings.trajectory_export import check_export
-
-        for path in trajectories:
-            check_export(path)
-    recorded = recorded_options(at, topic, camera_pose, call)
-    options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
-    with ExitStack() as open_files:
-        results = open_files.enter_context(results_stream())
-        record = RunRecord(open_files.enter_context(run_session(folder, asdict(options))))
-        viewer = open_files.enter_context(RerunLog(rerun)) if rerun is not None else None
-        tell = TerminalReport(console_on(sys.stderr if json_output else results))
-        listeners = [record, tell] + ([viewer] if viewer is not None else [])
-        try:
-            for event in run_instruction(text, options, watch=viewer and viewer.watch, trajectories=trajectories):
-                for listener in listeners:
-                    listener(event)
-        except (KeyboardInterrupt, ReaderGone):
-            record(Failed("run", "interrupted", INTERRUPTED))
-            raise
-        finally:
-            page = record.write(folder) if record.saw_something else None
-            if json_output:
-                print(record.json(), file=results)
-            if page is not None:
-                print(f"report: {page}", file=sys.stderr if json_output else results)
-    outcome = record.report["outcome"]
-    if outcome["exit_code"] != DONE:
-        complain(outcome["message"])
-        raise typer.Exit(outcome["exit_code"])
-
-
+app.command("run")(run)
 app.command("batch")(batch)
 app.command("replay")(replay)
 app.command("report")(report)
-
-
-@app.command()
-def parse(
-    ctx: typer.Context,
-    texts: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="TEXT", help="Instructions; without any, one a line from standard input."),
-    ] = None,
-    parser: ParserOption = Parsers.embedding,
-    viewpoint: ViewpointOption = Viewpoint.robot,
-    objects: Annotated[
-        str | None, typer.Option(metavar="NAMES", help='What is on the table, as "mug,bowl,plate,fork".')
-    ] = None,
-    llm_model: LLMModelOption = None,
-    llm_url: LLMUrlOption = None,
-    json_output: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
-) -> None:
-    """Read instructions into the five slots, with a confidence for each; or ask, or refuse.
-
-    Example: structagent parse "build a tower on the right" "stack the cans" --objects "can,can,mug" --json
-    """
-    from agent.pipeline.instruction_parser import read_instructions
-
-    if not texts and (sys.stdin is None or sys.stdin.isatty()):
-        raise UsageError("parse needs an instruction, as an argument or on standard input, one a line")
-    # As JSON every line has its row, an empty one too, so that rows and lines can be counted off.
-    given = [list(map(as_text, texts))] if texts else lines_as_they_come(sys.stdin, keep_blank=json_output)
-    names = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]
-    if names == []:
-        raise UsageError(f'--objects must name objects, as "mug,bowl,plate", and {objects!r} names none')
-    options = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
-    with results_stream() as results:
-        read, refused = read_instructions(given, options, names, json_output, results, complain)
-    if not read:
-        raise UsageError("parse needs an instruction, and standard input had none")
-    if refused:
-        raise typer.Exit(NOT_BUILDABLE)
-
-
+app.command("parse")(parse)
 app.command("generate")(generate)
 app.command("train")(train)
 app.command("doctor")(doctor)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from agent.errors import UsageError
-from agent.runtime.settings import LIBRARIES
+from agent.runtime.settings import LIBRARIES, MOST_SEED
 from structdiffusion.planners.registry import PLANNERS, legal_instead_of
 
 if TYPE_CHECKING:
@@ -47,7 +47,6 @@ class Viewpoint(str, Enum):
 
     robot = "robot"
     opposite = "opposite"
-
 
 
 def _known_model(name: str) -> str:
@@ -116,7 +115,6 @@ UnverifiedOption = Annotated[
     typer.Option("--allow-unverified", help="Take networks whose files are not those that their cards tell of."),
 ]
 _WHAT = ("points", "depth", "depth_info", "color", "joints")  # that a recording is read from
-MOST_SEED = 2**63 - 1  # what every generator takes
 PoolOption = Annotated[
     int | None, typer.Option(min=1, help="Processes; by default one per core, of this machine or the cluster.")
 ]

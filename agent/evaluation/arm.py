@@ -33,7 +33,7 @@ from agent.evaluation.common import (
 from agent.evaluation.result_store import KeptRows, fingerprint, kept_folder
 from agent.pipeline.candidates import checked_planner, worthwhile
 from agent.pipeline.verdict import judge_built
-from agent.reporting.event_text import aligned, number
+from agent.rendering.text import aligned, number
 from agent.runtime.output_paths import write_report
 from agent.runtime.progress import progress
 from agent.runtime.worker_pool import workforce
@@ -43,7 +43,7 @@ from structdiffusion.layouts import LayoutError
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.observation import Goal
 from structdiffusion.parallel import WORKER_DIED
-from structdiffusion.planners.diffusion import Planner
+from structdiffusion.planners.factory import Planner
 from structdiffusion.simulation.world import TabletopWorld
 
 REPORT = "eval.json"  # beside the rows

@@ -20,7 +20,7 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from agent.evaluation.common import LOST, left_out_note, parted, rate_of, report_of, row_of_lost
-from agent.reporting.event_text import aligned
+from agent.rendering.text import aligned
 from agent.runtime.progress import followed
 from grounding.spec import SHAPES
 from structdiffusion.benchmark.scenes import EvaluationScene, draw_evaluation_scenes

@@ -19,7 +19,7 @@ from scipy.stats import t as student_t
 
 from agent.evaluation.common import LOST, Row, left_out_note, parted, report_of, row_of_lost, spoken_scenes
 from agent.pipeline.candidates import checked_planner, worth_a_try
-from agent.reporting.event_text import aligned, number, slot_label
+from agent.rendering.text import aligned, number, slot_label
 from agent.runtime.progress import followed
 from grounding.spec import SHAPES, SLOTS_OF_SHAPE, X_POSITIONS, StructureSpec
 from structdiffusion.benchmark.scenes import ANY_SHAPE, EvaluationScene, draw_evaluation_scene
@@ -31,7 +31,7 @@ from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Arrangement, Goal, Scene
 from structdiffusion.parallel import in_parallel
-from structdiffusion.planners.diffusion import Planner
+from structdiffusion.planners.factory import Planner
 from structdiffusion.protocol.slot_measurement import distinct_values, evenness, fitting_values, realised_spec
 
 BEST = 5  # of the ranked samples: as many as success@k tries

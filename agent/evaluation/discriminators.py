@@ -14,15 +14,15 @@ from torch import Tensor
 from agent import __version__
 from agent.evaluation.common import SCHEMA_VERSION, Row, rate_of
 from agent.model_cards.provenance import provenance, require_cards
-from agent.reporting.event_text import aligned
+from agent.rendering.text import aligned
 from agent.runtime.progress import followed
 from structdiffusion.data.batches import DemonstrationBatches
+from structdiffusion.data.npz_files import SHEET_NAME
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.collision.loss import PENETRATION, PairBatches
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.loss import KINDS, draw_examples
-from structdiffusion.planners.diffusion import WEIGHTS
-from structdiffusion.training.run_record import SHEET_NAME
+from structdiffusion.planners.factory import WEIGHTS
 
 _BATCH = 30  # scenes at a time, which make 70 examples; or twice as many pairs
 # Depths of penetration, m, between which pairs are told apart in the report: near the limit of 2 mm it is hard.

@@ -21,7 +21,7 @@ from agent.evaluation.parsing import benchmark_rows, thinned
 from agent.evaluation.result_store import KeptRows, fingerprint, kept_folder
 from agent.pipeline.candidates import checked_planner
 from agent.pipeline.instruction_parser import ReadingOptions
-from agent.reporting.event_text import aligned
+from agent.rendering.text import aligned
 from agent.runtime.output_paths import write_report
 from agent.runtime.progress import progress
 from agent.runtime.worker_pool import workforce
@@ -31,7 +31,7 @@ from structdiffusion.data.scene_sampling import SceneError
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.parallel import WORKER_DIED, Lost
-from structdiffusion.planners.diffusion import Planner
+from structdiffusion.planners.factory import Planner
 
 NO_SCENE = "no scene could be drawn"
 NOT_BUILT = "not understood"  # refused, or asked back: nothing is built, as with `structagent run`

@@ -16,7 +16,7 @@ from rich.progress import Progress
 
 from agent import __version__
 from agent.pipeline.instruction_parser import ReadingOptions, make_reader
-from agent.reporting.event_text import aligned, number
+from agent.rendering.text import aligned, number
 from agent.runtime.atomic_files import write_all_whole
 from agent.runtime.output_ownership import mark
 from agent.runtime.terminal_text import console_on

@@ -43,7 +43,7 @@ from agent.pipeline.candidates import checked_planner
 from agent.pipeline.resources import Loaded
 from agent.pipeline.run import RunOptions, run_instruction
 from agent.recordings.recording import RecordedOptions
-from agent.reporting.event_text import aligned, number
+from agent.rendering.text import aligned, number
 from agent.runtime.progress import progress
 from agent.runtime.worker_pool import workforce
 from agent.scenes.digital_twin import RecordedSource

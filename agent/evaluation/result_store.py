@@ -26,7 +26,7 @@ from agent.runtime.jsonl_journal import Journal, locked
 from agent.runtime.output_ownership import check_own_folder, mark
 from structdiffusion.benchmark.success import Row
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.planners.diffusion import WEIGHTS
+from structdiffusion.planners.factory import WEIGHTS
 from structdiffusion.planners.registry import networks_of
 
 ABOUT, ROWS = "about.json", "rows.jsonl"

@@ -11,7 +11,7 @@ from typing import Any
 from agent.errors import BadInput
 from agent.model_cards.card import RECORD, Facts, facts_of, headline
 from agent.model_cards.catalogue import FAMILIES, Network, planners_of
-from agent.reporting.event_text import aligned, duration
+from agent.rendering.text import aligned, duration
 from structdiffusion.planners.registry import PLANNERS, networks_of
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from agent.errors import NoValidGoal, UsageError
 from agent.model_cards.provenance import provenance_of, require_cards
 from structdiffusion.observation import Arrangement
-from structdiffusion.planners.diffusion import Planner, load_planner
+from structdiffusion.planners.factory import Planner, load_planner
 from structdiffusion.planners.registry import PLANNERS, legal_instead_of
 
 # An arrangement that its own scores give less than this is not worth a try.

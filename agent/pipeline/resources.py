@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from agent.scenes.sources import SceneSource
     from grounding.interpreter import Reader
     from grounding.parsers.sentence_encoder import SentenceEncoder
-    from structdiffusion.planners.diffusion import Planner
+    from structdiffusion.planners.factory import Planner
 
 
 class Loaded:

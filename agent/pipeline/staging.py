@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from agent.arm.arm_model import DEFAULT_MODEL, FINGER_OPEN, FINGERS, arm_model
+from agent.arm.state import ArmState
 from agent.errors import NotBuildable
 from agent.pipeline.instruction_parser import ReadingOptions
 from agent.pipeline.resources import Loaded
-from agent.recordings.recording import ArmState
 from agent.scenes.files import PlacedObject
 from agent.scenes.sources import SIMULATED, SceneSource
 from agent.scenes.table_scene import TableScene, drawing_and_noise

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from grounding.interpreter import Reading
     from grounding.spec import StructureSpec
     from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene
-    from structdiffusion.planners.diffusion import Planner
+    from structdiffusion.planners.factory import Planner
 
 CANDIDATES = 64
 FEWEST_IN_A_CIRCLE = 3

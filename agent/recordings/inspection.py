@@ -13,7 +13,7 @@ from agent.recordings.joint_states import arm_state, joint_streams
 from agent.recordings.load import used
 from agent.recordings.tf_tree import TransformLoop, base_from_camera, is_static, read_frames, transform_streams
 from agent.recordings.topic_selection import Choice, check_named, choose, offers
-from agent.reporting.event_text import aligned, number
+from agent.rendering.text import aligned, number
 
 SCHEMA_VERSION = 1
 _FIRST_REACH = 0.1  # s; the last message of a topic is looked for so far before the bag's end, then further

@@ -7,9 +7,9 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from agent.arm.state import ArmState
 from agent.recordings.bag_reader import Bag, Message, Stream
 from agent.recordings.message_decoding import ANGLES, JOINTS
-from agent.recordings.recording import ArmState
 from agent.recordings.synchronization import nearest
 
 _JOINT = re.compile(r"(?P<prefix>.*?)(?P<joint>joint_(?:\d|finger_\d|finger_tip_\d))")

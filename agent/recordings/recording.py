@@ -21,6 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
+from agent.arm.state import ArmState
+
 
 @dataclass(frozen=True)
 class DepthFrame:
@@ -46,21 +48,6 @@ class DepthFrame:
     def organised(self) -> bool:
         """Whether neighbours in the array are neighbours in the picture."""
         return self.points.shape[0] > 1
-
-
-@dataclass(frozen=True)
-class ArmState:
-    """How the arm stood.
-
-    Attributes:
-        model: "j2s7s300", "j2n6s300" or "j2s6s300", as the number of joints and the prefix tell.
-        joints: "joint_1", ..., "joint_finger_tip_3" -> radians, not wrapped.
-        prefix: what the recording puts before those names, such as "j2s7s300_".
-    """
-
-    model: str
-    joints: Mapping[str, float]
-    prefix: str = ""
 
 
 @dataclass(frozen=True)

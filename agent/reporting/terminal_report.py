@@ -9,16 +9,12 @@ from rich.console import Console
 from rich.markup import escape
 
 from agent import events
+from agent.rendering.text import aligned, duration, number, place, slot_label
 from agent.reporting.event_text import (
-    aligned,
     arm_sentence,
-    duration,
-    number,
     parse_notes,
-    place,
     remark_sentence,
     seen_row,
-    slot_label,
     verdict_sentence,
     verdict_title,
 )

@@ -12,11 +12,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from agent.errors import BadInput
 from structdiffusion.planners.registry import LEGAL_NAMES, PLANNERS
+
+if TYPE_CHECKING:
+
+    pass
 
 PROJECT_FILE = "structagent.toml"
 PREFIX = "STRUCTAGENT_"
@@ -307,3 +311,4 @@ def _line_of(name: str, text: str) -> int:
     key = re.escape(name)
     pattern = re.compile(rf"\s*(?:\[+\s*)?[\"']?{key}[\"']?\s*[=.\]]")
     return next((number for number, line in enumerate(text.split("\n"), 1) if pattern.match(line)), 1)
+MOST_SEED = 2**63 - 1  # what every generator takes

@@ -14,7 +14,7 @@ from agent.arm.arm_model import DEFAULT_MODEL, arm_model
 from agent.arm.kinematics import WORLD_FROM_BASE, JacoArm, Kinematics
 from agent.arm.recorded_state import stand
 from agent.arm.recovery import AT_HOME, tidy_up
-from agent.recordings.recording import ArmState
+from agent.arm.state import ArmState
 from agent.scenes.object_attributes import attributes_of
 from agent.scenes.object_placement import lowest_point
 from grounding.references.attributes import ObjectAttributes, SceneObject

@@ -11,7 +11,7 @@ import numpy as np
 
 from grounding.corpus.grammar import OBJECT_WORDS, all_sentences
 from grounding.parsers.sentence_encoder import SentenceEncoder
-from structdiffusion.models.encoders import word_ids
+from structdiffusion.word_tokens import word_ids
 
 # People name things where the corpus says "objects"; the embedding moves a little with each.
 _THINGS = ("cups", "mugs", "bowls", "plates", "cans", "boxes", "bottles", "blocks", "jars", "dishes", "candles", "toys")

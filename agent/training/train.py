@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from structdiffusion.models.checkpoint import Checkpointed
     from structdiffusion.training.distributed import Together
-    from structdiffusion.training.loop import Loss
+    from structdiffusion.training.loss import Loss
 
 
 @dataclass(frozen=True)

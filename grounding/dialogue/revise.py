@@ -15,10 +15,10 @@ from grounding.dialogue.relative_edits import Edit, normalized, relative_edits
 from grounding.dialogue.replacements import IMPOSSIBLE, PLACING
 from grounding.dialogue.slot_edits import Editing, changed_slots
 from grounding.dialogue.unread import NOT_UNDERSTOOD, unread_words
-from grounding.interpreter import turned
 from grounding.parse_result import REFUSALS, WHICH_SHAPE, Parse, Parser, Question, shortened
 from grounding.references.selection import mentioned
 from grounding.spec import StructureSpec
+from grounding.viewpoint import turned
 
 Read = Callable[[str], Parse]
 REVISION_STATUSES = ("ok", "ask", "refused", "unchanged")
@@ -141,7 +141,7 @@ def revise(
         last: what was asked for before, as spoken.
         text: any string.
         parser: reads new instructions and the absolute parts of corrections.
-        viewpoint: one of `grounding.interpreter.VIEWPOINTS`: whose left and right `last` is, and the result. What
+        viewpoint: one of `grounding.viewpoint.VIEWPOINTS`: whose left and right `last` is, and the result. What
             is said of the robot ("closer to you") is turned into the words of somebody who sits across.
         stands: what the arrangement that was shown realises, in the frame of `last`: "bigger" and "turn it" start
             from it where nobody asked for a size or a heading. `None` where nothing was shown.

@@ -23,7 +23,7 @@ from structdiffusion.data.scene_sampling import SceneError, draw_scene
 from structdiffusion.models.checkpoint import CheckpointError
 from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.observation import Goal, Scene
-from structdiffusion.planners.diffusion import Planner, load_planner
+from structdiffusion.planners.factory import Planner, load_planner
 from structdiffusion.planners.geometric import GeometricPlanner
 from structdiffusion.planners.registry import PLANNERS
 from structdiffusion.simulation.world import TabletopWorld

@@ -30,7 +30,7 @@ NO_ARRANGEMENT = "no arrangement"  # the planner gave up: counted beside the fou
 
 
 class ScenePlanner(Protocol):
-    """What is measured (`structdiffusion.planners.diffusion.Planner`)."""
+    """What is measured (`structdiffusion.planners.factory.Planner`)."""
 
     def propose(
         self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator

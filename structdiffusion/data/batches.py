@@ -15,8 +15,9 @@ from torch import Tensor
 
 from grounding.spec import LEGAL_VALUES, SLOTS
 from structdiffusion.data.npz_files import read_arrays
-from structdiffusion.models.encoders import WORDS
+from structdiffusion.rotations import yaw_matrices
 from structdiffusion.simulation.partial_views import partial_views
+from structdiffusion.word_tokens import WORDS
 
 # Chances of what the speaker leaves open.
 _KEEP_ALL, _KEEP_SHAPE, _KEEP_SLOT = 0.35, 0.92, 0.65
@@ -197,9 +198,3 @@ def _keys(words: Tensor) -> Tensor:
     """One number for each combination of word ids (..., 5)."""
     local = torch.where(words > 0, words - _FIRST_WORD.to(words.device) + 1, torch.zeros_like(words))
     return (local * _RADIX.to(words.device)).sum(dim=-1)
-
-
-def yaw_matrices(yaw: Tensor) -> Tensor:
-    """Rotations (..., 3, 3) about z."""
-    c, s, zero, one = yaw.cos(), yaw.sin(), torch.zeros_like(yaw), torch.ones_like(yaw)
-    return torch.stack((c, -s, zero, s, c, zero, zero, zero, one), dim=-1).unflatten(-1, (3, 3))

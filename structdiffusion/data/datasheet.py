@@ -18,10 +18,9 @@ import numpy as np
 
 from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, SLOTS_OF_SHAPE
 from structdiffusion.data.demonstrations import SHARD_FACTS, DemonstrationSet
-from structdiffusion.data.npz_files import read_arrays
-from structdiffusion.models.encoders import WORDS
+from structdiffusion.data.npz_files import SHEET_NAME, read_arrays
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.training.run_record import SHEET_NAME
+from structdiffusion.word_tokens import WORDS
 
 SCHEMA = "structagent-data/1"
 SHEET_TEXT = "datasheet.md"

@@ -46,3 +46,4 @@ def read_arrays(path: Path, *names: str) -> dict[str, np.ndarray]:
         raise
     except (BadZipFile, ZlibError, EOFError, ValueError) as error:
         raise DataFolderError(f"{path} is torn, or no file of arrays; {again}") from error
+SHEET_NAME = "datasheet.json"  # of a folder of data

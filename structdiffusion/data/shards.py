@@ -19,10 +19,10 @@ import numpy as np
 from grounding.spec import SHAPES, StructureSpec
 from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_scene, full_spec
 from structdiffusion.geometry import yaw_of
-from structdiffusion.models.encoders import word_ids
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.protocol.physical_stability import place_and_check
 from structdiffusion.simulation.world import TabletopWorld
+from structdiffusion.word_tokens import word_ids
 
 PLACES, EXTRAS = 7, 2  # objects that take part, and distractors, at most
 # In a crowded scene more take part. Its rows are wider, and are kept apart from the others: most batches stay small.

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from structdiffusion.data.batches import yaw_matrices
 from structdiffusion.models.backbone import PoseBackbone
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Goal
 from structdiffusion.planners.generative import Observed, Samples
 from structdiffusion.planners.guidance import StructureScore
+from structdiffusion.rotations import yaw_matrices
 
 # Chosen on validation: three times as far, fewer arrangements stand, ten times as far, fewer still, since what the
 # discriminator likes better is then often inside of something.

@@ -15,7 +15,6 @@ from structdiffusion.completion.estimate import ObjectEstimate, estimate
 from structdiffusion.layouts import setting_base, tower_order
 from structdiffusion.models.backbone import Condition, PoseBackbone
 from structdiffusion.models.checkpoint import require_sound
-from structdiffusion.models.encoders import word_ids
 from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene, Table
 from structdiffusion.postprocessing.physics_reranking import tried_out
 from structdiffusion.postprocessing.physics_rollout import Imagination
@@ -23,6 +22,7 @@ from structdiffusion.postprocessing.ranking import Ranker
 from structdiffusion.postprocessing.refinement import parted, pointed, straightened
 from structdiffusion.postprocessing.settling import settle
 from structdiffusion.postprocessing.table_regions import shift_into_place
+from structdiffusion.word_tokens import word_ids
 
 _FARTHEST = 1000.0  # m, from the robot: even an untrained network stays far below
 _CLOUD_POINTS = 256  # as in training

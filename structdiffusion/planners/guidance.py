@@ -16,10 +16,10 @@ import torch
 from torch import Tensor
 
 from structdiffusion.models.backbone import PoseBackbone
-from structdiffusion.models.encoders import word_ids
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Goal
 from structdiffusion.planners.generative import Observed, Samples
+from structdiffusion.word_tokens import word_ids
 
 # A gradient longer than this, per object and in units of the state, is shortened: a predicted state at high noise is
 # no scene that the discriminator knows, and its slope there can be of any size.

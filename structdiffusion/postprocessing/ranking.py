@@ -18,10 +18,10 @@ from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.layouts import setting_base
 from structdiffusion.models.checkpoint import require_sound
 from structdiffusion.models.collision import CollisionDiscriminator
-from structdiffusion.models.encoders import word_ids
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
+from structdiffusion.word_tokens import word_ids
 
 # Farther apart than this, metres, in outline, two objects cannot intersect: the network is not asked.
 _NEAR = 0.015

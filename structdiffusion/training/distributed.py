@@ -21,7 +21,7 @@ from structdiffusion.data.npz_files import DataFolderError
 from structdiffusion.models.checkpoint import CheckpointError
 
 if TYPE_CHECKING:
-    from structdiffusion.training.loop import Loss
+    from structdiffusion.training.loss import Loss
 
 
 class Together:

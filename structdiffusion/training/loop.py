@@ -9,22 +9,21 @@ from __future__ import annotations
 import csv
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from pickle import UnpicklingError
 from typing import TYPE_CHECKING
 
 import torch
-from torch import Tensor
 
 from structdiffusion.models.checkpoint import Checkpointed, CheckpointError
+from structdiffusion.training.loss import Loss
 from structdiffusion.training.run_record import Surroundings, TrainingRecord
 
 if TYPE_CHECKING:
     from structdiffusion.training.distributed import Together
 
-Loss = Callable[[torch.Generator], dict[str, Tensor]]
 _STATE_NAME = "training_state.pt"
 _APART = 0x9E3779B1  # between the seeds of devices: in the lower 32 bits, which are all that a CPU's generator takes
 

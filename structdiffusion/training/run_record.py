@@ -14,11 +14,10 @@ from typing import Any
 
 import torch
 
-from structdiffusion.data.npz_files import DataFolderError
+from structdiffusion.data.npz_files import SHEET_NAME, DataFolderError
 from structdiffusion.models.checkpoint import Checkpointed, CheckpointError, file_facts, parameter_count
 
 RECORD_NAME = "training.json"
-SHEET_NAME = "datasheet.json"  # of a folder of data
 SCHEMA = "structagent-training/1"
 # What grows while a session goes on; everything else tells one session from the next.
 _GROWING = ("last_step", "seconds", "steps_per_second", "examples_per_second")

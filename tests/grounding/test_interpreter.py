@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from grounding.interpreter import Reader, ViewpointError, turned
+from grounding.interpreter import Reader
 from grounding.parse_result import Parse
 from grounding.parsers.llm_reply import IllegalReplyError, LLMError
 from grounding.spec import StructureSpec
+from grounding.viewpoint import ViewpointError, turned
 
 ROW_KEYS = {
     "text", "spec", "status", "message", "question", "confidence", "evidence", "dropped", "parser", "prompt_sha256",

@@ -7,9 +7,10 @@ import torch
 from grounding.corpus.grammar import legal_specs
 from structdiffusion.data import demonstrations
 from structdiffusion.footprints import turned
-from structdiffusion.models.encoders import SENTENCE_WIDTH, word_ids
+from structdiffusion.models.encoders import SENTENCE_WIDTH
 from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.protocol.semantic import PlacedBody
+from structdiffusion.word_tokens import word_ids
 
 torch.set_num_threads(1)
 

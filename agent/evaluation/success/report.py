@@ -11,7 +11,7 @@ from agent.evaluation.common import lost_note
 from agent.evaluation.success.plots import draw_failures, draw_success_at_k
 from agent.evaluation.success.results_folder import RESULTS
 from agent.evaluation.success.tables import markdown_of
-from agent.reporting.event_text import aligned, number
+from agent.rendering.text import aligned, number
 from agent.runtime.atomic_files import write_all_whole
 from structdiffusion.parallel import WORKER_DIED
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from html import escape
 
-from agent.reporting.event_text import duration, number
+from agent.rendering.text import duration, number
 
 _NUMBER = r"(-?\d+(?:\.\d+)?(?:e-?\d+)?)"
 _BOUND = re.compile(rf"(<=|>=|<|>|at most|at least|below|above) {_NUMBER}")

@@ -11,7 +11,8 @@ from typing import Any
 
 from agent.rendering.object_markers import Marker, markers_of_candidate, markers_of_scene, stack_sentence, stacks
 from agent.rendering.palette import ink_on
-from agent.reporting.event_text import number, shortcoming
+from agent.rendering.text import number
+from agent.reporting.event_text import shortcoming
 
 CANDIDATES_SHOWN = 6
 _MARGIN = 0.03  # m around the table

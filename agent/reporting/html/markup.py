@@ -9,7 +9,7 @@ from html import escape
 
 from agent.rendering.animation import still_frames
 from agent.rendering.image_files import FILM_SPEED
-from agent.reporting.event_text import duration
+from agent.rendering.text import duration
 
 
 def data_address(content: bytes) -> str:

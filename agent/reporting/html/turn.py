@@ -12,15 +12,8 @@ from typing import Any
 from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE
 from agent.rendering.image_files import FILM
 from agent.rendering.object_markers import markers_of_scene
-from agent.reporting.event_text import (
-    arm_sentence,
-    described,
-    number,
-    parse_notes,
-    remark_sentence,
-    slot_label,
-    verdict_sentence,
-)
+from agent.rendering.text import number, slot_label
+from agent.reporting.event_text import arm_sentence, described, parse_notes, remark_sentence, verdict_sentence
 from agent.reporting.html.charts import gauge, timing
 from agent.reporting.html.figures import candidates, legend, swatch, tried
 from agent.reporting.html.markup import album, bar, figure, film, paragraph, section, table

@@ -9,9 +9,9 @@ from torch import Tensor, nn
 
 from grounding.spec import LEGAL_VALUES, SLOTS
 from structdiffusion.data.batches import Batch, DemonstrationBatches
-from structdiffusion.models.encoders import WORDS
 from structdiffusion.models.structure.model import LOCAL_SLOTS, StructureDiscriminator
 from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
+from structdiffusion.word_tokens import WORDS
 
 
 def at_goal(batch: Batch) -> Tensor:

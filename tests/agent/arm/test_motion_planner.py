@@ -10,8 +10,8 @@ from agent.arm.grasps import hand_pose
 from agent.arm.kinematics import WORLD_FROM_BASE, Kinematics
 from agent.arm.motion_planner import LEAVING, PlanningScene, solid_hull
 from agent.arm.self_filter import distance_to_arm
+from agent.arm.state import ArmState
 from agent.arm.trajectories import interpolate, straight_line, trajectory
-from agent.recordings.recording import ArmState
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.observation import Table
 from structdiffusion.simulation.depth_camera import DepthCamera

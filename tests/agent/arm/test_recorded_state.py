@@ -12,8 +12,8 @@ from agent.arm.executor import build_structure
 from agent.arm.motion_planner import PlanningScene
 from agent.arm.recorded_state import standing
 from agent.arm.recovery import is_folded, leave_start
+from agent.arm.state import ArmState
 from agent.errors import BadInput
-from agent.recordings.recording import ArmState
 from agent.scenes.table_scene import TableScene
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object

@@ -7,8 +7,8 @@ import pytest
 
 from agent.arm.arm_model import ARM_MODELS, FINGER_OPEN, FINGERS, arm_model
 from agent.arm.self_filter import distance_to_arm
+from agent.arm.state import ArmState
 from agent.errors import BadInput
-from agent.recordings.recording import ArmState
 from tests.counting import counted_calls
 
 RADIUS = 0.002  # m, of the probe

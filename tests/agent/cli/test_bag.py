@@ -8,7 +8,7 @@ import pytest
 import typer
 from PIL import Image
 
-from agent.cli.app import app
+from agent.cli import app as cli
 from agent.cli.bag import bag_app
 from agent.cli.options import reading_of, recorded_options
 from agent.errors import UsageError

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from agent.cli.app import app
+from agent.cli import app as cli
 from agent.cli.doctor import doctor
 from agent.diagnostics.doctor import PYTHON, examine, exit_code
 from agent.diagnostics.installation import changed_files

@@ -27,7 +27,7 @@ from grounding.spec import StructureSpec
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.observation import Arrangement
-from structdiffusion.planners.diffusion import load_planner
+from structdiffusion.planners.factory import load_planner
 
 MODELS = [procedural_object(kind, index) for kind in ("block", "can", "box") for index in range(3)]
 

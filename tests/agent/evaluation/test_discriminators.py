@@ -11,7 +11,7 @@ from agent.cli.app import command_line
 from agent.training import sentence_embeddings
 from grounding.corpus.grammar import all_sentences
 from structdiffusion.data import demonstrations
-from structdiffusion.planners.diffusion import WEIGHTS
+from structdiffusion.planners.factory import WEIGHTS
 
 
 @pytest.fixture(scope="module")

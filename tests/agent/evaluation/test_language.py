@@ -17,7 +17,7 @@ from grounding.benchmark import Row
 from grounding.parse_result import Parse
 from grounding.spec import SLOTS, StructureSpec
 from structdiffusion.objects.procedural import procedural_object
-from structdiffusion.planners.diffusion import load_planner
+from structdiffusion.planners.factory import load_planner
 
 MODELS = [procedural_object(kind, index) for kind in ("block", "can", "box") for index in range(3)]
 OPEN = {slot: (None,) for slot in SLOTS}

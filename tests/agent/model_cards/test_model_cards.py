@@ -25,7 +25,7 @@ from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structformer.model import StructFormerConfig
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.model import StructureConfig
-from structdiffusion.planners.diffusion import load_planner
+from structdiffusion.planners.factory import load_planner
 from structdiffusion.planners.registry import PLANNERS
 from structdiffusion.training.loop import TrainingOptions, train
 from structdiffusion.training.run_record import Surroundings

@@ -9,7 +9,8 @@ import pytest
 
 from agent.arm.arm_model import arm_model
 from agent.arm.kinematics import WORLD_FROM_BASE
-from agent.recordings.recording import ArmState, DepthFrame, Recording
+from agent.arm.state import ArmState
+from agent.recordings.recording import DepthFrame, Recording
 from agent.scenes.table_scene import TableScene
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.model import ObjectModel

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from agent.cli.parse import AT_ONCE, read_instructions
 from agent.pipeline import instruction_parser
-from agent.pipeline.instruction_parser import AT_ONCE, ReadingOptions, read_instructions
+from agent.pipeline.instruction_parser import ReadingOptions
 from agent.runtime.stdio import LONGEST_LINE, NO_TEXT, lines_as_they_come
 
 ROOT = Path(__file__).parents[3]

@@ -10,8 +10,8 @@ import pytest
 
 from agent.arm.arm_model import FINGER_SPEED, FINGERS, arm_model
 from agent.arm.executor import build_structure
+from agent.arm.state import ArmState
 from agent.errors import BadInput, UsageError
-from agent.recordings.recording import ArmState
 from agent.recordings.trajectory_export import TrajectoryLog, check_export, write_trajectory
 from agent.scenes.table_scene import TableScene
 from structdiffusion.geometry import pose_from_xyz_yaw

@@ -97,7 +97,7 @@ def test_large_meshes_and_bags_are_worth_telling(tmp_path, monkeypatch):
         told.append((what, worth()))
         yield
 
-    for module in (placing, sources, opening):
+    for module in (object_placement, sources, bag_reader):
         monkeypatch.setattr(module, "told_when_slow", note)
     trimesh.creation.box((0.05, 0.05, 0.05)).export(tmp_path / "box.stl")
     sources.scene_source("simulated", str(tmp_path))

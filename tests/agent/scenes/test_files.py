@@ -8,7 +8,7 @@ import pytest
 import trimesh
 import typer
 
-from agent.cli.app import app
+from agent.cli import app as cli
 from agent.cli.scene import scene_app
 from agent.errors import BadInput
 from agent.pipeline.run import RunOptions, run_instruction

@@ -5,7 +5,7 @@ import pytest
 
 from agent.training.sentence_embeddings import write_language
 from grounding.corpus.grammar import OBJECT_WORDS, all_sentences
-from structdiffusion.models.encoders import word_ids
+from structdiffusion.word_tokens import word_ids
 
 
 class Recorder:

@@ -5,16 +5,17 @@ import pytest
 import torch
 
 from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, StructureSpec
-from structdiffusion.data.batches import DemonstrationBatches, yaw_matrices
+from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.data.demonstrations import DemonstrationSet, keep_shard
 from structdiffusion.data.shards import draw_shard
 from structdiffusion.footprints import turned
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
-from structdiffusion.models.encoders import WORDS
 from structdiffusion.models.structure.loss import at_goal
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import PlacedBody, check_structure
+from structdiffusion.rotations import yaw_matrices
 from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
+from structdiffusion.word_tokens import WORDS
 
 
 @pytest.fixture(scope="module")

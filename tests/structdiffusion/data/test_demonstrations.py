@@ -9,9 +9,9 @@ from structdiffusion.data.demonstrations import DataFolderError, DemonstrationSe
 from structdiffusion.data.scene_sampling import draw_scene
 from structdiffusion.data.shards import draw_shard, settled_tower
 from structdiffusion.geometry import pose_from_xyz_yaw
-from structdiffusion.models.encoders import WORDS
 from structdiffusion.objects.solids import assemble, box, frustum
 from structdiffusion.protocol.physical_stability import place_and_check
+from structdiffusion.word_tokens import WORDS
 
 TOWER = WORDS["shape", "tower"]
 

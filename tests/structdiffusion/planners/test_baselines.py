@@ -26,7 +26,7 @@ from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.model import StructureConfig
 from structdiffusion.observation import Goal, ObjectCloud, Scene
 from structdiffusion.planners.baselines import CVAEPlanner, StructFormerPlanner
-from structdiffusion.planners.diffusion import load_planner
+from structdiffusion.planners.factory import load_planner
 from structdiffusion.planners.geometric import GeometricPlanner
 from structdiffusion.planners.registry import PLANNERS
 from structdiffusion.training.loop import TrainingOptions, train

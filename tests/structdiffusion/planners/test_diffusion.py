@@ -19,7 +19,8 @@ from structdiffusion.models.diffusion.model import DiffusionConfig
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.model import StructureConfig
 from structdiffusion.observation import Goal
-from structdiffusion.planners.diffusion import DiffusionPlanner, load_planner
+from structdiffusion.planners.diffusion import DiffusionPlanner
+from structdiffusion.planners.factory import load_planner
 from structdiffusion.planners.generative import observed, place_orders
 from structdiffusion.planners.geometric import GeometricPlanner
 from structdiffusion.postprocessing.ranking import Ranker

@@ -7,13 +7,13 @@ from structdiffusion.completion.estimate import estimate
 from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.diffusion.model import DiffusionConfig
 from structdiffusion.models.diffusion.scheduler import NoiseScheduler
-from structdiffusion.models.encoders import word_ids
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.model import StructureConfig
 from structdiffusion.observation import Goal, ObjectCloud
 from structdiffusion.planners.diffusion import DiffusionPlanner
 from structdiffusion.planners.generative import Observed, begin
 from structdiffusion.planners.guidance import StructureScore, guided
+from structdiffusion.word_tokens import word_ids
 
 GOAL = Goal(StructureSpec("line", size="small"))
 
