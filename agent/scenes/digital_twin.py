@@ -24,9 +24,10 @@ from agent.recordings.load import read_recording
 from agent.recordings.recording import RecordedOptions
 from agent.scenes.files import PlacedObject
 from agent.scenes.limits import check_count
-from agent.scenes.object_placement import StandingObject, placement_of, saved_objects
+from agent.scenes.object_placement import placement_of, saved_objects
 from agent.scenes.simulated import Select
 from agent.scenes.table_scene import TableScene, drawing_and_noise
+from agent.scenes.validation import StandingObject
 from grounding.references.attributes import COLOR_WORDS, ObjectAttributes, SceneObject
 from grounding.references.object_names import read_name
 from grounding.spec import StructureSpec

@@ -7,7 +7,7 @@ import os
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
@@ -16,8 +16,7 @@ import numpy as np
 
 from agent.runtime.progress import told_when_slow
 from agent.scenes.files import PlacedObject, Problem, SceneFileError, parse_scene, read_text, rgb
-from agent.scenes.validation import problems_of_places
-from grounding.references.object_names import read_name
+from agent.scenes.validation import StandingObject, problems_of_places
 from structdiffusion.geometry import pose_from_xyz_rpy
 from structdiffusion.limits import SLOW_BYTES
 from structdiffusion.objects.folder import FORMATS, object_from_file
@@ -28,35 +27,6 @@ from structdiffusion.simulation.world import FALLEN, unique_names
 
 _DIGITS, _ANGLE_DIGITS = 6, 4  # of metres and degrees in files: a micrometre is far below what matters
 _NUMBERED = re.compile(r"^\d+(-[a-z])?_")  # as the YCB scans are: "025_mug", "065-a_cups"
-
-
-@dataclass(frozen=True)
-class StandingObject:
-    """One object of a scene file, found and placed.
-
-    Attributes:
-        placed: what the file says.
-        name: what it is called, unique.
-        model: the object, with the noun and colour that the file gives it.
-        world_from_object: (4, 4) its pose.
-        source: "LIBRARY/OBJECT" as the file says it, or the mesh's path.
-    """
-
-    placed: PlacedObject
-    name: str
-    model: ObjectModel
-    world_from_object: np.ndarray
-    source: str | Path
-
-    @property
-    def called(self) -> str:
-        """What the instruction can call it: its name, with its noun and colour where they say more."""
-        first, _, rest = self.name.partition(",")
-        if read_name(first).head != read_name(self.model.category).head:
-            words, number = re.fullmatch(r"(.*?)(\s*\d*)", first, re.DOTALL).groups()  # type: ignore[union-attr]
-            first = f"{words} {self.model.category}{number if number[:1] in ('', ' ') else f' {number}'}"
-        color = self.placed.color if self.placed.color and not self.placed.color.startswith("#") else ""
-        return " ".join(part for part in (color, f"{first},{rest}" if rest else first) if part)
 
 
 def load_scene(path: Path, table: Table = Table()) -> tuple[StandingObject, ...]:

@@ -8,7 +8,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from agent.scenes.object_placement import StandingObject
+from agent.scenes.validation import StandingObject
 from structdiffusion.geometry import transform_points
 
 SCHEMA_VERSION = 1

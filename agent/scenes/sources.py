@@ -14,10 +14,11 @@ from agent.runtime.progress import told_when_slow
 from agent.scenes.files import SUFFIXES, PlacedObject
 from agent.scenes.limits import check_count
 from agent.scenes.object_attributes import attributes_of
-from agent.scenes.object_placement import StandingObject, drawn_objects, load_scene, saved_objects
+from agent.scenes.object_placement import drawn_objects, load_scene, saved_objects
 from agent.scenes.random_scenes import assortment
 from agent.scenes.simulated import Select, SimulatedScene
 from agent.scenes.table_scene import TableScene, drawing_and_noise
+from agent.scenes.validation import StandingObject
 from grounding.parse_result import shortened
 from grounding.references.attributes import SceneObject
 from grounding.spec import StructureSpec

@@ -7,19 +7,19 @@ would seem to fall only because the object is left out.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
 from agent.scenes.files import PlacedObject, Problem
+from grounding.references.object_names import read_name
 from structdiffusion.geometry import tilt_between, transform_points
+from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Table
 from structdiffusion.simulation.world import TabletopWorld
-
-if TYPE_CHECKING:
-    from agent.scenes.object_placement import StandingObject
 
 _TOUCHING = 0.001  # m: what physics has set on something, or beside it, sinks in by less
 _LYING = 0.002  # m: what is higher than this above the table is held up by something else
@@ -179,3 +179,32 @@ def _legal(table: Table) -> str:
 
 def _length(metres: float) -> str:
     return f"{metres * 1000:.0f} mm"
+
+
+@dataclass(frozen=True)
+class StandingObject:
+    """One object of a scene file, found and placed.
+
+    Attributes:
+        placed: what the file says.
+        name: what it is called, unique.
+        model: the object, with the noun and colour that the file gives it.
+        world_from_object: (4, 4) its pose.
+        source: "LIBRARY/OBJECT" as the file says it, or the mesh's path.
+    """
+
+    placed: PlacedObject
+    name: str
+    model: ObjectModel
+    world_from_object: np.ndarray
+    source: str | Path
+
+    @property
+    def called(self) -> str:
+        """What the instruction can call it: its name, with its noun and colour where they say more."""
+        first, _, rest = self.name.partition(",")
+        if read_name(first).head != read_name(self.model.category).head:
+            words, number = re.fullmatch(r"(.*?)(\s*\d*)", first, re.DOTALL).groups()  # type: ignore[union-attr]
+            first = f"{words} {self.model.category}{number if number[:1] in ('', ' ') else f' {number}'}"
+        color = self.placed.color if self.placed.color and not self.placed.color.startswith("#") else ""
+        return " ".join(part for part in (color, f"{first},{rest}" if rest else first) if part)
