@@ -2,7 +2,7 @@
 
 import sys
 
-from agent.streams import end_when_nobody_reads
+from agent.runtime.stdio import end_when_nobody_reads
 
 
 def main() -> None:
@@ -18,10 +18,10 @@ def main() -> None:
 def _command_line() -> None:
     """Runs the command line; where its own packages are missing or broken, says so, and still knows the doctor."""
     try:
-        from agent.cli import main as command_line
+        from agent.cli.app import main as command_line
     except Exception as error:  # a broken package raises anything
         if sys.argv[1:2] == ["doctor"]:
-            from agent.doctor import main as examine
+            from agent.diagnostics.doctor import main as examine
 
             examine()
         reason = " ".join(str(error).split()) or type(error).__name__

@@ -18,7 +18,7 @@ import numpy as np
 
 from grounding.spec import StructureSpec
 from structdiffusion.observation import Arrangement, Scene
-from structdiffusion.success import Check
+from structdiffusion.protocol.semantic import Check
 
 
 class Event(Protocol):

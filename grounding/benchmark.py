@@ -14,8 +14,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from grounding.corpus import all_sentences, split_of
-from grounding.parse import Parse
+from grounding.corpus.grammar import all_sentences, split_of
+from grounding.parse_result import Parse
 from grounding.spec import LEGAL_VALUES, SLOTS
 
 CALIBRATION_BINS = 10

@@ -10,9 +10,17 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
-from grounding.attributes import COLOR_WORDS, COMPARATIVES, SUPERLATIVES
-from grounding.nouns import ADJECTIVES, FORMS
-from grounding.wordlists import ARRANGING, FUNCTION_WORDS, GENERIC, NOT_OBJECTS, PARTICLES, SHAPE_WORDS, SIDES
+from grounding.references.attributes import COLOR_WORDS, COMPARATIVES, SUPERLATIVES
+from grounding.references.function_words import (
+    ARRANGING,
+    FUNCTION_WORDS,
+    GENERIC,
+    NOT_OBJECTS,
+    PARTICLES,
+    SHAPE_WORDS,
+    SIDES,
+)
+from grounding.references.lexicon import ADJECTIVES, FORMS
 
 _WORD = re.compile(r"[^\W\d_]+(?:['’][^\W\d_]+)*")
 _ENGLISH = (

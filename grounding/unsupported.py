@@ -11,11 +11,11 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from grounding.attributes import COMPARATIVES, SUPERLATIVES
-from grounding.nouns import FORMS, GROUPS
-from grounding.parse import OPEN, Parse, Question, shortened
+from grounding.parse_result import OPEN, Parse, Question, shortened
+from grounding.references.attributes import COMPARATIVES, SUPERLATIVES
+from grounding.references.function_words import SHAPE_WORDS
+from grounding.references.lexicon import FORMS, GROUPS
 from grounding.spec import StructureSpec
-from grounding.wordlists import SHAPE_WORDS
 
 _TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_]+(?:['’][^\W\d_]+)*|[,.;:!?°\"]")
 

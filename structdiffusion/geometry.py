@@ -90,3 +90,15 @@ def pose_from_position_quaternion(position: np.ndarray, quaternion: np.ndarray) 
 def tilt_between(a: np.ndarray, b: np.ndarray) -> float:
     """The angle, radians, between the z axes of two rotations or transforms."""
     return math.acos(float(np.clip(a[:3, 2] @ b[:3, 2], -1.0, 1.0)))
+
+
+def raised(pose: np.ndarray, height: float) -> np.ndarray:
+    """The pose moved up by `height` metres."""
+    moved = pose.copy()
+    moved[2, 3] += height
+    return moved
+
+
+def turn_of(rotation: np.ndarray) -> float:
+    """How far a rotation (3, 3), or that of a pose, turns, radians."""
+    return float(np.arccos(np.clip((np.trace(rotation[:3, :3]) - 1) / 2, -1, 1)))

@@ -15,10 +15,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grounding.spec import SHAPES, SLOTS_OF_SHAPE, StructureSpec
-from structdiffusion.footprints import CLEARANCE, centre_range, clear_gap, separation_along, tightest_ring_radius, turned
+from structdiffusion.footprints import (
+    CLEARANCE,
+    centre_range,
+    clear_gap,
+    separation_along,
+    tightest_ring_radius,
+    turned,
+)
 from structdiffusion.geometry import HEADING_OF_ROTATION, pose_from_xyz_yaw, wrap_angle
-from structdiffusion.nouns import BASES, CUTLERY, DRINKWARE
 from structdiffusion.observation import Table
+from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
 
 # Extent over tightest extent is drawn well inside the contract's bands, so that small errors of
 # measurement or placement do not leave them.

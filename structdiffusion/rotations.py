@@ -20,3 +20,9 @@ def rotation_from_6d(six: Tensor) -> Tensor:
 def rotation_to_6d(matrix: Tensor) -> Tensor:
     """The 6-d representation (..., 6) of rotation matrices (..., 3, 3): their first two columns."""
     return torch.cat((matrix[..., :, 0], matrix[..., :, 1]), dim=-1)
+
+
+def yaw_matrices(yaw: Tensor) -> Tensor:
+    """Rotations (..., 3, 3) about z."""
+    c, s, zero, one = yaw.cos(), yaw.sin(), torch.zeros_like(yaw), torch.ones_like(yaw)
+    return torch.stack((c, -s, zero, s, c, zero, zero, zero, one), dim=-1).unflatten(-1, (3, 3))

@@ -94,7 +94,7 @@ def parse(words: list[str], complete: bool) -> None:
 
 
 def _app() -> typer.Typer:
-    from agent.cli import app
+    from agent.cli.app import app
 
     return app
 

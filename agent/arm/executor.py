@@ -18,21 +18,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.arm.choosing import PLANNING_CHECKS, find_plan
-from agent.arm.driver import CARTESIAN_SPEED, ArmDriver, MotionListener
-from agent.arm.events import ArmEvent, PickFailed, Picked, Placed, PlaceFailed, Stopped
+from agent.arm.arm_model import FINGER_OPEN
+from agent.arm.controller import CARTESIAN_SPEED, ArmDriver, MotionListener
+from agent.arm.events import ArmEvent, Picked, PickFailed, Placed, PlaceFailed, Stopped
 from agent.arm.grasps import Grasp
 from agent.arm.kinematics import JacoArm
-from agent.arm.models import FINGER_OPEN
-from agent.arm.motion import PlanningScene
-from agent.arm.order import bottom_at, precedence
-from agent.arm.paths import straight_line
-from agent.arm.poses import raised, turn_of
-from agent.arm.search import RELEASE_HEIGHT, SHORT_APPROACH, ObjectPlan, Search
-from agent.arm.stopping import SETTLE_SECONDS, fold, is_folded, leave_start, set_down_below, withdraw
-from structdiffusion.geometry import tilt_between, transform_points
+from agent.arm.motion_planner import PlanningScene
+from agent.arm.placement_order import bottom_at, precedence
+from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
+from agent.arm.recovery import SETTLE_SECONDS, fold, is_folded, leave_start, set_down_below, withdraw
+from agent.arm.task_planner import RELEASE_HEIGHT, SHORT_APPROACH, ObjectPlan, Search
+from agent.arm.trajectories import straight_line
+from structdiffusion.geometry import raised, tilt_between, transform_points, turn_of
 from structdiffusion.observation import Arrangement, Scene
-from structdiffusion.tabletop import FALLEN, TabletopWorld
+from structdiffusion.simulation.world import FALLEN, TabletopWorld
 
 HOLDS = ("weld", "friction")
 PICK_ATTEMPTS = 3
@@ -60,7 +59,7 @@ def build_structure(
 
     Args:
         world: the true objects; `world.bodies[i]` is `scene.objects[i]`. Planning never looks at its models.
-        arm: the arm, loaded into `world.client`, its hand empty (`agent.arm.stopping.tidy_up` sees to that).
+        arm: the arm, loaded into `world.client`, its hand empty (`agent.arm.recovery.tidy_up` sees to that).
         scene: what was perceived before anything moved.
         arrangements: imagined goals, best first.
         planning_checks: limit for the search over all arrangements, in configurations that are checked.

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.arm.hand import ANGLES, LEVELS, PALM_LEVEL, contact_angle, opening_for, reach
+from agent.arm.gripper import ANGLES, LEVELS, PALM_LEVEL, contact_angle, opening_for, reach
 
 SIDE_CLEARANCE = 0.008  # m kept on each side between open fingers and the object
 PALM_CLEARANCE = 0.006  # m

@@ -16,7 +16,7 @@ from importlib import resources
 import numpy as np
 import pybullet
 
-from agent.arm.models import (
+from agent.arm.arm_model import (
     DEFAULT_MODEL,
     END_EFFECTOR,
     FINGER_EFFORT,

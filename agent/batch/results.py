@@ -1,6 +1,6 @@
 """The folder of a batch: `results.jsonl`, a page, and `rows/ID` with report and session of what saw something.
 
-Only a folder that is empty or was made by a batch is taken, unless it is forced (`agent.ownership`). In `rows/ID` only
+Only a folder that is empty or was made by a batch is taken, unless it is forced (`agent.runtime.output_ownership`). In `rows/ID` only
 the files are replaced that a batch wrote there; what somebody else put beside them stays.
 
 `results.jsonl` is a journal while the batch works: one process appends a whole line for every row that ends, and forces
@@ -21,9 +21,16 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput
-from agent.journal import Journal, entry_of, locked
-from agent.ownership import MARKER, check_own_folder, check_subfolder, files_written, mark, remove_written
-from agent.whole_files import write_whole
+from agent.runtime.atomic_files import write_whole
+from agent.runtime.jsonl_journal import Journal, entry_of, locked
+from agent.runtime.output_ownership import (
+    MARKER,
+    check_own_folder,
+    check_subfolder,
+    files_written,
+    mark,
+    remove_written,
+)
 
 RESULTS = "results.jsonl"
 PAGE = "index.html"

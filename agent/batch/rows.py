@@ -27,10 +27,10 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from agent.config import SETTINGS
 from agent.errors import AgentError, BadInput, UsageError
 from agent.events import json_value
-from agent.pipeline import RunOptions
+from agent.pipeline.run import RunOptions
+from agent.runtime.settings import SETTINGS
 from structdiffusion.limits import BATCH_BYTES, ROW_BYTES
 
 STANDARD_INPUT = "-"

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
-from agent.batch.working import CRASHED
+from agent.batch.row_task import CRASHED
 from agent.errors import BAD_INPUT, DONE, EXECUTION_FAILED, NO_VALID_GOAL, NOT_BUILDABLE, PARTLY_DONE, USAGE
-from agent.telling import aligned, duration
+from agent.rendering.text import aligned, duration
 
 OUTCOMES = {
     DONE: "done",

@@ -9,10 +9,10 @@ import numpy as np
 from agent.chat.explanations import done, planned, why, wished_for
 from agent.chat.knowledge import Knowledge, invited
 from agent.chat.table_facts import Fact, capitalized, inventory, listed, the, unjudged
-from agent.telling import aligned
-from grounding.dialogue_act_wordings import SUPERLATIVES
-from grounding.dialogue_acts import Act
-from grounding.nouns import plural, singular
+from agent.rendering.text import aligned
+from grounding.dialogue.act_patterns import SUPERLATIVES
+from grounding.dialogue.acts import Act
+from grounding.references.lexicon import plural, singular
 from grounding.spec import SHAPES
 
 _STRUCTURES = frozenset(

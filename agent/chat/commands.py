@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 
 from agent.errors import UsageError
-from grounding.dialogue_acts import bare
-from grounding.parse import shortened
-from grounding.reading import VIEWPOINTS
+from grounding.dialogue.acts import bare
+from grounding.parse_result import shortened
+from grounding.viewpoint import VIEWPOINTS
 
 MOST_NUMBER = 10**9
 _MOST_DIGITS = 25

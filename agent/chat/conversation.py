@@ -15,26 +15,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent import events, steps
+from agent import events
 from agent.arm.events import Planned
 from agent.chat.answers import answer, unanswerable
 from agent.chat.greeting import Suggestion, suggestion
 from agent.chat.knowledge import Knowledge
 from agent.chat.participants import Taking, UnclearObjectError, meant_objects
-from agent.chat.situation import Build, Proposal, Situation, answered, completed, with_a_shape
+from agent.chat.state import Build, Proposal, Situation, answered, completed, with_a_shape
 from agent.errors import DONE, INTERRUPTED, NotBuildable, PartlyDone, UsageError, exit_code_of, one_sentence
-from agent.loaded import Loaded
-from agent.pipeline import RunOptions, wished
-from agent.planning import worthwhile
-from grounding.dialogue import Revision, revise
-from grounding.dialogue_acts import Act
-from grounding.parse import OBJECT, REFUSALS, Question
-from grounding.selection import SelectionError, mentioned, select_objects
+from agent.pipeline import steps
+from agent.pipeline.candidates import worthwhile
+from agent.pipeline.resources import Loaded
+from agent.pipeline.run import RunOptions, wished
+from grounding.dialogue.acts import Act
+from grounding.dialogue.revise import Revision, revise
+from grounding.parse_result import OBJECT, REFUSALS, Question
+from grounding.references.selection import SelectionError, mentioned, select_objects
 from grounding.spec import StructureSpec
 
 if TYPE_CHECKING:
     from agent.scenes.sources import SceneSource
-    from agent.scenes.table import TableScene
+    from agent.scenes.table_scene import TableScene
 
 Listener = Callable[[events.Event], None]
 
@@ -302,7 +303,7 @@ class Conversation:
 
     def plan(self) -> None:
         """Tells the plan for the chosen arrangement, and moves nothing."""
-        from agent.arm.choosing import plan_structure
+        from agent.arm.plan_selection import plan_structure
 
         proposal = self._proposed()
         rng = np.random.default_rng(self.options.seed)
@@ -312,7 +313,7 @@ class Conversation:
 
     def go(self) -> bool:
         """Builds the chosen arrangement, and judges it; whether it stands as asked."""
-        from agent.scenes.table import MOVED
+        from agent.scenes.table_scene import MOVED
 
         proposal, options = self._proposed(), self.options
         built, before = False, self.table.poses()

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from agent.chat.knowledge import DECIDE, Knowledge, invited
-from agent.chat.situation import Build
+from agent.chat.state import Build
 from agent.chat.table_facts import coordinates, listed, place_in_words, the
-from agent.telling import number, shortcoming
-from grounding.dialogue_acts import Act
+from agent.rendering.text import number
+from agent.reporting.event_text import shortcoming
+from grounding.dialogue.acts import Act
 from grounding.spec import StructureSpec
 
 _OTHERS_SHOWN = 3  # candidates that an explanation compares

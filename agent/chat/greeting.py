@@ -11,18 +11,18 @@ import numpy as np
 import shapely
 
 from agent.arm.grasps import grasps_of
-from agent.arm.order import stands_above
-from agent.scenes.taking_part import MOST_OBJECTS
-from grounding.nouns import plural
-from grounding.selection import SelectionError, select_objects
+from agent.arm.placement_order import stands_above
+from agent.scenes.limits import MOST_OBJECTS
+from grounding.references.lexicon import plural
+from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import StructureSpec
+from structdiffusion.data.scene_sampling import eligible, layout_item
 from structdiffusion.footprints import CLEARANCE, clear_gap, turned
 from structdiffusion.geometry import tilt_between, yaw_of
 from structdiffusion.layouts import LayoutError, lay_out
-from structdiffusion.scenes import eligible, layout_item
 
 if TYPE_CHECKING:
-    from agent.scenes.table import TableScene
+    from agent.scenes.table_scene import TableScene
     from structdiffusion.observation import Scene
 
 _FEWEST_OF_A_KIND, _PAIR = 3, 2

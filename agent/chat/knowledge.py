@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 from agent import events
 from agent.chat.greeting import Suggestion, invitation
-from agent.chat.situation import Situation
+from agent.chat.state import Situation
 from agent.chat.table_facts import Fact, facts_of, meant_by
-from grounding.parse import Question
+from grounding.parse_result import Question
 
 if TYPE_CHECKING:
-    from grounding.encoder import SentenceEncoder
+    from grounding.parsers.sentence_encoder import SentenceEncoder
 
 DECIDE = "“y” builds it, “n” drops it, and words such as “bigger” change it"
 

@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from agent.streams import import_pybullet_silently
+from agent.runtime.stdio import import_pybullet_silently
 
 _CORRECTIONS = ("bigger", "now as a line", "on the right", "smaller", "now as a circle", "on the left")
 LEAST_RUNS = 5
@@ -54,12 +54,12 @@ def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Re
 
     from agent import events
     from agent.chat.conversation import Conversation
-    from agent.chat.lines import PlainLines
-    from agent.chat.loop import Chat
-    from agent.chat.screen import ChatScreen
+    from agent.chat.input import PlainLines
+    from agent.chat.repl import Chat
+    from agent.chat.view import ChatScreen
     from agent.errors import NotBuildable
-    from agent.loaded import Loaded
-    from agent.pipeline import RunOptions
+    from agent.pipeline.resources import Loaded
+    from agent.pipeline.run import RunOptions
 
     torch.set_num_threads(1)  # as in a chat
     screen_file = _Watched()

@@ -8,9 +8,9 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from agent import blocks
-from agent.markers import Marker, markers_of_candidate, markers_of_scene
-from agent.side_view import side_view
+from agent.rendering import terminal_canvas
+from agent.rendering.object_markers import Marker, markers_of_candidate, markers_of_scene
+from agent.rendering.side_view import side_view
 
 _COLUMNS = 56  # of a map that stands alone
 _BESIDE_COLUMNS = 38  # of one beside others
@@ -27,13 +27,13 @@ class Maps:
 
     def __init__(self, console: Console) -> None:
         self._console = console
-        self._colors = blocks.colors_of(console)
+        self._colors = terminal_canvas.colors_of(console)
         self._key: list[str] = []
 
     @property
     def columns(self) -> int:
         """The width of a map that stands alone."""
-        return max(min(_COLUMNS, self._console.width), blocks.LEAST_COLUMNS)
+        return max(min(_COLUMNS, self._console.width), terminal_canvas.LEAST_COLUMNS)
 
     def beside(self, count: int, most: int = _BESIDE_COLUMNS) -> int:
         """The width of one of `count` maps: three stand side by side where there is room, otherwise two, or one."""
@@ -41,7 +41,7 @@ class Maps:
             return self.columns
         count = min(count, 3 if self._console.width >= _WIDE else 2)
         fitting = (self._console.width - 2 * (count - 1)) // count
-        return min(max(_LEAST_COLUMNS, min(most, fitting)), max(self._console.width, blocks.LEAST_COLUMNS))
+        return min(max(_LEAST_COLUMNS, min(most, fitting)), max(self._console.width, terminal_canvas.LEAST_COLUMNS))
 
     def forget_key(self) -> None:
         """The next map has its key, whether or not that was shown last."""
@@ -66,24 +66,24 @@ class Maps:
             self._drawn(scene, markers_of_candidate(scene, one["positions"], one["turns"]), columns)
             for one in candidates
         ]
-        self._print(blocks.side_by_side(drawn, captions, self._console.width))
+        self._print(terminal_canvas.side_by_side(drawn, captions, self._console.width))
         self._show_key(scene)
 
     def previews(self, scene: Mapping[str, Any], told: Mapping[str, Any], columns: int) -> list[Text]:
         """The samples of an event `Previewed` in its JSON form, side by side, from above alone."""
         width = min(self.beside(len(told["positions"]), columns), columns)
         pictures = [
-            blocks.picture(markers_of_candidate(scene, positions, turns), scene["table"], width, self._colors)
+            terminal_canvas.picture(markers_of_candidate(scene, positions, turns), scene["table"], width, self._colors)
             for positions, turns in zip(told["positions"], told["turns"], strict=True)
         ]
-        return blocks.side_by_side(pictures, [[] for _ in pictures], self._console.width)
+        return terminal_canvas.side_by_side(pictures, [[] for _ in pictures], self._console.width)
 
     def _drawn(self, scene: Mapping[str, Any], markers: Sequence[Marker], columns: int) -> list[Text]:
-        above = blocks.picture(markers, scene["table"], columns, self._colors)
+        above = terminal_canvas.picture(markers, scene["table"], columns, self._colors)
         return [*above, *side_view(markers, scene["table"], columns, self._colors)]
 
     def _show_key(self, scene: Mapping[str, Any]) -> None:
-        lines = blocks.legend(markers_of_scene(scene), self._console.width, self._colors)
+        lines = terminal_canvas.legend(markers_of_scene(scene), self._console.width, self._colors)
         plain = [line.plain for line in lines]
         if plain != self._key:
             self._key = plain

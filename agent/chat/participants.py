@@ -8,18 +8,18 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from agent.chat.situation import Situation
+from agent.chat.state import Situation
 from agent.errors import NotBuildable
-from agent.scenes.taking_part import FEWEST_OBJECTS, MOST_OBJECTS
-from grounding.dialogue import Revision
-from grounding.names import read_name
-from grounding.object_changes import EVERYTHING
-from grounding.replacements import IMPOSSIBLE
-from grounding.selection import AmbiguousReferenceError, Selection, SelectionError, select_objects
+from agent.scenes.limits import FEWEST_OBJECTS, MOST_OBJECTS
+from grounding.dialogue.object_changes import EVERYTHING
+from grounding.dialogue.replacements import IMPOSSIBLE
+from grounding.dialogue.revise import Revision
+from grounding.references.object_names import read_name
+from grounding.references.selection import AmbiguousReferenceError, Selection, SelectionError, select_objects
 
 if TYPE_CHECKING:
-    from agent.scenes.table import TableScene
-    from grounding.encoder import SentenceEncoder
+    from agent.scenes.table_scene import TableScene
+    from grounding.parsers.sentence_encoder import SentenceEncoder
 
 # "Object 3", "the second cup": counted among all that are there.
 _COUNTED_OFF = re.compile(r"\d|\b(?:first|second|third|fourth|fifth|last)\b")

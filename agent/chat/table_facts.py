@@ -11,18 +11,18 @@ import numpy as np
 import shapely
 
 from agent import events
-from agent.arm.order import stands_above
-from agent.perception.coloring import lab
-from agent.perception.describing import color_word, lightness_of_white, oriented_box, shape_words
-from agent.telling import described
-from grounding.dialogue_act_wordings import COLORS
-from grounding.names import adjective, rivals
-from grounding.nouns import plural, singular
-from grounding.selection import SelectionError, select_objects
-from grounding.wordlists import ORDINALS
+from agent.arm.placement_order import stands_above
+from agent.perception.color import lab
+from agent.perception.description import color_word, lightness_of_white, oriented_box, shape_words
+from agent.reporting.event_text import described
+from grounding.dialogue.act_patterns import COLORS
+from grounding.references.function_words import ORDINALS
+from grounding.references.lexicon import plural, singular
+from grounding.references.object_names import adjective, rivals
+from grounding.references.selection import SelectionError, select_objects
 
 if TYPE_CHECKING:
-    from grounding.encoder import SentenceEncoder
+    from grounding.parsers.sentence_encoder import SentenceEncoder
     from structdiffusion.observation import ObjectCloud, Scene
 
 _ANY = frozenset(

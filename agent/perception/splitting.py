@@ -11,8 +11,8 @@ import shapely
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from agent.perception.clusters import clusters
-from agent.perception.joining import HOLLOW, hollowness
+from agent.perception.clustering import clusters
+from agent.perception.merging import HOLLOW, hollowness
 
 _LEAST = 100  # voxels of each thing
 _SHARE = 0.2  # of the other's voxels that the smaller has

@@ -7,14 +7,14 @@ from typing import Protocol
 
 import numpy as np
 
-from agent.scenes.attributes import attributes_of
-from agent.scenes.table import TableScene, drawing_and_noise
-from grounding.attributes import SceneObject
-from grounding.selection import Selection, SelectionError
+from agent.scenes.object_attributes import attributes_of
+from agent.scenes.table_scene import TableScene, drawing_and_noise
+from grounding.references.attributes import SceneObject
+from grounding.references.selection import Selection, SelectionError
 from grounding.spec import StructureSpec
+from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_scene, eligible
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.scenes import DrawnScene, SceneError, draw_scene, eligible
-from structdiffusion.tabletop import unique_names
+from structdiffusion.simulation.world import unique_names
 
 MOST_OBJECTS = 7  # that take part in a drawn scene
 _DRAWS = 60  # a few suffice unless the instruction asks for a rare mixture, such as two cans and the only mug

@@ -8,18 +8,19 @@ from typing import Protocol
 
 import numpy as np
 
-from agent.bags.recording import RecordedOptions
 from agent.errors import UsageError
-from agent.progress import told_when_slow
-from agent.scenes.attributes import attributes_of
-from agent.scenes.drawing import assortment
+from agent.recordings.recording import RecordedOptions
+from agent.runtime.progress import told_when_slow
 from agent.scenes.files import SUFFIXES, PlacedObject
-from agent.scenes.placing import StandingObject, drawn_objects, load_scene, saved_objects
+from agent.scenes.limits import check_count
+from agent.scenes.object_attributes import attributes_of
+from agent.scenes.object_placement import drawn_objects, load_scene, saved_objects
+from agent.scenes.random_scenes import assortment
 from agent.scenes.simulated import Select, SimulatedScene
-from agent.scenes.table import TableScene, drawing_and_noise
-from agent.scenes.taking_part import check_count
-from grounding.attributes import SceneObject
-from grounding.parse import shortened
+from agent.scenes.table_scene import TableScene, drawing_and_noise
+from agent.scenes.validation import StandingObject
+from grounding.parse_result import shortened
+from grounding.references.attributes import SceneObject
 from grounding.spec import StructureSpec
 from structdiffusion.limits import SLOW_BYTES
 from structdiffusion.objects.libraries import load_objects
@@ -70,8 +71,8 @@ def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedO
     """
     path = Path(scene)
     if scene == EXAMPLE or path.suffix.lower() in RECORDINGS or (scene and path.is_dir()):
-        from agent.bags import example_path
-        from agent.scenes.recorded import RecordedSource
+        from agent.recordings import example_path
+        from agent.scenes.digital_twin import RecordedSource
 
         return RecordedSource(example_path() if scene == EXAMPLE else path, recorded)
     if recorded.given:

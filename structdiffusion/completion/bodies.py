@@ -10,13 +10,13 @@ import numpy as np
 import shapely
 from scipy.spatial import ConvexHull, QhullError
 
-from structdiffusion.completion.shapes import BEST, CompletedShape, complete
-from structdiffusion.estimate import front_yaw
+from structdiffusion.completion.estimate import front_yaw
+from structdiffusion.completion.methods import BEST, CompletedShape, complete
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
-from structdiffusion.nouns import CUTLERY
 from structdiffusion.objects.model import ObjectModel, footprint_centroid
 from structdiffusion.objects.solids import assemble
 from structdiffusion.observation import ObjectCloud, Scene
+from structdiffusion.tableware import CUTLERY
 
 DENSITY = 400.0  # kg/m^3: between an empty carton and a full can
 FRICTION = 0.5
@@ -58,7 +58,7 @@ def body_of(
     Args:
         cloud: what was seen of it.
         world_from_camera: (4, 4), or `None`.
-        method: one of `structdiffusion.completion.shapes.METHODS`.
+        method: one of `structdiffusion.completion.methods.METHODS`.
     """
     return _body(cloud, complete(cloud, world_from_camera, method))
 

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
-from structdiffusion.completion.seeing import EDGE
+from structdiffusion.completion.view import EDGE
 from structdiffusion.objects.decomposition import few_vertices
 
 _COLUMNS = 350  # over an object's outline, about

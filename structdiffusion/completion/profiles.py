@@ -6,8 +6,8 @@ import itertools
 
 import numpy as np
 
-from structdiffusion.completion.seeing import level_top
-from structdiffusion.completion.turned import Turned
+from structdiffusion.completion.revolution import Turned
+from structdiffusion.completion.view import level_top
 
 TOP = 0.008  # m below the highest points that belong to a rim or a top
 _WALL, _THINNEST_WALL = 0.0035, 0.002  # m, where its thickness cannot be seen, and at least

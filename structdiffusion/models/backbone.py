@@ -19,14 +19,13 @@ from structdiffusion.models.checkpoint import Checkpointed
 from structdiffusion.models.encoders import (
     OUTLINE_FEATURES,
     SENTENCE_WIDTH,
-    VOCABULARY,
-    WORD_TOKENS,
     PointEncoder,
     fake_scenes,
     outline_features,
 )
-from structdiffusion.nouns import BASES, CUTLERY, DRINKWARE
 from structdiffusion.rotations import rotation_from_6d, rotation_to_6d
+from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
+from structdiffusion.word_tokens import VOCABULARY, WORD_TOKENS
 
 POSE = 9  # 3 + 6 numbers a pose
 OBJECT_WIDTH = 96  # of an object's encoding

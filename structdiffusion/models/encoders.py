@@ -7,20 +7,11 @@ import math
 import torch
 from torch import Tensor, nn
 
-from grounding.spec import LEGAL_VALUES, SLOTS, StructureSpec
+from structdiffusion.word_tokens import WORD_TOKENS
 
 SENTENCE_WIDTH = 384  # all-MiniLM-L6-v2
 _DIRECTIONS = 16  # of the outline's support function
 OUTLINE_FEATURES = 3 + _DIRECTIONS + 2
-# Word tokens: 0 is "not specified", then every value of every slot has an id of its own.
-WORDS = {word: i + 1 for i, word in enumerate((slot, value) for slot in SLOTS for value in LEGAL_VALUES[slot])}
-VOCABULARY = len(WORDS) + 1
-WORD_TOKENS = len(SLOTS)
-
-
-def word_ids(spec: StructureSpec) -> list[int]:
-    """The five word-token ids of a spec, slot by slot; 0 where unspecified."""
-    return [WORDS.get((slot, value), 0) for slot, value in spec.to_dict().items()]
 
 
 def fake_scenes(batch: int, objects: int, generator: torch.Generator) -> dict[str, Tensor]:

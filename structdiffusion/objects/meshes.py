@@ -10,11 +10,11 @@ import trimesh
 from scipy.spatial import ConvexHull, QhullError
 
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
-from structdiffusion.nouns import CUTLERY
 from structdiffusion.objects.decomposition import MAX_PARTS, RESOLUTION, convex_parts, few_vertices
 from structdiffusion.objects.hollow import HOLLOW, hollow_parts
 from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel, footprint_centroid
-from structdiffusion.rigid_body import mass_properties
+from structdiffusion.objects.rigid_body import mass_properties
+from structdiffusion.tableware import CUTLERY
 
 VISUAL_FACES = 2000
 # The front of these is opposite their handle.

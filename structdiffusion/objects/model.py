@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from structdiffusion.footprints import outline_centroid
-from structdiffusion.rigid_body import MassProperties, mass_properties
+from structdiffusion.objects.rigid_body import MassProperties, mass_properties
 
 SURFACE_POINTS = 1024
 

@@ -8,13 +8,13 @@ import trimesh
 
 from agent import events
 from agent.arm.events import Picked, Placed, Planned
-from agent.scenes.table import TableScene
+from agent.scenes.table_scene import TableScene
 from grounding.spec import StructureSpec
-from structdiffusion.camera import DepthCamera
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene
-from structdiffusion.success import Check
+from structdiffusion.protocol.semantic import Check
+from structdiffusion.simulation.depth_camera import DepthCamera
 
 INSTRUCTION = 'put the cups in a small circle <script>alert("x")</script>'
 

@@ -3,9 +3,8 @@
 import pytest
 import torch
 
-from grounding.embedding_parser import EmbeddingParser
-from grounding.encoder import SentenceEncoder
-
+from grounding.parsers.embedding import EmbeddingParser
+from grounding.parsers.sentence_encoder import SentenceEncoder
 
 # Threads that wait for each other on a busy machine make a sentence of ten words thirty times slower.
 torch.set_num_threads(1)

@@ -17,10 +17,10 @@ from grounding.benchmark import (
     score,
     templated_rows,
 )
-from grounding.corpus import all_sentences
-from grounding.frames import all_frames
-from grounding.paraphrases import paraphrase
-from grounding.parse import Parse, refusal
+from grounding.corpus.grammar import all_sentences
+from grounding.corpus.paraphrases import paraphrase
+from grounding.corpus.templates import all_frames
+from grounding.parse_result import Parse, refusal
 from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
 from prompts import load_prompt, prompt_examples, prompt_names
 

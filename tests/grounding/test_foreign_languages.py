@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from grounding.foreign_languages import foreign_language
-from grounding.reading import Reader
-from grounding.spelling import mend
+from grounding.interpreter import Reader
+from grounding.parsers.spelling import mend
 
 DATA = Path(__file__).parents[2] / "grounding" / "benchmark_data"
 FOREIGN = {

@@ -4,7 +4,7 @@ import hashlib
 
 import pytest
 
-from grounding.llm_reply import ANSWERS, BUILD, NONE
+from grounding.parsers.llm_reply import ANSWERS, BUILD, NONE
 from grounding.spec import SLOTS, StructureSpec
 from prompts import SHIPPED, PromptError, load_prompt, prompt_examples, prompt_names
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from grounding.reading import Reader
+from grounding.interpreter import Reader
 
 DATA = Path(__file__).parents[2] / "grounding" / "benchmark_data"
 

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 import torch
 
-from grounding.corpus import legal_specs
-from structdiffusion import demonstrations
+from grounding.corpus.grammar import legal_specs
+from structdiffusion.data import demonstrations
 from structdiffusion.footprints import turned
-from structdiffusion.models.encoders import SENTENCE_WIDTH, word_ids
+from structdiffusion.models.encoders import SENTENCE_WIDTH
 from structdiffusion.objects.procedural import procedural_objects
-from structdiffusion.success import PlacedBody
+from structdiffusion.protocol.semantic import PlacedBody
+from structdiffusion.word_tokens import word_ids
 
 torch.set_num_threads(1)
 

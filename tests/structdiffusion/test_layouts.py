@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS_OF_SHAPE, StructureSpec
+from structdiffusion.data.scene_sampling import eligible, layout_item
 from structdiffusion.footprints import clear_gap, turned
 from structdiffusion.layouts import LayoutError, LayoutItem, lay_out, tower_order
 from structdiffusion.objects.solids import circle_outline
 from structdiffusion.observation import Table
-from structdiffusion.scenes import eligible, layout_item
-from structdiffusion.success import check_structure
+from structdiffusion.protocol.semantic import check_structure
 
 COUNTS = {"circle": (3, 7), "line": (2, 6), "tower": (2, 4), "table setting": (2, 6)}
 

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from structdiffusion.parallel import Lost, in_parallel
 from structdiffusion.temporary_folders import TemporaryFolders
-from structdiffusion.workers import Lost, in_parallel
 
 ROOT = Path(__file__).parents[2]
 PREFIX = "structagent-shapes-"
 HOLD = (
-    "from structdiffusion.rigid_body import hulls_file; import numpy as np, sys; "
+    "from structdiffusion.objects.rigid_body import hulls_file; import numpy as np, sys; "
     "print(hulls_file([np.eye(4)[:, :3]]), flush=True); sys.stdin.read()"
 )
 
@@ -61,9 +61,10 @@ def test_a_new_folder_takes_the_place_of_abandoned_ones(temporary):
 
 
 def _shape(_: object, job: str) -> str:
-    from structdiffusion.objects.model import MassProperties  # noqa: F401 - as a worker imports it
-    from structdiffusion.rigid_body import mesh_file
     import numpy as np
+
+    from structdiffusion.objects.model import MassProperties  # noqa: F401 - as a worker imports it
+    from structdiffusion.objects.rigid_body import mesh_file
 
     mesh_file(np.eye(3), np.array([[0, 1, 2]]))
     if job == "die":

@@ -9,10 +9,10 @@ from pathlib import Path
 import torch
 from torch import Tensor, nn
 
-from structdiffusion.arrays import read_arrays
-from structdiffusion.batches import yaw_matrices
+from structdiffusion.data.npz_files import read_arrays
 from structdiffusion.models.collision.model import CollisionDiscriminator
-from structdiffusion.views import partial_views
+from structdiffusion.rotations import yaw_matrices
+from structdiffusion.simulation.partial_views import partial_views
 
 PENETRATION = 0.002  # m: the contract's limit
 _POINTS = 256

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 from torch.distributions import kl_divergence
 
-from structdiffusion.batches import DemonstrationBatches
+from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.models.cvae.model import PoseCVAE
 
 # The deviation of the poses about what the generator gives, in units of the state: 0.1 is 7 to 10 mm. It is the

@@ -5,9 +5,9 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from structdiffusion.batches import DemonstrationBatches
+from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.models.diffusion.model import PoseDiffusion
-from structdiffusion.scheduler import NoiseScheduler
+from structdiffusion.models.diffusion.scheduler import NoiseScheduler
 
 
 def diffusion_loss(

@@ -17,8 +17,8 @@ from structdiffusion.models.backbone import (
     encoder_stack,
     readout,
 )
+from structdiffusion.models.diffusion.scheduler import NoiseScheduler
 from structdiffusion.models.encoders import TimeEmbedding
-from structdiffusion.scheduler import NoiseScheduler
 
 _TIME_WIDTH = 32
 

@@ -8,10 +8,10 @@ import torch
 from torch import Tensor, nn
 
 from grounding.spec import LEGAL_VALUES, SLOTS
-from structdiffusion.batches import Batch, DemonstrationBatches
-from structdiffusion.models.encoders import WORDS
+from structdiffusion.data.batches import Batch, DemonstrationBatches
 from structdiffusion.models.structure.model import LOCAL_SLOTS, StructureDiscriminator
-from structdiffusion.nouns import BASES, CUTLERY, DRINKWARE
+from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
+from structdiffusion.word_tokens import WORDS
 
 
 def at_goal(batch: Batch) -> Tensor:

@@ -13,7 +13,8 @@ import torch
 from torch import Tensor, nn
 
 from structdiffusion.models.checkpoint import Checkpointed
-from structdiffusion.models.encoders import VOCABULARY, PointEncoder, fake_scenes
+from structdiffusion.models.encoders import PointEncoder, fake_scenes
+from structdiffusion.word_tokens import VOCABULARY
 
 LOCAL_SLOTS = (0, 1, 4)  # shape, size, rotation: what does not depend on where the structure stands
 

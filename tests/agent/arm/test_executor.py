@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agent.arm.choosing import plan_structure
-from agent.arm.events import Picked, Placed, Planned, PlanFailed
+from agent.arm.arm_model import arm_model
+from agent.arm.events import Picked, Placed, PlanFailed, Planned
 from agent.arm.executor import build_structure
 from agent.arm.kinematics import JacoArm, Kinematics
-from agent.arm.models import arm_model
-from agent.scenes.table import TableScene
+from agent.arm.plan_selection import plan_structure
+from agent.scenes.table_scene import TableScene
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.observation import Arrangement
-from structdiffusion.tabletop import TABLE, TabletopWorld
+from structdiffusion.simulation.world import TABLE, TabletopWorld
 
 
 def build(kinds, poses, goals, seed=0, distractors=0, kinematics=Kinematics()):

@@ -6,10 +6,10 @@ import numpy as np
 import pybullet
 import pytest
 
-from agent.arm import hand
+from agent.arm import gripper
+from agent.arm.arm_model import ARM_MODELS, arm_model
 from agent.arm.grasps import hand_pose
 from agent.arm.kinematics import JacoArm, Kinematics
-from agent.arm.models import ARM_MODELS, arm_model
 from agent.errors import BadInput
 from structdiffusion.geometry import pose_from_xyz_yaw
 
@@ -141,8 +141,8 @@ def test_unwind_turns_only_continuous_joints_by_whole_turns():
 
 
 def test_the_hand_closes_monotonically_near_the_tips():
-    gaps = hand.gaps()[:, np.argmin(np.abs(hand.LEVELS - 0.02))]
+    gaps = gripper.gaps()[:, np.argmin(np.abs(gripper.LEVELS - 0.02))]
     closing = gaps[np.isfinite(gaps)]
     assert (np.diff(closing) < 0).all() and closing[0] > 0.15
-    assert hand.opening_for(np.full(len(hand.LEVELS), 0.3)) is None
-    assert hand.contact_angle(np.zeros(len(hand.LEVELS))) is None
+    assert gripper.opening_for(np.full(len(gripper.LEVELS), 0.3)) is None
+    assert gripper.contact_angle(np.zeros(len(gripper.LEVELS))) is None

@@ -6,7 +6,7 @@ import os
 import pytest
 
 from agent.batch.results import RESULTS, Results
-from agent.cli import command_line
+from agent.cli.app import command_line
 from agent.errors import BadInput, UsageError
 
 

@@ -14,9 +14,9 @@ import pytest
 from agent.batch import rows
 from agent.batch.rows import LARGEST_SEED, BadRow, Row, fingerprint, read_rows
 from agent.errors import BadInput, UsageError
-from agent.pipeline import RunOptions
-from agent.reading import ReadingOptions, make_reader
-from grounding.llm_reply import LLMError
+from agent.pipeline.instruction_parser import ReadingOptions, make_reader
+from agent.pipeline.run import RunOptions
+from grounding.parsers.llm_reply import LLMError
 from tests.counting import counted_calls
 
 DEFAULTS = RunOptions(model="geometric", seed=7)

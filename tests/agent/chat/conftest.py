@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from agent.chat.conversation import Conversation
-from agent.loaded import Loaded
-from agent.pipeline import RunOptions
+from agent.pipeline.resources import Loaded
+from agent.pipeline.run import RunOptions
 
 DESK = Path(__file__).parent / "desk.yaml"
 

@@ -8,9 +8,9 @@ import pytest
 from agent import events
 from agent.chat.answers import answer
 from agent.chat.knowledge import Knowledge
-from agent.chat.situation import Situation
+from agent.chat.state import Situation
 from agent.chat.table_facts import facts_of, meant_by, place_in_words
-from grounding.dialogue_acts import acts_of
+from grounding.dialogue.acts import acts_of
 from structdiffusion.observation import ObjectCloud, Scene
 
 TABLE = (0.18, 0.72, -0.45, 0.45)

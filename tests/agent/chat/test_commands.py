@@ -3,7 +3,7 @@
 import pytest
 
 from agent.chat.commands import COMMANDS, command_of, help_lines, one_of, whole_number
-from agent.chat.lines import completions
+from agent.chat.input import completions
 from agent.errors import UsageError
 
 

@@ -8,7 +8,7 @@ from agent.arm.events import Picked, Placed, Planned, Stopped
 from agent.chat.conversation import Conversation
 from agent.errors import INTERRUPTED, NOT_BUILDABLE, NotBuildable, UsageError
 from agent.events import kind_of
-from agent.pipeline import RunOptions
+from agent.pipeline.run import RunOptions
 from grounding.spec import StructureSpec
 from tests.agent.chat.conftest import DESK
 

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import pytest
 
 from agent.chat.participants import meant_objects
-from agent.chat.situation import Situation, with_a_shape
+from agent.chat.state import Situation, with_a_shape
 from agent.errors import NotBuildable
-from agent.reading import ReadingOptions
-from grounding.attributes import SceneObject
-from grounding.dialogue import revise
-from grounding.selection import SelectionError
+from agent.pipeline.instruction_parser import ReadingOptions
+from grounding.dialogue.revise import revise
+from grounding.references.attributes import SceneObject
+from grounding.references.selection import SelectionError
 from grounding.spec import StructureSpec
 
 NAMES = {

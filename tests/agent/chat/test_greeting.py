@@ -4,9 +4,9 @@ import pytest
 
 from agent.chat.conversation import Conversation
 from agent.chat.greeting import invitation, suggestion
-from agent.pipeline import RunOptions
-from agent.reading import ReadingOptions
-from grounding.selection import select_objects
+from agent.pipeline.instruction_parser import ReadingOptions
+from agent.pipeline.run import RunOptions
+from grounding.references.selection import select_objects
 from grounding.spec import StructureSpec
 from tests.agent.chat.conftest import DESK
 

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from agent.arm.arm_model import arm_model
 from agent.arm.kinematics import WORLD_FROM_BASE
-from agent.arm.models import arm_model
-from agent.bags.recording import ArmState, DepthFrame, Recording
-from agent.scenes.table import TableScene
+from agent.arm.state import ArmState
+from agent.recordings.recording import DepthFrame, Recording
+from agent.scenes.table_scene import TableScene
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.model import ObjectModel
 

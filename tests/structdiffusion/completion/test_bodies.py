@@ -7,15 +7,15 @@ import pytest
 
 from grounding.spec import StructureSpec
 from structdiffusion.completion.bodies import DENSITY, bodies_of, bodies_of_scene, body_of, separated
-from structdiffusion.completion.shapes import CompletedShape, complete
+from structdiffusion.completion.methods import CompletedShape, complete
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.model import footprint_centroid
 from structdiffusion.objects.procedural import procedural_objects
+from structdiffusion.objects.rigid_body import mass_properties
 from structdiffusion.objects.solids import box
 from structdiffusion.observation import ObjectCloud
-from structdiffusion.physical import place_and_check
-from structdiffusion.rigid_body import mass_properties
-from structdiffusion.tabletop import TabletopWorld
+from structdiffusion.protocol.physical_stability import place_and_check
+from structdiffusion.simulation.world import TabletopWorld
 
 NOUNS = ("mug", "box", "bottle", "plate", "fork", "bowl")
 

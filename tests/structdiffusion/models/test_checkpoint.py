@@ -10,7 +10,7 @@ from structdiffusion.models.collision.model import CollisionConfig
 from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.diffusion.model import DiffusionConfig
 from structdiffusion.models.structure import StructureDiscriminator
-from structdiffusion.sampling import load_planner
+from structdiffusion.planners.factory import load_planner
 from tests.memory import forget_peak, peak_megabytes
 
 SMALL = CollisionConfig(width=16, layers=1, points=32)

@@ -6,13 +6,13 @@ import pytest
 import torch
 from torch.distributions import Normal
 
-from structdiffusion.batches import DemonstrationBatches
+from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.models.checkpoint import CheckpointError
 from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.cvae.loss import DEVIATION, cvae_loss
 from structdiffusion.models.cvae.model import CVAEConfig
 from structdiffusion.models.diffusion import PoseDiffusion
-from structdiffusion.training import TrainingOptions, train
+from structdiffusion.training.loop import TrainingOptions, train
 
 SMALL = CVAEConfig(width=32, layers=1, heads=2, feed_forward=48, points=24, point_width=16, latent=6, latent_layers=1)
 

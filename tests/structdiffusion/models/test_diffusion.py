@@ -3,12 +3,12 @@ from dataclasses import replace
 import pytest
 import torch
 
-from structdiffusion.batches import DemonstrationBatches, yaw_matrices
+from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.diffusion.loss import diffusion_loss
 from structdiffusion.models.diffusion.model import DiffusionConfig
-from structdiffusion.rotations import rotation_from_6d
-from structdiffusion.scheduler import NoiseScheduler
+from structdiffusion.models.diffusion.scheduler import NoiseScheduler
+from structdiffusion.rotations import rotation_from_6d, yaw_matrices
 
 SMALL = DiffusionConfig(width=32, layers=2, heads=2, feed_forward=48, points=24, point_width=16)
 

@@ -4,15 +4,15 @@ import pytest
 import torch
 
 from grounding.spec import LEGAL_VALUES, SLOTS, StructureSpec
-from structdiffusion.batches import DemonstrationBatches
+from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.collision.loss import PairBatches, collision_loss
 from structdiffusion.models.collision.model import CollisionConfig
-from structdiffusion.models.encoders import WORDS, word_ids
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.loss import at_goal, other_words, perturbed, structure_loss
 from structdiffusion.models.structure.model import StructureConfig
-from structdiffusion.training import TrainingOptions, train
+from structdiffusion.training.loop import TrainingOptions, train
+from structdiffusion.word_tokens import WORDS, word_ids
 
 
 @pytest.fixture

@@ -3,15 +3,10 @@ import math
 import pytest
 import torch
 
-from grounding.corpus import legal_specs
+from grounding.corpus.grammar import legal_specs
 from grounding.spec import StructureSpec
-from structdiffusion.models.encoders import (
-    VOCABULARY,
-    PointEncoder,
-    TimeEmbedding,
-    outline_features,
-    word_ids,
-)
+from structdiffusion.models.encoders import PointEncoder, TimeEmbedding, outline_features
+from structdiffusion.word_tokens import VOCABULARY, word_ids
 
 
 def test_word_ids_tell_every_spec_apart_and_no_slot_shares_one():

@@ -6,9 +6,9 @@ import torch
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.diffusion import PoseDiffusion
-from structdiffusion.models.encoders import VOCABULARY
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structure import StructureDiscriminator
+from structdiffusion.word_tokens import VOCABULARY
 
 NETWORKS = (PoseDiffusion, PoseCVAE, StructFormer, StructureDiscriminator, CollisionDiscriminator)
 

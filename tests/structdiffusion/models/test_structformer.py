@@ -7,13 +7,13 @@ import pytest
 import torch
 
 from grounding.spec import SHAPES
-from structdiffusion.batches import DemonstrationBatches
+from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.models.checkpoint import CheckpointError
-from structdiffusion.models.encoders import WORDS
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structformer.loss import structformer_loss
 from structdiffusion.models.structformer.model import StructFormerConfig
-from structdiffusion.training import TrainingOptions, train
+from structdiffusion.training.loop import TrainingOptions, train
+from structdiffusion.word_tokens import WORDS
 
 SIZES = dict(width=32, layers=2, heads=2, feed_forward=48, points=24, point_width=16, mixture=3)
 SMALL = StructFormerConfig(**SIZES)

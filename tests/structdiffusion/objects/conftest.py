@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between
-from structdiffusion.tabletop import TabletopWorld
+from structdiffusion.simulation.world import TabletopWorld
 
 
 @pytest.fixture(autouse=True)

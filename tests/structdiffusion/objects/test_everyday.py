@@ -8,7 +8,7 @@ import pytest
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between
 from structdiffusion.objects.everyday import everyday_objects
 from structdiffusion.objects.libraries import training_objects, validation_objects
-from structdiffusion.tabletop import TabletopWorld
+from structdiffusion.simulation.world import TabletopWorld
 
 
 @pytest.fixture(scope="module")

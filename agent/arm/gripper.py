@@ -1,0 +1,98 @@
+"""How wide the Jaco's hand is between its fingers, at every opening and height; from the URDF's numbers.
+
+Levels are heights along the end_effector's +z (the approach): negative towards the palm, positive
+towards and beyond the tips. The gap is between the inner surfaces of the thumb (+x) and of fingers
+2 and 3 (-x).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from agent.arm.arm_model import DEFAULT_MODEL, END_EFFECTOR, FINGER_TIPS, FINGERS, arm_model
+from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
+
+PALM_LEVEL = -0.049  # m, the palm's surface
+ANGLES = np.arange(0.0, 1.501, 0.05)  # rad, finger joint
+LEVELS = np.arange(PALM_LEVEL, 0.0451, 0.003)
+ONTO = 0.03  # m: more overlap than one step of closing makes
+# The boxes of the URDF: (centre x, centre y, size x, size y, size z) in the link frame.
+_PROXIMAL = (0.021, -0.002, 0.046, 0.014, 0.017)
+_DISTAL = (0.014, 0.0, 0.028, 0.010, 0.016)
+_TIP = (0.0335, 0.003, 0.019, 0.004, 0.014)  # on the inner side, so that the tip is thin
+
+
+def _surface(box: tuple[float, ...]) -> np.ndarray:
+    """Points (P, 3) on a box's outline, close enough together for `LEVELS`."""
+    cx, cy, sx, sy, sz = box
+    x, y, z = np.meshgrid(
+        cx + np.linspace(-sx, sx, 24) / 2, cy + np.array([-sy, sy]) / 2, np.array([-sz, sz]) / 2, indexing="ij"
+    )
+    return np.stack((x, y, z), axis=-1).reshape(-1, 3)
+
+
+@cache
+def _profile() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Thumb's inner x (A, L), the fingers' inner x (A, L), and the farthest level any of them reaches (A,)."""
+    origins = arm_model(DEFAULT_MODEL).origins  # all models carry the same hand
+    ee_from_last = np.linalg.inv(origins[END_EFFECTOR])
+    thumb = np.full((len(ANGLES), len(LEVELS)), np.inf)
+    others = np.full((len(ANGLES), len(LEVELS)), -np.inf)
+    lowest = np.empty(len(ANGLES))
+    for a, angle in enumerate(ANGLES):
+        reach = []
+        for finger, tip in zip(FINGERS, FINGER_TIPS, strict=True):
+            proximal = ee_from_last @ origins[finger] @ pose_from_xyz_yaw(0, 0, 0, angle)
+            distal = proximal @ origins[tip]
+            points = np.concatenate(
+                (
+                    transform_points(proximal, _surface(_PROXIMAL)),
+                    transform_points(distal, _surface(_DISTAL)),
+                    transform_points(distal, _surface(_TIP)),
+                )
+            )
+            reach.append(points[:, 2].max())
+            for level, height in enumerate(LEVELS):
+                near = points[np.abs(points[:, 2] - height) < 0.003, 0]
+                if len(near) and finger == FINGERS[0]:
+                    thumb[a, level] = near.min()
+                elif len(near):
+                    others[a, level] = max(others[a, level], near.max())
+        lowest[a] = max(reach)
+    return thumb, others, lowest
+
+
+def gaps() -> np.ndarray:
+    """The gap, metres, at each of `ANGLES` and `LEVELS`; infinite beyond the tips."""
+    thumb, others, _ = _profile()
+    return thumb - others
+
+
+def reach(opening: float, closing: float) -> float:
+    """How far beyond the end effector the fingers reach, at most, while they close between two angles, metres."""
+    angles = np.append(ANGLES[(ANGLES > opening) & (ANGLES < closing)], (opening, closing))
+    return float(np.interp(angles, ANGLES, _profile()[2]).max())
+
+
+def opening_for(widths: np.ndarray) -> float | None:
+    """The least open finger angle whose gap passes `widths` (L,), metres at each of `LEVELS`; `None` if none does."""
+    passes = (gaps() >= widths).all(axis=1)
+    return float(ANGLES[np.flatnonzero(passes)[-1]]) if passes.any() else None
+
+
+def contact_angle(widths: np.ndarray) -> float | None:
+    """The finger angle at which closing fingers first meet an object that is `widths` (L,) wide; `None` if never.
+
+    Zero width means nothing at that level. Fingers that would come down onto the object, because
+    they reach its level only when they are already nearer together than it is wide, never meet it.
+    """
+    meets = np.flatnonzero(((gaps() <= widths) & (widths > 0.0)).any(axis=1))
+    if not len(meets):
+        return None
+    around = maximum_filter1d(widths, 7)  # within 1 cm: few points may have been seen at one level
+    if np.where(widths > 0.0, around - gaps()[meets[0]], -np.inf).max() > ONTO:
+        return None
+    return float(ANGLES[meets[0]])

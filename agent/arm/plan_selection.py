@@ -1,0 +1,59 @@
+"""Which of the ranked arrangements the arm can build: the first one with a plan for every object."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator, Iterator, Sequence
+
+import numpy as np
+
+from agent.arm.events import ArmEvent, PlanFailed, Planned
+from agent.arm.kinematics import Kinematics
+from agent.arm.motion_planner import PlanningScene
+from agent.arm.task_planner import ObjectPlan, Search
+from structdiffusion.observation import Arrangement, Scene
+
+# Configurations that are checked, not seconds, so that the same seed ends the same way however busy the machine is: a
+# quiet one takes about a minute.
+PLANNING_CHECKS = 300_000
+
+
+def plan_structure(
+    scene: Scene,
+    arrangements: Sequence[Arrangement],
+    *,
+    rng: np.random.Generator,
+    planning_checks: int = PLANNING_CHECKS,
+    kinematics: Kinematics = Kinematics(),
+) -> Iterator[ArmEvent]:
+    """Finds the first arrangement with a plan for every object, and moves nothing.
+
+    With the same `rng` it is the plan that `agent.arm.executor.build_structure` carries out.
+
+    Yields:
+        `PlanFailed` for every arrangement without a plan, and `Planned` for the first that has one.
+    """
+    with PlanningScene(rng.spawn(1)[0], kinematics) as planning:
+        yield from find_plan(Search(planning, rng, scene.table), scene, arrangements, planning_checks)
+
+
+def find_plan(
+    search: Search, scene: Scene, arrangements: Sequence[Arrangement], planning_checks: int
+) -> Generator[ArmEvent, None, tuple[int, list[ObjectPlan]] | None]:
+    """Tells what could be planned; returns the place of the first arrangement with a plan, and the plan, or `None`."""
+    began = time.monotonic()
+    clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
+    bottoms = [cloud.bottom for cloud in scene.objects]
+    distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
+    for rank, arrangement in enumerate(arrangements):
+        plans, blocked, reason = search.arrangement(
+            clouds, distractors, arrangement.goal_from_initial, planning_checks, bottoms
+        )
+        if plans:
+            order, grasps = tuple(plan.object for plan in plans), tuple(plan.grasp.kind for plan in plans)
+            yield Planned(rank, order, grasps, time.monotonic() - began)
+            return rank, plans
+        yield PlanFailed(rank, blocked, "" if blocked is None else scene.objects[blocked].name, reason)
+        if search.scene.checks > planning_checks:
+            break
+    return None

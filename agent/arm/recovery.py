@@ -1,0 +1,104 @@
+"""What the arm does after somebody stopped it: it sets down what it holds, and draws its hand out of the way."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from agent.arm.arm_model import FINGER_OPEN
+from agent.arm.controller import CARTESIAN_SPEED, ArmDriver
+from agent.arm.kinematics import JacoArm
+from agent.arm.motion_planner import PlanningScene
+from agent.arm.trajectories import straight_line
+from structdiffusion.geometry import raised
+from structdiffusion.simulation.world import TabletopWorld
+
+LOWERING_STEP, TOUCHING = 0.005, 0.001  # m: an object is lowered in such steps until something is this near
+WITHDRAWAL = 0.12  # m
+AT_HOME = 0.1  # rad, of every joint
+SETTLE_SECONDS = 0.6
+OPENING_SECONDS = 1.0  # in which closed fingers open
+SLACK = 0.002  # m: an overlap is not measured the same from all sides
+
+
+def set_down_below(driver: ArmDriver, index: int) -> None:
+    """Lowers an object that is in the hand until it meets something, and opens the hand.
+
+    Args:
+        driver: moves the arm.
+        index: the object, as `driver.world` counts it.
+    """
+    pose = driver.arm.world_from_ee()
+    height = float(driver.world.pose(index)[2, 3])
+    depths = np.arange(0.0, height + LOWERING_STEP, LOWERING_STEP)
+    path = straight_line(
+        driver.arm.kinematics, driver.arm.configuration(), [raised(pose, -depth) for depth in depths]
+    )
+    for q in () if path is None else path:
+        if driver.world.clearances(index, reach=TOUCHING):
+            break
+        driver.follow(q[None], "set down", CARTESIAN_SPEED)
+    driver.let_go(FINGER_OPEN)
+
+
+def withdraw(driver: ArmDriver) -> None:
+    """Opens the hand and draws it back from what it stands around: against the way it points, then up."""
+    driver.open(FINGER_OPEN)
+    driver.wait(0.3)
+    pose = driver.arm.world_from_ee()
+    back = pose.copy()
+    back[:3, 3] -= WITHDRAWAL * pose[:3, 2]
+    for start, target in ((pose, back), (back, raised(back, WITHDRAWAL))):
+        path = straight_line(driver.arm.kinematics, driver.arm.configuration(), (start, target))
+        if path is not None:
+            driver.follow(path, "withdraw", CARTESIAN_SPEED)
+
+
+def is_folded(arm: JacoArm) -> bool:
+    """Whether the arm is in its waiting pose."""
+    folded = arm.kinematics.folded
+    return bool(np.abs(arm.kinematics.unwind(arm.configuration(), folded) - folded).max() < AT_HOME)
+
+
+def fold(driver: ArmDriver, scene: PlanningScene) -> None:
+    """Back to the waiting pose, by a planned motion; straight there where none is found."""
+    start = driver.arm.configuration()
+    home = driver.arm.kinematics.unwind(driver.arm.kinematics.folded, start)
+    path = scene.plan(start, home)
+    driver.follow(np.stack((start, home)) if path is None else path, "fold")
+    driver.wait(SETTLE_SECONDS)
+
+
+def leave_start(driver: ArmDriver, scene: PlanningScene) -> None:
+    """To the waiting pose from wherever the arm was put, by a planned motion; there it may overlap what was perceived.
+
+    Where no motion is found with the fingers as they are, they open first; where none is found then, the hand is drawn
+    back from what it stands around.
+    """
+    arm = driver.arm
+    start = arm.configuration()
+    home = arm.kinematics.unwind(arm.kinematics.folded, start)
+    for fingers in (arm.finger_angles(), [FINGER_OPEN] * 3):
+        scene.set_fingers(fingers)
+        path = scene.plan(start, home, overlap=scene.overlap(start) + SLACK)
+        if path is not None:
+            driver.follow(path, "fold")
+            driver.open(FINGER_OPEN)
+            driver.wait(SETTLE_SECONDS)
+            return
+        driver.open(FINGER_OPEN)
+        driver.wait(OPENING_SECONDS)
+    withdraw(driver)
+    fold(driver, scene)
+
+
+def tidy_up(world: TabletopWorld, arm: JacoArm, rng: np.random.Generator) -> bool:
+    """Empties the hand and folds the arm where somebody stopped it for good; whether there was anything to do."""
+    if arm.weld is None and is_folded(arm):
+        return False
+    driver = ArmDriver(world, arm, weld=True)
+    if driver.holds is not None:
+        set_down_below(driver, world.bodies.index(driver.holds))
+    withdraw(driver)
+    with PlanningScene(rng, arm.kinematics) as scene:
+        fold(driver, scene)
+    return True

@@ -1,0 +1,21 @@
+"""The state of a Jaco, as a recording gives it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class ArmState:
+    """How the arm stood.
+
+    Attributes:
+        model: "j2s7s300", "j2n6s300" or "j2s6s300", as the number of joints and the prefix tell.
+        joints: "joint_1", ..., "joint_finger_tip_3" -> radians, not wrapped.
+        prefix: what the recording puts before those names, such as "j2s7s300_".
+    """
+
+    model: str
+    joints: Mapping[str, float]
+    prefix: str = ""

@@ -1,0 +1,297 @@
+"""The nested search of paper section V.D: ranked arrangements, objects in an executable order, grasps.
+
+For every object the search finds a grasp, and the poses before, at and after pick and place, with a
+collision-free motion to each; only perceived clouds are used.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from agent.arm.grasps import Grasp, grasps_of, is_round
+from agent.arm.motion_planner import PlanningScene, solid_hull
+from agent.arm.placement_order import asides, bottom_at, precedence
+from agent.arm.trajectories import interpolate, straight_line
+from structdiffusion.geometry import pose_from_xyz_yaw, raised, transform_points
+from structdiffusion.observation import Table
+
+RELEASE_HEIGHT = 0.03  # m above the goal, the contract's
+APPROACH = 0.10  # m of straight line before a grasp, after it, and before and after a release
+SHORT_APPROACH = 0.05  # m, where the longer line is blocked or out of reach, as on top of a high tower
+TOUCHING = -0.001  # m of overlap with the floor that is allowed: in a grasp the fingers nearly touch it
+UP = np.array([0.0, 0.0, 1.0])
+RESTARTS = 4
+PAIRS_TRIED = 24
+SPINS = 8  # turns about the upright axis that are tried at the goal of a round object
+
+
+@dataclass(frozen=True)
+class ObjectPlan:
+    """Everything needed to move one object. Paths are joint angles (T, n); poses are world frames.
+
+    Attributes:
+        object: index in `Scene.objects`.
+        grasp: the chosen grasp.
+        reach: folded to pre-grasp. approach: pre-grasp to grasp. lift: grasp to lifted.
+        transfer: lifted to above the goal. lower: above the goal to the release.
+        retreat: away from what was released. fold: back to the waiting pose.
+        goal_from_now: (4, 4) the planned motion of the object, without the release height.
+        spun: whether the object is round, so that its turn at the goal is free.
+        aside: whether this only moves the object out of another's way.
+    """
+
+    object: int
+    grasp: Grasp
+    reach: np.ndarray
+    approach: np.ndarray
+    lift: np.ndarray
+    transfer: np.ndarray
+    lower: np.ndarray
+    retreat: np.ndarray
+    fold: np.ndarray
+    goal_from_now: np.ndarray
+    spun: bool
+    aside: bool = False
+
+
+def _alike(a: Grasp, b: Grasp) -> bool:
+    """Whether two grasps differ by less than 1 cm and 15 degrees, and so fail together."""
+    near = np.linalg.norm(a.world_from_ee[:3, 3] - b.world_from_ee[:3, 3]) < 0.01
+    turn = a.world_from_ee[:3, :3].T @ b.world_from_ee[:3, :3]
+    return bool(near and (np.trace(turn) - 1) / 2 > math.cos(math.radians(15)))
+
+
+class Search:
+    """Plans among perceived clouds, in a planning scene of its own.
+
+    Args:
+        scene: where to plan.
+        rng: draws restarts of the inverse kinematics.
+        table: where things can be moved out of the way.
+    """
+
+    def __init__(self, scene: PlanningScene, rng: np.random.Generator, table: Table = Table()) -> None:
+        self.scene = scene
+        self.kinematics = scene.kinematics
+        self.rng, self.table = rng, table
+
+    def arrangement(
+        self,
+        clouds: Sequence[np.ndarray],
+        distractors: Sequence[np.ndarray],
+        goal_from_initial: np.ndarray,
+        limit: float,
+        bottoms: Sequence[float] | None = None,
+    ) -> tuple[list[ObjectPlan], int | None, str]:
+        """Plans for all objects in an executable order.
+
+        Args:
+            clouds, distractors: (P, 3) each, as they stand at first.
+            goal_from_initial: (N, 4, 4).
+            limit: of the scene's `checks`, beyond which the search is given up.
+            bottoms: z of what each object stands on at first; by default the table.
+
+        Returns:
+            The plans, `None` and ""; or no plans, the index of an object that could not be moved
+            (`None` when time ran out), and why.
+        """
+        count = len(clouds)
+        current = [np.asarray(cloud, dtype=np.float64) for cloud in clouds]
+        bottoms = [0.0] * count if bottoms is None else list(bottoms)
+        motions = list(goal_from_initial)  # goal_from_now, of the objects that still wait
+        plans: list[ObjectPlan] = []
+        done: set[int] = set()
+        moved_aside = 0
+        while len(done) < count:
+            under, in_the_way, _ = precedence(current, motions, bottoms)
+            lowest = [bottom_at(motions[i], current[i], bottoms[i]) for i in range(count)]
+            far = [transform_points(motions[i], current[i])[:, 0].mean() for i in range(count)]
+            # Low goals first, then far ones, so that the arm need not reach over what it has built.
+            waiting = sorted(set(range(count)) - done, key=lambda i: (round(lowest[i], 2), -far[i]))
+            steps = [(i, motions[i], False) for i in waiting if under[i] | in_the_way[i] <= done]
+            if not steps:
+                if moved_aside == 2 * count:
+                    return [], waiting[0], "the objects block each other's goals in a ring"
+                steps = asides(
+                    waiting, under, in_the_way, done, current, distractors, motions, bottoms, self.table, self.rng
+                )
+                moved_aside += 1
+            reason = "its goal is blocked, and there is no free place to move what blocks it"
+            for i, motion, aside in steps:
+                if self.scene.checks > limit:
+                    return [], None, "the search was given up: it took too long"
+                plan, reason = self.object(i, current, distractors, bottoms, motion, limit)
+                if plan is None:
+                    continue
+                plans.append(replace(plan, aside=aside))
+                bottoms[i] = bottom_at(motion, current[i], bottoms[i])
+                current[i] = transform_points(plan.goal_from_now, current[i])
+                if aside:
+                    motions[i] = motions[i] @ np.linalg.inv(plan.goal_from_now)
+                else:
+                    motions[i] = np.eye(4)
+                    done.add(i)
+                break
+            else:
+                return [], (steps[0][0] if steps else waiting[0]), reason
+        return plans, None, ""
+
+    def object(
+        self,
+        index: int,
+        clouds: Sequence[np.ndarray],
+        distractors: Sequence[np.ndarray],
+        bottoms: Sequence[float],
+        goal_from_now: np.ndarray,
+        limit: float = math.inf,
+        start: np.ndarray | None = None,
+        avoid: Sequence[Grasp] = (),
+    ) -> tuple[ObjectPlan | None, str]:
+        """A plan to move one object, or `None` and the reason.
+
+        Args:
+            clouds: every object's cloud (P, 3) now. bottoms: z of what each stands on.
+            start: (n,) how the arm stands, by default folded.
+            avoid: grasps that failed before; those like them are left out.
+        """
+        scene = self.scene
+        self.set_out(clouds, distractors, bottoms)
+        found = grasps_of(clouds[index], bottoms[index])
+        grasps = [grasp for grasp in found if not any(_alike(grasp, other) for other in avoid)]
+        if not grasps:
+            return None, "no grasp fits the hand"
+        start = self.kinematics.folded if start is None else start
+        spun = is_round(clouds[index])
+        pairs = self._reachable_pairs(grasps, clouds[index], goal_from_now, SPINS if spun else 1)
+        if not pairs:
+            return None, "no grasp is within reach both now and at the goal"
+        hull = solid_hull(clouds[index], bottoms[index])
+        goal_hull = transform_points(goal_from_now, hull)
+        reason = "every grasp within reach collides"
+        for pick, goal_motion, q_pick, q_place in pairs[:PAIRS_TRIED]:
+            if scene.checks > limit:
+                return None, "the search was given up: it took too long"
+            found, why = self._motions(index, hull, goal_hull, pick, goal_motion, q_pick, q_place, start)
+            if found is not None:
+                return replace(found, spun=spun), ""
+            reason = why or reason
+        return None, reason
+
+    def set_out(
+        self, clouds: Sequence[np.ndarray], distractors: Sequence[np.ndarray], bottoms: Sequence[float]
+    ) -> None:
+        """Puts everything in the way of the arm where it is now."""
+        for j, cloud in enumerate(clouds):
+            self.scene.set_obstacle(j, solid_hull(cloud, bottoms[j]))
+        for j, cloud in enumerate(distractors):
+            self.scene.set_obstacle(("distractor", j), solid_hull(cloud))
+
+    def _reachable_pairs(
+        self, grasps: Sequence[Grasp], cloud: np.ndarray, goal_from_now: np.ndarray, spins: int
+    ) -> list[tuple[Grasp, np.ndarray, np.ndarray, np.ndarray]]:
+        """(grasp, motion to the goal, joint angles at the pick, and at the release), best first."""
+        kinematics, folded = self.kinematics, self.kinematics.folded
+        picks = np.repeat(np.stack([grasp.world_from_ee for grasp in grasps]), RESTARTS, axis=0)
+        seeds = kinematics.random(self.rng, len(picks))
+        seeds[::RESTARTS] = folded
+        q, solved = kinematics.inverse(picks, seeds)
+        q = kinematics.unwind(q, folded)
+        # A round thing may stand at any turn about its upright axis.
+        center = transform_points(goal_from_now, 0.5 * (cloud.min(axis=0) + cloud.max(axis=0)))
+        there = pose_from_xyz_yaw(*center, 0.0)
+        motions = [
+            there @ pose_from_xyz_yaw(0, 0, 0, 2 * math.pi * k / spins) @ np.linalg.inv(there) @ goal_from_now
+            for k in range(spins)
+        ]
+        rows = []
+        for g in range(len(grasps)):
+            rows_of_grasp = range(g * RESTARTS, (g + 1) * RESTARTS)
+            good = [r for r in rows_of_grasp if solved[r] and not self._hits(q[r], grasps[g])]
+            good.sort(key=lambda r: np.abs(q[r] - folded).max())
+            rows += [(g, r, m) for r in good[:2] for m in range(spins)]
+        if not rows:
+            return []
+        rows = rows[:160]
+        targets = np.stack([raised(motions[m] @ grasps[g].world_from_ee, RELEASE_HEIGHT) for g, _, m in rows])
+        q_place, reached = kinematics.inverse(targets, np.stack([q[r] for _, r, _ in rows]))
+        pairs = []
+        for k, (g, r, m) in enumerate(rows):
+            if reached[k]:
+                place = kinematics.unwind(q_place[k], q[r])
+                effort = np.abs(place - q[r]).max() + np.abs(q[r] - folded).max()
+                pairs.append((grasps[g].quality - 0.05 * effort, (grasps[g], motions[m], q[r], place)))
+        pairs.sort(key=lambda pair: -pair[0])
+        return [pair for _, pair in pairs]
+
+    def _hits(self, q: np.ndarray, grasp: Grasp) -> bool:
+        """Whether the open hand at the grasp hits the floor; cheap, before anything is planned."""
+        self.scene.set_fingers([grasp.opening] * 3)
+        return self.scene.collides(q, floor=TOUCHING, only_floor=True)
+
+    def _line(self, q: np.ndarray, pose: np.ndarray, direction: np.ndarray) -> np.ndarray | None:
+        """A free straight line (T, n) of the hand from `pose` along `direction` (3,), shorter where it must be."""
+        for length in (APPROACH, SHORT_APPROACH):
+            moved = pose.copy()
+            moved[:3, 3] += length * direction
+            line = straight_line(self.kinematics, q, (pose, moved))
+            if line is not None and not self.scene.path_collides(line, floor=TOUCHING):
+                return line
+        return None
+
+    def _motions(
+        self,
+        index: int,
+        hull: np.ndarray,
+        goal_hull: np.ndarray,
+        grasp: Grasp,
+        goal_motion: np.ndarray,
+        q_pick: np.ndarray,
+        q_place: np.ndarray,
+        start: np.ndarray,
+    ) -> tuple[ObjectPlan | None, str]:
+        """All motions for one grasp, or `None` and what stood in the way."""
+        scene = self.scene
+        at_pick = grasp.world_from_ee
+        at_place = raised(goal_motion @ at_pick, RELEASE_HEIGHT)
+        scene.release()
+        scene.set_fingers([grasp.opening] * 3)
+        scene.remove_obstacle(index)
+        held = transform_points(np.linalg.inv(at_pick), hull)
+        try:
+            back = self._line(q_pick, at_pick, -at_pick[:3, 2])
+            if back is None:
+                return None, "the straight approach to the object is blocked or out of reach"
+            retreat = self._line(q_place, at_place, -at_place[:3, 2])
+            if retreat is None:
+                return None, "the straight retreat from the goal is blocked or out of reach"
+            scene.hold(held)
+            lift = self._line(q_pick, at_pick, UP)
+            above = self._line(q_place, at_place, UP)
+            if lift is None or above is None:
+                return None, "lifting or lowering the object is blocked or out of reach"
+            transfer = scene.plan(lift[-1], above[-1])
+            if transfer is None:
+                return None, "no free motion from the pick to the goal was found"
+            scene.release()
+            scene.set_obstacle(index, goal_hull)
+            fold = scene.plan(retreat[-1], self.kinematics.unwind(self.kinematics.folded, retreat[-1]))
+            if fold is None:
+                return None, "no free motion back from the goal was found"
+            scene.set_obstacle(index, hull)
+            reach = scene.plan(start, self.kinematics.unwind(back[-1], start))
+            if reach is None:
+                return None, "no free motion to the object was found"
+        finally:
+            scene.release()
+            scene.set_obstacle(index, hull)
+        return (
+            ObjectPlan(
+                index, grasp, reach, back[::-1], lift, transfer, above[::-1], retreat, interpolate(fold, 1.0),
+                goal_motion, spun=False,
+            ),
+            "",
+        )

@@ -1,0 +1,135 @@
+"""One row of a batch: carried out, its report written, and what became of it as a line of `results.jsonl`.
+
+| key | value |
+|---|---|
+| `id`, `line`, `text`, `seed`, `model` | the row |
+| `fingerprint` | of everything that decides the result; a row that has changed is carried out again |
+| `success`, `exit_code` | as of a run; 1 where the tool itself broke down, or its process died |
+| `step`, `message` | where and why it failed: a step of a run, "row" for a bad row, "crash" |
+| `spec`, `rank`, `score` | what was read, and the arrangement that was tried: its place from 1, and its total score |
+| `failure_class`, `checks` | the first cause of failure, and every check with its measured value and limit |
+| `report` | the page, seen from the batch's folder |
+| `seconds` | step -> time, and the whole as "total": the only key that differs when a row is carried out again |
+
+A key that does not apply is `null`, or empty. Lengths in metres, angles in radians.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from agent.batch.results import ROWS
+from agent.batch.rows import BadRow, Row
+from agent.errors import DEFECT, exit_code_of, one_sentence
+from agent.pipeline.resources import Loaded
+from agent.pipeline.run import run_instruction
+from agent.reporting.run_report import RunRecord
+from agent.reporting.session_log import run_session
+
+CRASHED = DEFECT
+TRACEBACK = "traceback.txt"
+_REPORT = "report"  # the step at which it could not be written
+
+
+def carry_out(row: Row, folder: Path, loaded: Loaded) -> dict[str, Any]:
+    """Carries a row out.
+
+    Args:
+        row: what to do.
+        folder: gets the report and the session where something was seen, and the traceback of a defect; made where it
+            is needed.
+        loaded: what rows share.
+
+    Returns:
+        The row's line of `results.jsonl`.
+    """
+    try:
+        with run_session(folder, {"id": row.id, "line": row.line, **asdict(row.options)}) as session:
+            record = RunRecord(session)
+            for event in run_instruction(row.text, row.options, loaded):
+                record(event)
+        page = record.write(folder) if record.saw_something else None
+    except Exception as error:  # the other rows go on, whatever it is
+        code = exit_code_of(error)
+        if code is not None:
+            return failed(row, code, _REPORT, one_sentence(error))
+        folder.mkdir(exist_ok=True)
+        (folder / TRACEBACK).write_text(traceback.format_exc(), encoding="utf-8")
+        where = f"{ROWS}/{row.id}/{TRACEBACK}"
+        return failed(row, CRASHED, "crash", f"{type(error).__name__}: {one_sentence(error)}; see {where}")
+    return _result(row, record.report, None if page is None else f"{ROWS}/{row.id}/{page.name}")
+
+
+def is_final(result: Mapping[str, Any]) -> bool:
+    """Whether the same row would end in the same way again.
+
+    It would not where the tool broke down, a worker died or the report could not be written.
+    """
+    return result["exit_code"] != CRASHED and result["step"] != _REPORT
+
+
+def refused(row: BadRow) -> dict[str, Any]:
+    """The result of a row that cannot be carried out."""
+    return _blank(row.line, row.id, row.text) | _failure(row.exit_code, "row", row.message)
+
+
+def lost(row: Row, reason: str) -> dict[str, Any]:
+    """The result of a row whose worker died at it."""
+    return failed(row, CRASHED, "crash", reason)
+
+
+def failed(row: Row, exit_code: int, step: str, message: str) -> dict[str, Any]:
+    """The result of a row of which nothing is left but how it failed."""
+    return _of(row) | _failure(exit_code, step, message)
+
+
+def _failure(exit_code: int, step: str, message: str) -> dict[str, Any]:
+    return {"exit_code": exit_code, "step": step, "message": message}
+
+
+def _result(row: Row, report: Mapping[str, Any], page: str | None) -> dict[str, Any]:
+    outcome, chosen, verdict = report["outcome"], report["chosen"] or {}, report["verdict"] or {}
+    return _of(row) | {
+        "success": outcome["success"],
+        "exit_code": outcome["exit_code"],
+        "step": outcome["step"],
+        "message": outcome["message"],
+        "spec": None if report["parse"] is None else report["parse"]["spec"],
+        "rank": chosen.get("rank"),
+        "score": chosen.get("scores", {}).get("total"),
+        "failure_class": verdict.get("failure_class"),
+        "checks": verdict.get("checks", []),
+        "report": page,
+        "seconds": {**report["seconds"], "total": round(outcome["seconds"], 3)},
+    }
+
+
+def _of(row: Row) -> dict[str, Any]:
+    decided = {"seed": row.options.seed, "model": row.options.model, "fingerprint": row.fingerprint}
+    return _blank(row.line, row.id, row.text) | decided
+
+
+def _blank(line: int, row_id: str, text: str | None) -> dict[str, Any]:
+    return {
+        "id": row_id,
+        "line": line,
+        "text": text,
+        "seed": None,
+        "model": None,
+        "fingerprint": None,
+        "success": False,
+        "exit_code": None,
+        "step": None,
+        "message": None,
+        "spec": None,
+        "rank": None,
+        "score": None,
+        "failure_class": None,
+        "checks": [],
+        "report": None,
+        "seconds": {},
+    }

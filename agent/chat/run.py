@@ -1,0 +1,133 @@
+"""A chat from beginning to end: loads while one types, shows, keeps the session, and closes the table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import asdict
+from pathlib import Path
+from threading import Thread
+from typing import TextIO
+
+from rich.console import Console
+from rich.markup import escape
+
+from agent import events
+from agent.chat.commands import COMMANDS
+from agent.chat.conversation import Conversation
+from agent.chat.input import Lines, PlainLines, PromptedLines
+from agent.chat.interrupts import ended_by_interrupts
+from agent.chat.repl import Chat
+from agent.chat.view import ChatScreen
+from agent.pipeline.resources import Loaded
+from agent.pipeline.run import RunOptions
+from agent.reporting.run_report import RunRecord
+from agent.reporting.session_log import SessionWriter
+from grounding.spec import LEGAL_VALUES
+
+
+def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, yes: bool) -> int:
+    """Talks until the lines end.
+
+    Args:
+        options: as of a run.
+        console: where the chat is shown.
+        session: the file that keeps it; one that is there is gone on with.
+        lines: what is typed; a prompt is shown where it is a terminal, as `console` must be then.
+        yes: build without asking.
+
+    Returns:
+        The exit code: 0, or that of the worst that happened: a file could not be written, or the program itself was at
+        fault. Each was told when it happened, and the chat went on.
+    """
+    loaded = Loaded()
+    screen = ChatScreen(console)
+    with SessionWriter(session, events.json_value(asdict(options)), owner="chat") as writer:
+        keep = _Keeping(writer)
+
+        def tell(event: events.Event) -> None:
+            screen(event)
+            keep(event)
+
+        with Conversation(options, loaded, tell) as conversation:
+            warming = Thread(target=_warm, args=(loaded, options), daemon=True)
+            with ended_by_interrupts(console.file) as stopped, _without_control_echo(lines):
+                warming.start()
+                try:
+                    source = _lines(lines, console, conversation)
+                    chat = Chat(conversation, screen, source, tell, session, yes, stopped)
+                    chat.run()
+                finally:
+                    _join(warming)
+    return chat.exit_code
+
+
+def _join(warming: Thread) -> None:
+    """Waits until everything is loaded: a process that ends while a library is being loaded dies of it."""
+    while warming.is_alive():
+        with suppress(KeyboardInterrupt):  # somebody who is in a hurry presses it more than once
+            warming.join()
+
+
+@contextmanager
+def _without_control_echo(lines: TextIO) -> Iterator[None]:
+    """Keeps a terminal from writing ^C into a picture that is being drawn."""
+    if not lines.isatty():
+        yield
+        return
+    import termios
+
+    before = termios.tcgetattr(lines)
+    quiet = list(before)
+    quiet[3] &= ~termios.ECHOCTL
+    termios.tcsetattr(lines, termios.TCSANOW, quiet)
+    try:
+        yield
+    finally:
+        termios.tcsetattr(lines, termios.TCSANOW, before)
+
+
+def _warm(loaded: Loaded, options: RunOptions) -> None:
+    """Loads the models; what goes wrong comes up again, and is told, where they are needed."""
+    import torch
+
+    from agent.errors import exit_code_of
+
+    torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
+    try:
+        loaded.warm(options.reading, options.model, options.weights, options.allow_unverified)
+    except Exception as error:
+        if exit_code_of(error) is None:
+            raise
+
+
+def _lines(lines: TextIO, console: Console, conversation: Conversation) -> Lines:
+    if lines.isatty() and console.is_terminal and not console.is_dumb_terminal:
+        commands = {command.name: command.words for command in COMMANDS}
+        return PromptedLines(commands, lambda: _vocabulary(conversation))
+
+    def show(text: str) -> None:
+        console.print(escape(text), highlight=False, soft_wrap=True, end="")
+        console.file.flush()
+
+    return PlainLines(lines, show, typed=lines.isatty())
+
+
+def _vocabulary(conversation: Conversation) -> Sequence[str]:
+    """The words that Tab offers: values of slots, and what stands on the table."""
+    values = [value for slot in LEGAL_VALUES.values() for value in slot]
+    nouns = {model.category for model in conversation.table.models}
+    return sorted({*values, *nouns, *(f"{noun}s" for noun in nouns)})
+
+
+class _Keeping:
+    """Keeps every event, with its pictures, in the session; each turn has a record of its own."""
+
+    def __init__(self, writer: SessionWriter) -> None:
+        self._writer = writer
+        self._record = RunRecord(writer)
+
+    def __call__(self, event: events.Event) -> None:
+        if isinstance(event, events.Started):
+            self._record = RunRecord(self._writer)
+        self._record(event)

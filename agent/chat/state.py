@@ -1,0 +1,160 @@
+"""Where a conversation stands: the wish, who takes part, what stands where, and what is proposed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from agent import events
+from agent.pipeline import steps
+from grounding.dialogue.revise import Revision
+from grounding.parse_result import OPEN, WHICH_SHAPE
+from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
+from grounding.unsupported import CORNER, CORNERS
+
+if TYPE_CHECKING:
+    from structdiffusion.observation import Arrangement, Scene
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """Ranked arrangements for a wish, and the one that would be built.
+
+    Attributes:
+        spec: the wish in the world's frame.
+        scene: what was seen.
+        imagined: every arrangement.
+        worth: how many of them, the best first, are worth a try.
+        rank: of the chosen one, from 1.
+    """
+
+    spec: StructureSpec
+    scene: Scene
+    imagined: events.Imagined
+    worth: int
+    rank: int = 1
+
+    @property
+    def chosen(self) -> events.Chosen:
+        """The choice, as it is told."""
+        return steps.chosen(self.rank, self.imagined.arrangements[self.rank - 1], self.scene)
+
+    @property
+    def ranks(self) -> list[int]:
+        """What to try, in this order: the chosen arrangement, then the others that are worth it."""
+        return [self.rank, *(rank for rank in range(1, self.worth + 1) if rank != self.rank)]
+
+    @property
+    def choice(self) -> list[Arrangement]:
+        """The arrangements of these ranks."""
+        return [self.imagined.arrangements[rank - 1] for rank in self.ranks]
+
+    @cached_property
+    def realised(self) -> StructureSpec:
+        """The size, place and heading that the chosen arrangement has, asked for or not, in the world's frame."""
+        from structdiffusion.completion.estimate import estimate, imagined_bodies
+        from structdiffusion.protocol.slot_measurement import realised_spec
+
+        seen = [estimate(cloud) for cloud in self.scene.objects]
+        bodies = imagined_bodies(seen, self.imagined.arrangements[self.rank - 1].goal_from_initial)
+        return realised_spec(bodies, self.scene.table, self.spec.shape)
+
+
+@dataclass(frozen=True)
+class Build:
+    """One time that the arm was set to work.
+
+    Attributes:
+        wish: what was to be built, as it was spoken.
+        objects: the names of those that took part.
+        before: name -> world_from_object (4, 4) of everything on the table before.
+        moved: the names of the objects that stand elsewhere since.
+        trouble: why it does not stand as asked; empty where it does.
+    """
+
+    wish: StructureSpec
+    objects: tuple[str, ...]
+    before: Mapping[str, np.ndarray]
+    moved: tuple[str, ...]
+    trouble: str
+
+
+@dataclass(frozen=True)
+class Situation:
+    """Where a conversation stands, which is what "undo" goes back to.
+
+    Attributes:
+        wish: what is wanted, as it was spoken; `None` before the first instruction.
+        objects: the names of those that take part.
+        poses: name -> world_from_object (4, 4) of everything on the table.
+        proposal: what would be built; `None` where there is nothing to decide.
+        viewpoint: whose left and right the wish speaks of.
+        shown: the last proposal, also where it was declined or is built.
+        missing: name -> why an object that was asked for takes no part.
+        builds: what was built up to here and not put back, the last one last.
+    """
+
+    wish: StructureSpec | None
+    objects: tuple[str, ...]
+    poses: Mapping[str, np.ndarray]
+    proposal: Proposal | None = None
+    viewpoint: str = "robot"
+    shown: Proposal | None = None
+    missing: Mapping[str, str] = field(default_factory=dict)
+    builds: tuple[Build, ...] = ()
+
+    @property
+    def stands(self) -> StructureSpec | None:
+        """What the last proposal realises, as it would be spoken; `None` before there was one."""
+        realised = self.shown and self.shown.realised
+        return realised.turned() if realised and self.viewpoint == "opposite" else realised
+
+    @property
+    def spec(self) -> StructureSpec | None:
+        """The wish in the world's frame."""
+        return self.wish.turned() if self.wish and self.viewpoint == "opposite" else self.wish
+
+    def seen_from(self, viewpoint: str) -> Situation:
+        """The same situation, its wish in the words of somebody at this side of the table."""
+        if viewpoint == self.viewpoint:
+            return self
+        builds = tuple(replace(build, wish=build.wish.turned()) for build in self.builds)
+        return replace(self, wish=self.wish and self.wish.turned(), viewpoint=viewpoint, builds=builds)
+
+
+def answered(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec:
+    """The wish with an answer in it; what a shape that was answered cannot carry is left out."""
+    value = None if value == OPEN else value
+    if slot == CORNER:
+        x_position, y_position = CORNERS[value] if value else (None, None)
+        return replace(spec, x_position=x_position, y_position=y_position)
+    if slot != "shape":
+        return replace(spec, **{slot: value})
+    kept = {name: getattr(spec, name) for name in SLOTS_OF_SHAPE[value]}
+    return StructureSpec(value, **kept)
+
+
+def completed(said: StructureSpec, before: StructureSpec) -> StructureSpec:
+    """What was said, and from before what it leaves open and can carry."""
+    legal = ("shape", *SLOTS_OF_SHAPE[said.shape or before.shape])
+    values = {slot: getattr(said, slot) or getattr(before, slot) for slot in SLOTS}
+    return StructureSpec(**{slot: value for slot, value in values.items() if slot in legal})
+
+
+def with_a_shape(revision: Revision, last: StructureSpec) -> Revision:
+    """The revision, with a question where nobody has said yet what is to be built, or anything at all.
+
+    Args:
+        revision: what was said.
+        last: the wish before; nothing specified where there was none.
+    """
+    first_words = revision.kind == "edit" and last == StructureSpec()
+    if revision.status != "ok" or revision.spec.shape is not None:
+        return revision
+    if not first_words and revision.spec != StructureSpec():
+        return revision
+    return replace(revision, status="ask", question=WHICH_SHAPE)

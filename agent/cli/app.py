@@ -1,0 +1,128 @@
+"""The command line: thin verbs over the pipeline, the trainers and the evaluator.
+
+Everything heavy is imported inside the verb that needs it, so that `--help` answers at once.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from agent import __version__
+from agent.cli.bag import bag_app
+from agent.cli.batch import batch
+from agent.cli.chat import chat
+from agent.cli.config import ConfiguredGroup, config_app
+from agent.cli.doctor import doctor
+from agent.cli.evaluate import evaluate_app
+from agent.cli.models import models_app
+from agent.cli.options import (
+    complain,
+)
+from agent.cli.parse import parse
+from agent.cli.report import replay, report
+from agent.cli.run import run
+from agent.cli.scene import scene_app
+from agent.cli.shell_completion import completion
+from agent.cli.train import generate, train
+from agent.errors import DONE, INTERRUPTED, USAGE, exit_code_of, one_sentence
+
+# Typer carries its own copy of click in some versions and uses the installed one in others; its public
+# BadParameter is a usage error in both, and that is the general click error.
+_ClickError = typer.BadParameter.__bases__[0].__bases__[0]
+
+app = typer.Typer(
+    cls=ConfiguredGroup,
+    name="structagent",
+    help="From a sentence to a built structure: reads an instruction, looks at a table, imagines arrangements, and "
+    "builds the best one with a simulated arm.\n\n"
+    'Example: structagent run "put the cups in a small circle on the left"',
+    epilog="Exit codes: 0 done; 2 usage; 3 instruction not understood or not buildable with these objects; "
+    "4 no valid goal; 5 execution failed; 6 bad input data; 7 a model is not what its card says; "
+    "8 built with some of the objects that were asked for; 130 interrupted.",
+    add_completion=False,
+    no_args_is_help=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+app.add_typer(evaluate_app, name="evaluate")
+app.add_typer(scene_app, name="scene")
+app.add_typer(config_app, name="config")
+app.add_typer(bag_app, name="bag")
+app.add_typer(models_app, name="models")
+app.command("chat")(chat)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"structagent {__version__}")
+        raise typer.Exit()
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and stop.")
+    ] = False,
+    trust_project: Annotated[
+        bool,
+        typer.Option(
+            "--trust-project",
+            help="Let structagent.toml of this folder or one above name a folder of a language model, and endpoints on "
+            "other machines. The endpoint's key is not sent to an endpoint of that file in any case.",
+        ),
+    ] = False,
+) -> None:
+    """Options before the verb."""
+
+
+app.command("run")(run)
+app.command("batch")(batch)
+app.command("replay")(replay)
+app.command("report")(report)
+app.command("parse")(parse)
+app.command("generate")(generate)
+app.command("train")(train)
+app.command("doctor")(doctor)
+app.command("completion")(completion)
+
+
+def _usage_sentence(error: Exception) -> str:
+    """A click error in one sentence, with the legal commands where one was missing or unknown."""
+    message = error.format_message().rstrip(".").replace("Value error, ", "")  # type: ignore[attr-defined]
+    # Newer versions of typer check values with pydantic, whose messages do not say what was given.
+    for detail in error.__cause__.errors() if hasattr(error.__cause__, "errors") else ():
+        given = repr(detail["input"])
+        message += "" if given in message else f" (got {given})"
+    command = getattr(getattr(error, "ctx", None), "command", None)
+    verbs = getattr(command, "commands", None)
+    return message[:1].lower() + message[1:] + (f"; commands: {', '.join(verbs)}" if verbs else "")
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Runs the command line and ends the process with its exit code; every error is one sentence."""
+    sys.exit(command_line(arguments))
+
+
+def command_line(arguments: list[str] | None = None) -> int:
+    """Runs one command line; its exit code. A defect of our own is raised, everything else is told in a sentence."""
+    try:
+        code = app(args=arguments, prog_name="structagent", standalone_mode=False)
+        sys.stdout.flush()
+        if code == INTERRUPTED:  # typer swallows the interruption itself
+            complain("interrupted")
+        return code if isinstance(code, int) else DONE
+    except _ClickError as error:
+        complain(_usage_sentence(error))
+        return USAGE
+    except (KeyboardInterrupt, typer.Abort):
+        complain("interrupted")
+        return INTERRUPTED
+    except Exception as error:
+        code = exit_code_of(error)
+        if code is None:
+            raise
+        complain(one_sentence(error))
+        return code

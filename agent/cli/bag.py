@@ -1,0 +1,276 @@
+"""The verbs of `structagent bag`: recordings looked at and made."""
+
+from __future__ import annotations
+
+import json
+import sys
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, TextIO
+
+import typer
+
+from agent.cli.options import (
+    AtOption,
+    CameraPoseOption,
+    JsonOption,
+    ObjectsOption,
+    SeedOption,
+    TopicOption,
+    numbers_of,
+    reading_of,
+)
+from agent.errors import BadInput, UsageError
+from agent.runtime.stdio import import_pybullet_silently, results_stream
+
+bag_app = typer.Typer(rich_markup_mode=None)
+
+OutOption = Annotated[
+    Path,
+    typer.Option(
+        metavar="FILE", help=".bag for ROS 1, .mcap for ROS 2, no suffix for a ROS 2 folder.", show_default=False
+    ),
+]
+ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite what is there.")]
+
+
+class Arm(str, Enum):
+    """Which Jaco stands beside the table."""
+
+    j2s7s300 = "j2s7s300"
+    j2n6s300 = "j2n6s300"
+    j2s6s300 = "j2s6s300"
+
+
+@bag_app.callback()
+def _bag() -> None:
+    """Look at recordings and make them: bags of ROS 1 (.bag) and ROS 2 (.mcap, .db3, a folder), clouds, pictures.
+
+    `run`, `chat` and `batch` take them with --scene FILE. No ROS is needed.
+
+    Example: structagent bag info session.bag
+    """
+
+
+@bag_app.command("info")
+def info(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The bag, or example.", show_default=False)],
+    topic: TopicOption = None,
+    json_output: JsonOption = False,
+) -> None:
+    """What a bag holds: topics, times, frames, what is missing, and how it would be used.
+
+    Example: structagent bag info session.bag
+    """
+    from agent.recordings import recording_path
+    from agent.recordings.inspection import inspect_bag, tell_info
+
+    with results_stream() as results:
+        found = inspect_bag(recording_path(file), reading_of(topics=topic).topics)
+        if json_output:
+            print(json.dumps(found.to_dict(), indent=1, ensure_ascii=False), file=results)
+        else:
+            tell_info(found, results)
+
+
+@bag_app.command("objects")
+def objects(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", help="A bag, a .ply or .pcd cloud, a picture folder, or example.", show_default=False
+        ),
+    ],
+    at: AtOption = None,
+    topic: TopicOption = None,
+    camera_pose: CameraPoseOption = None,
+    picture: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="Draw what was found into the camera's picture.")
+    ] = None,
+    force: ForceOption = False,
+    json_output: JsonOption = False,
+) -> None:
+    """The objects that a recording shows: their names, places, sizes and colours, and the table.
+
+    Example: structagent bag objects session.bag --picture session.png
+    """
+    if picture is not None:
+        _check_new_file(picture, "--picture", (".png",), force)
+    reading = reading_of(at, topic, camera_pose)
+    import_pybullet_silently()
+    from agent.perception.overlay import labelled_picture
+    from agent.perception.report import objects_json, tell_objects
+    from agent.perception.segmentation import segment
+    from agent.recordings import recording_path
+    from agent.recordings.load import read_recording
+
+    with results_stream() as results:
+        recording = read_recording(recording_path(file), reading)
+        segments = segment(recording)
+        if json_output:
+            told = {"file": str(file), "used": dict(recording.used), **objects_json(segments)}
+            told["notes"] = [*recording.notes, *segments.notes]
+            print(json.dumps(told, indent=1, ensure_ascii=False), file=results)
+        else:
+            tell_objects(segments, results)
+            _tell_notes(recording.notes, results)
+        if picture is not None:
+            from PIL import Image
+
+            try:
+                picture.parent.mkdir(parents=True, exist_ok=True)
+                Image.fromarray(labelled_picture(recording, segments)).save(picture)
+            except OSError as error:
+                raise BadInput(f"cannot write {str(picture)!r}: {error.strerror}") from error
+            print(f"wrote {picture}", file=sys.stderr)
+
+
+@bag_app.command("record")
+def record(
+    out: OutOption,
+    seed: SeedOption = 0,
+    objects: ObjectsOption = "ycb",
+    scene: Annotated[
+        str, typer.Option(metavar="simulated|FILE", help="Drawn at random, or placed by a scene file (.yaml).")
+    ] = "simulated",
+    instruction: Annotated[
+        str | None,
+        typer.Option(metavar="TEXT", help="Draw the scene that `run TEXT` with the same seed and objects would draw."),
+    ] = None,
+    arm: Annotated[Arm, typer.Option(help="Which Jaco stands there, folded.")] = Arm.j2s7s300,
+    seconds: Annotated[float, typer.Option(min=0.1, max=600.0, help="How long the session lasts.")] = 1.0,
+    rate: Annotated[float, typer.Option(min=0.1, max=60.0, help="Pictures a second.")] = 15.0,
+    truth: Annotated[
+        Path | None, typer.Option(metavar="FILE.yaml", help="Write what really stands there as a scene file.")
+    ] = None,
+    force: ForceOption = False,
+    json_output: JsonOption = False,
+) -> None:
+    """Record a simulated scene as a kinova-ros driver and a RealSense camera would have said it.
+
+    Example: structagent bag record --instruction "put the cups in a small circle" --seed 3 --out cups.bag
+    """
+    from agent.recordings.bag_writer import check_new
+
+    check_new(out, force)
+    if truth is not None:
+        _check_new_file(truth, "--truth", (".yaml", ".yml"), force)
+    import_pybullet_silently()
+    from agent.pipeline.staging import Staging, staged
+    from agent.recordings.inspection import inspect_bag
+    from agent.scenes.files import write_scene
+    from agent.scenes.record_bag import record_session
+    from agent.scenes.table_scene import drawing_and_noise
+
+    with results_stream() as results:
+        with staged(Staging(scene, objects, instruction, arm.value, seed)) as found:
+            record_session(found.table, out, drawing_and_noise(seed)[1], seconds, rate, force)
+            if truth is not None:
+                write_scene(found.truth(truth.parent), truth, f"what {out.name} shows")
+            names = found.table.names
+        if json_output:
+            told = inspect_bag(out).to_dict() | {"objects": list(names), "truth": None if truth is None else str(truth)}
+            print(json.dumps(told, indent=1, ensure_ascii=False), file=results)
+    print(f"wrote {out}: {', '.join(names)}", file=sys.stderr)
+    if truth is not None:
+        print(f"wrote {truth}", file=sys.stderr)
+
+
+@bag_app.command("from-rgbd")
+def from_rgbd(
+    folder: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DIR",
+            help="With *color*.png or .jpg, *depth*.png, .tiff or .npy, and camera_params.json or K.txt.",
+            show_default=False,
+        ),
+    ],
+    out: OutOption,
+    name: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Which of several pictures, such as 000004; by default the first."),
+    ] = None,
+    intrinsics: Annotated[
+        str | None, typer.Option(metavar="FX,FY,CX,CY", help="The lens, pixels, where no file tells it.")
+    ] = None,
+    depth_scale: Annotated[
+        float | None,
+        typer.Option(metavar="METRES", help="Of a unit of the depth picture; by default whole numbers are mm."),
+    ] = None,
+    force: ForceOption = False,
+    json_output: JsonOption = False,
+) -> None:
+    """Make a bag of colour, depth and intrinsics on disk.
+
+    Example: structagent bag from-rgbd pictures --name 000004 --out desk.bag
+    """
+    from agent.recordings.bag_writer import check_new
+
+    check_new(out, force)
+    lens = None
+    if intrinsics is not None and (lens := numbers_of(intrinsics, 4)) is None:
+        raise UsageError(
+            f"--intrinsics cannot be {intrinsics!r}; legal: four numbers FX,FY,CX,CY in pixels, such as "
+            "525,525,319.5,239.5"
+        )
+    if depth_scale is not None and not 0.0 < depth_scale < 1e3:
+        raise UsageError(f"--depth-scale cannot be {depth_scale}; legal: metres a unit, above 0, such as 0.001")
+    from agent.recordings.convert import write_rgbd
+    from agent.recordings.inspection import inspect_bag
+    from agent.recordings.rgbd_folder import read_rgbd
+
+    with results_stream() as results:
+        picture = read_rgbd(folder, name, lens, depth_scale)
+        write_rgbd(picture, out, force)
+        if json_output:
+            told = inspect_bag(out).to_dict() | {"name": picture.name, "made_from": picture.used}
+            told["notes"] = [*told["notes"], *picture.notes]
+            print(json.dumps(told, indent=1, ensure_ascii=False), file=results)
+    print(f"wrote {out}: {', '.join(f'{what} {file}' for what, file in picture.used.items())}", file=sys.stderr)
+    _tell_notes(picture.notes, sys.stderr)
+
+
+@bag_app.command("from-cloud")
+def from_cloud(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="A .ply or .pcd, in the camera's optical frame.", show_default=False),
+    ],
+    out: OutOption,
+    force: ForceOption = False,
+    json_output: JsonOption = False,
+) -> None:
+    """Make a bag of a cloud on disk.
+
+    Example: structagent bag from-cloud desk.pcd --out desk.bag
+    """
+    from agent.recordings.bag_writer import check_new
+
+    check_new(out, force)
+    from agent.recordings.convert import write_cloud
+    from agent.recordings.inspection import inspect_bag
+    from agent.recordings.point_cloud_files import read_cloud
+
+    with results_stream() as results:
+        points, color, notes = read_cloud(file)
+        write_cloud(points, color, out, force)
+        if json_output:
+            told = inspect_bag(out).to_dict() | {"made_from": {"points": str(file)}}
+            told["notes"] = [*told["notes"], *notes]
+            print(json.dumps(told, indent=1, ensure_ascii=False), file=results)
+    print(f"wrote {out}: points {file}", file=sys.stderr)
+    _tell_notes(notes, sys.stderr)
+
+
+def _tell_notes(notes: tuple[str, ...], where: TextIO) -> None:
+    for note in notes:
+        print(f"note: {note}", file=where)
+
+
+def _check_new_file(path: Path, option: str, suffixes: tuple[str, ...], force: bool) -> None:
+    """Refuses a file of another kind, and one that is there already."""
+    if path.suffix.lower() not in suffixes:
+        raise UsageError(f"{option} cannot be {str(path)!r}; legal: a file that ends in {' or '.join(suffixes)}")
+    if path.is_dir() or (path.exists() and not force):
+        raise UsageError(f"{option} must be a new file, and {str(path)!r} is there; --force overwrites a file")

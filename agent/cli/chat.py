@@ -1,0 +1,91 @@
+"""`structagent chat`: talking with the agent about one table."""
+
+from __future__ import annotations
+
+import sys
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from agent.cli.config import reading_options
+from agent.cli.options import (
+    AtOption,
+    CallOption,
+    CameraPoseOption,
+    ForceOutOption,
+    LLMModelOption,
+    LLMUrlOption,
+    ModelOption,
+    ObjectsOption,
+    ParserOption,
+    Parsers,
+    SceneOption,
+    SeedOption,
+    TopicOption,
+    UnverifiedOption,
+    Viewpoint,
+    ViewpointOption,
+    WeightsOption,
+    recorded_options,
+)
+from agent.errors import UsageError
+from agent.runtime.output_ownership import check_own_folder
+from agent.runtime.stdio import import_pybullet_silently, results_stream
+from agent.runtime.terminal_text import console_on
+
+_AT_ONCE = "Setting the table ..."
+
+
+def chat(
+    ctx: typer.Context,
+    scene: SceneOption = "simulated",
+    objects: ObjectsOption = "ycb",
+    model: ModelOption = "diffusion",
+    weights: WeightsOption = None,
+    seed: SeedOption = 0,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where the session is kept; by default out/TIME-chat.")
+    ] = None,
+    force: ForceOutOption = False,
+    parser: ParserOption = Parsers.embedding,
+    viewpoint: ViewpointOption = Viewpoint.robot,
+    llm_model: LLMModelOption = None,
+    llm_url: LLMUrlOption = None,
+    execute: Annotated[
+        bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only try each goal without it.")
+    ] = True,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Build what is best without asking.")] = False,
+    at: AtOption = None,
+    topic: TopicOption = None,
+    camera_pose: CameraPoseOption = None,
+    call: CallOption = None,
+    allow_unverified: UnverifiedOption = False,
+) -> None:
+    """Talk with the agent about one table: ask for a structure, correct it, have it built, take it back.
+
+    Reads standard input where that is no terminal, one line after another. /help inside says what else there is.
+
+    Example: structagent chat --scene desk.yaml
+    """
+    folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-chat"
+    check_own_folder(folder, "chat", force)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
+    recorded = recorded_options(at, topic, camera_pose, call)
+    if sys.stdin is None:
+        raise UsageError("chat needs standard input, and it is closed")
+    sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop
+    with results_stream() as results:
+        console = console_on(results)
+        console.print(_AT_ONCE, style="dim", highlight=False)  # before what follows is imported, which takes seconds
+        import_pybullet_silently()
+        from agent.chat.run import talk
+        from agent.pipeline.run import RunOptions
+
+        options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
+        session = folder / "session.jsonl"
+        code = talk(options, console, session, sys.stdin, yes)
+    print(f"session: {session}", file=sys.stderr)
+    if code:
+        raise typer.Exit(code)

@@ -1,0 +1,156 @@
+"""`structagent config`, and how verbs take their defaults from the configuration."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import typer
+from typer.core import TyperGroup
+
+from agent.cli.options import JsonOption
+from agent.runtime.settings import ENVIRONMENT, PROJECT, SETTINGS, ConfigError, Configuration, load
+from agent.runtime.stdio import results_stream
+
+if TYPE_CHECKING:
+    from agent.pipeline.instruction_parser import ReadingOptions
+
+config_app = typer.Typer(rich_markup_mode=None)
+
+# Verbs that work, and tell what is wrong, where the configuration does not.
+_WITHOUT = ("doctor", "config", "completion")
+# Options that share a setting's name and mean something else: the nouns on the table, and what is trained on.
+_NOT_CONFIGURED = {("parse", "objects"), ("generate", "objects")}
+DEFAULT = "default"
+_CONFIGURATION = "structagent.configuration"  # where a command's context has it
+
+
+class ConfiguredGroup(TyperGroup):
+    """The commands of the tool; every option that is named as a setting has the configured value as its default."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Reads what stands before the verb, then makes the configuration the verbs' defaults."""
+        asks_for_help = "--help" in args
+        rest = super().parse_args(ctx, args)  # ends here for --version and the like
+        verb = next((name for name in args if name in self.commands), None)
+        if ctx.resilient_parsing or verb in _WITHOUT:
+            return rest
+        try:
+            configuration = load(trust_project=ctx.params.get("trust_project", False))
+            ctx.meta[_CONFIGURATION] = configuration
+            ctx.default_map = defaults_of(self, configuration)
+        except ConfigError:
+            if not asks_for_help:  # help is what somebody with a broken file may need
+                raise
+        return rest
+
+
+def defaults_of(group: Any, configuration: Configuration) -> dict[str, Any]:
+    """click's `default_map` of a group of commands: verb -> option -> configured value, nested as the groups are."""
+    defaults: dict[str, Any] = {}
+    for path, option in configurable(group):
+        if option.name in configuration.values:
+            inner = defaults
+            for name in path:
+                inner = inner.setdefault(name, {})
+            value = configuration.values[option.name].value
+            inner[option.name] = [value] if option.multiple else value
+    return defaults
+
+
+def reading_options(
+    ctx: typer.Context, parser: str, viewpoint: str, llm_model: str | None, llm_url: str | None
+) -> ReadingOptions:
+    """How a command reads instructions; a key is kept for the endpoint that the user named, and not the project."""
+    from agent.pipeline.instruction_parser import ReadingOptions
+
+    configuration = ctx.meta.get(_CONFIGURATION)
+    configured = configuration.values.get("llm_url") if configuration is not None else None
+    source = ctx.get_parameter_source("llm_url")
+    by_flag = source is not None and source.name == "COMMANDLINE"
+    by_project = not by_flag and configured is not None and configured.layer == PROJECT
+    return ReadingOptions(parser, viewpoint, llm_model, llm_url, key_url=None if by_project else llm_url)
+
+
+def configurable(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Every option of every command that takes its default from a setting, behind the names that lead to it."""
+    names = {setting.name for setting in SETTINGS}
+    for name, command in group.commands.items():
+        here = (*path, name)
+        if hasattr(command, "commands"):
+            yield from configurable(command, here)
+            continue
+        for option in command.params:
+            named = option.name in names and option.param_type_name == "option"
+            if named and (name, option.name) not in _NOT_CONFIGURED:
+                yield here, option
+
+
+@config_app.callback()
+def _config() -> None:
+    """See what is configured.
+
+    Flags go before the environment (STRUCTAGENT_SEED=3), that before structagent.toml in the current folder or one
+    above, that before structagent/config.toml in XDG_CONFIG_HOME or ~/.config. A line of a file: seed = 3
+
+    Example: structagent config show
+    """
+
+
+@config_app.command("show")
+def show(ctx: typer.Context, json_output: JsonOption = False) -> None:
+    """Every setting, its value, and where that comes from.
+
+    Example: structagent config show --json
+    """
+    configuration = load(trust_project=ctx.find_root().params.get("trust_project", False))
+    rows = list(_rows(ctx.find_root().command, configuration))
+    project, user = configuration.project_file, configuration.user_file
+    with results_stream() as results:
+        if json_output:
+            files = {"project": project and str(project), "user": user and str(user)}
+            print(json.dumps({"settings": rows, "files": files}, indent=1, ensure_ascii=False), file=results)
+            return
+        width = max(len(str(_told(row["value"]))) for row in rows)
+        for row in rows:
+            place = DEFAULT if row["layer"] == DEFAULT else f"{row['layer']}: {row['place']}"
+            print(f"{row['name']:<10} {_told(row['value']):<{min(width, 24)}}  {place}", file=results)
+        missing = "" if user is None or user.is_file() else " (not there)"
+        print(f"\nproject file: {project or 'none in this folder or above'}", file=results)
+        print(f"user file:    {user or 'none without a home folder'}{missing}", file=results)
+
+
+def _rows(root: Any, configuration: Configuration) -> Iterator[dict[str, Any]]:
+    from grounding.parsers.llm_endpoint import key_variable
+
+    verbs: dict[str, list[str]] = {}
+    defaults: dict[str, Any] = {}
+    for path, option in configurable(root):
+        verbs.setdefault(option.name, []).append(" ".join(path))
+        if option.default is not None:
+            defaults.setdefault(option.name, getattr(option.default, "value", option.default))
+    for setting in SETTINGS:
+        given = configuration.values.get(setting.name)
+        yield {
+            "name": setting.name,
+            "value": defaults.get(setting.name) if given is None else given.value,
+            "layer": DEFAULT if given is None else given.layer,
+            "place": None if given is None else given.place,
+            "verbs": verbs.get(setting.name, []),
+        }
+    address = configuration.values.get("llm_url")
+    key = key_variable(None if address is None else address.value)
+    yield {
+        "name": "llm_key",
+        "value": "set, hidden" if key else None,
+        "layer": ENVIRONMENT if key else DEFAULT,
+        "place": key,
+        "verbs": verbs.get("llm_url", []),
+    }
+
+
+def _told(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return "not set" if value is None else str(value)

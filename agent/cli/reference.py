@@ -1,0 +1,186 @@
+"""The reference of the command line, `docs/cli.md`, made from the commands themselves.
+
+`python -m agent.cli.reference` writes it; with `--check` it says whether it is still what the commands would give, and
+ends with 1 where it is not. The same on every machine, whatever is configured there.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import typer
+
+import agent
+from agent.cli.app import app
+from agent.cli.command_tree import Command, Parameter, command_tree
+from agent.cli.config import configurable
+from agent.runtime.settings import KEY_VARIABLE, PROJECT_FILE, SETTINGS
+
+FILE = Path(agent.__file__).resolve().parents[1] / "docs" / "cli.md"
+
+# Defaults that follow from the machine: command and option -> what stands for the number.
+_OF_THE_MACHINE = {
+    ("evaluate arm", "workers"): "the number of cores",
+    ("evaluate recordings", "workers"): "the number of cores",
+    ("evaluate completion", "workers"): "the number of cores",
+    ("evaluate language", "workers"): "the number of cores",
+    ("evaluate coverage", "workers"): "the number of cores",
+}
+_VARIABLE = {setting.name: setting.variable for setting in SETTINGS}
+_EXAMPLE = "Example: "
+_DEFAULT = re.compile(r"\s*\[default: (.*)\]$")  # in a help text, where the code's own default is not the whole story
+
+_TITLE = """\
+# Command-line reference
+
+This page is generated from the commands by `python -m agent.cli.reference`; do not edit it by hand.
+"""
+
+_EXIT_CODES = """\
+## Exit codes
+
+| code | meaning |
+|---|---|
+| 0 | done |
+| 1 | a defect of structagent itself, in a chat or a batch that went on; the traceback is kept beside the results |
+| 2 | usage: an option or a value that is not legal |
+| 3 | the instruction was not understood, or cannot be built with these objects |
+| 4 | no valid goal was found |
+| 5 | the arm could not build it, or it does not stand as asked |
+| 6 | bad input: a file, folder or setting that cannot be used |
+| 7 | a model is not what its card says (`structagent models verify`) |
+| 8 | what stands was built with some of the objects that were asked for; the others could not take part |
+| 130 | interrupted |
+
+An error is one sentence on standard error; results alone go to standard output.
+"""
+
+_FILES = f"""\
+## Files
+
+| file | what |
+|---|---|
+| `{PROJECT_FILE}` | settings of a project, here or in a folder above: lines such as `seed = 3`, named as the options |
+| `~/.config/structagent/config.toml` | the same for a user; in `XDG_CONFIG_HOME` where that is set |
+| `~/.cache/structagent/` | what need not be computed or fetched twice; in `XDG_CACHE_HOME` where that is set |
+| `out/TIME-seedS/` | the report of a run without `--out`: `report.html`, `report.json`, pictures |
+
+A flag goes before the environment, that before the project's file, that before the user's, that before the default.
+"""
+
+
+def reference() -> str:
+    """The reference as Markdown."""
+    root = typer.main.get_command(app)
+    program = command_tree(root)
+    configured = {(" ".join(path), option.name) for path, option in configurable(root)}
+    return "\n".join([_TITLE, *_section(program, configured), _EXIT_CODES, _environment(), _FILES])
+
+
+def _section(command: Command, configured: set[tuple[str, str]]) -> Iterator[str]:
+    """A command, then those in it."""
+    about, example = _described(command.help)
+    name = " ".join(command.path)
+    yield f"## {name}\n"
+    yield f"```\n{_synopsis(command)}\n```\n"
+    yield from about
+    arguments = [each for each in command.parameters if not each.flags]
+    options = [each for each in command.parameters if each.flags]
+    for title, parameters in (("Arguments", arguments), ("Options", options)):
+        if parameters:
+            yield f"**{title}**\n"
+            yield "\n".join(_item(command, each, configured) for each in parameters) + "\n"
+    if command.commands:
+        yield "**Commands**\n"
+        yield "\n".join(
+            f"- [`{name} {inner}`](#{name.replace(' ', '-')}-{inner}): {_first(each.help)}"
+            for inner, each in command.commands.items()
+        ) + "\n"
+    if example:
+        yield f"**Example**\n\n```sh\n{example}\n```\n"
+    for inner in command.commands.values():
+        yield from _section(inner, configured)
+
+
+def _described(text: str) -> tuple[list[str], str]:
+    """The paragraphs of a help text, and its example, empty where there is none."""
+    paragraphs, example = [], ""
+    for paragraph in text.split("\n\n"):
+        if paragraph.startswith("\b\n"):  # to be left as it is
+            paragraphs.append("```\n" + paragraph[2:].rstrip() + "\n```\n")
+        elif paragraph.startswith(_EXAMPLE):
+            example = " ".join(paragraph.removeprefix(_EXAMPLE).split())
+        elif paragraph.strip():
+            paragraphs.append(" ".join(paragraph.split()) + "\n")
+    return paragraphs, example
+
+
+def _first(text: str) -> str:
+    return " ".join(text.partition("\n\n")[0].split())
+
+
+def _synopsis(command: Command) -> str:
+    words = [*command.path, "[OPTIONS]"]
+    words += [f"{'/'.join(each.flags)} {each.metavar}" for each in command.parameters if each.flags and each.required]
+    if command.commands:
+        return " ".join([*words, "COMMAND ..."])
+    for each in command.parameters:
+        if not each.flags:
+            name = each.metavar + ("..." if each.repeated else "")
+            words.append(name if each.required else f"[{name}]")
+    return " ".join(words)
+
+
+def _item(command: Command, parameter: Parameter, configured: set[tuple[str, str]]) -> str:
+    """One option or argument as an entry of a list."""
+    path = " ".join(command.path[1:])
+    called = ", ".join(parameter.flags) + (f" {parameter.metavar}" if parameter.flags and parameter.metavar else "")
+    said, told = _DEFAULT.sub("", parameter.help), _DEFAULT.search(parameter.help)
+    default = told[1] if told else parameter.default and f"`{parameter.default}`"
+    default = _OF_THE_MACHINE.get((path, parameter.name), default)
+    variable = _VARIABLE[parameter.name] if parameter.flags and (path, parameter.name) in configured else ""
+    notes = [
+        said.rstrip(".") + "." if said else "",
+        f"At least {parameter.least:g}." if parameter.least is not None else "",
+        "Required." if parameter.required and parameter.flags else "",
+        f"Default: {default}." if default else "",
+        f"Environment: `{variable}`." if variable else "",
+    ]
+    described = " ".join(note for note in notes if note)
+    return f"- `{called or parameter.metavar}`" + (f": {described}" if described else "")
+
+
+def _environment() -> str:
+    rows = [
+        f"| `{setting.variable}` | the default of `--{setting.name.replace('_', '-')}`: {setting.legal} |"
+        for setting in SETTINGS
+    ]
+    rows += [
+        f"| `{KEY_VARIABLE}` | the key of the endpoint that `--llm-url`, `STRUCTAGENT_LLM_URL` or the user's file "
+        "names, sent to no other host; where it is not set, `OPENAI_API_KEY` is sent to https://api.openai.com alone |",
+        "| `NO_COLOR`, `TERM=dumb` | no colour and no cursor control; pictures are drawn with ASCII characters |",
+    ]
+    return "\n".join(["## Environment\n", "| variable | what |", "|---|---|", *rows]) + "\n"
+
+
+def main(arguments: list[str]) -> int:
+    """Writes the reference, or checks it (`--check`); the exit code."""
+    if arguments not in ([], ["--check"]):
+        print(f"python -m agent.cli.reference takes --check or nothing, not {' '.join(arguments)!r}", file=sys.stderr)
+        return 2
+    made = reference()
+    if not arguments:
+        FILE.write_text(made, encoding="utf-8")
+        return 0
+    kept = FILE.read_text(encoding="utf-8") if FILE.is_file() else ""
+    changes = difflib.unified_diff(kept.splitlines(), made.splitlines(), FILE.name, "the commands", lineterm="")
+    print(*changes, sep="\n", end="\n" if kept != made else "", file=sys.stderr)
+    return int(kept != made)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,69 @@
+"""`structagent replay` and `structagent report`: what a session file has kept."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from agent.cli.options import JsonOption
+from agent.errors import UsageError
+from agent.runtime.stdio import results_stream
+from agent.runtime.terminal_text import console_on
+
+SessionArgument = Annotated[
+    Path, typer.Argument(metavar="FILE", help="A session file, such as a run's session.jsonl.", show_default=False)
+]
+
+
+def replay(
+    file: SessionArgument,
+    speed: Annotated[
+        float | None,
+        typer.Option(metavar="X", help="With the pauses as they were, X times as fast; by default without. On a "
+                     "terminal alone."),
+    ] = None,
+    json_output: JsonOption = False,
+) -> None:
+    """Show a session again in the terminal; as JSON, its events, one a line.
+
+    Example: structagent replay out/cups/session.jsonl --speed 4
+    """
+    if speed is not None and not 0 < speed < float("inf"):
+        raise UsageError(f"--speed must be a number above 0, got {speed:g}")
+    from agent.chat.view import ChatScreen
+    from agent.reporting.replay import replay as show
+    from agent.reporting.session_log import read_session
+
+    session = read_session(file)
+    with results_stream() as results:
+        if json_output:
+            for line in session.lines:
+                if line.event is not None:
+                    print(json.dumps({"seconds": line.seconds, "event": line.event}, ensure_ascii=False), file=results)
+            return
+        console = console_on(results)
+        screen = ChatScreen(console, echo=True)
+        try:
+            show(session, screen.tell, speed if console.is_terminal else None)
+        finally:
+            screen.idle()
+
+
+def report(
+    file: SessionArgument,
+    out: Annotated[
+        Path | None, typer.Option(metavar="PAGE", help="Where the page goes; by default beside FILE, as .html.")
+    ] = None,
+) -> None:
+    """Make the page of a session: one HTML file with every turn, its pictures and its films.
+
+    Example: structagent report session.jsonl --out session.html
+    """
+    from agent.reporting.replay import write_page
+
+    page = write_page(file, out or file.with_suffix(".html"))
+    with results_stream() as results:
+        print(f"report: {page}", file=results)

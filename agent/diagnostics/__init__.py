@@ -1,0 +1,1 @@
+"""`structagent doctor`: whether the installation works, and how to repair what does not."""

@@ -1,0 +1,1 @@
+"""The verbs of `structagent evaluate`, one module each, and what they share."""

@@ -1,0 +1,112 @@
+"""`structagent evaluate discriminators`: how often they are right on data that they were not trained on."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TextIO
+
+import torch
+from torch import Tensor
+
+from agent import __version__
+from agent.evaluation.common import SCHEMA_VERSION, Row, rate_of
+from agent.model_cards.provenance import provenance, require_cards
+from agent.rendering.text import aligned
+from agent.runtime.progress import followed
+from structdiffusion.data.batches import DemonstrationBatches
+from structdiffusion.data.npz_files import SHEET_NAME
+from structdiffusion.models.collision import CollisionDiscriminator
+from structdiffusion.models.collision.loss import PENETRATION, PairBatches
+from structdiffusion.models.structure import StructureDiscriminator
+from structdiffusion.models.structure.loss import KINDS, draw_examples
+from structdiffusion.planners.factory import WEIGHTS
+
+_BATCH = 30  # scenes at a time, which make 70 examples; or twice as many pairs
+# Depths of penetration, m, between which pairs are told apart in the report: near the limit of 2 mm it is hard.
+_DEPTHS = {"apart by 5 mm or more": (-torch.inf, -0.005), "apart by less, or in by up to 2 mm": (-0.005, PENETRATION),
+           "in by 2 to 7 mm": (PENETRATION, 0.007), "in by more": (0.007, torch.inf)}  # fmt: skip
+
+
+def measure_discriminators(data: Path, weights: Path | None, examples: int, seed: int) -> Row:
+    """How often the structure and the collision discriminator are right, by kind of example, JSON-ready.
+
+    Args:
+        data: a folder as `structagent generate` makes them, of scenes and objects that were not trained on.
+        weights: a folder with `structure/` and `collision/`; `None` for those shipped.
+        examples: of each network, rounded up to whole batches.
+        seed: of the choice of scenes, of camera noise, and of what is put out of place.
+
+    Raises:
+        FileNotFoundError, DataFolderError: for a folder without data, or with torn ones.
+        CheckpointError: for a checkpoint that is missing or does not fit.
+        NotVerified: for checkpoints that are not what their cards say.
+    """
+    folder = Path(weights) if weights is not None else WEIGHTS
+    require_cards(provenance(("structure", "collision"), weights))
+    structure = StructureDiscriminator.from_pretrained(folder / "structure")
+    collision = CollisionDiscriminator.from_pretrained(folder / "collision")
+    scenes, pairs = DemonstrationBatches(data), PairBatches.load(data)
+    command = f"structagent evaluate discriminators --data {data} --examples {examples} --seed {seed}"
+    drawn = ""  # the command that made the data, which nobody else has
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+        drawn = json.loads((data / SHEET_NAME).read_text())["command"] + " && "
+    evaluations = [
+        {"discriminator": "structure", "rows": _structure(structure, scenes, examples, seed)},
+        {"discriminator": "collision", "rows": _collision(collision, pairs, examples, seed)},
+    ]
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "version": __version__,
+        "command": drawn + command + (f" --weights {weights}" if weights else ""),
+        "evaluations": evaluations,
+    }
+
+
+@torch.no_grad()
+def _structure(model: StructureDiscriminator, data: DemonstrationBatches, examples: int, seed: int) -> list[Row]:
+    generator = torch.Generator().manual_seed(seed)
+    right, kinds = [], []
+    rounds = range(-(-examples // (2 * _BATCH + _BATCH // 3)))
+    for _ in followed("batches of scenes", iter(rounds), len(rounds)):
+        drawn = draw_examples(data, generator, _BATCH)
+        logits = model(drawn.clouds, drawn.present, drawn.nouns, drawn.words)
+        right.append((logits > 0) == (drawn.right > 0.5))
+        kinds.append(drawn.kind)
+    kind = torch.cat(kinds)
+    return _rows(torch.cat(right), {name: kind == number for number, name in enumerate(KINDS)})
+
+
+@torch.no_grad()
+def _collision(model: CollisionDiscriminator, data: PairBatches, examples: int, seed: int) -> list[Row]:
+    generator = torch.Generator().manual_seed(seed)
+    right, depths = [], []
+    rounds = range(-(-examples // (2 * _BATCH)))
+    for _ in followed("batches of pairs", iter(rounds), len(rounds)):
+        first, second, distance = data.draw(2 * _BATCH, generator)
+        right.append((model(first, second) > 0) == (distance < -PENETRATION))
+        depths.append(-distance)
+    depth = torch.cat(depths)
+    groups = {name: (low < depth) & (depth <= high) for name, (low, high) in _DEPTHS.items()}
+    return _rows(torch.cat(right), groups)
+
+
+def _rows(right: Tensor, groups: dict[str, Tensor]) -> list[Row]:
+    """A row for all examples, then one for each group (E,) that has any."""
+    whole = {"all": torch.ones_like(right), **groups}
+    found = ((name, right[chosen.to(right.device)].tolist()) for name, chosen in whole.items())
+    return [{"of": name, **rate_of(hits)} for name, hits in found if hits]
+
+
+def tell_discriminators(report: Row, results: TextIO) -> None:
+    """The table for people."""
+    table: list[Sequence[str]] = [["discriminator", "examples", "n", "right", "95 %"]]
+    for evaluation in report["evaluations"]:
+        for row in evaluation["rows"]:
+            interval = f"{100 * row['low']:.1f} to {100 * row['high']:.1f}"
+            right = f"{100 * row['rate']:.1f}"
+            table.append([evaluation["discriminator"], row["of"], str(row["n"]), right, interval])
+    print(aligned(table, left=2), file=results)
+    print(f"\nin percent, with 95 % Wilson intervals\n{report['command']}", file=results)

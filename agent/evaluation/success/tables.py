@@ -1,0 +1,256 @@
+"""The tables of an evaluation in the paper's layout, as Markdown; each only where its models were run.
+
+Cells are percent with their 95 % Wilson interval; the paper's own figures stand below ours, for comparison.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from agent.evaluation.success import paper_results
+from structdiffusion.benchmark.success import NO_ARRANGEMENT, Row
+from structdiffusion.parallel import WORKER_DIED
+from structdiffusion.planners.registry import PLANNERS, PlannerParts
+from structdiffusion.protocol.semantic import FAILURE_CLASSES
+
+Report = Mapping[str, Any]
+_ALL = "all"
+_CAUSES = (*FAILURE_CLASSES, NO_ARRANGEMENT)
+_FULL = ("diffusion", "diffusion-tokens", "geometric")  # whose failures are shown for each structure
+
+
+@dataclass(frozen=True)
+class Table:
+    """One table: its title, what is to be said of it, the names of its columns, and its rows."""
+
+    title: str
+    about: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+    def markdown(self, seeds: str) -> str:
+        """As Markdown, with a heading and the seed of the scenes."""
+        lines = [f"| {' | '.join(line)} |" for line in (self.head, ("---",) * len(self.head), *self.rows)]
+        return "\n".join([f"## {self.title}", "", f"{self.about} Seed {seeds}.", "", *lines, ""])
+
+
+def tables_of(report: Report) -> list[Table]:
+    """All tables that the models of a report can fill."""
+    found = {evaluation["about"]["model"]: evaluation for evaluation in report["evaluations"]}
+    tables = [_success(found), _success_at_k(found), _failures_of_methods(found), _failures_of_structures(found)]
+    tables += [*_guidance(found), *_language(found), *_ablations(found), _seconds(found)]
+    return tables
+
+
+def markdown_of(report: Report) -> str:
+    """The page of all tables, with the command and the seed behind each number."""
+    rows = [row for evaluation in report["evaluations"] for row in evaluation["scenes"]]
+    seeds = ", ".join(map(str, sorted({row["seed"] for row in rows})))
+    scenes = {frozenset((row["structure"], row["number"]) for row in e["scenes"]) for e in report["evaluations"]}
+    same = "every model on the same scenes" if len(scenes) == 1 else "not every model on all of the scenes: mind n"
+    intro = (
+        f"Percent of the scenes, with 95 % Wilson intervals; {same}. "
+        f"All of it was made by structagent {report['version']}, by this command:"
+    )
+    head = ["# Evaluation", "", intro, "", "```sh", report["command"], "```", ""]
+    return "\n".join([*head, *(table.markdown(seeds) for table in tables_of(report))])
+
+
+def changed(parts: PlannerParts, base: PlannerParts) -> dict[str, Any]:
+    """The fields in which a planner differs from another, with its own values."""
+    names = [field.name for field in fields(PlannerParts)]
+    return {name: getattr(parts, name) for name in names if getattr(parts, name) != getattr(base, name)}
+
+
+def _success(found: Mapping[str, Any]) -> Table:
+    structures = _structures(found)
+    rows = [
+        (name, _n(evaluation), *(_success_in(evaluation, structure) for structure in structures))
+        for name, evaluation in found.items()
+    ]
+    rows += _paper_language(structures)
+    about = "The best-ranked arrangement stands as asked. n is the number of scenes of all structures together."
+    return Table("Success per method and structure", about, ("model", "n", *structures), tuple(rows))
+
+
+def _success_at_k(found: Mapping[str, Any]) -> Table:
+    top_k = min(evaluation["top_k"] for evaluation in found.values())
+    rows = []
+    for name, evaluation in found.items():
+        rates = evaluation["aggregate"][_ALL]["success_at"]
+        rows.append((name, _n(evaluation), *(_cell(rates[str(k)]) for k in range(1, top_k + 1))))
+    about = "One of the k best-ranked arrangements stands as asked; all structures."
+    head = ("model", "n", *(f"success@{k}" for k in range(1, top_k + 1)))
+    return Table("Success within k arrangements", about, head, tuple(rows))
+
+
+def _failures_of_methods(found: Mapping[str, Any]) -> Table:
+    rows, died = [], _died(found)
+    for name, evaluation in found.items():
+        table = _cell(evaluation["aggregate"][_ALL]["into_table"])
+        rows.append((name, _n(evaluation), *_failures(evaluation, _ALL, died), table))
+    none = ("-",) * len((*died, "into the table"))
+    rows += [(*_paper_row(f"paper: {name}", values), *none) for name, values in paper_results.FAILURES_OF_METHODS.items()]
+    about = (
+        "What fails first in the best-ranked arrangement, of all scenes. The last column is the part of the "
+        "intersections that is with the table, by more than the 2 mm allowed."
+    )
+    return Table("Failure modes per method", about, ("model", "n", *_CAUSES, *died, "into the table"), tuple(rows))
+
+
+def _failures_of_structures(found: Mapping[str, Any]) -> Table:
+    rows, died = [], _died(found)
+    for name in [name for name in _FULL if name in found] or list(found):
+        rates = found[name]["aggregate"]
+        for structure in paper_results.STRUCTURES:
+            if structure in rates:
+                rows.append((name, structure, str(rates[structure]["n"]), *_failures(found[name], structure, died)))
+    for structure, values in paper_results.FAILURES_OF_STRUCTURES.items():
+        model, *cells = _paper_row("paper: StructDiffusion", values)
+        rows.append((model, structure, *cells, *("-" for _ in died)))
+    about = "What fails first in the best-ranked arrangement, of the scenes of each structure."
+    return Table("Failure modes per structure", about, ("model", "structure", "n", *_CAUSES, *died), tuple(rows))
+
+
+def _guidance(found: Mapping[str, Any]) -> Iterator[Table]:
+    """A table, laid out as in the paper, for each planner that was run with several guidance weights."""
+    for base, family in _families(found, "guidance", 0.0):
+        weights = {PLANNERS[name].guidance: found[name] for name in family}
+        columns = sorted(weights)
+        structures = _structures(found)
+        rows = [
+            (structure, *(_success_in(weights[weight], structure) for weight in columns)) for structure in structures
+        ]
+        for place, structure in enumerate(paper_results.STRUCTURES):
+            known = (str(paper_results.GUIDANCE[weight][place]) if weight in paper_results.GUIDANCE else "-" for weight in columns)
+            rows.append((f"paper: {structure}", *known))
+        n = " or ".join(sorted({_n(weights[weight]) for weight in columns}))
+        about = (
+            f"Success of {base} with the structure discriminator's gradient in the denoising; n = {n} per weight. "
+            "The paper's rows guide by a collision classifier, and rank: they show a trend, not a target."
+        )
+        yield Table("Classifier guidance", about, ("task", *(f"weight {weight:g}" for weight in columns)), tuple(rows))
+
+
+def _language(found: Mapping[str, Any]) -> Iterator[Table]:
+    """A table for each planner that was run on word tokens and on sentences."""
+    for base, family in _families(found, "sentence", False):
+        structures = _structures(found)
+        rows = []
+        for name in sorted(family, key=lambda name: PLANNERS[name].sentence):
+            label = "sentence" if PLANNERS[name].sentence else "word tokens"
+            cells = (_success_in(found[name], structure) for structure in structures)
+            rows.append((f"{label} ({name})", _n(found[name]), *cells))
+        rows += _paper_language(structures)
+        yield Table(f"Language input of {base}", "Success.", ("language", "n", *structures), tuple(rows))
+
+
+def _ablations(found: Mapping[str, Any]) -> Iterator[Table]:
+    """A table for each full model of which variants were run: other parts, the same network, language and guidance."""
+    apart = {"network", "sentence", "guidance"}
+    for base in [name for name in _FULL if name in found]:
+        differing = {name: changed(PLANNERS[name], PLANNERS[base]) for name in found}
+        variants = [name for name, parts in differing.items() if parts and not apart & parts.keys()]
+        if not variants:
+            continue
+        structures = _structures(found)
+        rows = []
+        for name in (base, *variants):
+            parts = ", ".join(f"{key.replace('_', ' ')}: {_value(value)}" for key, value in differing[name].items())
+            cells = [_success_in(found[name], structure) for structure in structures]
+            five = found[name]["aggregate"][_ALL]["success_at"][str(found[name]["top_k"])]
+            paired = ("", "", "") if name == base else _paired(found[name]["scenes"], found[base]["scenes"])
+            rows.append((name, parts or "-", _n(found[name]), *cells, _cell(five), *paired))
+        about = (
+            f"Success of {base} and of what differs from it in some parts. On the scenes of both: how many only the "
+            "variant solves, how many only the full model, and the two-sided exact sign test of these."
+        )
+        last = f"success@{found[base]['top_k']}"
+        head = ("model", "changed", "n", *structures, last, "only variant", "only full", "p")
+        yield Table(f"Ablations of {base}", about, head, tuple(rows))
+
+
+def _seconds(found: Mapping[str, Any]) -> Table:
+    rows = []
+    for name, evaluation in found.items():
+        rates = evaluation["aggregate"][_ALL]
+        seconds = [rates["plan_seconds"], rates["plan_seconds_median"]]
+        totals = [rates["plan_seconds_total"], rates["seconds_total"]]
+        candidates = str(evaluation["about"]["candidates"])
+        rows.append((name, _n(evaluation), candidates, *(f"{s:.2f}" for s in seconds), *(f"{s:.0f}" for s in totals)))
+    about = "Seconds on one thread: of planning, per scene and in all, and of everything with the trials in physics."
+    head = ("model", "n", "candidates", "mean", "median", "planning", "everything")
+    return Table("Time", about, head, tuple(rows))
+
+
+def _families(found: Mapping[str, Any], field: str, plain: Any) -> Iterator[tuple[str, list[str]]]:
+    """The planners of a report that differ in one field alone, by the name of the one that has it `plain`."""
+    families: dict[PlannerParts, list[str]] = {}
+    for name in found:
+        families.setdefault(replace(PLANNERS[name], **{field: plain}), []).append(name)
+    for parts, family in families.items():
+        if len(family) > 1:
+            base = next((name for name in family if PLANNERS[name] == parts), family[0])
+            yield base, family
+
+
+def _paired(rows: Sequence[Row], base_rows: Sequence[Row]) -> tuple[str, str, str]:
+    """On the scenes that both have: how many only the first solves, how many only the second, and the sign test."""
+    from scipy.stats import binomtest
+
+    solved = {(row["structure"], row["number"]): row["success"] for row in base_rows}
+    pairs = [(row["success"], solved.get((row["structure"], row["number"]))) for row in rows]
+    better, worse = pairs.count((True, False)), pairs.count((False, True))
+    p = binomtest(better, better + worse).pvalue if better + worse else 1.0
+    return str(better), str(worse), f"{p:.2g}"
+
+
+def _structures(found: Mapping[str, Any]) -> list[str]:
+    """The structures that were measured, as the paper orders them, then all."""
+    measured = {structure for evaluation in found.values() for structure in evaluation["aggregate"]}
+    return [structure for structure in (*paper_results.STRUCTURES, _ALL) if structure in measured]
+
+
+def _n(evaluation: Mapping[str, Any]) -> str:
+    return str(evaluation["aggregate"][_ALL]["n"])
+
+
+def _success_in(evaluation: Mapping[str, Any], structure: str) -> str:
+    rates = evaluation["aggregate"].get(structure)
+    return _cell(rates["success"]) if rates else "-"
+
+
+def _died(found: Mapping[str, Any]) -> tuple[str, ...]:
+    """The column of the scenes whose worker died, where there are any."""
+    return (WORKER_DIED,) if any(one["aggregate"][_ALL]["lost"]["count"] for one in found.values()) else ()
+
+
+def _failures(evaluation: Mapping[str, Any], structure: str, died: Sequence[str]) -> list[str]:
+    rates = evaluation["aggregate"][structure]
+    return [_cell(rates["failures"][cause]) for cause in _CAUSES] + [_cell(rates["lost"]) for _ in died]
+
+
+def _paper_row(name: str, values: Sequence[float]) -> tuple[str, ...]:
+    return (name, "-", *(f"{value:.1f}" for value in values), "-")
+
+
+def _paper_language(structures: Sequence[str]) -> list[tuple[str, ...]]:
+    """The paper's success by language input, in the columns of ours."""
+    rows = []
+    for sentence, values in paper_results.LANGUAGE.items():
+        of = dict(zip(paper_results.STRUCTURES, map(str, values), strict=True))
+        label = "paper: sentence" if sentence else "paper: word tokens"
+        rows.append((label, "-", *(of.get(structure, "-") for structure in structures)))
+    return rows
+
+
+def _cell(rate: Mapping[str, Any]) -> str:
+    if rate["rate"] is None:
+        return "-"
+    return f"{100 * rate['rate']:.1f} ({100 * rate['low']:.1f}-{100 * rate['high']:.1f})"
+
+
+def _value(value: Any) -> str:
+    return ("yes" if value else "no") if isinstance(value, bool) else str(value)

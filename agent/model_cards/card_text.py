@@ -1,0 +1,197 @@
+"""Model cards and what planners are made of, as Markdown; tables for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from agent.errors import BadInput
+from agent.model_cards.card import RECORD, Facts, facts_of, headline
+from agent.model_cards.catalogue import FAMILIES, Network, planners_of
+from agent.rendering.text import aligned, duration
+from structdiffusion.planners.registry import PLANNERS, networks_of
+
+
+def card_text(facts: Mapping[str, Any]) -> str:
+    """The card of a network; what its family is good for and where it ends is in about/FAMILY.md."""
+    name, family = facts["name"], facts["family"]
+    size = sum(file["bytes"] for file in facts["files"].values())
+    parts = [
+        f"# {name}: {FAMILIES[family]}",
+        f"{facts['parameters']:,} parameters{f', {size / 1e6:.1f} MB' if size else ''}.",
+        (files("agent.model_cards") / "about" / f"{family}.md").read_text(encoding="utf-8").strip(),
+        "## Training",
+        *_training(facts["training"]),
+        "## Results",
+        *(_results(result) for result in facts["results"]),
+    ]
+    if not facts["results"]:
+        parts.append(f"None written yet; {headline(facts)}.")
+    if facts["files"]:
+        rows = [[file, f"{about['bytes']:,}", f"`{about['sha256']}`"] for file, about in facts["files"].items()]
+        parts += ["## Files", _table(["file", "bytes", "SHA-256"], rows)]
+    return "\n\n".join(parts) + "\n"
+
+
+def checked_text(facts: Mapping[str, Any], path: Path) -> str:
+    """The card, of facts that may come from anybody.
+
+    Raises:
+        BadInput: for facts that no card can be made of; the message names `path`, where they are from.
+    """
+    try:
+        if not isinstance(facts["name"], str):
+            raise TypeError("its name is no text")
+        headline(facts)  # of tables
+        return card_text(facts)
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError) as error:
+        said = f"{type(error).__name__}: {error}"
+        raise BadInput(f"{path} does not have what a card is made of ({said[:120]})") from error
+
+
+def checked_facts(network: Network) -> Facts:
+    """The facts of a network, of which a card can be made.
+
+    Raises:
+        BadInput: as `facts_of` and `checked_text`.
+    """
+    facts = facts_of(network)
+    checked_text(facts, network.facts_path if network.facts_path.is_file() else network.folder / RECORD)
+    return facts
+
+
+def shown_text(facts: Mapping[str, Any]) -> str:
+    """The card, and the planners that the network is part of, which are no fact about it and change more often."""
+    using = planners_of(facts["name"])
+    return card_text(facts) + (f"\n## Planners\n\n{', '.join(f'`{name}`' for name in using)}\n" if using else "")
+
+
+def planner_text(name: str, there: Sequence[str]) -> str:
+    """What a planner is made of.
+
+    Args:
+        name: of the planner.
+        there: the networks whose weights are at hand.
+    """
+    made = networks_of(name)
+    rows = [[key.replace("_", " "), _value(value)] for key, value in asdict(PLANNERS[name]).items()]
+    lines = [f"- `{one}`{'' if one in there else ': its weights are not there'}" for one in made]
+    return "\n\n".join(
+        [f"# Planner {name}", "Its networks:" if made else "It has no network.", *(["\n".join(lines)] if made else []),
+         _table(["part", "value"], rows)]
+    ) + "\n"  # fmt: skip
+
+
+def list_rows(networks: Mapping[str, Network]) -> list[Facts]:
+    """A row for each network, JSON-ready."""
+    rows = []
+    for network in networks.values():
+        facts = checked_facts(network)
+        steps = (facts["training"] or {}).get("steps")
+        rows.append(
+            {
+                "name": network.name,
+                "family": network.family,
+                "what": FAMILIES[network.family],
+                "parameters": facts["parameters"],
+                "bytes": sum(_size(network.folder / file) for file in network.files),
+                "steps": steps if isinstance(steps, int) else None,
+                "headline": headline(facts),
+                "folder": str(network.folder),
+            }
+        )
+    return rows
+
+
+def list_text(rows: Sequence[Facts]) -> str:
+    """The table for people."""
+    head = ["name", "what it does", "result", "parameters", "MB", "steps"]
+    lines = [
+        [row["name"], row["what"], row["headline"], f"{row['parameters']:,}", f"{row['bytes'] / 1e6:.1f}",
+         "-" if row["steps"] is None else f"{row['steps']:,}"]
+        for row in rows
+    ]  # fmt: skip
+    return aligned([head, *lines], left=3)
+
+
+def planners_text() -> str:
+    """The planners that networks are put together to, as `--model` takes them, by network."""
+    by_network: dict[str, list[str]] = {}
+    for name, parts in PLANNERS.items():
+        by_network.setdefault(parts.network, []).append(name)
+    lines = [f"  {network}: {', '.join(names)}" for network, names in by_network.items()]
+    return "\n".join(["planners (--model; `structagent models show NAME` says what one is made of):", *lines])
+
+
+def _training(training: Mapping[str, Any] | None) -> list[str]:
+    if training is None:
+        return ["Nothing is recorded."]
+    if "sessions" not in training:
+        return [_table(["fact", "value"], [[key.replace("_", " "), _value(value)] for key, value in training.items()])]
+    rows = []
+    for session in training["sessions"]:
+        options, data = session.get("options", {}), session.get("data", {})
+        rows.append(
+            [
+                f"{session['first_step']:,} to {session['last_step']:,}",
+                duration(session["seconds"]),
+                f"{session.get('devices', 1)} x {session['device']}",
+                _value(session.get("batch")) + f" {session.get('examples', 'scenes')}",
+                _value(options.get("learning_rate")),
+                _value(options.get("seed")),
+                _data(data),
+                _value(session.get("examples_per_second")),
+            ]
+        )
+    head = ["steps", "time", "devices", "batch, each", "learning rate", "seed", "data", "examples a second"]
+    losses = ", ".join(f"{name} {value:.4f}" for name, value in training["losses"].items())
+    return [
+        f"{training['steps']:,} steps in {duration(training['seconds'])}; at the end: {losses}.",
+        _table(head, rows),
+    ]
+
+
+def _data(data: Mapping[str, Any]) -> str:
+    if not data:
+        return "not recorded"
+    rest = {key: value for key, value in data.items() if key not in ("name", "sha256")}
+    return f"`{data['name']}`: {_value(rest)}" if rest else f"`{data['name']}`"
+
+
+def _results(result: Mapping[str, Any]) -> str:
+    rows = [
+        [row["by"], row["of"], str(row["n"]), _interval(row),
+         ", ".join(f"{name} {count}" for name, count in row.get("failures", {}).items())]
+        for row in result["rows"]
+    ]  # fmt: skip
+    what = result["rows"][0]["what"]
+    head = ["by", "of", "n", f"{what}, percent (95 % Wilson)", "failures"]
+    if not any(row[-1] for row in rows):
+        head, rows = head[:-1], [row[:-1] for row in rows]
+    return f"`{result['command']}` (structagent {result['version']})\n\n{_table(head, rows)}"
+
+
+def _interval(rate: Mapping[str, float]) -> str:
+    return f"{100 * rate['rate']:.1f} ({100 * rate['low']:.1f}-{100 * rate['high']:.1f})"
+
+
+def _value(value: Any) -> str:
+    if value is None:
+        return "not recorded"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_value(one)}" for key, one in value.items())
+    return f"{value:,}" if isinstance(value, int) else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _size(path: Path) -> int:
+    return path.stat().st_size if path.is_file() else 0
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)

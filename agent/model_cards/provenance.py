@@ -1,0 +1,89 @@
+"""Whether the networks of a planner are those that their cards tell of, looked at whenever they are loaded."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from agent.errors import BadInput, NotVerified
+from agent.model_cards.card_text import checked_facts
+from agent.model_cards.catalogue import CONFIG, SHIPPED, WEIGHTS, Network
+from structdiffusion.planners.registry import networks_of
+
+MATCHES, NO_CARD = "as on its card", "no card"
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What is known of a checkpoint's files.
+
+    Attributes:
+        sha256: file -> checksum.
+        card: `MATCHES`, `NO_CARD`, or what is wrong, in a sentence.
+    """
+
+    sha256: Mapping[str, str]
+    card: str
+
+    @property
+    def verified(self) -> bool:
+        """Whether nothing speaks against it; a network that was just trained has no card."""
+        return self.card in (MATCHES, NO_CARD)
+
+
+def provenance_of(model: str, weights: Path | None) -> dict[str, Provenance]:
+    """What is known of each network that a planner is made of; those whose files are not all there are left out.
+
+    Args:
+        model: the planner's name.
+        weights: the folder of its checkpoints, or `None` for those shipped.
+    """
+    return provenance(networks_of(model), weights)
+
+
+def provenance(names: Iterable[str], weights: Path | None) -> dict[str, Provenance]:
+    """As `provenance_of`, for networks by name."""
+    folders = {name: (SHIPPED if weights is None else Path(weights)) / name for name in names}
+    return {
+        name: _provenance(name, folder)
+        for name, folder in folders.items()
+        if (folder / CONFIG).is_file() and (folder / WEIGHTS).is_file()
+    }
+
+
+def require_cards(found: Mapping[str, Provenance]) -> None:
+    """Refuses networks that are not what their cards say.
+
+    Raises:
+        NotVerified: naming the first of them.
+    """
+    for one in found.values():
+        if not one.verified:
+            raise NotVerified(
+                f"{one.card}; if they are yours, `structagent models card` writes the card anew, and run, chat and "
+                "batch take --allow-unverified"
+            )
+
+
+def _provenance(name: str, folder: Path) -> Provenance:
+    found: dict[str, dict[str, Any]] = {}
+    for file in (CONFIG, WEIGHTS):
+        content = (folder / file).read_bytes()
+        found[file] = {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
+    sums = {file: about["sha256"] for file, about in found.items()}
+    network = Network(name, name, folder)
+    if not network.facts_path.exists():
+        return Provenance(sums, NO_CARD)
+    try:
+        told = checked_facts(network)["files"]
+    except (BadInput, OSError) as error:
+        return Provenance(sums, f"the card of the weights in {folder} cannot be used: {error}")
+    for file, about in found.items():
+        if told.get(file) != about:
+            return Provenance(
+                sums, f"{folder / file} is not the file that its card tells of: its SHA-256 is {sums[file][:12]}"
+            )
+    return Provenance(sums, MATCHES)

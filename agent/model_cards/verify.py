@@ -1,0 +1,170 @@
+"""Whether a network is what its card says, and works: checksums, config, weights, and one pass on a fake input."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from agent.errors import BadInput
+from agent.model_cards.card import RECORD, files_of
+from agent.model_cards.card_text import checked_facts
+from agent.model_cards.catalogue import CONFIG, Network
+
+if TYPE_CHECKING:
+    import torch
+
+    from structdiffusion.models.checkpoint import Checkpointed
+
+_BATCH, _OBJECTS, _WORDS = 2, 5, 7  # of the fake inputs
+_SENTENCE = "a small circle on the left"
+
+
+class _Wrong(Exception):
+    """What a check found."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one check of a network found.
+
+    Attributes:
+        name: of the network.
+        check: "files", "weights" or "answer".
+        passed: whether all was well.
+        detail: what was found, in a few words.
+    """
+
+    name: str
+    check: str
+    passed: bool
+    detail: str
+
+
+def verify(network: Network) -> Iterator[Finding]:
+    """Check a network, step by step; what comes after a failure is tried all the same."""
+    weights, answer = _PARSERS.get(network.family, (_checkpoint, _answer))
+    checks = {"files": _files, "weights": weights, "answer": answer}
+    for name, check in checks.items():
+        try:
+            yield Finding(network.name, name, True, check(network))
+        except _known_errors() as error:
+            yield Finding(network.name, name, False, " ".join(str(error).split()))
+
+
+def _known_errors() -> tuple[type[Exception], ...]:
+    from grounding.parsers.embedding import ParserWeightsError
+    from grounding.parsers.llm_reply import LLMError
+    from grounding.parsers.sentence_encoder import EncoderError
+    from structdiffusion.models.checkpoint import CheckpointError
+
+    return _Wrong, BadInput, OSError, CheckpointError, ParserWeightsError, EncoderError, LLMError
+
+
+def _files(network: Network) -> str:
+    told, found = checked_facts(network)["files"], files_of(network)
+    if not told:
+        raise _Wrong(f"no checksum is written: {network.folder} has neither {network.facts_path.name} nor {RECORD}")
+    for name, about in found.items():
+        if about != told.get(name):
+            raise _Wrong(f"{network.folder / name} is not the file that the card tells of: its checksum differs")
+    return f"{len(found)} as on the card"
+
+
+def _checkpoint(network: Network) -> str:
+    model = _loaded(network)
+    config = json.loads((network.folder / CONFIG).read_text())
+    missing = sorted(asdict(model.config).keys() - config.keys())
+    if missing:
+        raise _Wrong(f"{network.folder / CONFIG} lacks {missing[0]!r}")
+    return _finite(model.state_dict(), network)
+
+
+def _answer(network: Network) -> str:
+    import torch
+
+    model, generator = _loaded(network), torch.Generator().manual_seed(0)
+    given = model.fake_input(_BATCH, _OBJECTS, generator)
+    answer, shape = model.try_out(given, generator), model.answer_shape(given)
+    return _sound(answer, shape)
+
+
+def _loaded(network: Network) -> Checkpointed:
+    from structdiffusion.models.collision import CollisionDiscriminator
+    from structdiffusion.models.cvae import PoseCVAE
+    from structdiffusion.models.diffusion import PoseDiffusion
+    from structdiffusion.models.structformer import StructFormer
+    from structdiffusion.models.structure import StructureDiscriminator
+
+    kinds = (PoseDiffusion, PoseCVAE, StructFormer, StructureDiscriminator, CollisionDiscriminator)
+    return {kind.kind: kind for kind in kinds}[network.family].from_pretrained(network.folder)
+
+
+def _parser(network: Network) -> str:
+    from grounding.parsers.embedding import EmbeddingParser
+
+    return _finite(EmbeddingParser.from_pretrained(network.folder).reader.state_dict(), network)
+
+
+def _parser_answer(network: Network) -> str:
+    """The votes of word states (B, T, 384) of unit variance, the last of the first sentence padding."""
+    import torch
+
+    from grounding.parsers.embedding import EmbeddingParser
+    from grounding.parsers.slot_head import ANSWERS, QUESTIONS
+
+    reader, generator = EmbeddingParser.from_pretrained(network.folder).reader, torch.Generator().manual_seed(0)
+    mask = torch.ones(_BATCH, _WORDS, dtype=torch.bool)
+    mask[0, -1] = False
+    with torch.inference_mode():
+        votes = reader(torch.randn(_BATCH, _WORDS, 384, generator=generator), mask)
+    for question, vote in zip(QUESTIONS, votes, strict=True):
+        _sound(vote, (_BATCH, _WORDS, len(ANSWERS[question])))
+    return f"{len(votes)} questions"
+
+
+def _adapter(network: Network) -> str:
+    from grounding.parsers.llm_local import read_adapter
+
+    matrices = read_adapter(network.folder / network.files[-1]).matrices
+    for name, (a, b) in matrices.items():
+        if a.ndim != 2 or b.ndim != 2 or len(a) != b.shape[1]:
+            raise _Wrong(f"{name} has shapes {tuple(a.shape)} and {tuple(b.shape)}, which do not multiply")
+    return _finite({f"{name}.{i}": part for name, parts in matrices.items() for i, part in enumerate(parts)}, network)
+
+
+def _adapter_answer(network: Network) -> str:
+    """The answers to one sentence behind the prompt; the language model itself is needed."""
+    import math
+
+    from grounding.parsers.llm import PROMPT
+    from grounding.parsers.llm_local import LocalLLM
+    from grounding.parsers.llm_reply import ANSWERS
+    from prompts import load_prompt
+
+    reply: Any = LocalLLM(adapter=network.folder / network.files[-1]).ask(load_prompt(PROMPT), _SENTENCE)
+    for question, answers in ANSWERS.items():
+        shares = reply[question]
+        if set(shares) != set(answers) or not math.isclose(sum(shares.values()), 1.0, abs_tol=1e-6):
+            raise _Wrong(f"its answers to {question!r} are no probabilities: {shares}")
+    return f"{len(reply)} questions"
+
+
+def _finite(weights: dict[str, torch.Tensor], network: Network) -> str:
+    for name, tensor in weights.items():
+        if tensor.is_floating_point() and not bool(tensor.isfinite().all()):
+            raise _Wrong(f"{network.folder / network.files[-1]}: {name!r} has numbers that are not finite")
+    return f"{len(weights)} tensors, finite"
+
+
+def _sound(answer: torch.Tensor, shape: tuple[int, ...]) -> str:
+    if tuple(answer.shape) != tuple(shape):
+        raise _Wrong(f"its answer to a fake input has shape {tuple(answer.shape)}; documented: {tuple(shape)}")
+    if not bool(answer.isfinite().all()):
+        raise _Wrong("its answer to a fake input is not finite")
+    return f"{tuple(shape)}, finite"
+
+
+# How the networks that read instructions are checked; the others have a checkpoint.
+_PARSERS = {"embedding": (_parser, _parser_answer), "llm": (_adapter, _adapter_answer)}

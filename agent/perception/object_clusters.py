@@ -1,0 +1,208 @@
+"""Which points above the table are objects: what stands out from it, and hangs together, and stands on it.
+
+What rises more than a centimetre is clustered first, then what is lower: a table's waves are never that high, and the
+low points between two objects would join them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from agent.perception.clustering import Voxels, clusters, gather, normals, strays
+from agent.perception.height_map import Relief
+from agent.perception.merging import joined
+from agent.perception.splitting import split
+
+_SEED, _GROW = 3.0, 1.5  # sigma above the table: an object holds points of the first kind, and ends with the second
+_LEAST_SEED, _LEAST_GROW = 0.0025, 0.0012  # m
+_RISEN = 0.010  # m
+_NEAR_TABLE = 0.03  # m: up to there the neighbours' mean tells the height
+_TALLEST = 0.6  # m above the table; a person stands there, or the arm
+_ASIDE = 0.15  # m beyond the table, within which clusters are followed
+_EDGE = 0.02  # m that things may stand over the table's edge, as far as it is seen
+_FOOT = 0.008  # m from what has risen: the lower points that belong to it
+_WHOLE = 100  # voxels of 4 mm make an object; so much is what a cube of 2.5 cm shows
+_FLAT = 40  # are enough for one that is low: a knife shows little more
+_SMALL = 20  # are enough where most of them are prominent: a die shows no more
+_SPLINTER = 0.015  # m from another object: something small there is a piece of it
+_PROMINENT = 12.0  # sigma above the table, and in a colour that is none of the table's
+_QUITE_DIFFERENT = 8.0  # standard deviations of the table's colour
+_CLEAR = 4.0  # sigma that half of an object is above the table at least
+# And times the table's waves: more for what looks like the table, as does what a camera makes up between two surfaces,
+# less for what looks quite different.
+_WAVES = 6.0
+_CONTRASTS, _WAVES_AT = (3.0, 4.0, _QUITE_DIFFERENT), (14.0, 6.0, 4.0)
+_CONTRAST = 3.0  # standard deviations of the table's colour: what differs by less looks like the table
+_CUT = 0.04  # of an object's voxels lie at the picture's border: most of it may be outside
+_DISTINCT = 0.7  # of an object's upper points differ from the table: then its colour tells where it ends
+_SKIRT = 0.02  # m: up to there a camera's depth runs from an object over into the table
+WIDEST = 0.5  # m: more is a wall, a person, or the edge of something else
+_WIDEST_OF_SEVERAL = 1.0  # m: what is wider is not even several objects that touch
+_SUPPORTED = 0.7  # of an object's voxels lie over the table
+
+
+@dataclass(frozen=True)
+class Found:
+    """The objects among P points.
+
+    Attributes:
+        labels: (P,) the object of each point, counted from 0; -1 where there is none.
+        count: how many objects.
+        left_out: (K, 4) x, y, width and height, level frame, metres, of what is too wide for one.
+    """
+
+    labels: np.ndarray
+    count: int
+    left_out: np.ndarray
+
+
+@dataclass(frozen=True)
+class Tint:
+    """The colours of P points.
+
+    Attributes:
+        lab: (P, 3) in CIELAB.
+        contrast: (P,) how many standard deviations of the table's colour each is away from it.
+    """
+
+    lab: np.ndarray
+    contrast: np.ndarray
+
+
+def find_objects(
+    level: np.ndarray,
+    eye: np.ndarray,
+    relief: Relief,
+    steep: np.ndarray,
+    border: np.ndarray,
+    tint: Tint | None = None,
+) -> Found:
+    """The objects on the table.
+
+    Args:
+        level: (P, 3) points in the frame of the table's plane, metres, without the arm's.
+        eye: (3,) where the camera is, in that frame.
+        relief: their heights.
+        steep: (P,) those that may join what does not belong together; given to objects only at the end.
+        border: (P,) those at the picture's border.
+        tint: their colours, or `None`.
+    """
+    height = np.where(relief.heights > _NEAR_TABLE, relief.heights, relief.smooth)
+    above = (height > np.maximum(_GROW * relief.sigma, _LEAST_GROW)) & (relief.heights < _TALLEST)
+    above[above] = shapely.contains_xy(relief.outline.buffer(_ASIDE), level[above, 0], level[above, 1])
+    labels = np.full(len(level), -1)
+    solid = above & ~steep
+    if solid.sum() < _FLAT:
+        return Found(labels, 0, np.empty((0, 4)))
+    voxels = gather(level[solid])
+    tall, sigma, waves = map(voxels.mean, (height[solid], relief.sigma[solid], relief.waves[solid]))
+    lab, contrast = (None, None) if tint is None else (voxels.mean(tint.lab[solid]), voxels.mean(tint.contrast[solid]))
+    of_voxel, left_out = _without_the_wide(_parts(voxels, tall, sigma), voxels.positions, _WIDEST_OF_SEVERAL)
+    facing = normals(voxels.positions, eye)
+    of_voxel = joined(of_voxel, voxels.positions, facing, lab, eye, voxels.reach)
+    of_voxel = split(of_voxel, np.column_stack((voxels.positions[:, :2], tall)), facing, eye, voxels.reach)
+    # Not the smoothed heights: about a plate's rim these are high where there is table.
+    itself = voxels.mean(relief.heights[solid])
+    of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
+    prominent = (tall > _PROMINENT * sigma) & (contrast is not None and contrast > _QUITE_DIFFERENT)
+    cut = voxels.mean(border[solid].astype(np.float64)) > 0
+    of_voxel, too_wide = _without_the_wide(of_voxel, voxels.positions, WIDEST)
+    of_voxel = _objects(of_voxel, voxels, tall, prominent, cut, relief.outline)
+    known = of_voxel >= 0
+    if known.any():
+        _, nearest = cKDTree(voxels.positions[known]).query(level[above], distance_upper_bound=voxels.reach)
+        labels[above] = np.append(of_voxel[known], -1)[nearest]
+        if tint is not None:
+            labels[_table_colored(labels, relief.heights, tint.contrast)] = -1
+    wide = np.vstack((left_out, too_wide))
+    # A wall behind the table was never expected on it.
+    return Found(labels, int(of_voxel.max()) + 1, wide[shapely.contains_xy(relief.outline, wide[:, 0], wide[:, 1])])
+
+
+def _table_colored(labels: np.ndarray, heights: np.ndarray, contrast: np.ndarray) -> np.ndarray:
+    """The low points (P,) of objects that look like the table, where the rest of the object does not."""
+    plain = np.zeros(len(labels), dtype=bool)
+    for index in range(int(labels.max()) + 1):
+        own = labels == index
+        rest = own & (heights > np.median(heights[own]))
+        if (contrast[rest] > _CONTRAST).mean() > _DISTINCT:
+            plain |= own & (heights < _SKIRT) & (contrast < _CONTRAST)
+    return plain
+
+
+def _parts(voxels: Voxels, tall: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """The part (V,) that each voxel belongs to, -1 for none: what has risen, with its feet, and what is low."""
+    part = np.full(len(tall), -1)
+    risen = (tall > np.maximum(_RISEN, _SEED * sigma)) & ~strays(voxels)
+    if risen.any():
+        part[risen] = clusters(voxels.positions[risen], voxels.reach)
+        risen = part >= 0
+    if risen.any() and not risen.all():
+        reach = max(_FOOT, voxels.reach)
+        _, nearest = cKDTree(voxels.positions[risen]).query(voxels.positions[~risen], distance_upper_bound=reach)
+        part[~risen] = np.append(part[risen], -1)[nearest]
+    low = (part < 0) & (tall > np.maximum(_LEAST_SEED, _SEED * sigma))
+    if low.any():
+        found = clusters(voxels.positions[low], voxels.reach)
+        part[low] = np.where(found >= 0, found + part.max() + 1, -1)
+    return part
+
+
+def _clear(
+    part: np.ndarray, tall: np.ndarray, sigma: np.ndarray, waves: np.ndarray, contrast: np.ndarray | None
+) -> np.ndarray:
+    """Voxels (V,) of parts that stand out from the table's noise, all the more where they look like the table."""
+    clear = np.zeros(len(part), dtype=bool)
+    for index in np.unique(part[part >= 0]):
+        own = part == index
+        times = _WAVES
+        if contrast is not None:
+            times = float(np.interp(np.median(contrast[own]), _CONTRASTS, _WAVES_AT))
+        clear[own] = np.median(tall[own] / np.maximum(_CLEAR * sigma[own], times * waves[own])) > 1.0
+    return clear
+
+
+def _objects(
+    part: np.ndarray,
+    voxels: Voxels,
+    tall: np.ndarray,
+    prominent: np.ndarray,
+    cut: np.ndarray,
+    outline: shapely.Polygon,
+) -> np.ndarray:
+    """The parts that are objects, counted anew."""
+    of_voxel = np.full(len(part), -1)
+    supported = shapely.contains_xy(outline.buffer(_EDGE), voxels.positions[:, 0], voxels.positions[:, 1])
+    for index in np.unique(part[part >= 0]):
+        members = part == index
+        enough = _WHOLE if np.percentile(tall[members], 90) > _RISEN else _FLAT
+        if prominent[members].mean() > 0.5 and _by_itself(members, part, voxels.positions, tall):
+            enough = _SMALL
+        if members.sum() < enough or supported[members].mean() < _SUPPORTED or cut[members].mean() > _CUT:
+            continue
+        of_voxel[members] = of_voxel.max() + 1
+    return of_voxel
+
+
+def _by_itself(members: np.ndarray, part: np.ndarray, positions: np.ndarray, tall: np.ndarray) -> bool:
+    """Whether something small stands on the table, and is no splinter of what is next to it."""
+    others = (part >= 0) & ~members
+    if tall[members].min() > _RISEN:
+        return False
+    return not others.any() or bool(cKDTree(positions[others]).query(positions[members])[0].min() > _SPLINTER)
+
+
+def _without_the_wide(part: np.ndarray, positions: np.ndarray, widest: float) -> tuple[np.ndarray, np.ndarray]:
+    """The parts without those that are too wide, and x, y, width and height (K, 4) of these."""
+    part, wide = part.copy(), []
+    for index in np.unique(part[part >= 0]):
+        own = positions[part == index]
+        width = float(np.ptp(own[:, :2], axis=0).max())
+        if width > widest:
+            wide.append((*own[:, :2].mean(axis=0), width, own[:, 2].max()))
+            part[part == index] = -1
+    return part, np.array(wide).reshape(-1, 4)

@@ -1,0 +1,117 @@
+"""From what a depth camera measured to a table and the objects on it: plane, relief, clusters, frames, names."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from agent.arm.self_filter import distance_to_arm
+from agent.errors import BadInput
+from agent.perception.clustering import at_border, bridging
+from agent.perception.color import contrast, lab
+from agent.perception.description import color_word, lightness_of_white, oriented_box, shape_words
+from agent.perception.height_map import table_relief
+from agent.perception.object_clusters import WIDEST, Tint, find_objects
+from agent.perception.segments import ARM, NOTHING, TABLE, Segment, Segments
+from agent.perception.table_extent import reachable, seen_rectangle
+from agent.perception.table_plane import FARTHEST, table_plane
+from agent.perception.world_frame import base_from_camera, world_frame
+from agent.recordings.recording import Recording
+from structdiffusion.geometry import transform_points
+
+_ARM_CLEARANCE = 0.03  # m about the arm's own model: what is nearer is the arm, its cables, and the noise at its edges
+_TABLE_BAND = 4.0  # sigma, or 1 cm: what lies nearer to the table's surface is the table
+
+
+def segment(recording: Recording) -> Segments:
+    """The table and the objects that a recording shows.
+
+    Raises:
+        BadInput: when nothing was measured, or no table is there.
+    """
+    frame = recording.frame
+    shape = frame.points.shape[:2]
+    every = frame.points.reshape(-1, 3)
+    distance = np.linalg.norm(every, axis=1)
+    with np.errstate(invalid="ignore"):
+        pixels = np.flatnonzero((distance < FARTHEST) & (distance > 0.0))
+    if not len(pixels):
+        raise BadInput(
+            f"{str(recording.path)!r} has no point to use: of {len(every)} points "
+            f"{int(np.isfinite(distance).sum())} were measured, and none within {FARTHEST} m of the camera"
+        )
+    points, distance = every[pixels].astype(np.float64), distance[pixels].astype(np.float64)
+    told = base_from_camera(recording)
+    labels = np.full(len(every), NOTHING, dtype=np.int16)
+    if told is not None and recording.arm is not None:
+        arm = distance_to_arm(transform_points(told, points), recording.arm) < _ARM_CLEARANCE
+        labels[pixels[arm]] = ARM
+        pixels, points, distance = pixels[~arm], points[~arm], distance[~arm]
+    plane = table_plane(points, None if told is None else told[2, :3])
+    level = transform_points(plane.level_from_camera, points)
+    relief = table_relief(level, distance, pixels, shape)
+    steep = border = np.zeros(len(pixels), dtype=bool)
+    if frame.organised:
+        steep, border = bridging(frame.points).ravel()[pixels], at_border(frame.points).ravel()[pixels]
+    flat = np.abs(relief.heights) < np.maximum(_TABLE_BAND * relief.sigma, 0.01)
+    tint = None
+    if frame.color is not None:
+        colors = lab(frame.color.reshape(-1, 3)[pixels])
+        tint = Tint(colors, contrast(colors, flat, pixels, shape))
+    level[:, 2] = relief.heights
+    found = find_objects(level, plane.level_from_camera[:3, 3], relief, steep, border, tint)
+    flat &= found.labels < 0
+    flat[flat] = shapely.contains_xy(relief.outline, level[flat, 0], level[flat, 1])
+    labels[pixels[flat]] = TABLE
+    middles = np.array([np.median(level[found.labels == k, :2], axis=0) for k in range(found.count)]).reshape(-1, 2)
+    outline = np.array(relief.outline.exterior.coords)
+    places = middles if found.count else np.array(relief.outline.centroid.coords)
+    frames = world_frame(recording, plane.level_from_camera, places)
+    world_from_level = frames.world_from_camera @ np.linalg.inv(plane.level_from_camera)
+    world = transform_points(world_from_level, level)
+    edge = transform_points(world_from_level, np.column_stack((outline, np.zeros(len(outline)))))[:, :2]
+    surface = seen_rectangle(edge, world[found.labels >= 0, :2])
+    table, notes = reachable(surface)
+
+    # From left to right as the arm sees them.
+    order = np.argsort([-world[found.labels == k, 1].mean() for k in range(found.count)])
+    number = np.full(found.count + 1, NOTHING)
+    number[order] = np.arange(1, found.count + 1)
+    inside = found.labels >= 0
+    labels[pixels[inside]] = number[found.labels[inside]]
+    colors = None if frame.color is None else frame.color.reshape(-1, 3)[pixels]
+    return Segments(
+        _segments(world.astype(np.float32), colors, [found.labels == k for k in order]),
+        table,
+        surface,
+        frames.world_from_camera,
+        frames.world_from_base,
+        labels.reshape(shape),
+        (*frames.notes, *notes, *_left_out(found.left_out, world_from_level)),
+    )
+
+
+def _left_out(wide: np.ndarray, world_from_level: np.ndarray) -> list[str]:
+    """A note for each thing (K, 4) that is too wide for an object."""
+    notes = []
+    for x, y, width, height in wide:
+        x, y, _ = transform_points(world_from_level, np.array([x, y, 0.0]))
+        notes.append(
+            f"left out: what is {width:.2f} m wide and {height:.2f} m high about x {x:.2f}, y {y:.2f} is no object; "
+            f"objects are at most {WIDEST} m wide"
+        )
+    return notes
+
+
+def _segments(world: np.ndarray, colors: np.ndarray | None, members: list[np.ndarray]) -> tuple[Segment, ...]:
+    """The objects, named."""
+    boxes = [oriented_box(world[own]) for own in members]
+    shapes = shape_words([sides for _, sides in boxes])
+    white = 100.0 if colors is None else lightness_of_white(colors)
+    found = []
+    for index, (own, (pose, sides)) in enumerate(zip(members, boxes, strict=True)):
+        its = None if colors is None else colors[own]
+        words = [*([] if its is None else [color_word(lab(its), white)]), *shapes[index]]
+        name = f"object {index + 1}"
+        found.append(Segment(name, ", ".join((name, *words)), world[own], its, pose, sides))
+    return tuple(found)

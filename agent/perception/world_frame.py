@@ -1,0 +1,141 @@
+"""From the table's plane, and whatever is known of the camera's pose, to the project's world frame.
+
+World: z = 0 is the table's surface, x points from the arm across the table, y to its left; the arm's base stands at
+x = y = 0, as high above or below the table as it is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.arm.kinematics import WORLD_FROM_BASE
+from agent.recordings.recording import Recording
+from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, transform_points
+from structdiffusion.observation import Table
+
+_WORTH_TELLING = math.radians(0.5)  # and 5 mm: less is what any calibration leaves
+_WORTH_TELLING_M = 0.005
+_DISAGREES = math.radians(5.0)
+_MIDDLE = (0.45, 0.0)  # m: the middle of what the arm reaches
+_STEP = 0.02  # m, in which a place for objects that spread too wide is sought
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Where the camera and the arm stand.
+
+    Attributes:
+        world_from_camera: (4, 4).
+        world_from_base: (4, 4), upright.
+        notes: what was assumed or corrected.
+    """
+
+    world_from_camera: np.ndarray
+    world_from_base: np.ndarray
+    notes: tuple[str, ...]
+
+
+def base_from_camera(recording: Recording) -> np.ndarray | None:
+    """Where the camera stands, seen from the arm's `link_base`, as far as it is told: by hand before tf."""
+    if recording.world_from_camera is not None:
+        return np.linalg.inv(WORLD_FROM_BASE) @ recording.world_from_camera
+    return recording.base_from_camera
+
+
+def world_frame(recording: Recording, level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
+    """The world frame of a recording.
+
+    Args:
+        recording: knows the camera's pose, or does not.
+        level_from_camera: (4, 4) to the frame in the table's plane.
+        places: (N, 2) where the objects lie in that frame; the table's middle where there are none.
+    """
+    if recording.world_from_camera is not None:
+        return _by_hand(recording.world_from_camera, level_from_camera, places)
+    if recording.base_from_camera is not None:
+        return _by_arm(recording.base_from_camera, level_from_camera, places)
+    return _by_view(level_from_camera, places)
+
+
+def _by_arm(base_from_camera: np.ndarray, level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
+    """tf tells where the base is; the plane tells what is up, and how high."""
+    level_from_base = level_from_camera @ np.linalg.inv(base_from_camera)
+    lean, base_yaw = _lean_and_yaw(level_from_base)
+    notes = []
+    if lean > _DISAGREES:
+        notes.append(
+            f"tf and the table disagree: the table leans by {math.degrees(lean):.1f} degrees against the arm's base; "
+            "the base's place is tf's, up is the table's normal"
+        )
+    elif lean > _WORTH_TELLING:
+        notes.append(f"up is the table's normal: tf was corrected by {math.degrees(lean):.1f} degrees")
+    base = level_from_base[:3, 3]
+    ahead = places.mean(axis=0) - base[:2]
+    # The quarter turn of the base after which the objects lie most nearly ahead.
+    quarters = round((math.atan2(ahead[1], ahead[0]) - base_yaw) / (math.pi / 2))
+    yaw = base_yaw + quarters * math.pi / 2
+    world_from_level = np.linalg.inv(pose_from_xyz_yaw(base[0], base[1], 0.0, yaw))
+    return Frames(
+        world_from_level @ level_from_camera,
+        pose_from_xyz_yaw(0.0, 0.0, base[2], _plain_quarter(-quarters)),
+        tuple(notes),
+    )
+
+
+def _lean_and_yaw(level_from_other: np.ndarray) -> tuple[float, float]:
+    """How far another frame's z axis leans, and the turn about z that comes nearest to its own, radians."""
+    turn = level_from_other[:3, :3]
+    return tilt_between(turn, np.eye(3)), math.atan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1])
+
+
+def _plain_quarter(quarters: int) -> float:
+    """So many quarter turns, as an angle in (-pi, pi]."""
+    return (((quarters + 1) % 4) - 1) * math.pi / 2
+
+
+def _by_hand(world_from_camera: np.ndarray, level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
+    """A pose given by hand is right about the place and the direction; the plane tells up and height."""
+    level_from_world = level_from_camera @ np.linalg.inv(world_from_camera)
+    lean, yaw = _lean_and_yaw(level_from_world)
+    middle = np.append(places.mean(axis=0), 0.0)
+    given = transform_points(np.linalg.inv(level_from_world), middle)
+    # Turned about the middle of what lies there: x and y of the objects stay as the pose has them.
+    level_from_corrected = pose_from_xyz_yaw(*level_from_world[:2, 3], 0.0, yaw)
+    level_from_corrected[:2, 3] += middle[:2] - transform_points(level_from_corrected, np.append(given[:2], 0.0))[:2]
+    notes = []
+    if lean > _WORTH_TELLING or abs(given[2]) > _WORTH_TELLING_M:
+        notes.append(
+            f"the camera's pose was corrected by the table's plane: by {math.degrees(lean):.1f} degrees and "
+            f"{-given[2] * 1000:+.0f} mm of height"
+        )
+    notes.append("the arm's base is taken to stand at the world's origin, on the table")
+    return Frames(np.linalg.inv(level_from_corrected) @ level_from_camera, WORLD_FROM_BASE.copy(), tuple(notes))
+
+
+def _by_view(level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
+    """Nobody tells where the arm is: it stands on the camera's side, where it reaches the objects."""
+    x, y = _reachable_middle(places)
+    notes = (
+        "nothing tells where the camera is: up is the table's normal, x the camera's direction of view, and the arm is "
+        "taken to stand on the table where it reaches the objects",
+    )
+    return Frames(
+        pose_from_xyz_yaw(_MIDDLE[0] - x, _MIDDLE[1] - y, 0.0, 0.0) @ level_from_camera, WORLD_FROM_BASE.copy(), notes
+    )
+
+
+def _reachable_middle(places: np.ndarray) -> np.ndarray:
+    """The point (2,) to put in the middle of what the arm reaches, so that it reaches most of the places (N, 2)."""
+    reach = Table()
+    half = np.array([reach.x_max - reach.x_min, reach.y_max - reach.y_min]) / 2
+    low, high = places.min(axis=0), places.max(axis=0)
+    if (high - low <= 2 * half).all():
+        return (low + high) / 2
+    x, y = np.meshgrid(*(np.arange(a, b + _STEP, _STEP) for a, b in zip(low, high, strict=True)), indexing="ij")
+    tried = np.stack((x.ravel(), y.ravel()), axis=1)
+    inside = (np.abs(places[None] - tried[:, None]) <= half).all(axis=2).sum(axis=1)
+    off = np.linalg.norm(tried - places.mean(axis=0), axis=1)
+    return tried[np.lexsort((off, -inside))[0]]

@@ -1,0 +1,1 @@
+"""One instruction from its text to the built structure, step by step."""

@@ -1,0 +1,54 @@
+"""Planners by the names that people give them, and which of their proposals are worth building."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from agent.errors import NoValidGoal, UsageError
+from agent.model_cards.provenance import provenance_of, require_cards
+from structdiffusion.observation import Arrangement
+from structdiffusion.planners.factory import Planner, load_planner
+from structdiffusion.planners.registry import PLANNERS, legal_instead_of
+
+# An arrangement that its own scores give less than this is not worth a try.
+LEAST_SCORE = 0.05
+
+
+def checked_planner(name: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
+    """The planner of a name, with the checkpoints in a folder, or those shipped where it is `None`.
+
+    Raises:
+        UsageError: for an unknown name.
+        NotVerified: for checkpoints that are not what their cards say, unless that is allowed.
+        CheckpointError: for a checkpoint that is missing or does not fit.
+    """
+    if name not in PLANNERS:
+        raise UsageError(f"--model cannot be {name!r}; {legal_instead_of(name)}")
+    if not allow_unverified:
+        require_cards(provenance_of(name, weights))
+    return load_planner(name, weights)
+
+
+def worth_a_try(arrangement: Arrangement) -> bool:
+    """Whether its total score is at least `LEAST_SCORE`, or it stood in imagination.
+
+    The more objects there are, the smaller is the product of all scores, good as they may be.
+    """
+    return arrangement.scores["total"] >= LEAST_SCORE or arrangement.scores.get("imagined") == 1.0
+
+
+def worthwhile(arrangements: Sequence[Arrangement]) -> list[Arrangement]:
+    """Those that are worth a try, best first.
+
+    Raises:
+        NoValidGoal: when there is none.
+    """
+    good = [arrangement for arrangement in arrangements if worth_a_try(arrangement)]
+    if not good:
+        best = max((arrangement.scores["total"] for arrangement in arrangements), default=0.0)
+        raise NoValidGoal(
+            f"none of {len(arrangements)} imagined arrangements is valid: the best scores {best:.2g}, "
+            f"and {LEAST_SCORE} is the least worth trying"
+        )
+    return good

@@ -1,0 +1,47 @@
+"""A film of the arm at work: pictures from the robot's side, evenly apart in the arm's own time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from agent.events import Filmed
+from structdiffusion.simulation.world import TIME_STEP
+
+INTERVAL = 1.5  # s of the arm's time: a picture takes some 45 ms, all of them a tenth of a run
+MOST = 80
+
+
+class Film:
+    """Collects pictures while physics runs.
+
+    When there are `most`, every second one is dropped, and from then on they are twice as far apart: however long the
+    arm works, the film stays short.
+
+    Args:
+        take: takes a picture (H, W, 3) uint8.
+        interval: seconds of physics between two pictures, rounded to whole steps of 1/240 s.
+        most: how many pictures there may be.
+    """
+
+    def __init__(self, take: Callable[[], np.ndarray], interval: float = INTERVAL, most: int = MOST) -> None:
+        self._take, self._most = take, most
+        self._every = max(1, round(interval / TIME_STEP))
+        self._steps = 0
+        self._frames: list[np.ndarray] = []
+
+    def step(self) -> None:
+        """Takes a picture if one is due; to be called after every physics step."""
+        if self._steps % self._every == 0:
+            self._frames.append(self._take())
+            if len(self._frames) >= self._most:
+                self._frames = self._frames[::2]
+                self._every *= 2
+        self._steps += 1
+
+    def finish(self) -> Filmed | None:
+        """The film, with a last picture of how it is now; `None` where nothing has moved."""
+        if not self._frames:
+            return None
+        return Filmed(self._every * TIME_STEP, np.stack((*self._frames, self._take())))

@@ -1,0 +1,73 @@
+"""Options of reading instructions, and the reader that they ask for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from grounding.interpreter import Reader
+
+if TYPE_CHECKING:
+    from grounding.parse_result import Parser
+    from grounding.parsers.llm_reply import Backend
+    from grounding.parsers.sentence_encoder import SentenceEncoder
+
+
+@dataclass(frozen=True)
+class ReadingOptions:
+    """How instructions are read.
+
+    Attributes:
+        parser: "embedding" or "llm".
+        viewpoint: whose left and right is meant, "robot" or "opposite".
+        llm_model: a folder or a name of the local model, or the endpoint's name for it; `None` for the default.
+        llm_url: an OpenAI-compatible endpoint; `None` for the local model.
+        replies: a file in which the LLM's replies are kept, and found again.
+        key_url: the endpoint that the user named by a flag, in the environment or in the own file. The key is sent to
+            its host and nowhere else, whatever endpoint a batch's row or a project's file names.
+    """
+
+    parser: str = "embedding"
+    viewpoint: str = "robot"
+    llm_model: str | None = None
+    llm_url: str | None = None
+    replies: Path | None = None
+    key_url: str | None = None
+
+
+def make_reader(options: ReadingOptions, encoder: SentenceEncoder | None = None, strict: bool = False) -> Reader:
+    """The reader that the options ask for; nothing is loaded before it reads.
+
+    Args:
+        options: how to read.
+        encoder: share a loaded one.
+        strict: let the LLM's errors out instead of falling back to the embedding parser.
+    """
+    from grounding.parsers.sentence_encoder import SentenceEncoder
+
+    encoder = encoder or SentenceEncoder()
+
+    def embedding() -> Parser:
+        from grounding.parsers.embedding import EmbeddingParser
+
+        return EmbeddingParser.from_pretrained(encoder=encoder)
+
+    def llm() -> Parser:
+        from grounding.parsers.llm import LLMParser
+        from grounding.parsers.llm_cache import ReplyCache
+
+        if options.llm_url is None:
+            from grounding.parsers.llm_local import LocalLLM
+
+            backend: Backend = LocalLLM(options.llm_model)
+        else:
+            from grounding.parsers.llm_endpoint import EndpointLLM, same_host
+
+            trusted = options.key_url is not None and same_host(options.llm_url, options.key_url)
+            backend = EndpointLLM(options.llm_url, options.llm_model or "default", send_key=trusted)
+        return LLMParser(backend, cache=ReplyCache(options.replies) if options.replies else None)
+
+    if options.parser == "embedding":
+        return Reader(embedding, None, options.viewpoint, encoder)
+    return Reader(llm, None if strict else embedding, options.viewpoint, encoder)

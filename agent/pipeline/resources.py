@@ -1,0 +1,87 @@
+"""What runs load, kept between them: many instructions in one process load each network and each library once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from threading import RLock
+from typing import TYPE_CHECKING
+
+from agent.pipeline.instruction_parser import ReadingOptions, make_reader
+from agent.recordings.recording import RecordedOptions
+
+if TYPE_CHECKING:
+    from agent.model_cards.provenance import Provenance
+    from agent.scenes.sources import SceneSource
+    from grounding.interpreter import Reader
+    from grounding.parsers.sentence_encoder import SentenceEncoder
+    from structdiffusion.planners.factory import Planner
+
+
+class Loaded:
+    """Loads on demand, and keeps what cannot change; a run with it ends as a run without. Threads may share it."""
+
+    def __init__(self) -> None:
+        self._lock = RLock()
+        self._readers: dict[ReadingOptions, Reader] = {}
+        self._planners: dict[tuple[str, Path | None, bool], Planner] = {}
+        self._provenance: dict[tuple[str, Path | None], Mapping[str, Provenance]] = {}
+        self._libraries: dict[str, SceneSource] = {}
+
+    @cached_property
+    def encoder(self) -> SentenceEncoder:
+        """The sentence encoder.
+
+        Raises:
+            EncoderError: when it cannot be loaded.
+        """
+        from grounding.parsers.sentence_encoder import SentenceEncoder
+
+        return SentenceEncoder()
+
+    def reader(self, options: ReadingOptions) -> Reader:
+        """The reader that the options ask for; one that had to fall back is not kept: the next run tries anew."""
+        with self._lock:
+            reader = self._readers.get(options)
+            if reader is None or reader.fallback:
+                reader = self._readers[options] = make_reader(options, self.encoder)
+            return reader
+
+    def planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
+        """As `agent.pipeline.candidates.checked_planner`."""
+        from agent.model_cards.provenance import provenance_of
+        from agent.pipeline.candidates import checked_planner
+
+        key = (model, weights, allow_unverified)
+        with self._lock:
+            if key not in self._planners:
+                self._planners[key] = checked_planner(model, weights, allow_unverified)
+                self._provenance[model, weights] = provenance_of(model, weights)
+            return self._planners[key]
+
+    def provenance(self, model: str, weights: Path | None) -> Mapping[str, Provenance]:
+        """What is known of the files of a planner's networks, by network; of a planner that was loaded before."""
+        return self._provenance[model, weights]
+
+    def warm(
+        self, reading: ReadingOptions, model: str, weights: Path | None, allow_unverified: bool = False
+    ) -> None:
+        """Loads what these options will need, and tries the parser once, whose first answer takes longer.
+
+        Raises: as the parts do.
+        """
+        with self._lock:  # whoever needs them meanwhile waits, and does not load them twice
+            self.reader(reading).parse("a circle")
+            self.planner(model, weights, allow_unverified)
+
+    def source(self, scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
+        """As `agent.scenes.sources.scene_source`; files are read anew, because they can be edited."""
+        from agent.scenes.sources import SIMULATED, scene_source
+
+        if scene != SIMULATED or recorded.given:
+            return scene_source(scene, objects, recorded)
+        with self._lock:
+            if objects not in self._libraries:
+                self._libraries[objects] = scene_source(scene, objects)
+            return self._libraries[objects]

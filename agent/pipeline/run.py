@@ -1,0 +1,208 @@
+"""From an instruction to a structure, as a stream of events: read, look, imagine, choose, build, check.
+
+Every known error ends the stream with `Failed` and the exit code that says whose error it was; what listeners do with
+the events is their own affair.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from agent import events
+from agent.errors import DONE, NotBuildable, PartlyDone, exit_code_of, one_sentence
+from agent.pipeline import steps
+from agent.pipeline.instruction_parser import ReadingOptions
+from agent.pipeline.resources import Loaded
+from agent.recordings.recording import RecordedOptions
+
+if TYPE_CHECKING:
+    from agent.recordings.trajectory_export import TrajectoryLog
+    from agent.scenes.table_scene import TableScene
+    from grounding.parsers.sentence_encoder import SentenceEncoder
+    from grounding.references.attributes import SceneObject
+    from grounding.references.selection import Selection
+    from grounding.spec import StructureSpec
+    from structdiffusion.observation import Arrangement, Goal, Scene
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What decides a run besides its instruction.
+
+    Attributes:
+        scene: where the scene comes from: "simulated", "example", or the path of a scene file or a recording.
+        objects: for a simulated scene "ycb", "procedural", "random_urdfs" or a folder of meshes.
+        model: the planner's name, as `structdiffusion.planners.diffusion` has it.
+        weights: the folder of its checkpoints, or `None` for those shipped.
+        seed: everything drawn at random follows from it.
+        execute: build with the arm, or stop at the imagined goal and only try it in physics.
+        reading: how the instruction is read.
+        recorded: how a recording is taken.
+        allow_unverified: take checkpoints that are not what their cards say.
+    """
+
+    scene: str = "simulated"
+    objects: str = "ycb"
+    model: str = "diffusion"
+    weights: Path | None = None
+    seed: int = 0
+    execute: bool = True
+    reading: ReadingOptions = ReadingOptions()
+    recorded: RecordedOptions = RecordedOptions()
+    allow_unverified: bool = False
+
+
+def run_instruction(
+    text: str,
+    options: RunOptions,
+    loaded: Loaded | None = None,
+    watch: Callable[[TableScene], None] | None = None,
+    trajectories: Sequence[Path] = (),
+) -> Iterator[events.Event]:
+    """Carries an instruction out; yields what happens, from `Started` to `Finished`.
+
+    Args:
+        text: the instruction.
+        options: everything else.
+        loaded: shares models and libraries with other runs; by default this run loads its own.
+        watch: called after every physics step while the arm is at work.
+        trajectories: files for what the arm was told to do, as `agent.recordings.trajectory_export.write_trajectory` takes them.
+    """
+    started = time.perf_counter()
+    run = _Run(text, options, loaded or Loaded(), watch, trajectories)
+    code = DONE
+    yield events.Started(text, events.json_value(asdict(options)))
+    try:
+        yield from run.steps()
+    except Exception as error:
+        known = exit_code_of(error)
+        if known is None:
+            raise
+        code = known
+        yield events.Failed(run.step, one_sentence(error), code)
+    yield events.Finished(code == DONE, code, time.perf_counter() - started)
+
+
+class _Run:
+    """One run and the step that it is in."""
+
+    def __init__(
+        self,
+        text: str,
+        options: RunOptions,
+        loaded: Loaded,
+        watch: Callable[[TableScene], None] | None,
+        trajectories: Sequence[Path],
+    ) -> None:
+        self.text, self.options, self.loaded, self.watch = text, options, loaded, watch
+        self.trajectories = trajectories
+        self.step = "parse"
+
+    def steps(self) -> Iterator[events.Event]:
+        options, loaded = self.options, self.loaded
+        source, opening = None, 0.0
+        if options.scene != RunOptions.scene:  # a file that cannot be used should not cost the loading of models
+            self.step, began = "scene", time.perf_counter()
+            source = loaded.source(options.scene, options.objects, options.recorded)
+            opening = time.perf_counter() - began
+        self.step, began = "parse", time.perf_counter()
+        import torch
+
+        from agent.pipeline.candidates import worthwhile
+        from grounding.references.selection import AmbiguousReferenceError, SelectionError, mentioned, select_objects
+
+        torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
+        encoder = loaded.encoder
+        reading = loaded.reader(options.reading).read(self.text)
+        if reading.status != "ok":
+            raise NotBuildable(reading.message)
+        seconds = time.perf_counter() - began
+        self.step = "model"  # early, because a wrong name or a broken checkpoint should not cost a minute
+        planner = loaded.planner(options.model, options.weights, options.allow_unverified)
+        networks = loaded.provenance(options.model, options.weights)
+        self.step, began = "scene", time.perf_counter() - opening
+        if source is None:
+            source = loaded.source(options.scene, options.objects, options.recorded)
+        try:
+            selection = select_objects(self.text, source.referents, encoder, catalogue=source.catalogue)
+        except AmbiguousReferenceError as error:
+            raise NotBuildable(str(error)) from error
+        except SelectionError as error:
+            raise NotBuildable("; ".join(filter(None, (str(error), source.hint)))) from error
+        some = len(selection.indices) < len(source.referents)
+        yield steps.parsed(reading, selection.named or (mentioned(self.text) if some else ()), seconds)
+
+        for note in (*selection.notes, *(one.card for one in networks.values() if not one.verified)):
+            yield events.Noted(note)
+
+        def meant(objects: Sequence[SceneObject], catalogue: bool = False) -> Selection:
+            return select_objects(self.text, objects, encoder, catalogue=catalogue)
+
+        with source.open(reading.spec, meant, options.seed) as table:
+            scene = table.look()
+            yield steps.perceived(scene, time.perf_counter() - began, table)
+            if shortfall := steps.shortfall(table, "take part"):
+                yield events.Noted(shortfall)
+            self.step = "imagination"
+            goal = wished(reading.spec, encoder)
+            imagined = steps.imagine(planner, options.model, scene, goal, options.seed)
+            imagined = replace(imagined, networks=networks)
+            yield imagined
+            arrangements = worthwhile(imagined.arrangements)
+            yield steps.chosen(1, arrangements[0], scene)
+            if options.execute:
+                self.step = "build"
+                yield from self._built(table, scene, reading.spec, arrangements)
+            else:
+                self.step = "check"
+                yield from steps.release(table, scene, reading.spec, arrangements[0])
+            if shortfall := steps.shortfall(table, "stand as asked"):
+                raise PartlyDone(shortfall)
+
+    def _built(
+        self, table: TableScene, scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangement]
+    ) -> Iterator[events.Event]:
+        from agent.recordings.trajectory_export import TrajectoryLog
+
+        log = TrajectoryLog() if self.trajectories else None
+        building = steps.build(table, scene, spec, arrangements, self.options.seed, watch=self.watch, log=log)
+        try:
+            yield from self._checked_late(building)
+        except (Exception, KeyboardInterrupt):  # what failed may be looked into too
+            yield from self._exported(table, log)
+            raise
+        yield from self._exported(table, log)
+
+    def _exported(self, table: TableScene, log: TrajectoryLog | None) -> Iterator[events.Noted]:
+        from agent.recordings.trajectory_export import write_trajectory
+
+        for path in self.trajectories:
+            if log is not None and write_trajectory(log, path, table.prefix, table.arm.kinematics.model):
+                yield events.Noted(f"what the arm was told to do is in {path}")
+
+    def _checked_late(self, building: Iterator[events.Event]) -> Iterator[events.Event]:
+        """The build, whose last picture begins the step in which it is judged."""
+        for event in building:
+            if isinstance(event, events.Pictured) and event.name == steps.LAST_PICTURE:
+                self.step = "check"
+            yield event
+
+
+def wished(spec: StructureSpec, encoder: SentenceEncoder) -> Goal:
+    """The goal of a planner. What was heard is said anew, in the words that sentence models were trained on.
+
+    People say the same in ways that move its embedding far: told "facing me", such a model left no ring open.
+
+    Args:
+        spec: the slots, in the world's frame.
+        encoder: embeds the sentence.
+    """
+    from grounding.corpus.grammar import sentences
+    from structdiffusion.observation import Goal
+
+    words = sentences(spec)[0]
+    return Goal(spec, words, encoder.encode([words])[0])

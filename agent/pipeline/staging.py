@@ -1,0 +1,97 @@
+"""Simulated scenes to be recorded: set out as a run would set them out, before any of the arms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from agent.arm.arm_model import DEFAULT_MODEL, FINGER_OPEN, FINGERS, arm_model
+from agent.arm.state import ArmState
+from agent.errors import NotBuildable
+from agent.pipeline.instruction_parser import ReadingOptions
+from agent.pipeline.resources import Loaded
+from agent.scenes.files import PlacedObject
+from agent.scenes.sources import SIMULATED, SceneSource
+from agent.scenes.table_scene import TableScene, drawing_and_noise
+from grounding.references.attributes import SceneObject
+
+
+@dataclass(frozen=True)
+class Staging:
+    """What a recorded scene is drawn from.
+
+    Attributes:
+        scene: "simulated", or the path of a scene file.
+        objects: the library of a simulated scene, as `load_objects` takes it.
+        instruction: a scene is drawn for it as for a run; `None` for a table to talk about.
+        arm: the arm's model, one of `ARM_MODELS`.
+        seed: everything drawn at random follows from it.
+    """
+
+    scene: str = SIMULATED
+    objects: str = "ycb"
+    instruction: str | None = None
+    arm: str = DEFAULT_MODEL
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Staged:
+    """A table that can be recorded.
+
+    Attributes:
+        table: as it stands.
+        source: where it comes from.
+    """
+
+    table: TableScene
+    source: SceneSource
+
+    def truth(self, folder: Path) -> list[PlacedObject]:
+        """What really stands there, as the lines of a scene file in `folder`."""
+        return self.source.saved(self.table, folder)
+
+
+@contextmanager
+def staged(staging: Staging) -> Iterator[Staged]:
+    """The scene on its table, whose physics ends with the `with` block.
+
+    Raises:
+        NotBuildable: for an instruction that is not understood.
+        SceneError, SelectionError: when these objects cannot make what it asks for.
+        UsageError, BadInput, ObjectError: for a scene, arm or objects that there are not.
+    """
+    model, loaded = arm_model(staging.arm), Loaded()
+    if staging.instruction is None:
+        source = loaded.source(staging.scene, staging.objects)
+        drawn = source.set_out(staging.seed)
+    else:
+        from grounding.references.selection import Selection, select_objects
+
+        text, encoder = staging.instruction, loaded.encoder
+        reading = loaded.reader(ReadingOptions()).read(text)
+        if reading.status != "ok":
+            raise NotBuildable(reading.message)
+        source = loaded.source(staging.scene, staging.objects)
+        # Says what is missing before anything is drawn.
+        select_objects(text, source.referents, encoder, catalogue=source.catalogue)
+
+        def meant(objects: Sequence[SceneObject], catalogue: bool = False) -> Selection:
+            return select_objects(text, objects, encoder, catalogue=catalogue)
+
+        drawn = source.open(reading.spec, meant, staging.seed)
+    with drawn:
+        if staging.arm == DEFAULT_MODEL:
+            yield Staged(drawn, source)
+            return
+        poses, (_, noise) = drawn.world.poses(), drawing_and_noise(staging.seed)
+        joints = dict(zip(model.joints, model.folded.tolist(), strict=True)) | dict.fromkeys(FINGERS, FINGER_OPEN)
+        with TableScene(
+            drawn.models, np.array(poses), drawn.count, noise, drawn.world.table, drawn.names, drawn.called,
+            arm=ArmState(model.name, joints),
+        ) as table:  # fmt: skip
+            yield Staged(table, source)

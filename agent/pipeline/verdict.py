@@ -1,0 +1,46 @@
+"""The final verdict on what the arm built: the contract's checks of the true objects at rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from grounding.spec import StructureSpec
+from structdiffusion.geometry import tilt_between
+from structdiffusion.protocol.physical_stability import FINAL_SECONDS, MAX_DISPLACEMENT, MAX_TILT, semantic_checks
+from structdiffusion.protocol.semantic import Check
+from structdiffusion.simulation.world import TabletopWorld
+
+
+def judge_built(
+    world: TabletopWorld, indices: Sequence[int], world_from_goal: np.ndarray, spec: StructureSpec
+) -> tuple[str | None, tuple[Check, ...]]:
+    """Waits 2 s, then checks where the objects are and what they make.
+
+    Args:
+        world: the physics in which the arm has built.
+        indices: the N objects of the structure, as the world counts them.
+        world_from_goal: (N, 4, 4) where each was to go.
+        spec: what was asked for.
+
+    Returns:
+        The first cause of failure, one of `structdiffusion.protocol.semantic.FAILURE_CLASSES` or `None`, and every check.
+    """
+    world.settle(FINAL_SECONDS, until_rest=False)
+    poses = world.poses()
+    pairs = [(poses[index], goal) for index, goal in zip(indices, world_from_goal, strict=True)]
+    displacement = max(float(np.linalg.norm(pose[:2, 3] - goal[:2, 3])) for pose, goal in pairs)
+    tilt = max(tilt_between(pose, goal) for pose, goal in pairs)
+    in_place = Check("farthest from its goal (m)", displacement <= MAX_DISPLACEMENT, displacement, "at most 0.04")
+    upright = Check("most tilted from its goal (deg)", tilt <= MAX_TILT, math.degrees(tilt), "at most 15")
+    semantic = semantic_checks(world, indices, spec)
+    failure = None
+    if not in_place.passed:
+        failure = "abnormal velocity"
+    elif not upright.passed:
+        failure = "not upright"
+    elif not all(check.passed for check in semantic):
+        failure = "semantic"
+    return failure, (in_place, upright, *semantic)

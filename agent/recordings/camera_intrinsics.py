@@ -1,0 +1,156 @@
+"""What a camera's lens is, found in the files that data sets put beside their pictures."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from agent.errors import BadInput
+from agent.runtime.yaml_files import load_yaml
+from structdiffusion.limits import LENS_BYTES
+
+KNOWN_FILES = "camera_params.json, camera.json, intrinsics.json, camera_info.yaml or K.txt"
+_SUFFIXES = (".json", ".yaml", ".yml", ".txt")
+_WORDS = ("camera", "intrinsic", "calib", "k.")  # of files that are looked into first; other texts never
+_MATRICES = ("k", "cam_k", "camera_matrix", "intrinsic_matrix", "intrinsics", "intrinsic")
+_CENTERS = (("cx", "cy"), ("ppx", "ppy"), ("x_offset", "y_offset"))
+_SIZES = (("width", "height"), ("img_width", "img_height"), ("image_width", "image_height"))
+_METRES_A_UNIT = ("depth_scale", "depth_units", "depth_unit", "depth_factor", "factor_depth")
+
+
+@dataclass(frozen=True)
+class Lens:
+    """A pinhole lens as a file tells it.
+
+    Attributes:
+        intrinsics: (3, 3), pixels.
+        size: width and height of the pictures that it holds for, or `None`.
+        depth_scale: metres a unit of the depth pictures, or `None`.
+        file: where it was found.
+    """
+
+    intrinsics: np.ndarray
+    size: tuple[int, int] | None
+    depth_scale: float | None
+    file: Path
+
+
+def find_lens(folder: Path) -> Lens | None:
+    """The lens that a file in the folder tells; the files with the likeliest names first.
+
+    Raises:
+        BadInput: for a file named for it that cannot be read.
+    """
+    files = sorted(path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES and path.is_file())
+    named = [path for path in files if any(word in path.name.lower() for word in _WORDS)]
+    for path in named:
+        if (lens := _lens_of(path)) is not None:
+            return lens
+    for path in files:
+        if path not in named and path.suffix.lower() != ".txt":
+            try:
+                lens = _lens_of(path)
+            except BadInput:  # it need not be about a camera at all
+                continue
+            if lens is not None:
+                return lens
+    return None
+
+
+def matrix_of(fx: float, fy: float, cx: float, cy: float) -> np.ndarray:
+    """(3, 3) of focal lengths and principal point, pixels."""
+    return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+
+
+def _lens_of(path: Path) -> Lens | None:
+    if (size := path.stat().st_size) > LENS_BYTES:
+        raise BadInput(f"the camera's file {str(path)!r} has {size} bytes; at most {LENS_BYTES} are read")
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        if path.suffix.lower() == ".txt":
+            rows = [[float(value) for value in line.replace(",", " ").split()] for line in text.splitlines() if line]
+            matrix = _matrix([value for row in rows for value in row])
+            return None if matrix is None else Lens(matrix, None, None, path)
+        found = _parsed(text, path.suffix.lower())
+    except (ValueError, RecursionError) as error:
+        raise BadInput(f"the camera's file {str(path)!r} cannot be read: {error}") from error
+    for told in _mappings(found):
+        if (matrix := _told_matrix(told)) is not None:
+            return Lens(matrix, _told_size(told), _told_scale([told, *_mappings(found)]), path)
+    return None
+
+
+def _parsed(text: str, suffix: str) -> Any:
+    if suffix == ".json":
+        return json.loads(text)
+    return load_yaml(text)
+
+
+def _mappings(found: Any) -> Iterator[Mapping[str, Any]]:
+    """A mapping and those within it, their keys in small letters."""
+    if isinstance(found, Mapping):
+        yield {str(key).lower(): value for key, value in found.items()}
+        for value in found.values():
+            yield from _mappings(value)
+    elif isinstance(found, list):
+        for value in found:
+            yield from _mappings(value)
+
+
+def _told_matrix(told: Mapping[str, Any]) -> np.ndarray | None:
+    for x, y in _CENTERS:
+        numbers = [told.get(key) for key in ("fx", "fy", x, y)]
+        if all(_is_number(value) for value in numbers):
+            return matrix_of(*map(float, numbers))  # type: ignore[arg-type]
+    for key in _MATRICES:
+        value = told.get(key)
+        flat = value.get("data") if isinstance(value, Mapping) else value
+        if isinstance(flat, list) and flat and all(isinstance(row, list) for row in flat):
+            flat = [entry for row in flat for entry in row]
+        if isinstance(flat, list) and all(_is_number(entry) for entry in flat):
+            matrix = _matrix([float(entry) for entry in flat])
+            if matrix is not None:
+                return matrix
+    return None
+
+
+def _matrix(numbers: Sequence[float]) -> np.ndarray | None:
+    """The intrinsics in 4 numbers (fx, fy, cx, cy), or in 9 or 16 by rows, or by columns; `None` if there are none."""
+    if not all(map(math.isfinite, numbers)):
+        return None
+    if len(numbers) == 4:
+        return matrix_of(*numbers)
+    if len(numbers) not in (9, 16):
+        return None
+    side = math.isqrt(len(numbers))
+    matrix = np.array(numbers).reshape(side, side)[:3, :3]
+    if matrix[0, 2] == 0.0 and matrix[2, 0] > 0.0:
+        matrix = matrix.T
+    return matrix if matrix[0, 0] > 0 and matrix[1, 1] > 0 and matrix[2, 2] == 1.0 else None
+
+
+def _told_size(told: Mapping[str, Any]) -> tuple[int, int] | None:
+    for width, height in _SIZES:
+        if _is_number(told.get(width)) and _is_number(told.get(height)):
+            return int(told[width]), int(told[height])
+    return None
+
+
+def _told_scale(places: Sequence[Mapping[str, Any]]) -> float | None:
+    """Metres a unit: some say that, others how many units a metre has, which is more than one."""
+    for told in places:
+        for key in _METRES_A_UNIT:
+            value = told.get(key)
+            if _is_number(value) and value > 0:
+                return float(value) if value <= 1 else 1.0 / float(value)
+    return None
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -1,0 +1,175 @@
+"""Pictures in messages: depths as metres and colours as RGB, raw or compressed."""
+
+from __future__ import annotations
+
+import io
+import struct
+from typing import Any
+
+import numpy as np
+
+from agent.errors import BadInput
+from agent.recordings.message_decoding import FARTHEST
+
+DEPTHS = ("16UC1", "mono16", "32FC1")
+_COLORS = {  # encoding -> type of a channel, channels, and which of them are red, green and blue
+    "rgb8": ("u1", 3, (0, 1, 2)),
+    "bgr8": ("u1", 3, (2, 1, 0)),
+    "8UC3": ("u1", 3, (2, 1, 0)),
+    "rgba8": ("u1", 4, (0, 1, 2)),
+    "bgra8": ("u1", 4, (2, 1, 0)),
+    "8UC4": ("u1", 4, (2, 1, 0)),
+    "mono8": ("u1", 1, (0, 0, 0)),
+    "8UC1": ("u1", 1, (0, 0, 0)),
+    "rgb16": ("u2", 3, (0, 1, 2)),
+    "bgr16": ("u2", 3, (2, 1, 0)),
+    "mono16": ("u2", 1, (0, 0, 0)),
+}
+_YUV = {  # two pixels in four bytes: where their brightness is, and the two parts of their colour
+    "yuv422": ((1, 3), 0, 2),
+    "uyvy": ((1, 3), 0, 2),
+    "yuv422_yuy2": ((0, 2), 1, 3),
+    "yuyv": ((0, 2), 1, 3),
+}
+_MOST_PIXELS = 50_000_000  # of a compressed picture: a few bytes can claim any number
+_PNG = b"\x89PNG\r\n\x1a\n"
+_QUANTISED = "<iff"  # the header of compressedDepth: a number for the format, then A and B
+
+
+def depth_picture(message: Any) -> np.ndarray:
+    """The depths (H, W) float32 of a raw Image, metres; NaN where nothing was measured.
+
+    Raises:
+        BadInput: where it is no depth picture, or contradicts itself.
+    """
+    if message.encoding not in DEPTHS:
+        raise BadInput(f"a picture of encoding {message.encoding!r} holds no depths; legal: {', '.join(DEPTHS)}")
+    if message.encoding == "32FC1":
+        return _without_zero(_pixels(message, "f4", 1)[..., 0].astype(np.float32))
+    return _without_zero(_pixels(message, "u2", 1)[..., 0] * np.float32(0.001))
+
+
+def color_picture(message: Any) -> np.ndarray:
+    """The colours (H, W, 3) uint8 RGB of a raw Image.
+
+    Raises:
+        BadInput: where the encoding is not known, or the message contradicts itself.
+    """
+    if message.encoding in _YUV:
+        return _from_yuv(_pixels(message, "u1", 2), *_YUV[message.encoding])
+    if message.encoding not in _COLORS:
+        legal = ", ".join([*_COLORS, *_YUV])
+        raise BadInput(f"a picture of encoding {message.encoding!r} cannot be used for colour; legal: {legal}")
+    kind, channels, order = _COLORS[message.encoding]
+    pixels = _pixels(message, kind, channels)
+    if kind == "u2":
+        pixels = pixels >> 8
+    return pixels[..., order].astype(np.uint8)
+
+
+def compressed_color(message: Any) -> np.ndarray:
+    """The colours (H, W, 3) uint8 RGB of a CompressedImage.
+
+    Raises:
+        BadInput: where it is no JPEG or PNG picture.
+    """
+    return np.array(_unpacked(message.data.tobytes()).convert("RGB"))
+
+
+def compressed_depth(message: Any) -> np.ndarray:
+    """The depths (H, W) float32 of a CompressedImage, metres; NaN where nothing was measured.
+
+    Raises:
+        BadInput: where it is no PNG of depths, or one packed otherwise.
+    """
+    data = message.data.tobytes()
+    a, b = 0.0, 0.0
+    if not data.startswith(_PNG):
+        header = struct.calcsize(_QUANTISED)
+        if data[header : header + len(_PNG)] != _PNG:
+            raise BadInput(f"a compressed depth picture of format {message.format!r} holds no PNG, which alone is read")
+        _, a, b = struct.unpack(_QUANTISED, data[:header])
+        data = data[header:]
+    picture = _unpacked(data)
+    if not picture.mode.startswith("I"):
+        raise BadInput(f"a compressed depth picture holds a PNG of mode {picture.mode!r}; legal: 16 bits of grey")
+    values = np.array(picture)
+    if message.format.startswith("32FC1"):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            depth = np.where(values > 0, a / (values - b), np.nan).astype(np.float32)
+        return _without_zero(depth)
+    return _without_zero(values.astype(np.float32) * np.float32(0.001))
+
+
+def is_compressed_depth(topic: str, message_format: str) -> bool:
+    """Whether a CompressedImage holds depths, by its topic and its format."""
+    return topic.lower().endswith("compresseddepth") or message_format.startswith(("16UC1", "32FC1"))
+
+
+def compressed_size(message: Any) -> tuple[int, int]:
+    """Width and height of a CompressedImage, without unpacking it.
+
+    Raises:
+        BadInput: where it is no picture.
+    """
+    data = message.data.tobytes()
+    at = data.find(_PNG, 0, 64)
+    return _read(data[max(at, 0) :]).size
+
+
+def _pixels(message: Any, kind: str, channels: int) -> np.ndarray:
+    """The pixels (H, W, C) of a raw Image, read where they lie."""
+    height, width = message.height, message.width
+    dtype = np.dtype((">" if message.is_bigendian else "<") + kind)
+    row = width * channels * dtype.itemsize
+    step = message.step or row
+    if height == 0 or width == 0:
+        raise BadInput(f"a picture of {width} x {height} pixels has none")
+    if step < row or len(message.data) < (height - 1) * step + row:
+        raise BadInput(
+            f"a picture of {width} x {height} pixels ({message.encoding}), {step} bytes a row, needs "
+            f"{max(step, row) * height} bytes and has {len(message.data)}"
+        )
+    strides = (step, channels * dtype.itemsize, dtype.itemsize)
+    return np.ndarray((height, width, channels), dtype, np.ascontiguousarray(message.data), 0, strides)
+
+
+def _from_yuv(pixels: np.ndarray, brightness: tuple[int, int], blue: int, red: int) -> np.ndarray:
+    """RGB of YUV 4:2:2, by ITU-R BT.601."""
+    height, width, _ = pixels.shape
+    if width % 2:
+        raise BadInput(f"a YUV 4:2:2 picture cannot be {width} pixels wide: its pixels come in pairs")
+    pairs = pixels.reshape(height, width // 2, 4).astype(np.float32)
+    y = pairs[..., brightness].reshape(height, width)
+    u, v = (np.repeat(pairs[..., place] - 128, 2, axis=1) for place in (blue, red))
+    rgb = np.stack((y + 1.402 * v, y - 0.344136 * u - 0.714136 * v, y + 1.772 * u), axis=-1)
+    return np.clip(np.rint(rgb), 0, 255).astype(np.uint8)
+
+
+def _without_zero(depth: np.ndarray) -> np.ndarray:
+    """Depths with NaN for what is none."""
+    with np.errstate(invalid="ignore"):
+        depth[~((depth > 0) & (depth < FARTHEST))] = np.nan
+    return depth
+
+
+def _unpacked(data: bytes) -> Any:
+    """The picture in `data`, unpacked."""
+    picture = _read(data)
+    if picture.width * picture.height > _MOST_PIXELS:
+        raise BadInput(f"a compressed picture claims {picture.width} x {picture.height} pixels")
+    try:
+        picture.load()
+    except Exception as error:  # the library promises no kind of error for damaged data
+        raise BadInput(f"a compressed picture is damaged: {error}") from error
+    return picture
+
+
+def _read(data: bytes) -> Any:
+    """The picture in `data` as far as its header tells."""
+    from PIL import Image
+
+    try:
+        return Image.open(io.BytesIO(data), formats=("JPEG", "PNG"))
+    except Exception as error:  # as above
+        raise BadInput("a compressed picture is neither JPEG nor PNG") from error

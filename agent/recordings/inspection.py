@@ -1,0 +1,227 @@
+"""What a bag holds: topics, times, frames, what a run needs of it, and how it would be used."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, TextIO
+
+from agent.errors import BadInput
+from agent.recordings.bag_reader import Bag, Message, Stream, open_bag
+from agent.recordings.joint_states import arm_state, joint_streams
+from agent.recordings.load import used
+from agent.recordings.tf_tree import TransformLoop, base_from_camera, is_static, read_frames, transform_streams
+from agent.recordings.topic_selection import Choice, check_named, choose, offers
+from agent.rendering.text import aligned, number
+
+SCHEMA_VERSION = 1
+_FIRST_REACH = 0.1  # s; the last message of a topic is looked for so far before the bag's end, then further
+_GROWTH = 10.0
+_DEEPEST = 20  # the frames' tree is not indented further
+
+
+@dataclass(frozen=True)
+class TopicInfo:
+    """The messages of one type on one topic.
+
+    Attributes:
+        name: the topic.
+        type: such as "sensor_msgs/msg/Image".
+        count: messages.
+        rate: messages a second between the first and the last; `None` for fewer than two.
+        first, last: seconds since the bag's first message; `None` without messages.
+        frame: the frame of a camera's first message, or "".
+        gives: "points", "depth", "color" or "depth_info", as far as it is a camera's; else "".
+        problem: why it cannot be used for that, or "".
+    """
+
+    name: str
+    type: str
+    count: int
+    rate: float | None
+    first: float | None
+    last: float | None
+    frame: str = ""
+    gives: str = ""
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class FrameInfo:
+    """One frame of tf in one of its parents.
+
+    Attributes:
+        name: the frame.
+        parent: the frame in which it stands.
+        static: whether it stands there always.
+    """
+
+    name: str
+    parent: str
+    static: bool
+
+
+@dataclass(frozen=True)
+class BagInfo:
+    """What a bag holds.
+
+    Attributes:
+        path: the file or folder.
+        seconds: how long it was recorded.
+        topics: by name.
+        frames: tf, by parents and names.
+        there: what a run can have of it -> whether it is there: "points", "colour", "lens", "arm's joints",
+            "camera to arm".
+        used: what would be used, and for what.
+        notes: what is missing, assumed or mended, each a sentence.
+    """
+
+    path: Path
+    seconds: float
+    topics: tuple[TopicInfo, ...]
+    frames: tuple[FrameInfo, ...]
+    there: Mapping[str, bool]
+    used: Mapping[str, str]
+    notes: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The same as JSON values: seconds."""
+        told = asdict(self)
+        return {
+            "schema_version": SCHEMA_VERSION,
+            "file": str(told.pop("path")),
+            **told,
+            "topics": list(told["topics"]),
+            "frames": list(told["frames"]),
+            "notes": list(told["notes"]),
+        }
+
+
+def inspect_bag(path: Path, named: Mapping[str, str] | None = None) -> BagInfo:
+    """What the bag at `path` holds; of big topics few messages are read.
+
+    Args:
+        path: a bag of any kind.
+        named: role -> topic, as `ReadingOf.topics` has them.
+
+    Raises:
+        BadInput: where it is no bag, or too damaged to be read, or has no topic that is named.
+        UsageError: for a role that there is none of.
+    """
+    with open_bag(path) as bag:
+        check_named(bag, named or {})
+        offer_of = {offer.stream: offer for offer in offers(bag)}
+        topics = []
+        for stream in bag.streams:
+            first, last = _span(bag, stream)
+            rate = (stream.count - 1) / (last - first) if first is not None and last > first else None
+            offer = offer_of.get(stream)
+            of_camera = (offer.frame, offer.role, offer.problem) if offer else ()
+            topics.append(TopicInfo(stream.topic, stream.type, stream.count, rate, first, last, *of_camera))
+        frames, there, use, notes = _use(bag, dict(named or {}))
+        return BagInfo(path, bag.seconds, tuple(topics), frames, there, use, (*bag.notes, *notes))
+
+
+def _span(bag: Bag, stream: Stream) -> tuple[float | None, float | None]:
+    """When a stream's first and last messages were recorded, seconds since the bag's first."""
+    first = next(bag.messages([stream]), None)
+    if first is None:
+        return None, None
+    last: Message | None = first if stream.count == 1 else None
+    reach = _FIRST_REACH
+    while last is None:
+        start = max(first.recorded, bag.end - round(reach * 1e9))
+        for last in bag.messages([stream], start):
+            pass
+        if start == first.recorded:
+            last = last or first
+        reach *= _GROWTH
+    return (first.recorded - bag.start) / 1e9, (last.recorded - bag.start) / 1e9
+
+
+def _use(
+    bag: Bag, named: Mapping[str, str]
+) -> tuple[tuple[FrameInfo, ...], dict[str, bool], dict[str, str], list[str]]:
+    """The frames of tf, what is there, how it would be used, and notes."""
+    choice, notes, camera = Choice(), [], ""
+    try:
+        choice = choose(bag, named)
+        camera = choice.source.frame
+        notes += [f"{choice.source.stream.topic}: {choice.source.problem}"] if choice.source.problem else []
+    except BadInput as error:
+        notes.append(str(error))
+    firsts = [next(bag.messages([stream]), None) for stream in transform_streams(bag) if not is_static(stream)]
+    moment = max((message.recorded for message in firsts if message is not None), default=bag.start)
+    arm, arm_stream, said = arm_state(bag, joint_streams(bag, named.get("joints")), moment)
+    notes += said
+    tf = read_frames(bag, moment, [(camera, "")] if camera else [])
+    try:
+        pose, said = base_from_camera(tf, camera, arm.prefix if arm else "") if camera else (None, tf.spoilt)
+    except TransformLoop as error:
+        pose, said = None, [*tf.spoilt, str(error)]
+    notes += said
+    frames = sorted((parent, child, edge.static) for (child, parent), edge in tf.transforms.items())
+    chosen = bool(camera) or choice != Choice()
+    there = {
+        "points": chosen,
+        "colour": choice.color is not None or choice.points is not None and choice.points.colored,
+        "lens": choice.depth_info is not None,
+        "arm's joints": arm is not None,
+        "camera to arm": pose is not None,
+    }
+    use = used(choice, arm_stream, bag if pose is not None else None)
+    return tuple(FrameInfo(child, parent, static) for parent, child, static in frames), there, use, notes
+
+
+def tell_info(info: BagInfo, results: TextIO) -> None:
+    """The same for people."""
+    print(f"{info.path}: {info.seconds:.1f} s, {sum(topic.count for topic in info.topics)} messages\n", file=results)
+    rows = [("topic", "type", "frame", "messages", "a second", "from s", "to s")]
+    rows += [
+        (
+            topic.name,
+            topic.type.replace("/msg/", "/"),
+            topic.frame,
+            str(topic.count),
+            number(topic.rate),
+            number(topic.first),
+            number(topic.last),
+        )
+        for topic in info.topics
+    ]
+    print(aligned(rows, left=3), file=results)
+    if info.frames:
+        print("\nframes", file=results)
+        for line in _tree(info.frames):
+            print(f"  {line}", file=results)
+    print("\nthere", file=results)
+    rows = [(f"  {what}", "yes" if given else "no") for what, given in info.there.items()]
+    print(aligned(rows), file=results)
+    if info.used:
+        print("\nused as", file=results)
+        print(aligned([(f"  {role.replace('_', ' ')}", topic) for role, topic in info.used.items()]), file=results)
+    for sentence in info.notes:
+        print(f"\nnote: {sentence}", file=results)
+
+
+def _tree(frames: tuple[FrameInfo, ...]) -> list[str]:
+    """The frames as an indented tree, a line each; what hangs in a loop is told once, at its end."""
+    children: dict[str, list[FrameInfo]] = {}
+    for frame in frames:
+        children.setdefault(frame.parent, []).append(frame)
+    lines: list[str] = []
+    told: set[FrameInfo] = set()
+    below = {frame.name for frame in frames}
+    for root in [*sorted(set(children) - below), *sorted(set(children) & below)]:
+        waiting = [(1, frame) for frame in reversed(children[root]) if frame not in told]
+        if waiting:
+            lines.append(root)
+        while waiting:
+            depth, frame = waiting.pop()
+            if frame in told:
+                continue
+            told.add(frame)
+            lines.append(f"{'  ' * min(depth, _DEEPEST)}{frame.name}{'' if frame.static else ' (moving)'}")
+            waiting += [(depth + 1, child) for child in reversed(children.get(frame.name, []))]
+    return lines

@@ -1,0 +1,290 @@
+"""One moment of a recorded session, taken out of whatever it was recorded in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from agent.errors import BadInput, UsageError
+from agent.recordings.bag_reader import METADATA, STORAGES, Bag, Message, Stream, open_bag
+from agent.recordings.image_decoding import color_picture, compressed_color, compressed_depth, depth_picture
+from agent.recordings.joint_states import arm_state, joint_streams
+from agent.recordings.message_decoding import COMPRESSED, Lens, cloud_points, frame_name, lens_of, stamp
+from agent.recordings.recording import DepthFrame, ReadingOf, Recording
+from agent.recordings.synchronization import Found, around, fused
+from agent.recordings.tf_tree import (
+    Frames,
+    TransformLoop,
+    base_frame,
+    base_from_camera,
+    read_frames,
+    transform_streams,
+)
+from agent.recordings.topic_selection import Choice, Offer, choose
+
+_OTHER_SUFFIXES = (".ply", ".pcd")
+_LONGEST_LOOK = 1.0  # s; looks that are further apart show another scene
+_SAME_PLACE = 0.003, 0.007  # m, and of a rotation matrix's entries together; a camera that moved less stood still
+_SAME_TIME = 0.2  # s; colour that is further from the depth is worth a note
+
+
+def read_recording(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
+    """One moment of the session at `path`: a bag of any kind, a cloud, or a folder of pictures.
+
+    Raises:
+        BadInput: where there is nothing, or nothing that can be used.
+        UsageError: for options that do not go together, or do not fit.
+    """
+    if options.looks < 1:
+        raise UsageError(f"at least 1 look is needed, not {options.looks}")
+    if path.suffix.lower() in _OTHER_SUFFIXES or path.is_dir() and not _is_bag_folder(path):
+        from agent.recordings.other_formats import read_other
+
+        return read_other(path, options)
+    with open_bag(path) as bag:
+        return _read(bag, options)
+
+
+def _is_bag_folder(path: Path) -> bool:
+    """Whether a folder is meant as a ROS 2 bag."""
+    return (path / METADATA).exists() or any(file.suffix in STORAGES for file in path.iterdir())
+
+
+@dataclass(frozen=True)
+class _Look:
+    """One measurement.
+
+    Attributes:
+        points: (H, W, 3), the camera's optical frame, metres.
+        colors: (H, W, 3) that came with them, or `None`.
+        frame: the optical frame.
+        stamp: when it was measured, nanoseconds.
+    """
+
+    points: np.ndarray
+    colors: np.ndarray | None
+    frame: str
+    stamp: int
+
+
+def _read(bag: Bag, options: ReadingOf) -> Recording:
+    """One moment of an open bag."""
+    choice = choose(bag, options.topics)
+    joints = joint_streams(bag, options.topics.get("joints"))
+    moment = _moment(bag, options.at, choice, joints)
+    notes = list(bag.notes)
+    lens = None if choice.depth_info is None else _lens(bag, choice.depth_info, choice.source, moment)
+    looks = _looks(bag, choice, lens, moment, options.looks)
+    look, recorded = looks[0].value, looks[0].time
+    frames = read_frames(bag, look.stamp, _ways(choice, look.frame))
+    looks = _from_one_place(bag, looks, frames)
+    points, taken_from, count = fused([found.value.points for found in looks])
+    color = None
+    if look.colors is not None:
+        color = look.colors.copy()
+        for k in set(np.unique(taken_from)) - {0}:
+            if looks[k].value.colors is not None:
+                color[taken_from == k] = looks[k].value.colors[taken_from == k]
+    if choice.color is not None:
+        color, said = _color(bag, choice, look, points, recorded, frames, "color" in options.topics)
+        notes += said
+    if lens is not None:
+        notes += [lens.note] if lens.note else []
+    arm, arm_stream, said = arm_state(bag, joints, recorded)
+    notes += said
+    try:
+        base_pose, said = base_from_camera(frames, look.frame, arm.prefix if arm else "")
+    except TransformLoop:
+        if options.world_from_camera is None:
+            raise
+        base_pose, said = None, []
+    notes += said
+    return Recording(
+        bag.path,
+        DepthFrame(
+            points,
+            color,
+            look.frame,
+            (recorded - bag.start) / 1e9,
+            None if lens is None else lens.scaled(points.shape[1], points.shape[0]).matrix,
+            count,
+        ),
+        base_pose,
+        options.world_from_camera,
+        arm,
+        used(choice, arm_stream, bag if base_pose is not None else None, color is not None),
+        tuple(notes),
+    )
+
+
+def used(choice: Choice, joints: Stream | None, with_tf: Bag | None, with_color: bool = True) -> dict[str, str]:
+    """What each topic is used for."""
+    roles = {role: getattr(choice, role) for role in ("points", "depth", "depth_info")}
+    if with_color:
+        roles |= {"color": choice.color, "color_info": choice.color_info}
+    named = {role: offer.stream.topic for role, offer in roles.items() if offer is not None}
+    if joints is not None:
+        named["joints"] = joints.topic
+    if with_tf is not None:
+        named["tf"] = ", ".join(sorted({stream.topic for stream in transform_streams(with_tf)}))
+    return named
+
+
+def _ways(choice: Choice, camera: str) -> list[tuple[str, str]]:
+    """The ways between frames that are needed: to the arm's base, and to the colour camera."""
+    ways = [(camera, "")]
+    if choice.color_info is not None and choice.color_info.frame != camera:
+        ways.append((camera, choice.color_info.frame))
+    return ways
+
+
+def _moment(bag: Bag, at: float | None, choice: Choice, joints: list[Stream]) -> int:
+    """The moment that is wanted, nanoseconds: by default the first at which everything has been recorded once."""
+    if at is not None:
+        if not 0 <= at <= bag.seconds + 1e-3:
+            raise BadInput(f"{str(bag.path)!r} has no moment {at:g} s after its first; legal: 0 to {bag.seconds:.1f}")
+        return bag.start + round(at * 1e9)
+    offered = [choice.points, choice.depth, choice.depth_info, choice.color, choice.color_info]
+    needed = [offer.stream for offer in offered if offer is not None] + joints[:1] + transform_streams(bag)
+    firsts = [next(bag.messages([stream]), None) for stream in needed if stream.count]
+    return max(message.recorded for message in firsts if message is not None)
+
+
+def _lens(bag: Bag, info: Offer, picture: Offer, moment: int) -> Lens:
+    """The lens of a picture as its CameraInfo tells it nearest to the moment.
+
+    Raises:
+        BadInput: where no CameraInfo can be used.
+    """
+    rectified = "rect" in picture.stream.topic.rsplit("/", 2)[-1] or picture.stream.topic.endswith("rect_raw")
+
+    def lens(message: Message) -> Lens:
+        return _on_topic(info.stream, lambda: lens_of(bag.decoded(message), rectified))
+
+    found = around(bag, info.stream, moment, lens, before=1, after=1)
+    if not found:
+        raise BadInput(f"{info.stream.topic} of {str(bag.path)!r} has no messages")
+    return found[0].value
+
+
+def _looks(bag: Bag, choice: Choice, lens: Lens | None, moment: int, most: int) -> list[Found[_Look]]:
+    """The measurements nearest to the moment, the nearest first.
+
+    Raises:
+        BadInput: where there is none.
+    """
+    stream = choice.source.stream
+    rays: dict[tuple[int, int], np.ndarray] = {}
+
+    def measured(message: Message) -> _Look:
+        decoded = bag.decoded(message)
+        if choice.points is not None:
+            points, colors = cloud_points(decoded)
+        else:
+            assert lens is not None
+            depth = compressed_depth(decoded) if stream.type == COMPRESSED else depth_picture(decoded)
+            height, width = depth.shape
+            if (width, height) not in rays:
+                rays[width, height] = lens.scaled(width, height).rays(width, height)
+            points = np.concatenate((rays[width, height] * depth[..., None], depth[..., None]), axis=-1)
+            colors = None
+        if not np.isfinite(points).any():
+            raise BadInput("a picture measures nothing: it has no valid point")
+        return _Look(points, colors, frame_name(decoded.header.frame_id), stamp(decoded.header, message.recorded))
+
+    found = around(
+        bag, stream, moment, lambda message: _on_topic(stream, lambda: measured(message)), most // 2 + 1, most
+    )
+    if not found:
+        raise BadInput(f"{stream.topic} of {str(bag.path)!r} has no messages")
+    near = [look for look in found if abs(look.time - found[0].time) < _LONGEST_LOOK * 1e9]
+    return near[:most]
+
+
+def _from_one_place(bag: Bag, looks: list[Found[_Look]], frames: Frames) -> list[Found[_Look]]:
+    """Those of the looks for which tf says that the camera stood where it stood for the first."""
+    camera, base = looks[0].value.frame, base_frame(frames)
+    path = frames.path(base, camera)
+    if frames.all_static(path):
+        return looks
+    first_from_base = np.linalg.inv(frames.pose(path))
+    still = looks[:1]
+    for look in looks[1:]:
+        then = read_frames(bag, look.value.stamp, [(camera, base)])
+        moved = first_from_base @ then.pose(then.path(base, camera))
+        if (
+            np.linalg.norm(moved[:3, 3]) < _SAME_PLACE[0]
+            and np.linalg.norm(moved[:3, :3] - np.eye(3)) < _SAME_PLACE[1]
+        ):
+            still.append(look)
+    return still
+
+
+def _on_topic(stream: Stream, read: Callable[[], Any]) -> Any:
+    """What `read` gives; what is wrong with a message is told with its topic."""
+    try:
+        return read()
+    except BadInput as error:
+        if stream.topic in str(error):
+            raise
+        raise BadInput(f"on {stream.topic}, {error}") from error
+
+
+def _color(
+    bag: Bag, choice: Choice, look: _Look, points: np.ndarray, recorded: int, frames: Frames, demanded: bool
+) -> tuple[np.ndarray | None, list[str]]:
+    """The colour (H, W, 3) of every point, or `None`, and notes.
+
+    Raises:
+        BadInput: where somebody demanded a picture that cannot be used.
+    """
+    assert choice.color is not None
+    stream = choice.color.stream
+
+    def picture(message: Any) -> np.ndarray:
+        return compressed_color(message) if stream.type == COMPRESSED else color_picture(message)
+
+    try:
+        found = around(bag, stream, recorded, bag.decoded, before=3, after=6)
+        if not found:
+            raise BadInput(f"{stream.topic} of {str(bag.path)!r} has no messages")
+        stamps = [stamp(entry.value.header, entry.time) for entry in found]
+        nearest = min(range(len(found)), key=lambda k: abs(stamps[k] - look.stamp))
+        taken, colors = stamps[nearest], _on_topic(stream, lambda: picture(found[nearest].value))
+        late = abs(taken - look.stamp) / 1e9
+        notes = [f"the colour was taken {late:.1f} s from the depth"] if late > _SAME_TIME else []
+        if not choice.aligned:
+            colors = _laid_over(bag, choice, look, points, colors, recorded, frames)
+            notes.append(f"the colours of {stream.topic} were laid over the depth by the lenses and tf")
+        elif colors.shape[:2] != points.shape[:2]:
+            raise BadInput(f"the pictures on {stream.topic} and {choice.source.stream.topic} differ in size")
+    except BadInput as error:
+        if demanded:
+            raise
+        return None, [f"colour was left out: {error}"]
+    return colors, notes
+
+
+def _laid_over(
+    bag: Bag, choice: Choice, look: _Look, points: np.ndarray, colors: np.ndarray, recorded: int, frames: Frames
+) -> np.ndarray:
+    """The colour (H, W, 3) that another camera sees at every point; black where it sees none."""
+    assert choice.color is not None
+    if choice.color_info is None:
+        raise BadInput(f"no sensor_msgs/CameraInfo goes with {choice.color.stream.topic}")
+    lens = _lens(bag, choice.color_info, choice.color, recorded).scaled(colors.shape[1], colors.shape[0])
+    path = frames.path(lens.frame, look.frame)
+    if not path and lens.frame != look.frame:
+        raise BadInput(f"tf does not connect the frames {lens.frame!r} (colour) and {look.frame!r} (depth)")
+    color_from_depth = frames.pose(path)
+    pixels = lens.pixels(points @ color_from_depth[:3, :3].T + color_from_depth[:3, 3])
+    with np.errstate(invalid="ignore"):
+        inside = ((pixels >= -0.5) & (pixels < np.array(colors.shape[1::-1]) - 0.5)).all(axis=-1)
+    columns, rows = np.rint(pixels[inside]).astype(int).T
+    laid = np.zeros(points.shape, np.uint8)
+    laid[inside] = colors[rows, columns]
+    return laid

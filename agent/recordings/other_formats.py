@@ -1,0 +1,34 @@
+"""Recordings that are no bags: a cloud on disk, or a folder of pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from agent.errors import BadInput, UsageError
+from agent.recordings.point_cloud_files import SUFFIXES, read_cloud
+from agent.recordings.recording import DepthFrame, ReadingOf, Recording
+from agent.recordings.rgbd_folder import read_rgbd
+
+
+def read_other(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
+    """What a .ply or .pcd file holds, or the first look of a folder of pictures as `agent.recordings.rgbd_folder` has them.
+
+    Nobody tells there where the arm is: only `options.world_from_camera` can.
+
+    Raises:
+        BadInput: where there is nothing, or nothing that can be used.
+        UsageError: for options that only bags know.
+    """
+    for given, name in ((options.at is not None, "--at"), (bool(options.topics), "--topic")):
+        if given:
+            what = "a folder of pictures" if path.is_dir() else "a cloud"
+            raise UsageError(f"{name} is for bags, and {str(path)!r} is {what}")
+    if path.suffix.lower() in SUFFIXES:
+        points, color, notes = read_cloud(path)
+        frame = DepthFrame(points, color)
+        return Recording(path, frame, None, options.world_from_camera, used={"points": path.name}, notes=notes)
+    if not path.exists():
+        raise BadInput(f"there is no recording {str(path)!r}")
+    picture = read_rgbd(path)
+    frame = DepthFrame(picture.points, picture.color, intrinsics=picture.intrinsics)
+    return Recording(path, frame, None, options.world_from_camera, used=picture.used, notes=picture.notes)

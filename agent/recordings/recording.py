@@ -1,0 +1,111 @@
+"""What is taken from a recording, documented once: every input's frame, unit and shape.
+
+| input | dtype, shape | frame, unit | range |
+|---|---|---|---|
+| `DepthFrame.points` | float32 (H, W, 3) | camera: z forward, x right, y down; m | NaN where nothing was measured |
+| `DepthFrame.color` | uint8 (H, W, 3) | RGB | 0 to 255; `None` where the camera has no colour |
+| `DepthFrame.intrinsics` | float64 (3, 3) | pixels | `None` where nobody tells them |
+| `ArmState.joints` | float | rad, not wrapped | a name without the arm's prefix -> angle |
+| `Recording.base_from_camera` | float64 (4, 4) | the arm's `link_base`: x left, y back, z up; m | or `None` |
+| `Recording.world_from_camera` | float64 (4, 4) | `world` of the project; m | only as somebody gives it by hand |
+
+An unorganised cloud is one row: H = 1. `link_base` is the frame of the maker's description: its origin is the centre of
+the base's bottom, and the usual workspace lies on its -y side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from agent.arm.state import ArmState
+
+
+@dataclass(frozen=True)
+class DepthFrame:
+    """What a depth camera measured at one moment, or in several looks of one that stood still.
+
+    Attributes:
+        points: (H, W, 3) float32, the camera's optical frame, metres; NaN where nothing was measured.
+        color: (H, W, 3) uint8 RGB, or `None`.
+        frame_id: the name of the optical frame; "" where nobody tells it.
+        seconds: since the recording's first message.
+        intrinsics: (3, 3) of the pinhole camera, pixels, or `None`.
+        looks: how many measurements were fused.
+    """
+
+    points: np.ndarray
+    color: np.ndarray | None = None
+    frame_id: str = ""
+    seconds: float = 0.0
+    intrinsics: np.ndarray | None = None
+    looks: int = 1
+
+    @property
+    def organised(self) -> bool:
+        """Whether neighbours in the array are neighbours in the picture."""
+        return self.points.shape[0] > 1
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One moment of a recorded session, whatever it was read from.
+
+    Attributes:
+        path: the file or folder.
+        frame: what the camera measured.
+        base_from_camera: (4, 4), or `None`.
+        world_from_camera: (4, 4) as given by hand, or `None`.
+        arm: how the arm stood, or `None`.
+        used: what was used, and for what: "depth" -> "/camera/depth/image_raw".
+        notes: what was assumed, left out or mended, each a sentence for the report.
+    """
+
+    path: Path
+    frame: DepthFrame
+    base_from_camera: np.ndarray | None = None
+    world_from_camera: np.ndarray | None = None
+    arm: ArmState | None = None
+    used: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class ReadingOf:
+    """What decides how a recording is read.
+
+    Attributes:
+        at: seconds after the first message; by default the first moment at which everything is there.
+        topics: "points", "depth", "depth_info", "color", "joints" -> the topic to use for it.
+        looks: how many frames may be fused while the camera stands still.
+        world_from_camera: (4, 4) the pose of the camera's optical frame, given by hand; it goes before tf.
+    """
+
+    at: float | None = None
+    topics: Mapping[str, str] = field(default_factory=dict)
+    looks: int = 5
+    world_from_camera: np.ndarray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedOptions:
+    """What decides how a recorded scene is taken.
+
+    Attributes:
+        reading: how it is read.
+        nouns: "object 3" -> what people call it, such as "mug".
+    """
+
+    reading: ReadingOf = ReadingOf()
+    nouns: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def given(self) -> bool:
+        """Whether anything is said that needs a recording."""
+        reading = self.reading
+        return bool(
+            reading.at is not None or reading.topics or reading.world_from_camera is not None or self.nouns
+        )

@@ -1,0 +1,253 @@
+"""Where frames stood to each other, from /tf and /tf_static of either generation."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
+from typing import Any
+
+import numpy as np
+
+from agent.errors import BadInput
+from agent.recordings.bag_reader import Bag, Stream
+from agent.recordings.message_decoding import TRANSFORMS, frame_name, stamp
+from structdiffusion.geometry import pose_from_position_quaternion
+
+_REACHES = (2.0, 20.0, 200.0)  # s; how far from the moment a transform is looked for
+_MOST_STATIC = 10_000  # messages; a bag with more of them on a static topic is broken
+
+
+class TransformLoop(BadInput):
+    """A tf tree that is none; the message has the frames."""
+
+
+@dataclass(frozen=True)
+class Transform:
+    """How one frame stands in its parent.
+
+    Attributes:
+        parent_from_child: (4, 4).
+        time: when it held, nanoseconds.
+        static: whether it holds always.
+    """
+
+    parent_from_child: np.ndarray
+    time: int
+    static: bool
+
+
+@dataclass
+class Frames:
+    """The frames at one moment.
+
+    Attributes:
+        moment: nanoseconds.
+        transforms: (child, parent) -> the latest before the moment, or the first after it where there is none before.
+        spoilt: what was wrong with transforms, a sentence each.
+    """
+
+    moment: int
+    transforms: dict[tuple[str, str], Transform] = field(default_factory=dict)
+    spoilt: list[str] = field(default_factory=list)
+
+    def add(self, message: Any, recorded: int, static: bool) -> None:
+        """Takes in the transforms of a TFMessage."""
+        for said in message.transforms:
+            child, parent = frame_name(said.child_frame_id), frame_name(said.header.frame_id)
+            pose, problem = _pose(said.transform)
+            if pose is None or not child or not parent or child == parent:
+                self._spoil(f"tf says {problem or 'nothing usable'} about {child!r} in {parent!r}, which was left out")
+                continue
+            if problem:
+                self._spoil(f"tf says {problem} about {child!r} in {parent!r}, which was mended")
+            new = Transform(pose, recorded if static else stamp(said.header, recorded), static)
+            old = self.transforms.get((child, parent))
+            if old is None or static or self._nearer(new.time, old.time):
+                self.transforms[child, parent] = new
+
+    def _spoil(self, sentence: str) -> None:
+        if sentence not in self.spoilt:
+            self.spoilt.append(sentence)
+
+    def _nearer(self, new: int, old: int) -> bool:
+        """Whether a transform of time `new` tells the moment better than one of `old`."""
+        if new <= self.moment:
+            return old > self.moment or new >= old
+        return self.moment < new < old
+
+    @property
+    def names(self) -> set[str]:
+        """Every frame there is."""
+        return {name for edge in self.transforms for name in edge}
+
+    def parents(self, name: str) -> list[str]:
+        """The parents of a frame, by name; one, unless tf is broken."""
+        return sorted(parent for child, parent in self.transforms if child == name)
+
+    def loop(self, name: str) -> list[str]:
+        """The frames of a loop above `name`, the first again at the end; nothing where there is none."""
+        parents_of: dict[str, list[str]] = {}
+        for child, parent in self.transforms:
+            parents_of.setdefault(child, []).append(parent)
+        above: dict[str, list[str]] = {}
+        waiting = [name]
+        while waiting:
+            at = waiting.pop()
+            if at not in above:
+                above[at] = sorted(parents_of.get(at, ()))
+                waiting += above[at]
+        try:
+            TopologicalSorter(above).prepare()
+        except CycleError as error:
+            return error.args[1]
+        return []
+
+    def path(self, start: str, goal: str) -> list[str]:
+        """The frames from one to the other by the fewest transforms, both ends included; nothing where tf has a gap."""
+        neighbours: dict[str, set[str]] = {}
+        for child, parent in self.transforms:
+            neighbours.setdefault(child, set()).add(parent)
+            neighbours.setdefault(parent, set()).add(child)
+        came_from = {start: ""}
+        waiting = deque([start])
+        while waiting and goal not in came_from:
+            at = waiting.popleft()
+            for other in sorted(neighbours.get(at, ())):
+                if other not in came_from:
+                    came_from[other] = at
+                    waiting.append(other)
+        if goal not in came_from:
+            return []
+        path = [goal]
+        while path[-1] != start:
+            path.append(came_from[path[-1]])
+        return path[::-1]
+
+    def all_static(self, path: Sequence[str]) -> bool:
+        """Whether nothing on the path can have moved."""
+        steps = zip(path, path[1:], strict=False)
+        return all((self.transforms.get(step) or self.transforms[step[::-1]]).static for step in steps)
+
+    def pose(self, path: Sequence[str]) -> np.ndarray:
+        """(4, 4): the frame at the path's end, seen from the frame at its start."""
+        pose = np.eye(4)
+        for at, following in zip(path, path[1:], strict=False):
+            up, down = self.transforms.get((at, following)), self.transforms.get((following, at))
+            pose = pose @ (down.parent_from_child if down is not None else np.linalg.inv(up.parent_from_child))
+        return pose
+
+
+def transform_streams(bag: Bag) -> list[Stream]:
+    """The streams that carry tf."""
+    return [stream for stream in bag.streams if stream.type in TRANSFORMS]
+
+
+def is_static(stream: Stream) -> bool:
+    """Whether what the stream tells holds always."""
+    return stream.topic.endswith("tf_static")
+
+
+def read_frames(bag: Bag, moment: int, ways: Iterable[tuple[str, str]] = ()) -> Frames:
+    """The frames at `moment` (nanoseconds), read around it until every one of `ways` is known, as far as tf goes.
+
+    Args:
+        ways: pairs of frames that are asked for; a frame "" stands for the arm's base.
+    """
+    ways = [(frame_name(start), frame_name(goal)) for start, goal in ways]
+    static = [stream for stream in transform_streams(bag) if is_static(stream)]
+    moving = [stream for stream in transform_streams(bag) if not is_static(stream)]
+    frames = Frames(moment)
+    _take(bag, frames, static, None, None, True)
+    for reach in _REACHES:
+        start, stop = max(0, moment - round(reach * 1e9)), moment + round(reach * 1e9)
+        _take(bag, frames, moving, start, stop, False)
+        if all(frames.path(start, goal or base_frame(frames)) for start, goal in ways):
+            break
+        if start <= bag.start and stop > bag.end:
+            break
+    return frames
+
+
+def _take(bag: Bag, frames: Frames, streams: list[Stream], start: int | None, stop: int | None, static: bool) -> None:
+    """Takes in the messages of `streams` in a span of time."""
+    for number, message in enumerate(bag.messages(streams, start, stop)):
+        if static and number == _MOST_STATIC:
+            frames.spoilt.append(f"of tf's static transforms the first {_MOST_STATIC} messages alone were read")
+            return
+        try:
+            frames.add(bag.decoded(message), message.recorded, static)
+        except BadInput as error:
+            if str(error) not in frames.spoilt:
+                frames.spoilt.append(str(error))
+
+
+def base_frame(frames: Frames, prefix: str = "") -> str:
+    """The frame of the arm's base: the maker's `link_base` with the arm's prefix, or what stands in the same place."""
+    names = sorted(frames.names)
+    bases = [name for name in names if name.endswith("link_base")]
+    bases.sort(key=lambda name: name != f"{prefix}link_base")
+    return next(iter([*bases, *(name for name in ("root", "base_link") if name in names)]), "")
+
+
+def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarray | None, list[str]]:
+    """Where the camera stood, (4, 4) in the frame of the arm's base, and what there is to say about it.
+
+    Args:
+        frames: at the moment of the picture.
+        camera: the optical frame.
+        prefix: what the arm's names begin with, where it is known.
+
+    Raises:
+        TransformLoop: where tf goes round in a circle. That it does not reach the arm is common, and a note.
+    """
+    notes = list(frames.spoilt)
+    if not frames.transforms:
+        return None, [*notes, "the recording has no usable tf: it does not tell where the camera stood"]
+    if camera not in frames.names:
+        return None, [*notes, f"tf does not know the camera's frame {camera!r}; it knows {_some(frames.names)}"]
+    base = base_frame(frames, prefix)
+    if not base:
+        known = _some(frames.names)
+        return None, [*notes, f"tf knows no frame of the arm's base (PREFIX_link_base, root, base_link), only {known}"]
+    for name in (camera, base):
+        if loop := frames.loop(name):
+            raise TransformLoop(
+                f"tf runs in a loop ({_in_turn(loop)}), so it does not tell where the camera stood; "
+                "--camera-pose X,Y,Z,ROLL,PITCH,YAW does"
+            )
+    path = frames.path(base, camera)
+    if not path:
+        return None, [*notes, f"tf does not connect the camera's frame {camera!r} with the arm's {base!r}"]
+    for name in path:
+        if len(parents := frames.parents(name)) > 1:
+            notes.append(f"tf gives the frame {name!r} {len(parents)} parents ({', '.join(parents)})")
+    if not base.endswith("link_base"):
+        notes.append(f"tf has no PREFIX_link_base; the frame {base!r} was taken for the arm's base")
+    return frames.pose(path), notes
+
+
+def _in_turn(loop: Sequence[str], most: int = 8) -> str:
+    """The frames of a loop, the middle of a long one left out."""
+    shown = loop if len(loop) <= most else [*loop[: most - 2], f"{len(loop) - most + 1} more", loop[-1]]
+    return " -> ".join(shown)
+
+
+def _some(names: Iterable[str], most: int = 8) -> str:
+    """Some names of many."""
+    ordered = sorted(names)
+    return ", ".join(ordered[:most]) + (f" and {len(ordered) - most} more" if len(ordered) > most else "")
+
+
+def _pose(transform: Any) -> tuple[np.ndarray | None, str]:
+    """(4, 4) of a Transform, or `None`, and what is wrong with it, or ""."""
+    position, turn = transform.translation, transform.rotation
+    quaternion = np.array([turn.x, turn.y, turn.z, turn.w])
+    shift = np.array([position.x, position.y, position.z])
+    with np.errstate(over="ignore"):
+        length = float(np.linalg.norm(quaternion))
+    if not (np.isfinite(quaternion).all() and np.isfinite(shift).all() and 1e-6 < length < 1e6):
+        return None, "no rotation or no place"
+    pose = pose_from_position_quaternion(shift, quaternion)
+    return pose, f"a quaternion of length {length:.3g}" if abs(length - 1) > 0.001 else ""

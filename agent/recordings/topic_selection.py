@@ -1,0 +1,259 @@
+"""Which topic is used for what: found by type, name and a first look, unless somebody names it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any
+
+from agent.errors import BadInput, UsageError
+from agent.recordings.bag_reader import Bag, Stream
+from agent.recordings.image_decoding import DEPTHS, compressed_size, is_compressed_depth
+from agent.recordings.message_decoding import CLOUD, COMPRESSED, IMAGE, INFO, frame_name
+
+ROLES = {  # what a topic can be named for -> the types that fit
+    "points": (CLOUD,),
+    "depth": (IMAGE, COMPRESSED),
+    "depth_info": (INFO,),
+    "color": (IMAGE, COMPRESSED),
+    "joints": ("sensor_msgs/msg/JointState", "kinova_msgs/msg/JointAngles"),
+}
+_FIRST_LOOKS = 5  # messages of a topic that are looked at until one says something
+_LIKED = ("aligned_depth_to_color", "depth_registered", "hw_registered", "sw_registered", "rect")  # in names
+_DISLIKED = ("infra", "/ir/", "confidence", "fisheye", "mask", "marker", "debug")
+
+
+@dataclass(frozen=True)
+class Offer:
+    """What a stream has to give.
+
+    Attributes:
+        stream: the stream.
+        role: "points", "depth", "color" or "depth_info" (any CameraInfo).
+        frame: the optical frame.
+        width, height: pixels; 0 where that is not known.
+        colored: whether a cloud has colours.
+        problem: why it cannot be used, or "".
+    """
+
+    stream: Stream
+    role: str
+    frame: str = ""
+    width: int = 0
+    height: int = 0
+    colored: bool = False
+    problem: str = ""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height."""
+        return self.width, self.height
+
+    @property
+    def rank(self) -> tuple[bool, bool, int, bool, str]:
+        """Orders offers for the same role, the best first."""
+        name = self.stream.topic.lower()
+        liked = next((place for place, word in enumerate(_LIKED) if word in name), len(_LIKED))
+        disliked = any(word in name for word in _DISLIKED)
+        return bool(self.problem), disliked, liked, self.stream.type == COMPRESSED, name
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What the camera's picture is made of: `points`, or `depth` with `depth_info`.
+
+    Attributes:
+        points: a cloud, or `None`.
+        depth: a depth picture, or `None`.
+        depth_info: the CameraInfo of the depth picture, or of an organised cloud.
+        color: a colour picture, or `None`.
+        color_info: its CameraInfo, where it must be laid over the depth.
+        aligned: whether the colour's pixels are those of the points.
+    """
+
+    points: Offer | None = None
+    depth: Offer | None = None
+    depth_info: Offer | None = None
+    color: Offer | None = None
+    color_info: Offer | None = None
+    aligned: bool = False
+
+    @property
+    def source(self) -> Offer:
+        """What the points are made of."""
+        chosen = self.points or self.depth
+        assert chosen is not None
+        return chosen
+
+    @property
+    def worth(self) -> float:
+        """How much it tells: a picture more than loose points, colour on every pixel more than colour laid over it."""
+        if self.points is not None and self.points.height <= 1:
+            return 1.5 if self.points.colored else 1.0
+        own = self.points is not None and self.points.colored
+        return 2.0 + (2.0 if own or self.color and self.aligned else 1.0 if self.color else 0.0)
+
+
+def offers(bag: Bag) -> list[Offer]:
+    """What every stream of a fitting type has to give, by a look at its first messages."""
+    found = []
+    for stream in bag.streams:
+        if stream.count and stream.type in (CLOUD, IMAGE, COMPRESSED, INFO):
+            found.append(_offer(bag, stream))
+    return sorted(found, key=lambda offer: offer.rank)
+
+
+def _offer(bag: Bag, stream: Stream) -> Offer:
+    """What a stream gives, by the first of its messages that is not empty."""
+    by_name = "depth" if "depth" in stream.topic.lower() else "color"
+    guess = {CLOUD: "points", INFO: "depth_info"}.get(stream.type, by_name)
+    first = Offer(stream, guess, problem="it has no messages")
+    for number, message in enumerate(islice(bag.messages([stream]), _FIRST_LOOKS)):
+        try:
+            offer = _described(stream, bag.decoded(message))
+        except BadInput as error:
+            offer = Offer(stream, guess, problem=str(error))
+        if not offer.problem:
+            return offer
+        first = first if number else offer
+    return first
+
+
+def _described(stream: Stream, message: Any) -> Offer:
+    """What a message says about its stream."""
+    frame = frame_name(message.header.frame_id)
+    role, problem = {CLOUD: "points", INFO: "depth_info"}.get(stream.type, "color"), ""
+    if stream.type == COMPRESSED:
+        if is_compressed_depth(stream.topic, message.format):
+            role = "depth"
+        width, height = compressed_size(message)
+    else:
+        width, height = message.width, message.height
+    if stream.type == IMAGE:
+        depths = message.encoding in DEPTHS and (message.encoding != "mono16" or "depth" in stream.topic)
+        role = "depth" if depths else "color"
+    if role != "depth_info" and not (width and height):
+        problem = f"its first pictures are {width} x {height} pixels"
+    colored = role == "points" and any(field.name.lower() in ("rgb", "rgba", "r") for field in message.fields)
+    return Offer(stream, role, frame, width, height, colored, problem)
+
+
+def choose(bag: Bag, named: Mapping[str, str]) -> Choice:
+    """What the camera's picture is made of.
+
+    Args:
+        bag: open.
+        named: role -> the topic that somebody named for it.
+
+    Raises:
+        UsageError: for a role that there is none of.
+        BadInput: where a topic is not there, or there is nothing to make a picture of.
+    """
+    check_named(bag, named)
+    there = offers(bag)
+    clouds, depths = _of_role(there, "points", named), _of_role(there, "depth", named)
+    if "depth" in named:
+        clouds = []
+    elif "points" in named:
+        depths = []
+    choices = [_with_color(there, named, Choice(points=offer)) for offer in clouds]
+    without_info = []
+    for offer in depths:
+        info = _info_for(there, named, offer)
+        if info is None:
+            without_info.append(offer)
+        else:
+            choices.append(_with_color(there, named, Choice(depth=offer, depth_info=info)))
+    usable = [choice for choice in choices if not choice.source.problem]
+    if usable:  # the first of the best; on a par a depth picture goes first, which brings its lens along
+        return max(usable, key=lambda choice: (choice.worth, choice.depth is not None))
+    sources = [*(choice.source for choice in choices), *without_info]
+    if sources and all(source.problem for source in sources):
+        raise BadInput(f"{sources[0].stream.topic} of {str(bag.path)!r} cannot be used: {sources[0].problem}")
+    if without_info:
+        topic = without_info[0].stream.topic
+        infos = [offer.stream.topic for offer in there if offer.role == "depth_info"]
+        rest = f"it has these: {', '.join(infos)}" if infos else "it has none at all"
+        raise BadInput(
+            f"{str(bag.path)!r} has depths on {topic} but no sensor_msgs/CameraInfo that goes with them "
+            f"(--topic depth_info=TOPIC names one); {rest}"
+        )
+    raise BadInput(
+        f"{str(bag.path)!r} has nothing that a depth camera measured: no sensor_msgs/PointCloud2 and no "
+        f"sensor_msgs/Image of depths ({', '.join(DEPTHS)}); it has {_listed(bag)}"
+    )
+
+
+def check_named(bag: Bag, named: Mapping[str, str]) -> None:
+    """Sees that every topic that somebody names is there and of a fitting type.
+
+    Raises:
+        UsageError: for a role that there is none of, or for two that exclude each other.
+        BadInput: for a topic that is not there.
+    """
+    for role, topic in named.items():
+        if role not in ROLES:
+            raise UsageError(f"--topic cannot name a topic for {role!r}; legal: {', '.join(ROLES)}")
+        fitting = sorted({stream.topic for stream in bag.streams if stream.count and stream.type in ROLES[role]})
+        if topic not in fitting:
+            types = " or ".join(kind.replace("/msg/", "/") for kind in ROLES[role])
+            rest = ", ".join(fitting) or f"none; it has {_listed(bag)}"
+            raise BadInput(f"{str(bag.path)!r} has no topic {topic!r} of {types} for {role}; legal: {rest}")
+    if "points" in named and "depth" in named:
+        raise UsageError("--topic takes points or depth, not both")
+
+
+def _of_role(there: list[Offer], role: str, named: Mapping[str, str]) -> list[Offer]:
+    """The offers for a role, or the one that somebody named for it, whatever it looks like."""
+    if role in named:
+        return [offer for offer in there if offer.stream.topic == named[role] and offer.stream.type in ROLES[role]]
+    return [offer for offer in there if offer.role == role]
+
+
+def _info_for(there: list[Offer], named: Mapping[str, str], picture: Offer) -> Offer | None:
+    """The CameraInfo of a picture: the one that somebody named, the one beside it, or one of its frame and size."""
+    if picture.role in ("depth", "points") and "depth_info" in named:
+        return _of_role(there, "depth_info", named)[0]
+    infos = [offer for offer in there if offer.role == "depth_info" and not offer.problem]
+    beside = f"{_folder(picture.stream)}/camera_info"
+    fits = [
+        lambda info: info.stream.topic == beside,
+        lambda info: info.frame == picture.frame and info.size == picture.size,
+        lambda info: info.size == picture.size and "depth" in info.stream.topic and picture.role == "depth",
+        lambda info: info.size == picture.size and len(infos) == 1,
+    ]
+    return next((info for fit in fits for info in infos if fit(info)), None)
+
+
+def _folder(stream: Stream) -> str:
+    """The part of a picture's name that its CameraInfo shares."""
+    topic = stream.topic.rsplit("/", 1)[0] if stream.type == COMPRESSED else stream.topic
+    return topic.rsplit("/", 1)[0]
+
+
+def _with_color(there: list[Offer], named: Mapping[str, str], choice: Choice) -> Choice:
+    """The choice with the colour picture that goes best with it."""
+    source, info = choice.source, choice.depth_info
+    if choice.points is not None:
+        info = _info_for(there, named, source) if source.height > 1 else None
+        if source.colored and "color" not in named:
+            return Choice(points=source, depth_info=info)
+    whole = Choice(choice.points, choice.depth, info)
+    for color in _of_role(there, "color", named):
+        if color.problem and "color" not in named:
+            continue
+        same_size, name = color.size == source.size and source.height > 1, source.stream.topic
+        registered = "registered" in name or "aligned_depth_to_color" in name
+        if same_size and (color.frame == source.frame or registered):
+            return Choice(choice.points, choice.depth, info, color, None, True)
+        color_info = _info_for(there, {}, color)
+        if color_info is not None and whole.color is None:
+            whole = Choice(choice.points, choice.depth, info, color, color_info, False)
+    return whole
+
+
+def _listed(bag: Bag, most: int = 8) -> str:
+    """The bag's streams, in a sentence."""
+    listed = [str(stream).replace("/msg/", "/") for stream in bag.streams]
+    return ", ".join(listed[:most]) + (f" and {len(listed) - most} more" if len(listed) > most else "")

@@ -1,0 +1,1 @@
+"""Pictures: of pixels for files and reports, of characters for the terminal."""

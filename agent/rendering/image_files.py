@@ -1,0 +1,71 @@
+"""The pictures that belong to events, and the form in which they are kept."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from PIL import Image
+
+from agent import events
+from agent.rendering.animation import animation
+from agent.rendering.scene_images import from_above, goal_overlay, imagined
+
+FORMAT = "webp"
+FILM = "film"  # the name of the film among the pictures
+_QUALITY, _FILM_QUALITY = 88, 65
+FILM_SPEED = 6.0  # pictures a second
+_LAST_PICTURE = 1500  # ms
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture, or a film, as it is kept.
+
+    Attributes:
+        name: its file's stem.
+        caption: what it shows.
+        content: the bytes of a WebP file.
+    """
+
+    name: str
+    caption: str
+    content: bytes
+
+
+def pictures_of(event: events.Event) -> Iterator[Picture]:
+    """The pictures that belong to an event, from the clouds and images that only a live event has."""
+    match event:
+        case events.Perceived():
+            if event.scene.color is not None:
+                yield Picture("camera-before", "the scene before, through the camera", webp_of(event.scene.color))
+            if event.labelled is not None:
+                yield Picture("objects-found", "the objects that were found", webp_of(event.labelled))
+            yield Picture("scene-before", "the scene before, from above", webp_of(from_above(event.scene)))
+        case events.Chosen():
+            if event.scene.color is not None and event.scene.intrinsics is not None:
+                overlay = goal_overlay(event.scene, event.arrangement)
+                yield Picture("goal-overlay", "the imagined goal over what the camera saw", webp_of(overlay))
+            image = imagined(event.scene, event.arrangement)
+            yield Picture("imagined-goal", "the imagined goal from above, and the ways there", webp_of(image))
+        case events.Pictured():
+            yield Picture(event.name, event.caption, webp_of(event.image))
+        case events.Filmed() if len(event.frames):
+            faster = event.interval * FILM_SPEED
+            caption = f"the arm at work, seen over its shoulder, {faster:.0f} times as fast"
+            yield Picture(FILM, caption, film_of(event.frames))
+
+
+def webp_of(image: np.ndarray) -> bytes:
+    """A picture (H, W, 3) uint8 as the bytes of a WebP file."""
+    buffer = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(image[..., :3])).save(buffer, format="WEBP", quality=_QUALITY)
+    return buffer.getvalue()
+
+
+def film_of(frames: np.ndarray) -> bytes:
+    """Pictures (T, H, W, 3) uint8 as the bytes of an animated WebP file that plays again and again."""
+    durations = [round(1000 / FILM_SPEED)] * (len(frames) - 1) + [_LAST_PICTURE]
+    return animation(frames, durations, _FILM_QUALITY)

@@ -1,0 +1,167 @@
+"""What a picture of the table from above shows of each object, from what was told of a run.
+
+Made from the JSON form of events, so that a recorded run looks as it did. Lengths in metres, angles in radians.
+"""
+
+from __future__ import annotations
+
+import re
+import string
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from agent.rendering.palette import FAINT, RGB, color_of
+
+_NUMBERED = re.compile(r"object ([1-9]\d{0,2})")
+_DOT = 0.02  # m: the side of an object whose cloud spans no area
+_HIGHER = 0.01  # m: so much higher is the cloud's mean of what stands on something
+_LIFTED = 0.005  # m: so much an arrangement lifts what it stacks
+_TAKING_PART = string.digits[1:] + string.ascii_uppercase
+_STAYING = string.ascii_lowercase
+
+
+@dataclass(frozen=True)
+class Marker:
+    """One object as it is drawn.
+
+    Attributes:
+        letter: the character that stands on it.
+        label: its name.
+        outline: (K, 2) its corners seen from above, world frame.
+        color: RGB, its own.
+        faint: whether it takes no part.
+        below: the name of what it stands on; empty for the table.
+    """
+
+    letter: str
+    label: str
+    outline: np.ndarray
+    color: RGB
+    faint: bool
+    below: str = ""
+
+
+def markers_of_scene(told: Mapping[str, Any]) -> list[Marker]:
+    """The objects where they were seen, the lowest first, as they are drawn one over the other.
+
+    Args:
+        told: the JSON form of `Perceived`.
+    """
+    positions = [seen["position"] for seen in told["objects"] if seen["takes_part"]]
+    return markers_of_candidate(told, positions, ())
+
+
+def markers_of_candidate(
+    told: Mapping[str, Any], positions: Sequence[Sequence[float]], turns: Sequence[float]
+) -> list[Marker]:
+    """The objects where an arrangement puts them, the lowest first; those that take no part stay.
+
+    Args:
+        told: the JSON form of `Perceived`.
+        positions: (N, 3) where the cloud's mean of each object that takes part goes, world frame.
+        turns: (N,) how far each turns about z, or empty.
+
+    Raises:
+        ValueError: when there are more or fewer positions, or turns, than objects that take part.
+    """
+    part = [seen for seen in told["objects"] if seen["takes_part"]]
+    stay = [seen for seen in told["objects"] if not seen["takes_part"]]
+    angles = turns if len(turns) else [0.0] * len(part)
+    on_another = _on_another(told["objects"])
+    number_of = _numbers(told["objects"])
+    placed = []
+    for index, (seen, goal, turn) in enumerate(zip(part, positions, angles, strict=True)):
+        color = color_of(index, seen.get("color"))
+        letter = _letter(_TAKING_PART, number_of.get(seen["name"], index))
+        marker = Marker(letter, seen["name"], _moved(seen, goal, turn), color, False)
+        # What an arrangement pushes over another without lifting it collides with it, and stands on the table.
+        lifted = goal[2] - seen["position"][2] > _LIFTED or seen["name"] in on_another
+        placed.append((float(goal[2]), marker, lifted))
+    staying = []
+    for index, seen in enumerate(stay):
+        color = color_of(index, seen.get("color") or FAINT)
+        letter = _letter(_STAYING, number_of.get(seen["name"], index))
+        marker = Marker(letter, seen["name"], _outline(seen), color, True)
+        staying.append((float(seen["position"][2]), marker, seen["name"] in on_another))
+    return _stacked(sorted(staying + placed, key=lambda entry: entry[0]))
+
+
+def _on_another(objects: Sequence[Mapping[str, Any]]) -> set[str]:
+    """The names of the objects that stood on others when they were seen."""
+    upward = sorted(objects, key=lambda seen: seen["position"][2])
+    entries = [
+        (float(seen["position"][2]), Marker("", seen["name"], _outline(seen), FAINT, True), True) for seen in upward
+    ]
+    return {marker.label for marker in _stacked(entries) if marker.below}
+
+
+def _stacked(entries: Sequence[tuple[float, Marker, bool]]) -> list[Marker]:
+    """The markers, each with what it stands on: the highest of what is below its middle."""
+    out: list[Marker] = []
+    for number, (height, marker, may) in enumerate(entries):
+        below = ""
+        for lower_height, lower, _ in reversed(entries[:number]) if may else ():
+            if height - lower_height > _HIGHER and _inside(lower.outline, _middle(marker.outline)):
+                below = lower.label
+                break
+        out.append(replace(marker, below=below))
+    return out
+
+
+def _middle(outline: np.ndarray) -> np.ndarray:
+    return (outline.min(axis=0) + outline.max(axis=0)) / 2
+
+
+def _inside(outline: np.ndarray, point: np.ndarray) -> bool:
+    """Whether a point is inside a polygon (K, 2): a line from it crosses an odd number of sides."""
+    inside = False
+    for (x, y), (next_x, next_y) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+        if (x > point[0]) != (next_x > point[0]):
+            inside ^= bool(y + (point[0] - x) / (next_x - x) * (next_y - y) > point[1])
+    return inside
+
+
+def stacks(markers: Sequence[Marker]) -> list[list[Marker]]:
+    """What stands on each other: each stack from its bottom upward; one object alone is none."""
+    root: dict[str, str] = {}
+    for marker in markers:  # the lowest first
+        root[marker.label] = root.get(marker.below) or marker.label
+    groups = [[marker for marker in markers if root[marker.label] == name] for name in dict.fromkeys(root.values())]
+    return [group for group in groups if len(group) > 1]
+
+
+def stack_sentence(stack: Sequence[Marker]) -> str:
+    """A stack in words, the top first: "3 on 2 on 1"; where several stand on one, "2 on 1, 3 on 1"."""
+    if all(upper.below == lower.label for lower, upper in zip(stack, stack[1:], strict=False)):
+        return " on ".join(marker.letter for marker in reversed(stack))
+    letter_of = {marker.label: marker.letter for marker in stack}
+    return ", ".join(f"{marker.letter} on {letter_of[marker.below]}" for marker in stack if marker.below)
+
+
+def _numbers(objects: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+    """The objects of a recording keep their numbers, whoever takes part: the place of "object 3" is 2.
+
+    Empty where objects have names of other kinds.
+    """
+    numbered = {seen["name"]: _NUMBERED.fullmatch(seen["name"]) for seen in objects}
+    return {name: int(match[1]) - 1 for name, match in numbered.items() if match} if all(numbered.values()) else {}
+
+
+def _letter(letters: str, index: int) -> str:
+    return letters[index] if index < len(letters) else "*"
+
+
+def _outline(seen: Mapping[str, Any]) -> np.ndarray:
+    """(K, 2); a small square where the cloud spans no area."""
+    if len(seen.get("outline") or ()):
+        return np.array(seen["outline"], dtype=float)
+    return np.array(seen["position"][:2]) + np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * (_DOT / 2)
+
+
+def _moved(seen: Mapping[str, Any], goal: Sequence[float], turn: float) -> np.ndarray:
+    """(K, 2) the outline turned about the cloud's mean, which goes to `goal`."""
+    turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    return (_outline(seen) - seen["position"][:2]) @ turned.T + goal[:2]

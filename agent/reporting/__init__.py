@@ -1,0 +1,1 @@
+"""Listeners to events: terminal, report files, session log, HTML page and Rerun."""

@@ -1,0 +1,136 @@
+"""Whether a JSON object is an event as `to_dict` tells it, judged by the fields of the events themselves.
+
+Whoever tells events again may then rely on every key, type and count.
+"""
+
+from __future__ import annotations
+
+import math
+import types
+import typing
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from agent import events
+from agent.arm import events as arm_events
+from agent.arm.events import ArmEvent
+
+_LARGEST = 1e9  # of any length, angle or time; more is no measurement
+_MAY_BE_NULL = (".measured", ".scores.")  # numbers that may be none: nothing could be measured
+
+
+@cache
+def kinds() -> dict[str, type]:
+    """Every event that is told: its kind, and its class."""
+    told = [
+        one
+        for module in (events, arm_events)
+        for one in vars(module).values()
+        if is_dataclass(one) and isinstance(one, type) and hasattr(one, "to_dict") and one is not ArmEvent
+    ]
+    return {events.kind_of(object.__new__(one)): one for one in told}  # a kind follows from the class alone
+
+
+def complaint(told: object) -> str | None:
+    """What is wrong with a told event, in words that go on from "line 3: "; `None` where nothing is."""
+    if not isinstance(told, Mapping) or not isinstance(told.get("kind"), str):
+        return 'an event must be an object with a "kind"'
+    event = kinds().get(told["kind"])
+    if event is None:
+        return f"{told['kind']!r} is no event; there are {', '.join(sorted(kinds()))}"
+    return _misfit(told, event, told["kind"])
+
+
+def inconsistency(told: Mapping[str, Any], part: int) -> str | None:
+    """What in a told event, in which `complaint` finds nothing, does not go with what was seen before it.
+
+    Args:
+        told: the event.
+        part: how many of the objects that were seen last take part.
+    """
+    match told["kind"]:
+        case "tried":
+            for key in ("positions", "turns"):
+                if len(told[key]) != part:
+                    return f"tried.{key} must have {part} entries, one for each object"
+        case "imagined":
+            for number, candidate in enumerate(told["candidates"]):
+                for key in ("positions", "turns"):
+                    if len(candidate[key]) != part and (key == "positions" or candidate[key]):  # turns may be untold
+                        return f"imagined.candidates[{number}].{key} must have {part} entries, one for each object"
+        case "chosen":
+            for number, goal in enumerate(told["goals"]):
+                where = f"chosen.goals[{number}]"
+                position = _misfit(goal.get("position"), tuple[float, float, float], f"{where}.position")
+                problem = _misfit(goal.get("name"), str, f"{where}.name") or position
+                if problem:
+                    return problem
+        case "planned":
+            if len(told["order"]) != len(told["grasps"]):
+                return "planned.grasps must have as many entries as planned.order"
+            if not all(0 <= index < part for index in told["order"]):
+                return f"planned.order must have numbers from 0 that are less than {part}, the number of objects"
+    return None
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    return typing.get_type_hints(kind)
+
+
+def _misfit(value: Any, hint: Any, where: str) -> str | None:
+    """What keeps a JSON value from being a `hint`."""
+    if is_dataclass(hint):
+        if not isinstance(value, Mapping):
+            return f"{where} must be an object"
+        for entry in fields(hint):
+            if not entry.metadata.get("told", True):
+                continue
+            inside = f"{where}.{entry.name}"
+            if entry.name in value:
+                problem = _misfit(value[entry.name], _hints(hint)[entry.name], inside)
+                if problem:
+                    return problem
+            else:
+                return f"{inside} is missing"
+        return None
+    origin, inner = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (typing.Union, types.UnionType):
+        problems = [_misfit(value, one, where) for one in inner]
+        return None if None in problems else problems[0]
+    if origin is tuple:
+        if not isinstance(value, list):
+            return f"{where} must be a list"
+        every = inner[-1] is Ellipsis
+        if not every and len(value) != len(inner):
+            return f"{where} must have {len(inner)} entries"
+        members = [inner[0]] * len(value) if every else inner
+        problems = [_misfit(one, member, f"{where}[{k}]") for k, (one, member) in enumerate(zip(value, members))]
+        return next((problem for problem in problems if problem), None)
+    if origin is not None and issubclass(origin, Mapping):
+        if not isinstance(value, Mapping):
+            return f"{where} must be an object"
+        problems = [_misfit(one, inner[1], f"{where}.{name}") for name, one in value.items()]
+        return next((problem for problem in problems if problem), None)
+    legal, named = _PLAIN[hint]
+    fits = isinstance(value, legal) and (hint in (bool, Any) or not isinstance(value, bool))
+    if hint is float and value is None:
+        fits = any(part in f"{where}." for part in _MAY_BE_NULL)
+    elif hint is float and fits:
+        fits = math.isfinite(value) and abs(value) < _LARGEST
+    return None if fits else f"{where} must be {named}"
+
+
+_PLAIN: dict[Any, tuple[Any, str]] = {
+    float: ((int, float), "a number"),
+    int: (int, "a whole number"),
+    bool: (bool, "true or false"),
+    str: (str, "a string"),
+    types.NoneType: (types.NoneType, "null"),
+    np.ndarray: (list, "a list"),
+    Any: (object, "anything"),
+}

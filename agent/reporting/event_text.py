@@ -1,0 +1,157 @@
+"""The words and numbers in which a run is told, shared by the terminal and the page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from agent.rendering.text import duration, number, place, slot_label
+
+
+def seen_row(one: Mapping[str, Any]) -> tuple[str, str, str]:
+    """What is said of an object that was seen: what it is called, where it is, and whether it stays there.
+
+    Args:
+        one: a `SeenObject` in its JSON form.
+    """
+    return described(one), place(one["position"]), "" if one["takes_part"] else "stays where it is"
+
+
+def described(one: Mapping[str, Any]) -> str:
+    """The name of an object that was seen, with its description or its colour: "object 3, red, tall", "cup 2, green"."""
+    called, color = one.get("called") or "", one.get("color_name") or ""
+    if called.startswith(f"{one['name']},"):
+        return called
+    return f"{one['name']}, {color}" if color and color not in one["name"].split() else one["name"]
+
+
+def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:
+    """One sentence for an event of the arm.
+
+    Args:
+        told: the event's JSON form.
+        names: of the objects that take part, in the order of the scene.
+    """
+    match told["kind"]:
+        case "planned":
+            order = ", then ".join(
+                f"{names[index]} ({grasp})"
+                for index, grasp in zip(told["order"], told["grasps"], strict=True)
+            )
+            return f"planned candidate {told['arrangement'] + 1} in {duration(told['seconds'])}: {order}"
+        case "plan_failed":
+            about = f" for {told['name']}" if told["object"] is not None else ""
+            return f"no plan for candidate {told['arrangement'] + 1}{about}: {told['reason']}"
+        case "picked":
+            again = f", attempt {told['attempt']}" if told["attempt"] > 1 else ""
+            touched = f"picked {told['name']} (grasp: {told['grasp']}{again}): {told['fingers']} fingers touch it"
+            slip = _slip(told["slip_m"], told["slip_rad"])
+            return f"{touched}, it moved by {slip} while they closed" if slip else touched
+        case "pick_failed":
+            attempt = f"grasp: {told['grasp']}, attempt {told['attempt']}"
+            return f"could not pick {told['name']} ({attempt}): {told['reason']}"
+        case "placed" if told["aside"]:
+            return f"moved {told['name']} out of the way, {duration(told['seconds'])}"
+        case "placed":
+            return (
+                f"placed {told['name']}: {number(100 * told['position_error_m'])} cm and "
+                f"{number(math.degrees(told['angle_error_rad']))} deg from its goal, {duration(told['seconds'])}"
+            )
+        case "place_failed":
+            return f"could not place {told['name']}: {told['reason']}"
+        case "stopped":
+            held, hand = f"the {told['name']}", "with nothing in the hand"
+            if told["object"] is not None:
+                hand = f"and set {held} down" if told["set_down"] else f"with {held} in the hand"
+            return f"stopped {hand}; the arm {'has folded' if told['folded'] else 'stays where it is'}"
+        case kind:
+            return kind.replace("_", " ")
+
+
+def _slip(metres: float, radians: float) -> str:
+    """How far an object was moved and turned; what rounds to nothing is left out."""
+    moved, turned = number(100 * metres), number(math.degrees(radians), 0)
+    parts = [f"{moved} cm"] * (float(moved) != 0) + [f"{turned} deg"] * (float(turned) != 0)
+    return ", ".join(parts)
+
+
+def verdict_title(told: Mapping[str, Any]) -> str:
+    """What an event "checked" in its JSON form is about."""
+    return f"Checked on {told.get('on', 'the true objects')}" if told["how"] == "arm" else "Tried without the arm"
+
+
+TRIED = "tried without the arm; the table is unchanged"
+
+
+def verdict_sentence(told: Mapping[str, Any]) -> str:
+    """How an event "checked" in its JSON form ended."""
+    if not told["success"]:
+        return f"{told['failure_class']}: {told['detail']}"
+    return "It stands as it was asked for." if told["how"] == "arm" else f"It holds as it was asked for, {TRIED}."
+
+
+def parse_notes(told: Mapping[str, Any]) -> list[str]:
+    """What there is to say of a reading (an event "parsed" in its JSON form) besides the slots, a sentence each."""
+    notes = []
+    if told["viewpoint"] != "robot":
+        notes.append(f"spoken from the {told['viewpoint']} side of the table, turned to the robot's")
+    if told["fallback"]:
+        notes.append(told["fallback"])
+    for slot, value in told["dropped"].items():
+        notes.append(f"left out, because it does not go with the rest: {slot_label(slot)} {value}")
+    notes.append(f"with the objects named: {', '.join(told['named'])}" if told["named"] else "with every object there")
+    return notes
+
+
+def remark_sentence(told: Mapping[str, Any]) -> str:
+    """One sentence for what is said between the steps: an event "asked", "answered", "noted", "commanded" or
+    "restored"."""
+    match told["kind"]:
+        case "asked":
+            options = ", ".join(f"{number}) {option}" for number, option in enumerate(told["options"], start=1))
+            return f"{told['question']} {options}".rstrip()
+        case "answered":
+            return told["answer"]
+        case "commanded":
+            return f"> {told['line']}"
+        case "restored":
+            back = ", ".join(told["moved"])
+            return f"{told['how']}: " + (f"put back {back}" if back else "nothing had to be put back")
+        case _:
+            return told["message"]
+
+
+# What a low factor of a candidate's score says, after `structdiffusion.postprocessing.ranking` and `structdiffusion.planners.diffusion`.
+_SHORTCOMING = {
+    "structure": "it looks less like what was asked for",
+    "collision": "objects come too close to each other",
+    "bounds": "it reaches beyond the table's edge",
+    "checks": "it meets the measures asked for less surely",
+    "support": "what is stacked would stand less well",
+    "free of distractors": "it comes too close to what has to stay",
+}
+_AS_GOOD, _ALMOST_AS_GOOD = 0.995, 0.95  # of the best's score
+
+
+def shortcoming(scores: Mapping[str, float | None], best: Mapping[str, float | None]) -> str:
+    """Why a candidate ranks below the best: the factor of its score that costs it most, in words and numbers.
+
+    Args:
+        scores: of the candidate: "total" is the product of the others.
+        best: of the best candidate.
+    """
+    total, most = scores.get("total") or 0.0, best.get("total") or 0.0
+    if not most:  # so little that it was rounded away
+        return "next to nothing, as the best"
+    if total >= _AS_GOOD * most:
+        return "as good as the best"
+    shares = {
+        name: (scores.get(name) or 0.0) / value for name, value in best.items() if name != "total" and value
+    }
+    if not shares:
+        return f"total {number(total, 2)} against {number(most, 2)}"
+    worst = min(shares, key=lambda name: shares[name])
+    words = _SHORTCOMING.get(worst, f"its {worst} is lower")
+    almost = "almost as good, but " if total >= _ALMOST_AS_GOOD * most else ""
+    return f"{almost}{words} ({worst} {number(scores.get(worst), 3)}, the best has {number(best[worst], 3)})"

@@ -1,0 +1,81 @@
+"""The parts that every section of the page is made of, as HTML; what they are given as text is escaped here."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Sequence
+from html import escape
+
+from agent.rendering.animation import still_frames
+from agent.rendering.image_files import FILM_SPEED
+from agent.rendering.text import duration
+
+
+def data_address(content: bytes) -> str:
+    """The bytes of a WebP file as the address of a picture."""
+    return f"data:image/webp;base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def figure(content: bytes, caption: str) -> str:
+    """A picture (the bytes of a WebP file) with its caption."""
+    text = escape(caption)
+    return f'<figure><img alt="{text}" src="{data_address(content)}"><figcaption>{text}</figcaption></figure>'
+
+
+def film(content: bytes, caption: str, interval: float) -> str:
+    """A film (the bytes of an animated WebP file) with its controls and its caption.
+
+    The last picture stands in for it where no script runs. A film whose frames are no whole pictures just plays.
+
+    Args:
+        content: the film.
+        caption: what it shows.
+        interval: seconds of the arm's time between two pictures.
+    """
+    stills = still_frames(content)
+    if stills is None:
+        return figure(content, caption)
+    text = escape(caption)
+    data = json.dumps([base64.b64encode(still).decode("ascii") for still in stills])
+    controls = (
+        '<div class="controls" hidden><button type="button" aria-label="play">▶</button>'
+        '<input type="range" min="0" value="0" aria-label="place in the film"><output></output></div>'
+    )
+    return (
+        f'<figure class="film" data-interval="{interval:.3f}" data-speed="{FILM_SPEED:g}">'
+        f'<img alt="{text}" src="{data_address(stills[-1])}">{controls}'
+        f'<script type="application/json">{data}</script><figcaption>{text}</figcaption></figure>'
+    )
+
+
+def album(figures: Sequence[str | None], kind: str = "pictures") -> str:
+    """Figures next to each other; nothing where there are none."""
+    there = [each for each in figures if each]
+    return f'<div class="{kind}">{"".join(there)}</div>' if there else ""
+
+
+def section(title: str, content: str, seconds: float | None = None) -> str:
+    """A section; `content` is HTML, `seconds` what it took."""
+    note = f' <span class="soft">{duration(seconds)}</span>' if seconds is not None else ""
+    return f"<section>\n<h3>{escape(title)}{note}</h3>\n{content}\n</section>"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], chosen: int | None = None) -> str:
+    """A table; the cells are HTML, row `chosen` is marked."""
+    lines = "".join(
+        ('<tr class="chosen">' if index == chosen else "<tr>") + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>"
+        for index, row in enumerate(rows)
+    )
+    titles = "".join(f'<th scope="col">{escape(title)}</th>' for title in head)
+    return f'<div class="scroll"><table><thead><tr>{titles}</tr></thead><tbody>{lines}</tbody></table></div>'
+
+
+def bar(share: float) -> str:
+    """A bar that is filled to a share, in [0, 1]."""
+    return f'<div class="bar"><i style="width:{100 * min(max(share, 0.0), 1.0):.0f}%"></i></div>'
+
+
+def paragraph(sentence: str) -> str:
+    """A sentence, told in lower case elsewhere, as a paragraph."""
+    return f"<p>{escape(sentence[:1].upper() + sentence[1:])}{'' if sentence.endswith(('.', '?', '!')) else '.'}</p>"

@@ -1,0 +1,88 @@
+"""A session file once more: its turns on a page, its events to whoever tells them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from agent.errors import NotWritten, UsageError
+from agent.reporting.html.document import session_page
+from agent.reporting.run_report import RunRecord
+from agent.reporting.session_log import Session, read_session
+from agent.runtime.atomic_files import write_whole
+
+
+def records_of(session: Session) -> list[RunRecord]:
+    """One record for each turn; what was told before the first instruction, if anything, is one too.
+
+    A turn that did not look at the table worked on what the turn before it saw.
+    """
+    records = [RunRecord()]
+    scene = None
+    for line in session.lines:
+        if line.picture is not None:
+            records[-1].take_picture(line.picture)
+        if line.event is None:
+            continue
+        if line.event["kind"] == "started":
+            records.append(RunRecord())
+        records[-1].take(line.event)
+        report = records[-1].report
+        if line.event["kind"] == "imagined" and report["scene"] is None:
+            report["scene"] = scene
+        scene = report["scene"] or scene
+    before = records[0].report
+    return records if before["scene"] or before["remarks"] else records[1:]
+
+
+def write_page(session: Path, page: Path) -> Path:
+    """Makes the page of a session file.
+
+    Args:
+        session: the file.
+        page: where the page goes; its folder is made.
+
+    Returns:
+        `page`.
+
+    Raises:
+        BadInput: for a file that is no session, or a broken one.
+        UsageError: when the page has no file of its own.
+        NotWritten: when it cannot be written there; an earlier page is then whole.
+    """
+    if page.is_dir() or page.resolve() == session.resolve():
+        what = "a folder" if page.is_dir() else "the session itself"
+        raise UsageError(f"the page needs a file of its own, and {str(page)!r} is {what}")
+    read = read_session(session)
+    content = session_page(read, [record.turn for record in records_of(read)])
+    try:
+        write_whole(page, content)
+    except OSError as error:
+        raise NotWritten(f"cannot write the page {str(page)!r}: {error.strerror}") from error
+    return page
+
+
+def replay(
+    session: Session,
+    tell: Callable[[Mapping[str, Any]], None],
+    speed: float | None = None,
+    sleep: Callable[[float], None] = time.sleep,
+) -> None:
+    """Tells the events of a session again, in order.
+
+    Args:
+        session: what is told.
+        tell: takes one event in its JSON form.
+        speed: how many times as fast as it happened; `None` for at once.
+        sleep: waits for so many seconds.
+    """
+    passed = 0.0
+    for line in session.lines:
+        if line.event is None:
+            continue
+        if speed is not None:
+            sleep((line.seconds - passed) / speed)
+            passed = line.seconds
+        tell(line.event)

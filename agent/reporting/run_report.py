@@ -1,0 +1,179 @@
+"""Everything that happened in a run, kept as it is told: `report.json`, the pictures, and `report.html` from both.
+
+`report.json`, schema version 2; every key is always there, `null` or empty where the run did not get so far:
+
+| key | value |
+|---|---|
+| `schema_version`, `version` | of this layout, of structagent |
+| `instruction`, `options` | what was asked for |
+| `outcome` | `success`, `exit_code`, `step` and `message` of the failure, `seconds` of the whole run |
+| `parse` | spec, confidence and evidence per slot, parser, nouns named |
+| `remarks` | what was asked, answered, noted, commanded and restored besides, in order, each with its `kind` |
+| `scene` | objects (names, nouns, who takes part, mean position and outline in the world frame, colour), table |
+| `imagination` | model, the checksums of its networks (`networks`), and every candidate with its scores, positions and turns, best first |
+| `chosen` | the rank and the goal of each object |
+| `arm` | the arm's events in order, each with its `kind` |
+| `tried` | without the arm: where the released objects came to rest, positions and turns as a candidate's |
+| `verdict` | success, failure class, every check with its measured value and limit |
+| `seconds` | step -> time |
+| `pictures` | name, file (WebP; `film` is an animated one, with `interval` seconds between its frames), caption |
+
+Lengths in metres, angles in radians, times in seconds. Schema version 2 has `remarks`, outlines, colours, turns and the
+film, and its pictures are WebP files, where those of version 1 were PNG.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from agent import __version__, events
+from agent.errors import NotWritten
+from agent.rendering.image_files import FILM, FORMAT, Picture, pictures_of
+from agent.reporting.html.document import run_page
+from agent.reporting.html.turn import Turn
+from agent.reporting.session_log import RUN_SESSION, SessionWriter
+from agent.runtime.atomic_files import write_all_whole
+from agent.runtime.output_ownership import files_written, mark
+from agent.runtime.redaction import without_credentials
+
+SCHEMA_VERSION = 2
+_REMARKS = ("asked", "answered", "noted", "commanded", "restored")
+
+
+class RunRecord:
+    """Listens to the events of one run, or takes in what a session file tells of one.
+
+    Args:
+        session: gets every event and picture too, each picture being drawn once.
+
+    Attributes:
+        report: the dictionary that becomes `report.json`.
+        pictures: name -> WebP bytes, in order.
+    """
+
+    def __init__(self, session: SessionWriter | None = None) -> None:
+        self._session = session
+        self.report: dict[str, Any] = {
+            "schema_version": SCHEMA_VERSION,
+            "version": __version__,
+            "instruction": None,
+            "options": {},
+            "outcome": {"success": False, "exit_code": None, "step": None, "message": None, "seconds": None},
+            "parse": None,
+            "remarks": [],
+            "scene": None,
+            "imagination": None,
+            "chosen": None,
+            "arm": [],
+            "tried": None,
+            "verdict": None,
+            "seconds": {},
+            "pictures": [],
+        }
+        self.pictures: dict[str, bytes] = {}
+        self._interval = 1.0  # s between two pictures of the film
+
+    @property
+    def saw_something(self) -> bool:
+        """Whether the run got as far as a scene: before that there is nothing worth a folder."""
+        return self.report["scene"] is not None
+
+    @property
+    def turn(self) -> Turn:
+        """What a page shows of it."""
+        return Turn(self.report, self.pictures)
+
+    def __call__(self, event: events.Event) -> None:
+        """Takes one live event in, and draws the pictures that belong to it."""
+        told = event.to_dict()
+        self.take(told)
+        if self._session is not None:
+            self._session.tell(told)
+        for picture in pictures_of(event):
+            self.take_picture(picture)
+            if self._session is not None:
+                self._session.picture(picture)
+
+    def take(self, told: Mapping[str, Any]) -> None:
+        """Takes one event in, in its JSON form."""
+        report = self.report
+        match told["kind"]:
+            case "started":
+                report["instruction"], report["options"] = told["instruction"], without_credentials(told["options"])
+            case "parsed":
+                report["parse"] = self._timed("parse", told)
+            case "perceived":
+                report["scene"] = self._timed("scene", told)
+            case "imagined":
+                report["imagination"] = self._timed("imagination", told)
+            case "chosen":
+                report["chosen"] = _without_kind(told)
+            case "tried":
+                report["tried"] = _without_kind(told)
+            case "checked":
+                report["verdict"] = self._timed("check", told)
+            case "failed":
+                report["outcome"] |= _without_kind(told)
+            case "finished":
+                report["outcome"] |= _without_kind(told)
+            case kind if kind in _REMARKS:
+                report["remarks"].append(told)
+            case "filmed":
+                self._interval = told["interval"]
+            case "pictured" | "previewed":
+                return  # pictures come by themselves; a preview is of passing interest
+            case kind:
+                report["arm"].append(told)
+                if kind == "planned":  # its time counts from the start of the search
+                    report["seconds"]["plan"] = round(told["seconds"], 3)
+                elif kind == "placed":
+                    report["seconds"]["build"] = round(report["seconds"].get("build", 0.0) + told["seconds"], 3)
+
+    def take_picture(self, picture: Picture) -> None:
+        """Takes one picture in; a later one of the same name takes its place."""
+        if picture.name not in self.pictures:
+            entry = {"name": picture.name, "file": f"{picture.name}.{FORMAT}", "caption": picture.caption}
+            if picture.name == FILM:
+                entry["interval"] = self._interval
+            self.report["pictures"].append(entry)
+        self.pictures[picture.name] = picture.content
+
+    def write(self, folder: Path) -> Path:
+        """Writes `report.json`, the pictures and `report.html` into `folder`; the path of the page.
+
+        Files of an earlier run are replaced when all of this one have found room on the disk, and its other pictures
+        are removed, so that none of them is taken for one of this run.
+
+        Raises:
+            NotWritten: when that is not possible; an earlier report is then whole.
+        """
+        files: dict[str, bytes | str] = {f"{name}.{FORMAT}": content for name, content in self.pictures.items()}
+        files |= {"report.json": self.json() + "\n", "report.html": run_page(self.turn)}
+        try:
+            earlier = files_written(folder, "run")
+            session = earlier & {RUN_SESSION}
+            folder.mkdir(parents=True, exist_ok=True)
+            mark(folder, "run", earlier | files.keys())
+            write_all_whole(folder, files)
+            for name in earlier - files.keys() - session:
+                (folder / name).unlink(missing_ok=True)
+            mark(folder, "run", session | files.keys())
+        except OSError as error:
+            raise NotWritten(f"cannot write the report into {str(folder)!r}: {error.strerror}") from error
+        return folder / "report.html"
+
+    def json(self) -> str:
+        """The report as JSON."""
+        return json.dumps(self.report, indent=2, ensure_ascii=False, allow_nan=False)
+
+    def _timed(self, step: str, told: Mapping[str, Any]) -> dict[str, Any]:
+        self.report["seconds"][step] = round(told["seconds"], 3)
+        return _without_kind(told)
+
+
+def _without_kind(told: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in told.items() if key != "kind"}
+

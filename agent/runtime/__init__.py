@@ -1,0 +1,1 @@
+"""What all verbs run on: settings, standard streams, output folders, progress, worker processes."""

@@ -1,0 +1,139 @@
+"""A file of JSON lines that one process appends to while it works; what a killed process has left torn is mended."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from agent.errors import BadInput, UsageError
+from agent.runtime.atomic_files import write_whole
+from agent.runtime.output_paths import check_folder
+
+Entry = dict[str, Any]
+_LOCK = ".lock"
+
+
+def locked(folder: Path, who: str) -> int:
+    """Keeps a folder, made where it is not there, to this process until the descriptor is closed.
+
+    Args:
+        folder: what `--out` names.
+        who: works in it, as "batch".
+
+    Raises:
+        UsageError: when the folder is a file, or another process has it.
+        BadInput: when nothing can be written there.
+    """
+    check_folder(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(lock)
+        message = f"another {who} is at work in {str(folder)!r}; wait for it, or choose another --out"
+        raise UsageError(message) from None
+    return lock
+
+
+class Journal:
+    """JSON lines, each forced to the disk as it is added. Close it, or use it as a context manager.
+
+    Args:
+        path: of the file, in a folder that is `locked`; made where it is not there.
+        keys: what makes an object one of this journal's entries.
+        what: an entry is called, as "result of a batch".
+
+    Attributes:
+        entries: in the order of the file; a last line that was torn is dropped from both.
+
+    Raises:
+        BadInput: when a line that others follow is no such entry.
+    """
+
+    def __init__(self, path: Path, keys: set[str], what: str) -> None:
+        self.path = path
+        self.entries: list[Entry] = []
+        self._recover(keys, what)
+        self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW, 0o644)
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        os.close(self._file)
+
+    def add(self, entry: Entry) -> None:
+        """Appends an entry, all of it or, where there is no room for it, nothing."""
+        size = os.fstat(self._file).st_size
+        try:
+            _write_all(self._file, _line(entry))
+            os.fsync(self._file)
+        except OSError as error:
+            with suppress(OSError):
+                os.ftruncate(self._file, size)
+            error.filename = str(self.path)
+            raise
+        self.entries.append(entry)
+
+    def arrange(self, entries: Sequence[Entry]) -> None:
+        """Replaces all entries by these, at once."""
+        self._replace(b"".join(map(_line, entries)))
+        self.entries = list(entries)
+        os.close(self._file)
+        self._file = os.open(self.path, os.O_WRONLY | os.O_APPEND)
+
+    def _recover(self, keys: set[str], what: str) -> None:
+        if self.path.is_symlink():
+            raise BadInput(f"{str(self.path)!r} is a symbolic link, and must be a file; choose another --out")
+        try:
+            content = self.path.read_bytes()
+        except FileNotFoundError:
+            return
+        lines = content.split(b"\n")
+        last = max((number for number, line in enumerate(lines, start=1) if line), default=0)
+        whole = []
+        for number, line in enumerate(lines, start=1):
+            entry = entry_of(line, keys)
+            if entry is not None:
+                self.entries.append(entry)
+                whole.append(line + b"\n")
+            elif number < last:
+                raise BadInput(f"{str(self.path)!r}, line {number}: this is no {what}; choose another --out")
+        kept = b"".join(whole)  # at once: bytes that grow by a line at a time are copied for every line
+        if kept != content:
+            self._replace(kept)
+
+    def _replace(self, content: bytes) -> None:
+        write_whole(self.path, content)
+        folder = os.open(self.path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+
+
+def _line(entry: Entry) -> bytes:
+    return json.dumps(entry, ensure_ascii=False, allow_nan=False).encode() + b"\n"
+
+
+def entry_of(line: bytes, keys: set[str]) -> Entry | None:
+    """The entry in a line, an object with these keys; `None` where it has none."""
+    try:
+        entry = json.loads(line)
+    except (ValueError, RecursionError):
+        return None
+    return entry if isinstance(entry, dict) and keys <= entry.keys() else None
+
+
+def _write_all(descriptor: int, content: bytes) -> None:
+    while content:
+        content = content[os.write(descriptor, content) :]

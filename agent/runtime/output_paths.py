@@ -1,0 +1,70 @@
+"""What `--out` names: tried before any work, so that nothing is computed that cannot be written."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from agent.errors import BadInput, UsageError
+from agent.runtime.atomic_files import write_whole
+
+
+def check_folder(folder: Path | None) -> None:
+    """Tries whether files can be written into a folder, be it there or still to be made; makes nothing that stays.
+
+    Args:
+        folder: what `--out` names; `None` where nothing is to be written.
+
+    Raises:
+        UsageError: when it is a file.
+        BadInput: when nothing can be written there.
+    """
+    if folder is None:
+        return
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
+        _try_folder(folder)
+    except OSError as error:
+        raise BadInput(f"{_cannot_be(folder, error)}; legal: a folder that can be written to") from error
+
+
+def check_file(file: Path | None) -> None:
+    """Tries whether a file can be written, be it there or not; makes nothing that stays.
+
+    Args:
+        file: what `--out` names; `None` where nothing is to be written.
+
+    Raises:
+        UsageError: when it is a folder.
+        BadInput: when it cannot be written.
+    """
+    if file is None:
+        return
+    try:
+        if file.is_dir():
+            raise UsageError(f"--out must be a file, and {str(file)!r} is a folder")
+        if file.is_file():
+            file.open("ab").close()
+        elif not file.exists():  # what else is there, a pipe or a terminal, cannot be tried
+            _try_folder(file.parent)
+    except OSError as error:
+        raise BadInput(f"{_cannot_be(file, error)}; legal: a file in a folder that can be written to") from error
+
+
+def write_report(report: Mapping[str, Any], path: Path) -> list[Path]:
+    """Writes a report as a JSON file, whose folder is made where it is missing; its path."""
+    write_whole(path, json.dumps(report, indent=1) + "\n")
+    return [path]
+
+
+def _try_folder(folder: Path) -> None:
+    nearest = next(path for path in (folder, *folder.parents) if path.exists())
+    tempfile.TemporaryFile(dir=nearest).close()
+
+
+def _cannot_be(path: Path, error: OSError) -> str:
+    return f"--out cannot be {str(path)!r}, where nothing can be written ({(error.strerror or str(error)).lower()})"

@@ -1,0 +1,139 @@
+"""Standard input, output and error: results alone on standard output, and no command stumbles over a closed stream.
+
+On both output streams control characters of other people's texts are made visible; see `agent.runtime.terminal_text`.
+"""
+
+from __future__ import annotations
+
+import codecs
+import io
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, TextIO
+
+from agent.runtime.terminal_text import VisibleStream, VisibleText
+from structdiffusion.simulation.pybullet_import import import_pybullet_silently
+
+__all__ = [
+    "NO_TEXT",
+    "ReaderGone",
+    "as_text",
+    "end_when_nobody_reads",
+    "import_pybullet_silently",
+    "lines_as_they_come",
+    "results_stream",
+]
+
+NO_TEXT = "\N{REPLACEMENT CHARACTER}"  # stands for a byte that is no text
+LONGEST_LINE = 100_000  # characters that are kept of a line: far more than any instruction may have
+_PIECE = 65_536  # bytes that are taken from a pipe at once
+
+
+class ReaderGone(SystemExit):
+    """Nobody reads the output any more: the command ends with exit code 0.
+
+    It ends the process as `sys.exit` does, so that nothing that handles errors takes it for one.
+    """
+
+
+class _Output(io.FileIO):
+    """A file descriptor to write to; where nobody reads it, or it cannot be written to, the rest goes nowhere.
+
+    Raises:
+        ReaderGone: on writing, where the reader has closed the pipe.
+        OSError: on writing, once, for any other failure such as a full disk; but never for standard error, because
+            there is nowhere to tell it.
+    """
+
+    def write(self, data: Any) -> int:
+        try:
+            return super().write(data)
+        except BlockingIOError:
+            raise
+        except OSError as error:
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, self.fileno())
+            os.close(nowhere)
+            if isinstance(error, BrokenPipeError):
+                raise ReaderGone(0) from None
+            if self.fileno() != 2:
+                raise OSError(error.errno, error.strerror, "standard output") from None
+            return super().write(data)
+
+
+def _text(descriptor: int, encoding: str, errors: str, line_buffering: bool = True) -> TextIO:
+    binary = io.BufferedWriter(_Output(descriptor, "wb", closefd=False))
+    return VisibleText(binary, encoding, errors, line_buffering=line_buffering)
+
+
+def end_when_nobody_reads() -> None:
+    """Makes a write to standard output or standard error raise `ReaderGone` where the reader has closed the pipe."""
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:  # closed by whoever started the process: the next file that is opened would take its place
+            nowhere = os.open(os.devnull, os.O_RDWR)
+            assert nowhere == descriptor  # the lowest that is free
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:  # closed by whoever started the process
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
+            continue
+        try:
+            stream.flush()
+            descriptor = stream.fileno()
+        except (OSError, ValueError, AttributeError):  # closed, or no file
+            continue
+        by_lines = stream.line_buffering or stream.write_through  # the latter with PYTHONUNBUFFERED
+        setattr(sys, name, _text(descriptor, stream.encoding, stream.errors, by_lines))
+
+
+@contextmanager
+def results_stream() -> Iterator[TextIO]:
+    """Standard output for results alone: what libraries print there from C goes to standard error meanwhile."""
+    sys.stdout.flush()
+    try:
+        descriptor = sys.stdout.fileno()
+    except (OSError, ValueError, AttributeError):  # not a file: somebody captures the output in this process
+        yield VisibleStream(sys.stdout)  # type: ignore[misc]  # all that is missing is the stream's
+        return
+    kept = os.dup(descriptor)
+    os.dup2(2, descriptor)
+    try:
+        # File names may have bytes that are no text; they are told as \xff and stop nothing.
+        with _text(kept, "utf-8", "backslashreplace") as results:
+            yield results
+    finally:
+        sys.stdout.flush()
+        os.dup2(kept, descriptor)
+        os.close(kept)
+
+
+def lines_as_they_come(stream: TextIO, keep_blank: bool = False) -> Iterator[list[str]]:
+    """The lines of a stream without their ends, each time those that are there already: it waits for a first one only.
+
+    What is no text in the stream's encoding becomes `NO_TEXT`, and of a line longer than
+    `LONGEST_LINE` only the beginning is kept, so that no input takes memory without end.
+
+    Args:
+        stream: of text over bytes, as `sys.stdin`.
+        keep_blank: give lines without a word, too.
+    """
+    decoder = io.IncrementalNewlineDecoder(codecs.getincrementaldecoder(stream.encoding)("replace"), translate=True)
+    begun, piece = "", b"more"
+    while piece:
+        piece = stream.buffer.read1(_PIECE)  # type: ignore[union-attr]
+        *whole, begun = (begun + decoder.decode(piece, final=not piece)).split("\n")
+        begun = begun[:LONGEST_LINE]
+        if not piece and begun:  # the last line, without an end
+            whole.append(begun)
+        lines = [line[:LONGEST_LINE] for line in whole if keep_blank or line.strip()]
+        if lines:
+            yield lines
+
+
+def as_text(argument: str) -> str:
+    """An argument of the command line, its bytes that are no UTF-8 as `NO_TEXT`."""
+    return argument.encode("utf-8", "surrogateescape").decode("utf-8", "replace")

@@ -1,0 +1,262 @@
+"""A twin of a recorded scene: the objects that were seen, completed into bodies, and the arm as it stood.
+
+What is seen first is the recording itself: its clouds and its picture. From then on the twin is looked at, and the
+clouds move along with its bodies.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from agent.arm.grasps import grasps_of
+from agent.errors import BadInput, NotBuildable, UsageError
+from agent.perception.overlay import labelled_picture
+from agent.perception.segmentation import segment
+from agent.perception.segments import Segment, Segments
+from agent.recordings.load import read_recording
+from agent.recordings.recording import RecordedOptions
+from agent.scenes.files import PlacedObject
+from agent.scenes.limits import check_count
+from agent.scenes.object_placement import placement_of, saved_objects
+from agent.scenes.simulated import Select
+from agent.scenes.table_scene import TableScene, drawing_and_noise
+from agent.scenes.validation import StandingObject
+from grounding.references.attributes import COLOR_WORDS, ObjectAttributes, SceneObject
+from grounding.references.object_names import read_name
+from grounding.spec import StructureSpec
+from structdiffusion.completion.bodies import bodies_of
+from structdiffusion.data.scene_sampling import SceneError
+from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel
+from structdiffusion.observation import ObjectCloud, Scene, Table
+from structdiffusion.simulation.depth_camera import camera_at
+
+_UNKNOWN = "object"
+_MESHES = "meshes"  # the folder beside a saved scene file
+_SETTLE_SECONDS = 1.0
+_STAYS = 0.01  # m: a body that moves farther while the twin comes to rest was completed badly, and that is said
+
+
+@dataclass(frozen=True)
+class RecordedObject:
+    """One object of a recording and its body in the twin.
+
+    Attributes:
+        name: "object 3", or "mug 3" where somebody said what it is.
+        called: what an instruction can call it: "mug 3, red, tall".
+        attributes: its colour and size, as far as they were seen.
+        cloud: what was seen of it.
+        model: its completed body.
+        world_from_object: (4, 4) where that stands.
+        trouble: why the arm cannot take it, or empty.
+    """
+
+    name: str
+    called: str
+    attributes: ObjectAttributes
+    cloud: ObjectCloud
+    model: ObjectModel
+    world_from_object: np.ndarray
+    trouble: str
+
+
+class RecordedSource:
+    """The scene of a recording.
+
+    Args:
+        path: whatever `agent.recordings.load.read_recording` takes.
+        options: how it is taken.
+
+    Attributes:
+        recording, segments: what was read, and what was found in it.
+        objects: in the order of their numbers.
+        referents: the same, as an instruction can refer to them.
+
+    Raises:
+        BadInput: for a recording that cannot be read, or without a table or objects.
+        NotBuildable: for one of whose objects the arm can take none.
+        UsageError: for a noun of an object that there is not.
+    """
+
+    catalogue = False
+
+    def __init__(self, path: Path, options: RecordedOptions = RecordedOptions()) -> None:
+        self.recording = read_recording(path, options.reading)
+        self.segments = segment(self.recording)
+        if not self.segments.objects:
+            raise BadInput("; ".join((f"{str(path)!r} shows a table and no object on it", *self.segments.notes)))
+        self.objects = _objects(self.segments, options)
+        self.referents = [SceneObject(each.called, each.attributes) for each in self.objects]
+        if all(each.trouble for each in self.objects):
+            those = f"the arm can take none of the {len(self.objects)} objects in {str(path)!r}"
+            raise NotBuildable("; ".join((those, *self._left_out(), *self.segments.notes)))
+
+    def _left_out(self) -> list[str]:
+        """Why the arm cannot take some objects, a phrase for each reason."""
+        names: dict[str, list[str]] = {}
+        for each in self.objects:
+            if each.trouble:
+                names.setdefault(each.trouble, []).append(each.name)
+        return [f"{trouble}: {', '.join(those)}" for trouble, those in names.items()]
+
+    @property
+    def hint(self) -> str:
+        """See `SceneSource`."""
+        hints = self._left_out()
+        unnamed = next((each.name for each in self.objects if each.model.category == _UNKNOWN), None)
+        return "; ".join(hints if unnamed is None else (*hints, f"--call '{unnamed}=cup' says what an object is"))
+
+    def open(self, spec: StructureSpec, select: Select, seed: int) -> RecordedScene:
+        """See `SceneSource`; from the seed follows the sensor's noise in later looks."""
+        selection = select(self.referents)
+        asked = [self.objects[index] for index in selection.indices]
+        if refused := [self.objects[i] for i in selection.required if self.objects[i].trouble]:
+            those = "; ".join(f"{each.name} cannot take part: {each.trouble}" for each in refused)
+            raise NotBuildable(f"the instruction names what the arm cannot take: {those}")
+        meant = [each for each in asked if not each.trouble]
+        try:
+            check_count([each.name for each in meant], len(self.objects), spec)
+        except SceneError as error:
+            raise SceneError("; ".join((str(error), *self._left_out()))) from error
+        scene = RecordedScene(self, [*meant, *(each for each in self.objects if each not in meant)], len(meant), seed)
+        scene.missing = {each.name: each.trouble for each in asked if each.trouble}
+        return scene
+
+    def set_out(self, seed: int) -> RecordedScene:
+        """See `SceneSource`."""
+        ordered = sorted(self.objects, key=lambda each: bool(each.trouble))
+        return RecordedScene(self, ordered, sum(not each.trouble for each in self.objects), seed)
+
+    def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
+        """See `SceneSource`; the bodies go into a folder of meshes beside the scene file."""
+        meshes = folder / _MESHES
+        meshes.mkdir(parents=True, exist_ok=True)
+        pose_of = table.poses()
+        standing = []
+        for each in self.objects:
+            surface = trimesh.Trimesh(each.model.mesh_vertices, each.model.mesh_faces, process=False)
+            mesh = surface.export(file_type="ply")
+            # Its content is in its name: another scene in the same folder keeps its own "object 1".
+            stem = re.sub(r"[^a-z0-9]+", "-", each.name.lower())
+            file = meshes / f"{stem}-{hashlib.sha256(mesh).hexdigest()[:8]}.ply"
+            file.write_bytes(mesh)
+            color = "#" + "".join(f"{round(255 * share):02x}" for share in each.model.color)
+            placed = PlacedObject(
+                str(file), name=each.name, noun=each.model.category, color=color,
+                **placement_of(each.model, pose_of[each.name]),
+            )  # fmt: skip
+            standing.append(StandingObject(placed, each.name, each.model, pose_of[each.name], file.resolve()))
+        return saved_objects(standing, [pose_of[each.name] for each in standing], folder)
+
+
+def _objects(segments: Segments, options: RecordedOptions) -> tuple[RecordedObject, ...]:
+    """What was found, as bodies that stand on the table and not in each other."""
+    names = [found.name for found in segments.objects]
+    if unknown := sorted(set(options.nouns) - set(names)):
+        raise UsageError(f"--call names {unknown[0]!r}, which was not found; there are: {', '.join(names)}")
+    clouds, called = [], []
+    for found in segments.objects:
+        said = options.nouns.get(found.name, _UNKNOWN)
+        noun = read_name(said).head or said
+        name = found.name.replace(_UNKNOWN, said, 1)
+        clouds.append(ObjectCloud(name, noun, found.points, found.colors))
+        called.append(found.called.replace(_UNKNOWN, said, 1))
+    bodies = bodies_of(clouds, segments.world_from_camera)
+    return tuple(
+        RecordedObject(
+            cloud.name, words, _attributes(found), cloud, model, pose, _trouble(cloud, pose, segments.table)
+        )
+        for found, cloud, words, (model, pose) in zip(segments.objects, clouds, called, bodies, strict=True)
+    )
+
+
+def _attributes(found: Segment) -> ObjectAttributes:
+    """The colour that perception named, and the sides of the box that it found."""
+    colors = [COLOR_WORDS[word][0] for word in read_name(found.called).words if word in COLOR_WORDS]
+    length, width, height = found.sides.tolist()
+    return ObjectAttributes(tuple(colors[:1]), (length, width, height))
+
+
+def _trouble(cloud: ObjectCloud, world_from_object: np.ndarray, table: Table) -> str:
+    """Why the arm cannot take an object, or nothing."""
+    if table.overhang(world_from_object[None, :2, 3]) > 0.0:
+        return "out of the arm's reach"
+    return "" if grasps_of(cloud.points) else "no grasp fits the hand"
+
+
+class RecordedScene(TableScene):
+    """The twin of a recorded scene, before the arm has moved anything.
+
+    Args:
+        source: the recording and what was found in it.
+        ordered: its objects, those that take part first.
+        count: how many take part.
+        seed: the sensor's noise in later looks, and which points are kept of large clouds, follow from it.
+    """
+
+    def __init__(self, source: RecordedSource, ordered: Sequence[RecordedObject], count: int, seed: int) -> None:
+        segments, frame = source.segments, source.recording.frame
+        thinning, noise = drawing_and_noise(seed)
+        height, width = frame.points.shape[:2] if frame.organised else (480, 640)
+        focal = None if frame.intrinsics is None else float(frame.intrinsics[1, 1])
+        super().__init__(
+            [each.model for each in ordered],
+            np.array([each.world_from_object for each in ordered]),
+            count,
+            noise,
+            segments.table,
+            names=[each.name for each in ordered],
+            called=[each.called for each in ordered],
+            attributes=[each.attributes for each in ordered],
+            ground=segments.surface,
+            camera=camera_at(segments.world_from_camera, width, height, focal),
+            arm=source.recording.arm,
+            world_from_base=segments.world_from_base,
+        )
+        self.out_of_reach = tuple(each.name for each in ordered if each.trouble)
+        left_out = [f"{each.name} is left where it is: {each.trouble}" for each in ordered if each.trouble]
+        self.bodies = "the twin's bodies"
+        self.labelled = labelled_picture(source.recording, segments)
+        self._picture = frame.color if frame.organised else None
+        self._intrinsics = frame.intrinsics
+        self._world_from_camera = segments.world_from_camera
+        found = (*source.recording.notes, *segments.notes)
+        self.notes = (*found, *left_out, *self.notes, *self._come_to_rest())
+        self.remember({each.name: _thinned(each.cloud, thinning) for each in ordered})
+
+    def _come_to_rest(self) -> list[str]:
+        """Lets the bodies settle; a note for each that does not stay where it was seen."""
+        self.world.settle(_SETTLE_SECONDS)
+        notes = []
+        for name, before, now in zip(self.names, self.world_from_initial, self.world.poses(), strict=True):
+            moved = float(np.linalg.norm(now[:3, 3] - before[:3, 3]))
+            if moved > _STAYS:
+                how = f"moved by {100 * moved:.0f} cm as the twin came to rest"
+                notes.append(f"{name} {how}: what was not seen of it may be completed badly")
+        return notes
+
+    def look(self) -> Scene:
+        """As any table, but what the recording's camera saw as long as nothing has moved."""
+        scene = super().look()
+        if self._picture is None or not self.untouched:
+            return scene
+        return replace(
+            scene,
+            color=self._picture,
+            intrinsics=self._intrinsics,
+            world_from_camera=self._world_from_camera,
+        )
+
+
+def _thinned(cloud: ObjectCloud, rng: np.random.Generator) -> ObjectCloud:
+    """At most as many points as the models know."""
+    if len(cloud.points) <= SURFACE_POINTS:
+        return cloud
+    kept = np.sort(rng.choice(len(cloud.points), SURFACE_POINTS, replace=False))
+    return replace(cloud, points=cloud.points[kept], colors=None if cloud.colors is None else cloud.colors[kept])

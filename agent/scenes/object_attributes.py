@@ -1,0 +1,27 @@
+"""What instructions can refer to of an object besides its name: its colour and its size."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from agent.perception.description import color_terms
+from grounding.references.attributes import COLOR_WORDS, ObjectAttributes
+from structdiffusion.objects.model import ObjectModel
+
+
+def attributes_of(model: ObjectModel) -> ObjectAttributes:
+    """Name the colour of an object model, and measure its box as it rests."""
+    return ObjectAttributes(color_words(color_terms(model.color)), _size(model.footprint, model.height))
+
+
+def color_words(terms: tuple[str, ...]) -> tuple[str, ...]:
+    """Spell names of colours as `grounding.references.attributes.COLOR_WORDS` does: "grey" for "gray"."""
+    return tuple(dict.fromkeys(COLOR_WORDS[term][0] for term in terms))
+
+
+def _size(footprint: np.ndarray, height: float) -> tuple[float, float, float]:
+    """(length, width, height) in metres of the upright box about an outline (K, 2)."""
+    corners = np.array(shapely.Polygon(footprint).minimum_rotated_rectangle.exterior.coords)
+    sides = sorted(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).tolist())
+    return sides[1], sides[0], height

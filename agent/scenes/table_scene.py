@@ -1,0 +1,266 @@
+"""A simulated table with objects at rest and the arm beside it, seen by the depth camera."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType, TracebackType
+from typing import Self
+
+import numpy as np
+
+from agent.arm.arm_model import DEFAULT_MODEL, arm_model
+from agent.arm.kinematics import WORLD_FROM_BASE, JacoArm, Kinematics
+from agent.arm.recorded_state import stand
+from agent.arm.recovery import AT_HOME, tidy_up
+from agent.arm.state import ArmState
+from agent.scenes.object_attributes import attributes_of
+from agent.scenes.object_placement import lowest_point
+from grounding.references.attributes import ObjectAttributes, SceneObject
+from structdiffusion.geometry import tilt_between, transform_points
+from structdiffusion.objects.model import ObjectModel
+from structdiffusion.observation import ObjectCloud, Scene, Table
+from structdiffusion.simulation.depth_camera import VIEWS, DepthCamera
+from structdiffusion.simulation.scenery import Backdrop, backdrop
+from structdiffusion.simulation.world import FALLEN, TabletopWorld, unique_names
+
+SHOULDER = "shoulder"  # the view in which the arm is seen at work
+MOVED = 0.002  # m, and of a rotation's entries: less is how things settle while others are moved
+_LEAST_STEP = 0.003  # m: what was lifted by less still stands on the table
+_STILL_STANDS = math.radians(10.0)  # what was tilted by more is looked at anew: another side of it is up
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """An object as it was seen first, standing on the table, and its pose (4, 4) then."""
+
+    cloud: ObjectCloud
+    pose: np.ndarray
+
+
+class TableScene:
+    """A table that the pipeline can look at and work on; use it in a `with` block, which ends its physics.
+
+    Args:
+        models: the objects, those that take part first.
+        world_from_initial: (M, 4, 4) their poses.
+        count: how many take part.
+        noise: draws the sensor's noise.
+        table: the table top.
+        names: what the objects are called, unique; by default their nouns, numbered.
+        called: what an instruction can call them; by default their names.
+        attributes: their colours and sizes; by default those of the models.
+        ground: the whole surface that carries things, where it is more than the table top.
+        camera: what looks at the table.
+        arm: how the arm stands, by default folded.
+        world_from_base: (4, 4) where its base stands, upright.
+
+    Attributes:
+        models, world_from_initial, count, names, called: as given.
+        referents: the objects, as an instruction can refer to them.
+        out_of_reach: the names of objects that the arm cannot take.
+        missing: name -> why an object that was asked for takes no part.
+        notes: what had to be assumed of the table and the arm, a sentence each.
+        labelled: a picture (H, W, 3) uint8 with the objects marked and named, or `None`.
+        bodies: what the bodies are: "the true objects", or those that a recording was completed to.
+        world: the physics that the arm acts in, its bodies in the same order.
+        arm: the arm.
+        prefix: what the arm's driver puts before the names of its joints.
+    """
+
+    out_of_reach: tuple[str, ...] = ()
+    missing: Mapping[str, str] = MappingProxyType({})
+    notes: tuple[str, ...] = ()
+    labelled: np.ndarray | None = None
+    bodies: str = "the true objects"
+
+    def __init__(
+        self,
+        models: Sequence[ObjectModel],
+        world_from_initial: np.ndarray,
+        count: int,
+        noise: np.random.Generator,
+        table: Table = Table(),
+        names: Sequence[str] | None = None,
+        called: Sequence[str] | None = None,
+        attributes: Sequence[ObjectAttributes] | None = None,
+        ground: Table | None = None,
+        camera: DepthCamera = DepthCamera(),
+        arm: ArmState | None = None,
+        world_from_base: np.ndarray = WORLD_FROM_BASE,
+    ) -> None:
+        self.models = tuple(models)
+        self.world_from_initial = world_from_initial
+        self.count = count
+        self.names = tuple(unique_names(self.models) if names is None else names)
+        self.called = tuple(self.names if called is None else called)
+        self._attributes = tuple(map(attributes_of, self.models) if attributes is None else attributes)
+        self._place = {name: place for place, name in enumerate(self.names)}
+        self._noise = noise
+        self._seen: dict[str, _Seen] = {}
+        self._backdrop: Backdrop | None = None
+        self.world = TabletopWorld(self.models, self.world_from_initial, table, camera, ground)
+        model = arm_model(DEFAULT_MODEL if arm is None else arm.model)
+        self.arm = JacoArm(self.world.client, Kinematics(model, world_from_base))
+        self.arm.stand_on(self.world.table_body)
+        if arm is not None:
+            self.notes += stand(self.arm, arm)
+        self._stood = self.arm.configuration()
+        self.prefix = f"{model.name}_" if arm is None else arm.prefix
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.world.close()
+
+    def look(self) -> Scene:
+        """What the camera sees: the objects that take part, and the distractors.
+
+        What was seen before and only moved since, upright, keeps the cloud of its first look: from a tower the camera
+        sees little but the top. Where it is now is taken from the simulation's poses, as when the arm builds: this
+        stands in for tracking. What has fallen over is looked at anew, what has fallen off is left out.
+
+        Raises:
+            ObservationError: when the camera cannot see an object that takes part and was not seen before.
+        """
+        poses = dict(zip(self.names, self.world.poses(), strict=True))
+        there = [i for i, name in enumerate(self.names) if name not in self.fallen]
+        known = {name: moved for name, seen in self._seen.items() if (moved := _moved(seen, poses[name])) is not None}
+        unknown = [i for i in there if self.names[i] not in known]
+        scene = self.world.observe(
+            self._noise,
+            objects=[i for i in unknown if i < self.count],
+            distractors=[i for i in unknown if i >= self.count],
+            names=self.names,
+        )
+        fresh = {cloud.name: cloud for cloud in (*scene.objects, *scene.distractors)}
+        for name, cloud in fresh.items():
+            fresh[name] = cloud = replace(cloud, bottom=self._bottom(self.names.index(name), poses[name]))
+            self._seen[name] = _Seen(cloud, poses[name])
+        clouds = {**known, **fresh}
+        return replace(
+            scene,
+            objects=tuple(clouds[self.names[i]] for i in there if i < self.count),
+            distractors=tuple(clouds[self.names[i]] for i in there if i >= self.count and self.names[i] in clouds),
+        )
+
+    def _bottom(self, index: int, pose: np.ndarray) -> float:
+        """z of what an object at the pose stands on, from its true shape: a scene file may stack things."""
+        lowest = float(pose[2, 3]) + lowest_point(self.models[index], pose)
+        return lowest if lowest > _LEAST_STEP else 0.0
+
+    @property
+    def fallen(self) -> tuple[str, ...]:
+        """The names of the objects that are no longer on the table."""
+        return tuple(name for name, pose in zip(self.names, self.world.poses(), strict=True) if pose[2, 3] < FALLEN)
+
+    @property
+    def untouched(self) -> bool:
+        """Whether everything is still where it was seen first."""
+        poses = self.poses()
+        return all(np.abs(poses[name] - seen.pose).max() <= MOVED for name, seen in self._seen.items())
+
+    def remember(self, clouds: Mapping[str, ObjectCloud]) -> None:
+        """Takes clouds, by the names of objects, as what was seen of them where they stand now."""
+        poses = self.poses()
+        self._seen |= {name: _Seen(cloud, poses[name]) for name, cloud in clouds.items()}
+
+    def involve(self, names: Sequence[str]) -> None:
+        """Says which objects take part from now on; they come first, each in the order of the beginning.
+
+        Raises:
+            KeyError: for a name that there is not.
+        """
+        unknown = set(names) - set(self.names)
+        if unknown:
+            raise KeyError(f"there is no {sorted(unknown)[0]!r}; there are: {', '.join(self.names)}")
+        order = sorted(range(len(self.names)), key=lambda i: (self.names[i] not in names, self._place[self.names[i]]))
+        self.world.reorder(order)
+        self.models = tuple(self.models[i] for i in order)
+        self.names = tuple(self.names[i] for i in order)
+        self.called = tuple(self.called[i] for i in order)
+        self._attributes = tuple(self._attributes[i] for i in order)
+        self.world_from_initial = self.world_from_initial[order]
+        self.count = len(names)
+
+    @property
+    def referents(self) -> tuple[SceneObject, ...]:
+        """The objects as an instruction can refer to them, in the order of `names`."""
+        return tuple(map(SceneObject, self.called, self._attributes))
+
+    @property
+    def color_names(self) -> tuple[str, ...]:
+        """The name of each object's colour, empty where it is not known."""
+        return tuple(each.colors[0] if each.colors else "" for each in self._attributes)
+
+    def poses(self) -> dict[str, np.ndarray]:
+        """world_from_object (4, 4) of every object, by name."""
+        return dict(zip(self.names, self.world.poses(), strict=True))
+
+    @property
+    def held(self) -> str | None:
+        """The name of what is in the hand, between builds only after the arm was stopped for good."""
+        return None if self.arm.weld is None else self.names[self.world.bodies.index(self.arm.weld[1])]
+
+    def tidy_up(self) -> bool:
+        """Has the arm set down what it holds, and fold, after it was stopped for good; whether there was a need.
+
+        There is none as long as it stands where it stood at first: a build leads it from there.
+        """
+        if self.arm.weld is None and np.abs(self.arm.configuration() - self._stood).max() < AT_HOME:
+            return False
+        return tidy_up(self.world, self.arm, np.random.default_rng(0))
+
+    def put_back(self, poses: Mapping[str, np.ndarray]) -> tuple[str, ...]:
+        """Puts every object where `poses` says, at rest, and folds the arm; the names of those that had moved."""
+        moved = []
+        for index, (name, now) in enumerate(zip(self.names, self.world.poses(), strict=True)):
+            if np.abs(now - poses[name]).max() > MOVED:
+                moved.append(name)
+            self.world.set_pose(index, poses[name])
+        self.arm.drop()
+        self.arm.fold_at_once()
+        return tuple(moved)
+
+    def picture(self, view: str = "robot") -> np.ndarray:
+        """A picture (H, W, 3) uint8 of the table as it is now, as the camera sees it, or from another view.
+
+        Over the arm's "shoulder" the floor and what the arm stands on are in the picture too.
+        """
+        if view != SHOULDER:
+            return self.world.picture(view)
+        if self._backdrop is None:
+            base = self.arm.kinematics.world_from_base[:3, 3]
+            self._backdrop = backdrop(self._shoulder, self.world.ground, tuple(base.tolist()))
+        return self.world.picture(camera=self._shoulder, backdrop=self._backdrop)
+
+    @property
+    def _shoulder(self) -> DepthCamera:
+        """The view over the arm's shoulder, wherever the arm stands."""
+        motion = self.arm.kinematics.world_from_base @ np.linalg.inv(WORLD_FROM_BASE)
+        usual = VIEWS[SHOULDER]
+        eye, target = transform_points(motion, np.array((usual.eye, usual.target))).tolist()
+        return replace(usual, eye=tuple(eye), target=tuple(target))
+
+
+def _moved(seen: _Seen, pose: np.ndarray) -> ObjectCloud | None:
+    """The cloud where it is now, or `None` where another side of the object is up, or it is gone."""
+    if tilt_between(pose, seen.pose) > _STILL_STANDS or pose[2, 3] < FALLEN:
+        return None
+    motion = pose @ np.linalg.inv(seen.pose)
+    bottom = seen.cloud.bottom + float(pose[2, 3] - seen.pose[2, 3])
+    return replace(
+        seen.cloud,
+        points=transform_points(motion, seen.cloud.points).astype(np.float32),
+        bottom=bottom if bottom > _LEAST_STEP else 0.0,
+    )
+
+
+def drawing_and_noise(seed: int) -> tuple[np.random.Generator, np.random.Generator]:
+    """What draws a scene, and what draws its sensor's noise: both follow from the seed."""
+    drawing, noise = (np.random.default_rng(part) for part in np.random.SeedSequence(seed).spawn(2))
+    return drawing, noise

@@ -1,0 +1,1 @@
+"""The verbs that make models: `structagent generate` and `structagent train`."""

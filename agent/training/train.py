@@ -1,0 +1,205 @@
+"""`structagent train`: its progress in the terminal, around `structdiffusion`'s own loop."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from agent import __version__
+from agent.errors import UsageError
+from agent.runtime.progress import progress_bar
+from agent.runtime.terminal_text import console_on
+from grounding.spec import SHAPES
+from structdiffusion.models import structformer_name
+
+if TYPE_CHECKING:
+    import torch
+
+    from structdiffusion.models.checkpoint import Checkpointed
+    from structdiffusion.training.distributed import Together
+    from structdiffusion.training.loss import Loss
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What suits a model: optimiser steps, peak learning rate, and scenes (or pairs) per step."""
+
+    steps: int
+    learning_rate: float
+    batch: int
+
+
+# A baseline's step costs what one of the diffusion model does, of which each encoded scene serves six passes. The four
+# StructFormers together take as many as the CVAE.
+RECIPES = {
+    "diffusion": Recipe(16_000, 8e-4, 32),
+    "cvae": Recipe(12_000, 8e-4, 48),
+    **{structformer_name(shape): Recipe(3_000, 8e-4, 48) for shape in SHAPES},
+    "structure": Recipe(4_000, 1e-3, 32),
+    "collision": Recipe(5_000, 1e-3, 64),
+}
+DEVICES = ("auto", "cpu", "cuda")
+FLOAT32, BFLOAT16 = "float32", "bfloat16"
+PRECISIONS = (FLOAT32, BFLOAT16)
+_DISCRIMINATORS = ("structure", "collision")
+
+
+@dataclass(frozen=True)
+class TrainingRun:
+    """What is trained on what, and where.
+
+    Attributes:
+        kind: one of `RECIPES`.
+        data: a folder that `structagent generate` made.
+        out: receives the checkpoint, the training state, `log.csv` and `training.json`.
+        recipe: how long, how fast, and on how much at once; steps of earlier runs are included.
+        device: one of `DEVICES`.
+        devices: how many train together; each draws batches of its own.
+        precision: one of `PRECISIONS`.
+        seed: of initial weights, batches and noise.
+    """
+
+    kind: str
+    data: Path
+    out: Path
+    recipe: Recipe
+    device: str = "auto"
+    devices: int = 1
+    precision: str = FLOAT32
+    seed: int = 0
+
+
+def train_model(run: TrainingRun) -> None:
+    """Trains a model, or goes on where it stopped; tells every row of the log.
+
+    Raises:
+        UsageError: for a device or a precision that cannot be had.
+        FileNotFoundError: where the data lack a file.
+        DataFolderError: where a file of the data is torn.
+        CheckpointError: where what an earlier run left in the folder cannot be gone on with.
+        FloatingPointError: when the loss is no number any more.
+    """
+    device = _device(run)
+    if run.precision != FLOAT32 and run.kind in _DISCRIMINATORS:
+        raise UsageError(
+            f"--precision cannot be {run.precision!r} for {run.kind!r}, which tells millimetres; legal: {FLOAT32}"
+        )
+    if run.devices == 1:
+        _train(run, device)
+    else:
+        from structdiffusion.training.distributed import in_processes
+
+        in_processes(_train_together, run.devices, run, device.type)
+
+
+def _device(run: TrainingRun) -> torch.device:
+    import torch
+
+    from structdiffusion.models.checkpoint import default_device
+
+    if run.device not in DEVICES:
+        raise UsageError(f"--device cannot be {run.device!r}; legal values: {', '.join(DEVICES)}")
+    if run.device == "cuda" and not torch.cuda.is_available():
+        raise UsageError("--device cannot be 'cuda' here: PyTorch finds no CUDA device; legal values: auto, cpu")
+    device = default_device() if run.device == "auto" else torch.device(run.device)
+    most = torch.cuda.device_count() if device.type == "cuda" else os.cpu_count() or 1
+    if run.devices > most:
+        what = "CUDA devices" if device.type == "cuda" else "processor cores"
+        raise UsageError(f"--devices cannot be {run.devices} here; legal: 1 to {most}, as many as there are {what}")
+    return device
+
+
+def _train_together(run: TrainingRun, device_type: str) -> None:
+    """The life of one process among several."""
+    from structdiffusion.training.distributed import Together
+
+    together = Together(cpu=device_type == "cpu")
+    _train(run, together.device, together)
+    together.end()
+
+
+def _train(run: TrainingRun, device: torch.device, together: Together | None = None) -> None:
+    import torch
+
+    from structdiffusion.training.loop import TrainingOptions, train
+    from structdiffusion.training.run_record import Surroundings, about_data
+
+    with torch.random.fork_rng():  # torch draws initial weights from its global generator alone
+        torch.manual_seed(run.seed)
+        model, loss = _TASKS[run.kind](run.data, device, run.recipe.batch)
+    if run.precision != FLOAT32:
+        loss = partial(loss, autocast=True)
+    options = TrainingOptions(steps=run.recipe.steps, learning_rate=run.recipe.learning_rate, seed=run.seed)
+    examples = "pairs" if run.kind == "collision" else "scenes"
+    surroundings = Surroundings(__version__, about_data(run.data), run.recipe.batch, examples, run.precision)
+    told = together is None or together.rank == 0
+    console = console_on(sys.stdout, soft_wrap=True, highlight=False, quiet=not told)
+    with progress_bar(quiet=not told) as progress:
+        task = progress.add_task(run.kind, total=run.recipe.steps)
+        for row in train(model, loss, run.out, options, device, surroundings=surroundings, together=together):
+            progress.update(task, completed=row.step)
+            losses = "  ".join(f"{name} {value:.4f}" for name, value in row.losses.items())
+            console.print(f"step {row.step}/{row.steps}  {row.seconds:.0f} s  {losses}")
+    where = str(device) if together is None else f"{together.count} devices ({device.type})"
+    console.print(f"trained for {run.recipe.steps} steps on {where}: {run.out}")
+
+
+def _diffusion(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
+    from structdiffusion.data.batches import DemonstrationBatches
+    from structdiffusion.models.diffusion.loss import diffusion_loss
+    from structdiffusion.models.diffusion.model import PoseDiffusion
+    from structdiffusion.models.diffusion.scheduler import NoiseScheduler
+
+    batches, model = DemonstrationBatches(data, device), PoseDiffusion().to(device)
+    scheduler = NoiseScheduler(model.config.steps, model.config.prediction_type)
+    return model, partial(diffusion_loss, model, scheduler, batches, scenes=batch)
+
+
+def _cvae(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
+    from structdiffusion.data.batches import DemonstrationBatches
+    from structdiffusion.models.cvae.loss import cvae_loss
+    from structdiffusion.models.cvae.model import PoseCVAE
+
+    batches, model = DemonstrationBatches(data, device), PoseCVAE().to(device)
+    return model, partial(cvae_loss, model, batches, scenes=batch)
+
+
+def _structformer(shape: str, data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
+    from structdiffusion.data.batches import DemonstrationBatches
+    from structdiffusion.models.structformer.loss import structformer_loss
+    from structdiffusion.models.structformer.model import StructFormer, StructFormerConfig
+
+    batches = DemonstrationBatches(data, device, shape=shape)
+    model = StructFormer(StructFormerConfig(shape=shape)).to(device)
+    return model, partial(structformer_loss, model, batches, scenes=batch)
+
+
+def _structure(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
+    from structdiffusion.data.batches import DemonstrationBatches
+    from structdiffusion.models.structure.loss import structure_loss
+    from structdiffusion.models.structure.model import StructureDiscriminator
+
+    batches, model = DemonstrationBatches(data, device), StructureDiscriminator().to(device)
+    return model, partial(structure_loss, model, batches, scenes=batch)
+
+
+def _collision(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
+    from structdiffusion.models.collision.loss import PairBatches, collision_loss
+    from structdiffusion.models.collision.model import CollisionDiscriminator
+
+    pairs, model = PairBatches.load(data, device), CollisionDiscriminator().to(device)
+    return model, partial(collision_loss, model, pairs, size=batch)
+
+
+_TASKS: dict[str, Callable[[Path, torch.device, int], tuple[Checkpointed, Loss]]] = {
+    "diffusion": _diffusion,
+    "cvae": _cvae,
+    **{structformer_name(shape): partial(_structformer, shape) for shape in SHAPES},
+    "structure": _structure,
+    "collision": _collision,
+}

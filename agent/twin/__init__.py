@@ -1,1 +1,0 @@
-"""The way back from a simulated twin of a recorded scene to the arm."""

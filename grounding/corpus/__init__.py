@@ -1,0 +1,1 @@
+"""Labelled training sentences: a grammar, free templates, paraphrases and typing errors."""

@@ -1,0 +1,136 @@
+"""The training language: frames with holes, and the phrases that fill them.
+
+`language/frames_*.txt` has one frame a line, `labels => text`: the labels that the fixed words say,
+and a text whose holes ({x}, {a_shape}, {not_size_adj} ...) bring their own. `language/phrases.toml`
+has the phrases per hole and value. Both are plain text, to be read and extended by people.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import resources
+
+from grounding.parse_result import REFUSALS
+from grounding.spec import LEGAL_VALUES
+
+FRAME_FILES = (
+    "frames_plain", "frames_wording", "frames_corrections", "frames_passing", "frames_distraction", "frames_spoken",
+)  # fmt: skip
+# Hole -> the slots that it fills. A hole with "not_" before it names another value and fills nothing.
+SLOTS_OF_HOLE: Mapping[str, tuple[str, ...]] = {
+    "a_shape": ("shape",),
+    "shape_noun": ("shape",),
+    "do_shape": ("shape",),
+    "size_adj": ("size",),
+    "size_adv": ("size",),
+    "x": ("x_position",),
+    "x_adj": ("x_position",),
+    "y": ("y_position",),
+    "y_adj": ("y_position",),
+    "xy": ("x_position", "y_position"),
+    "rot": ("rotation",),
+    "heading": ("rotation",),
+}
+OTHER_HOLES = ("objects", "object", "nouns", "noun", "fact", "other_shape", "idle")
+_HOLE = re.compile(r"\{(?P<negated>not_)?(?P<name>\w+)\}")
+
+
+class FrameError(ValueError):
+    """A frame that cannot be read; the message names the file, the line and what is legal."""
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A place to fill: its kind, and whether it names another value than the one that is meant."""
+
+    name: str
+    negated: bool
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A sentence with holes.
+
+    Attributes:
+        pieces: text and holes, in turns.
+        labels: slot -> value that the fixed words say.
+        refuse: why it has to be refused, one of `REFUSALS`, or `None`.
+    """
+
+    pieces: tuple[str | Hole, ...]
+    labels: Mapping[str, str]
+    refuse: str | None
+
+    @property
+    def holes(self) -> tuple[Hole, ...]:
+        """The holes, in the order of the text."""
+        return tuple(piece for piece in self.pieces if isinstance(piece, Hole))
+
+
+def read_frame(line: str, where: str) -> Frame:
+    """The frame of one line; `where` names the line in errors.
+
+    Raises:
+        FrameError: for a line without an arrow, an unknown label, value or hole.
+    """
+    said, arrow, text = line.partition("=>")
+    if not arrow or not text.strip():
+        raise FrameError(f"{where}: a frame reads 'labels => text', and this one has no text: {line!r}")
+    labels: dict[str, str] = {}
+    refuse = None
+    for entry in filter(None, (part.strip() for part in said.split(","))):
+        slot, _, value = entry.partition("=")
+        legal = tuple(REFUSALS) if slot == "refuse" else LEGAL_VALUES.get(slot)
+        if legal is None:
+            raise FrameError(f"{where}: unknown label {slot!r}; legal: refuse, {', '.join(LEGAL_VALUES)}")
+        if value not in legal:
+            raise FrameError(f"{where}: {slot} cannot be {value!r}; legal values: {', '.join(legal)}")
+        if slot == "refuse":
+            refuse = value
+        else:
+            labels[slot] = value
+    return Frame(_pieces(text.strip(), where), labels, refuse)
+
+
+def _pieces(text: str, where: str) -> tuple[str | Hole, ...]:
+    pieces: list[str | Hole] = []
+    end = 0
+    for match in _HOLE.finditer(text):
+        name = match["name"]
+        if name not in SLOTS_OF_HOLE and (match["negated"] or name not in OTHER_HOLES):
+            raise FrameError(
+                f"{where}: unknown hole {match[0]}; legal: {', '.join((*SLOTS_OF_HOLE, *OTHER_HOLES))}"
+            )
+        pieces += [text[end : match.start()], Hole(name, bool(match["negated"]))]
+        end = match.end()
+    pieces.append(text[end:])
+    return tuple(piece for piece in pieces if piece)
+
+
+@lru_cache(maxsize=1)
+def all_frames() -> Mapping[str, tuple[Frame, ...]]:
+    """File -> its frames."""
+    folder = resources.files("grounding") / "language"
+    frames = {}
+    for name in FRAME_FILES:
+        lines = (folder / f"{name}.txt").read_text(encoding="utf-8").splitlines()
+        frames[name] = tuple(
+            read_frame(line, f"{name}.txt, line {number}")
+            for number, line in enumerate(lines, start=1)
+            if line.strip() and not line.startswith("#")
+        )
+    return frames
+
+
+@lru_cache(maxsize=1)
+def all_phrases() -> Mapping[str, Mapping[str, tuple[str, ...]]]:
+    """Table -> value -> phrases."""
+    text = (resources.files("grounding") / "language" / "phrases.toml").read_text(encoding="utf-8")
+    return {
+        table: {value: tuple(phrases) for value, phrases in values.items()}
+        for table, values in tomllib.loads(text).items()
+    }

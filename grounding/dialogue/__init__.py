@@ -1,0 +1,1 @@
+"""Corrections: what a reply changes in the goal that was understood before."""

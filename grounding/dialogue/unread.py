@@ -1,0 +1,109 @@
+"""What of a correction nobody read: "bigger and purple", "5 cm to the left", "the other side and sort them by height".
+
+A correction may be chatty, so that most words that nobody read are harmless. Those are told that certainly ask for
+something: lengths, colours of no object, words for an order or a look, single words in a list of changes, and clauses
+that begin with a verb and of which no word was understood.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Sequence
+
+from grounding.dialogue.object_changes import clauses, named_in, object_change
+from grounding.dialogue.relative_edits import Edit, normalized
+from grounding.parse_result import Parse
+from grounding.references.lexicon import COLOURS
+
+NOT_UNDERSTOOD = "{} was not understood, so nothing was changed; say the correction without it"
+_NUMBER = (
+    r"(?:\d+(?: , \d+)?|a|an|one|two|three|four|five|six|seven|eight|nine|ten|twenty|half an?|a few|some|a couple of"
+    r"|several)"
+)
+_UNIT = (
+    r"(?:cm|mm|dm|centi ?met(?:er|re)s?|milli ?met(?:er|re)s?|met(?:er|re)s?|inch(?:es)?|feet|foot|ft"
+    r"|fingers?|hands?"
+    r"|hand ?widths?|percent|%)"
+)
+_LENGTH = re.compile(rf"\b{_NUMBER} {_UNIT}(?!\w)|\b\d+ ?(?:m|in|x)\b(?! a row)")
+_SUPERLATIVE = r"(?:tall|high|big|larg|small|short|heavi|light|thick|thin|wid|narrow)est"
+_ARRANGED = re.compile(
+    rf"\b(?:(?:sort|order|arrange|line up|rank|group)(?:ed|ing|s)?(?: (?:it|them|these|those|everything))? by \w+"
+    r"|sort(?:ed|ing)?|alphabetical(?:ly)?(?: order)?|shuffled?|alternat(?:e|ing)|upside down|mirror(?:ed)?"
+    r"|tilt(?:ed)?"
+    r"|lean(?:ing)?|diagonal(?:ly)?|on (?:its|their) sides?|lying down|by (?:height|colou?r|weight|name|size)"
+    r"|(?:in )?\w+ colou?rs?|(?:multi)?colou?red|(?:in )?(?:a |the )?(?:different|other|reverse[d]?"
+    r"|opposite|right|new|random|any) order"
+    r"|from (?:the )?(?:small|short|big|larg|tall|low|high|light|dark|wid|thin|thick)\w* to (?:the )?\w+"
+    r"|(?:from )?(?:left to right|right to left|front to back|top to bottom|bottom to top)"
+    r"|zig ?zag|wav(?:e|y)|oval|ellipse|(?:penta|hexa|octa)gon|arch|curved?|(?:letter|shape of an?) \w|[a-z] shape"
+    r"|vertical(?:ly)?|horizontal(?:ly)?|lengthwise|crosswise|sideways"
+    r"|order of (?:size|height|colou?r)"
+    rf"|(?:the )?{_SUPERLATIVE}(?: \w+)? (?:at|on|in|first|last|to|outside|inside)(?: the)?(?: \w+)?)\b"
+)
+_COLOUR = re.compile(rf"\b(?:{'|'.join(sorted(COLOURS))})\b")
+_ASKING = (
+    r"(?:add|include|insert|paint|colou?r|sort|mix|balance|hide|hang|fill|pour|throw|break|open|close|clean"
+    r"|wash|wipe|wrap"
+    r"|tie|connect|attach|glue|label|mark|draw|write|play|sing|dance|jump|dim|take|bring|remove|delete|make"
+    r"|put|place|build|set|stack|lay|keep"
+    r"|point|lift|raise|lower|drop|push|pull|press|hold|touch|shake|roll|light|count|show|invert|cover|give)"
+)
+_BEGINS = re.compile(rf"^(?:(?:please|then|also|now|just|and|but|to|can you|could you) )*{_ASKING}\b")
+_PART = re.compile(
+    rf",? *\b(?:and|but|then|or)\b(?= (?:then |also |please |now |just )*{_ASKING}\b)|,(?= *{_ASKING}\b)"
+)
+_LISTED = re.compile(
+    r"(?:^|\b(?:and|but)|,) (?:(?:also|more|very|a bit|really|all|it|be|make it) )*([a-z']+)(?= (?:and|but|,)| ?$)"
+)
+
+
+def unread_words(
+    text: str, edits: Sequence[Edit], parse: Parse | None, harmless: Collection[str], absolute: re.Pattern[str]
+) -> tuple[str, ...]:
+    """The parts of a correction that ask for something and were not read, in its order; none where all were.
+
+    Args:
+        text: the correction.
+        edits: its relative changes.
+        parse: what the parser read of the rest, if it was asked.
+        harmless: words that ask for nothing.
+        absolute: finds the words for values of slots.
+    """
+    sentence = " , ".join(map(normalized, clauses(text)))
+    objects = [clause[slice(*m.span)] for clause in clauses(text) for m in named_in(clause)]
+    named = set(normalized(" ".join(objects)).split())
+    known = {word for edit in edits for word in edit.words.split()} | named | set(harmless) | _CHATTER
+    evidence = [" ".join(words) for words in parse.evidence.values()] if parse else []
+    known |= set(normalized(" ".join(evidence)).split())
+    found = [match.group() for match in (*_LENGTH.finditer(sentence), *_ARRANGED.finditer(sentence))]
+    found += [match.group() for match in _COLOUR.finditer(sentence) if match.group() not in named]
+    found += [word for word in sentence.split() if word.isdecimal() and word not in known]
+    if edits or parse is not None:
+        found += [
+            match.group(1)
+            for match in _LISTED.finditer(sentence)
+            if match.group(1) not in known and not absolute.search(match.group(1))
+        ]
+    for clause in (part for clause in clauses(text) for part in _PART.split(clause)):
+        said = normalized(clause)
+        read = any(edit.words in said for edit in edits) or absolute.search(said) or object_change(clause)
+        if not read and _BEGINS.search(said) and (words := [word for word in said.split() if word not in known]):
+            found.append(said if len(words) > 1 else words[0])
+    kept = [part for part in dict.fromkeys(found) if not any(part != other and part in other for other in found)]
+    return tuple(sorted(kept, key=sentence.find))
+
+
+_CHATTER = frozenset(
+    "lovely perfect cool awesome great good nice fine excellent super wonderful brilliant alright right "
+    "correct exactly "
+    "thanks cheers ta please pls plz kindly sir buddy pal mate friend honey hello hi hey there ok okay yep "
+    "yup yeah nah "
+    "hmm uh um er erm ah oh wow well look see anyway though actually honestly basically seriously think "
+    "guess suppose "
+    "believe understand prefer rather better best worse pretty quite almost nearly close enough done again "
+    "instead then "
+    "now today tonight later first finally lastly more less too both else ever yet already also same again "
+    "still like "
+    "neat neater neatly tidy tidily clearly obviously simply careful carefully gently slowly quickly".split()
+)

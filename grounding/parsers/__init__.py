@@ -1,0 +1,1 @@
+"""Parsers: instruction to slots, by sentence embeddings or by a language model."""

@@ -1,0 +1,190 @@
+"""Sentences to slots by the sentence encoder's word states, with a confidence per slot and the telling words.
+
+A mean over a whole sentence blurs "small cups in a circle" with "cups in a small circle", so the
+parser reads the encoder's contextual word states and lets attention pick the telling words.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from grounding.parse_result import Parse, decide, unreadable
+from grounding.parsers.sentence_encoder import MAX_TOKENS, SentenceEncoder
+from grounding.parsers.spelling import Mended, mend
+from grounding.spec import SLOTS
+
+if TYPE_CHECKING:
+    import torch
+
+    from grounding.parsers.slot_head import SlotReader
+
+WEIGHTS = Path(__file__).parents[1] / "weights"
+# A word is evidence if it carries at least this share of what the strongest word carries.
+EVIDENCE_SHARE = 0.3
+BATCH = 64
+_ARTICLES = ("the", "a", "an", "of")
+# No word piece is longer than this; a text beyond is too long, whatever its words.
+MAX_CHARACTERS = 20 * MAX_TOKENS
+
+
+class ParserWeightsError(RuntimeError):
+    """Weights of the parser that cannot be used; the message names the file and the reason."""
+
+
+class EmbeddingParser:
+    """Reads instructions by attention over the sentence encoder's word states.
+
+    Args:
+        encoder: gives the word states.
+        reader: the trained network; its own, in evaluation mode.
+        layer: of the encoder, whose states the reader takes.
+        temperatures: question -> what its logits are divided by (Guo et al. 2017).
+    """
+
+    name = "embedding"
+
+    def __init__(
+        self, encoder: SentenceEncoder, reader: SlotReader, layer: int, temperatures: Mapping[str, float]
+    ) -> None:
+        self.encoder = encoder
+        self.reader = reader.eval()
+        self._layer = layer
+        self._temperatures = temperatures
+
+    @classmethod
+    def from_pretrained(
+        cls, folder: str | Path = WEIGHTS, encoder: SentenceEncoder | None = None
+    ) -> EmbeddingParser:
+        """The trained parser.
+
+        Args:
+            folder: of the `config.json` and `model.safetensors` that `grounding.training.embedding_parser` writes.
+            encoder: share a loaded one; it must be the one that the parser was trained on.
+
+        Raises:
+            ParserWeightsError: for a file that is missing or does not fit, or for another encoder.
+        """
+        from safetensors import SafetensorError
+        from safetensors.torch import load_file
+
+        from grounding.parsers.slot_head import QUESTIONS, SlotReader
+
+        folder = Path(folder)
+        for name in ("config.json", "model.safetensors"):
+            if not (folder / name).is_file():
+                raise ParserWeightsError(f"no parser weights in {folder}: {name} is missing")
+        encoder = encoder or SentenceEncoder()
+        try:
+            config = json.loads((folder / "config.json").read_text())
+            reader = SlotReader(layers=config["layers"], hidden=config["hidden"])
+            reader.load_state_dict(
+                {name: tensor.float() for name, tensor in load_file(folder / "model.safetensors").items()}
+            )
+            layer = int(config["encoder_layer"])
+            temperatures = {question: float(config["temperatures"][question]) for question in QUESTIONS}
+            checksum = config["encoder_sha256"]
+        except (ValueError, KeyError, TypeError, RuntimeError, SafetensorError) as error:
+            reason = " ".join(str(error).split())
+            raise ParserWeightsError(f"the parser weights in {folder} do not fit: {reason}") from error
+        if encoder.checksum != checksum:
+            raise ParserWeightsError(
+                f"the parser in {folder} was trained on the encoder {checksum[:12]}..., not on "
+                f"{encoder.checksum[:12]}... of {encoder.folder}"
+            )
+        return cls(encoder, reader, layer, temperatures)
+
+    def parse(self, text: str) -> Parse:
+        """What one instruction says; see `Parse.status` for whether it can be built."""
+        return self.parse_batch([text])[0]
+
+    def parse_batch(self, texts: Sequence[str]) -> list[Parse]:
+        """What each of many instructions says; much faster than one by one."""
+        found: dict[int, Parse] = {}
+        readable = []
+        for place, text in enumerate(map(_sound, texts)):
+            why = _why_unreadable(text)
+            if why:
+                found[place] = unreadable(text, why, self.name)
+            else:
+                readable.append((place, text, mend(text, self.encoder.whole_words)))
+        readable.sort(key=lambda entry: len(entry[2].text))  # little padding per batch
+        for start in range(0, len(readable), BATCH):
+            chosen = readable[start : start + BATCH]
+            parses = self._parse([text for _, text, _ in chosen], [mended for *_, mended in chosen])
+            found.update(zip((place for place, *_ in chosen), parses, strict=True))
+        return [found[place] for place in range(len(texts))]
+
+    def _parse(self, texts: Sequence[str], mended: Sequence[Mended]) -> list[Parse]:
+        import torch
+
+        from grounding.parsers.slot_head import ANSWERS, QUESTIONS, REFUSE
+
+        states = self.encoder.token_states([text.text for text in mended], self._layer)
+        with torch.inference_mode():
+            votes = dict(zip(QUESTIONS, self.reader(states.hidden, states.mask), strict=True))
+            shares = {
+                question: (vote.sum(dim=1) / self._temperatures[question]).softmax(dim=-1).tolist()
+                for question, vote in votes.items()
+            }
+        parses = []
+        for row, text in enumerate(texts):
+            if states.truncated[row]:
+                parses.append(unreadable(text, _too_long(text), self.name))
+                continue
+            probabilities = {
+                question: dict(zip(ANSWERS[question], shares[question][row], strict=True)) for question in QUESTIONS
+            }
+            refusals = {reason: share for reason, share in probabilities.pop(REFUSE).items() if reason is not None}
+            evidence = {
+                slot: _telling_words(text, mended[row], states.spans[row], self._added(votes[slot][row], slot))
+                for slot in SLOTS
+            }
+            parses.append(decide(text, probabilities, evidence, refusals, self.name))
+        return parses
+
+    @staticmethod
+    def _added(vote: torch.Tensor, slot: str) -> list[float]:
+        """What each word piece adds to the slot's best value over leaving it open."""
+        from grounding.parsers.slot_head import ANSWERS
+
+        best = int(vote.sum(dim=0)[: len(ANSWERS[slot]) - 1].argmax())
+        return (vote[:, best] - vote[:, -1]).tolist()
+
+
+def _sound(text: str) -> str:
+    """The text as UTF-8 can hold it: halves of a character pair, as broken input has them, become marks."""
+    return text.encode("utf-8", "replace").decode()
+
+
+def _why_unreadable(text: str) -> str:
+    if not any(letter.isalnum() for letter in text):
+        said = "is empty" if not text.strip() else "has no words"
+        return f"the instruction {said}; say what to build, as 'a small circle on the left'"
+    return _too_long(text) if len(text) > MAX_CHARACTERS else ""
+
+
+def _too_long(text: str) -> str:
+    return (
+        f"the instruction is too long: {len(text)} characters are more than the {MAX_TOKENS} word pieces "
+        "(about 180 words) that can be read; say it more briefly"
+    )
+
+
+def _telling_words(
+    text: str, mended: Mended, spans: Sequence[tuple[int, int]], added: Sequence[float]
+) -> tuple[str, ...]:
+    """The words of the text that add most, in the order of the text."""
+    words: dict[tuple[int, int], float] = {}
+    for (first, last), amount in zip(spans, added, strict=False):
+        span = mended.original_span(first, last) if last > first else None
+        if span is not None:
+            words[span] = words.get(span, 0.0) + amount
+    strongest = max(words.values(), default=0.0)
+    if strongest <= 0.0:
+        return ()
+    telling = [text[slice(*span)] for span, amount in words.items() if amount >= EVIDENCE_SHARE * strongest]
+    # Articles carry some of their noun's weight, and tell a reader nothing.
+    return tuple(word for word in telling if word.lower() not in _ARTICLES) or tuple(telling)

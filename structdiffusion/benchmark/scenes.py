@@ -1,0 +1,215 @@
+"""The scenes that planners are measured on: drawn from a seed, solvable, and seen by the camera.
+
+The reference arrangement of each passes the physical protocol, and the camera sees every object that takes part.
+Everything about a scene follows from its conditions, seed, structure, number and draw.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from grounding.spec import SHAPES, StructureSpec
+from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_scene, full_spec
+from structdiffusion.objects.model import ObjectModel
+from structdiffusion.observation import Scene, Table
+from structdiffusion.parallel import Lost, in_parallel
+from structdiffusion.protocol.physical_stability import Verdict, place_and_check
+from structdiffusion.simulation.depth_camera import DepthCamera
+from structdiffusion.simulation.world import ObservationError, TabletopWorld
+
+ANY_SHAPE = "structure"  # what a scene is called whose spec leaves the shape open
+CAMERA_SIDES = ("robot", "opposite", "left", "right")
+_MAX_DRAWS = 100
+_TRIES = 10  # draws after which a tower gets one object less than asked for
+_BEYOND_EDGE = 0.40  # m, from a table's left or right edge to the camera above
+_DRAWING, _SENSING, _PLANNING = range(3)  # what a scene's generators are for
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What scenes are drawn under; by default that which the models are trained for.
+
+    Attributes:
+        table: the table top's rectangle.
+        objects: the fewest and the most objects that take part; `None` for numbers that suit each structure. A table
+            setting has a place for ten things; a tower gets as many as stand.
+        camera: the depth camera.
+    """
+
+    table: Table = Table()
+    objects: tuple[int, int] | None = None
+    camera: DepthCamera = DepthCamera()
+
+
+def camera_beside(side: str, table: Table = Table()) -> DepthCamera:
+    """A depth camera above one side of a table: "robot" (the usual one), "opposite", "left" (+y) or "right".
+
+    From the left and from the right it stands farther back: the table is broader than deep, and all of it has to be
+    in the picture.
+
+    Raises:
+        ValueError: for another side.
+    """
+    usual = DepthCamera()
+    if side == "robot":
+        return usual
+    x, y, _ = usual.target
+    if side == "opposite":
+        return replace(usual, eye=(2 * x - usual.eye[0], 2 * y - usual.eye[1], usual.eye[2]))
+    if side == "left":
+        return replace(usual, eye=(x, table.y_max + _BEYOND_EDGE, usual.eye[2]))
+    if side == "right":
+        return replace(usual, eye=(x, table.y_min - _BEYOND_EDGE, usual.eye[2]))
+    raise ValueError(f"there is no camera on the side {side!r}; legal values: {', '.join(CAMERA_SIDES)}")
+
+
+@dataclass(frozen=True)
+class EvaluationScene:
+    """One scene to be solved.
+
+    Attributes:
+        drawn: the objects, where they stand at first, and the spec.
+        structure: the shape of the spec, or `ANY_SHAPE`.
+        number: counts the scenes of this structure from 0.
+        seed: the base seed; with structure, number and draw it determines everything.
+        draw: how many draws before this one had no valid arrangement or an object out of sight.
+        words: the instruction, or `None`.
+        embedding: (384,) of the words, or `None`.
+        heard: what a parser made of the words, which is all that a planner told in words may know; `None` tells
+            it the true spec.
+        camera: the depth camera that looks at it.
+    """
+
+    drawn: DrawnScene
+    structure: str
+    number: int
+    seed: int
+    draw: int
+    words: str | None = None
+    embedding: np.ndarray | None = None
+    heard: StructureSpec | None = None
+    camera: DepthCamera = DepthCamera()
+
+    @property
+    def spec(self) -> StructureSpec:
+        """What is asked for."""
+        return self.drawn.spec
+
+    @property
+    def planning_seed(self) -> int:
+        """What a planner's generator starts from, in [0, 2**62)."""
+        return int(_generator(self.seed, self.structure, self.number, self.draw, _PLANNING).integers(2**62))
+
+    def observed(self) -> Scene:
+        """What the depth camera sees, its noise drawn from the scene's seed."""
+        drawn = self.drawn
+        rng = _generator(self.seed, self.structure, self.number, self.draw, _SENSING)
+        with TabletopWorld(drawn.models, list(drawn.world_from_initial), drawn.table, self.camera) as world:
+            return world.observe(rng, range(drawn.count), range(drawn.count, len(drawn.models)))
+
+    def verdict(self, goal_from_initial: np.ndarray) -> Verdict:
+        """What becomes, in physics, of the motions (N, 4, 4) of the objects that take part, by the true spec."""
+        drawn, n = self.drawn, self.drawn.count
+        poses = drawn.world_from_initial
+        others = list(zip(drawn.models[n:], poses[n:]))
+        return place_and_check(drawn.models[:n], poses[:n], goal_from_initial, drawn.spec, drawn.table, others)
+
+
+def draw_evaluation_scenes(
+    models: Sequence[ObjectModel],
+    scenes: int,
+    *,
+    shapes: Sequence[str] = SHAPES,
+    seed: int = 0,
+    workers: int = 0,
+    conditions: Conditions = Conditions(),
+) -> Iterator[EvaluationScene | Lost]:
+    """`scenes` scenes of each shape with every slot specified, in order; yields them as they are drawn.
+
+    Where a worker died, its `Lost` has the scene's shape and number for a job.
+
+    Args:
+        models: the object library.
+        scenes: how many per shape.
+        shapes: which structures.
+        seed: of everything.
+        workers: processes; 0 for this one alone.
+        conditions: what to draw them under.
+
+    Raises:
+        SceneError: no scene of a shape can be drawn from these objects.
+    """
+    jobs = [(shape, number) for shape in shapes for number in range(scenes)]
+    yield from in_parallel(partial(_drawn, seed, conditions), tuple, (tuple(models),), jobs, workers)
+
+
+def _drawn(
+    seed: int, conditions: Conditions, models: Sequence[ObjectModel], job: tuple[str, int]
+) -> EvaluationScene:
+    shape, number = job
+    return draw_evaluation_scene(models, shape, number, seed=seed, conditions=conditions)
+
+
+def draw_evaluation_scene(
+    models: Sequence[ObjectModel],
+    shape: str | None,
+    number: int,
+    *,
+    seed: int,
+    spec: StructureSpec | None = None,
+    conditions: Conditions = Conditions(),
+    accepted: int | None = None,
+) -> EvaluationScene:
+    """One scene.
+
+    Args:
+        models: the object library.
+        shape: which structure; `None` for whichever the spec leaves possible.
+        number: counts the scenes of this shape.
+        seed: with shape and number it determines everything.
+        spec: what is asked for, of this shape; by default every slot of the shape is drawn.
+        conditions: what to draw it under.
+        accepted: the `EvaluationScene.draw` that was found for the same arguments before: it is not tried once more.
+
+    Raises:
+        SceneError: no such scene can be drawn from these objects.
+    """
+    reason = ""
+    for draw in range(_MAX_DRAWS) if accepted is None else (accepted,):
+        rng = _generator(seed, shape, number, draw, _DRAWING)
+        try:
+            wish = full_spec(shape, rng) if spec is None else spec
+            count = _count(shape, conditions, draw, rng)
+            drawn = draw_scene(models, wish, rng, count=count, table=conditions.table)
+            if shape in ("circle", "line") and count is not None and drawn.count < count:
+                raise SceneError(f"{drawn.count} of {count} objects that suit it")
+            scene = EvaluationScene(drawn, shape or ANY_SHAPE, number, seed, draw, camera=conditions.camera)
+            if accepted is not None:
+                return scene
+            scene.observed()
+        except (SceneError, ObservationError) as error:
+            reason = str(error)
+            continue
+        reference = scene.verdict(drawn.reference_goal_from_initial())
+        if reference.success:
+            return scene
+        reason = f"the reference arrangement fails: {reference.detail}"
+    raise SceneError(f"no {shape or ANY_SHAPE} in {_MAX_DRAWS} draws from {len(models)} objects: {reason}")
+
+
+def _count(shape: str | None, conditions: Conditions, draw: int, rng: np.random.Generator) -> int | None:
+    """How many objects take part; `None` leaves it to the structure."""
+    if conditions.objects is None:
+        return None
+    low, high = conditions.objects
+    count = int(rng.integers(low, high + 1))
+    return max(2, count - draw // _TRIES) if shape == "tower" else count
+
+
+def _generator(seed: int, shape: str | None, number: int, draw: int, purpose: int) -> np.random.Generator:
+    kind = len(SHAPES) if shape in (None, ANY_SHAPE) else SHAPES.index(shape)
+    return np.random.default_rng((seed, kind, number, draw, purpose))

@@ -1,0 +1,180 @@
+"""What can be told of an object from its partial cloud: outline, height, whether others can stand on it.
+
+The geometric planner, the settling of imagined goals and the imagined checks all see objects this
+way, never through their models.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from structdiffusion.footprints import outline_centroid, overlap_depth, turned
+from structdiffusion.layouts import LayoutItem
+from structdiffusion.observation import ObjectCloud
+from structdiffusion.protocol.semantic import PlacedBody
+
+_LEVEL = 0.008  # m: points this close below the highest count as near the top, about four deviations of the noise
+_TOP = 0.005  # m: points this close below the top belong to it; a ball has few of them
+_STACKABLE_SHARE = 0.45  # of the outline's area that a top has to span to carry something
+_RIM, _RIM_NOISE = 0.985, 0.003  # quantile of the points that is a rim's height; m that noise adds to it
+_WALL_NOISE = 0.002  # m: likewise of a vessel, whose rim is seen by few points; a tower adds such errors up
+# A level top shows most of what lies within 12 mm of it less than 5.5 mm below it, where studs still count; the ridge of a
+# banana shows three quarters, a ball two thirds. m; m, the side of the cells that are counted
+_NEAR_TOP, _BELOW_TOP, _CELL, _LEVEL_SHARE = 0.0055, 0.012, 0.004, 0.82
+_INNER = 0.5  # of the outline's smallest radius: where a vessel is lower than its rim
+_ON_TABLE = 0.008  # m: what is lifted less stands on the table
+# Outlines that overlap less, metres, are neighbours that touch, not one above the other.
+OVERLAP = 0.005
+
+
+@dataclass(frozen=True)
+class ObjectEstimate:
+    """One partly seen object that stands on the table, in the world frame, metres.
+
+    Attributes:
+        name, category: of its cloud.
+        points: (P, 3) what was seen of it.
+        mean: (3,) the mean of its points.
+        outline: (K, 2) convex outline seen from above.
+        height: of its level top.
+        front_yaw: heading of its front, were it cutlery.
+        stackable: whether its top is level and broad enough to carry something.
+        rounded: whether its top falls off to its sides, as that of a fruit: nothing can stand on it.
+        hollow: whether the camera sees into it: a bowl, cup, pan or plate, into which something may sink.
+    """
+
+    name: str
+    category: str
+    points: np.ndarray
+    mean: np.ndarray
+    outline: np.ndarray
+    height: float
+    front_yaw: float
+    stackable: bool
+    hollow: bool
+    rounded: bool = False
+
+    def layout_item(self) -> LayoutItem:
+        """The planner's view of it. A bottom cannot be seen, and is taken to be level."""
+        centred = self.outline - outline_centroid(self.outline)
+        return LayoutItem(self.category, centred, self.height, self.front_yaw, self.stackable, flat_bottom=True)
+
+    def outline_after(self, motion: np.ndarray) -> np.ndarray:
+        """The outline (K, 2) after an upright motion (4, 4) in the world frame."""
+        return turned(self.outline, math.atan2(motion[1, 0], motion[0, 0])) + motion[:2, 3]
+
+
+def estimate(cloud: ObjectCloud) -> ObjectEstimate:
+    """What a partial cloud tells of its object."""
+    outline = outline_of(cloud.points[:, :2].astype(np.float64))
+    z = cloud.points[:, 2]
+    height, hollow = top_of(cloud.points, outline)
+    mean = cloud.points.mean(axis=0).astype(np.float64)
+    top = _level_or_rim(z) if hollow else height  # the noise of a rim corrects its height alone
+    try:
+        # In 2-d, volume is area.
+        share = ConvexHull(cloud.points[z > top - _TOP, :2]).volume / ConvexHull(outline).volume
+    except (QhullError, ValueError):
+        share = 0.0
+    rounded = not hollow and _level_share(cloud.points, height) < _LEVEL_SHARE
+    return ObjectEstimate(
+        cloud.name,
+        cloud.category,
+        cloud.points.astype(np.float64),
+        mean,
+        outline,
+        height,
+        front_yaw(cloud.points),
+        bool(share > _STACKABLE_SHARE) and not rounded,
+        hollow,
+        rounded,
+    )
+
+
+def top_of(points: np.ndarray, outline: np.ndarray) -> tuple[float, bool]:
+    """The height of the level top or rim, metres, of a thing's points (P, 3), and whether the camera sees into it.
+
+    Args:
+        points: (P, 3) what was seen of it; it stands at z = 0.
+        outline: (K, 2) convex, of the same points.
+    """
+    z = points[:, 2]
+    height = _level_or_rim(z)
+    middle = outline_centroid(outline)
+    inner = np.linalg.norm(points[:, :2] - middle, axis=1) < _INNER * np.linalg.norm(outline - middle, axis=1).min()
+    hollow = bool(inner.sum() >= 5 and height - float(np.median(z[inner])) > _LEVEL)
+    # The points near a vessel's top are mostly on the wall below the rim.
+    return (float(np.quantile(z, _RIM)) - _WALL_NOISE if hollow else height), hollow
+
+
+def _level_or_rim(z: np.ndarray) -> float:
+    """The height of a top by the heights (P,) of all points.
+
+    The highest points lie above a level top by deviations of the noise: take the median of those near them. But a can's
+    narrow rim, on which things stand, is higher than its lid.
+    """
+    level = float(np.median(z[z > np.quantile(z, 0.97) - _LEVEL]))
+    return max(level, float(np.quantile(z, _RIM)) - _RIM_NOISE)
+
+
+def outline_of(points: np.ndarray) -> np.ndarray:
+    """The convex outline (K, 2) of points (P, 2). Depth noise is along the ray, and mostly up and down."""
+    try:
+        return points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):  # fewer than three points, or all on one line
+        return points.mean(axis=0) + 0.005 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+
+
+def _level_share(points: np.ndarray, height: float) -> float:
+    """Which share of what is seen from above (P, 3) within 12 mm of a top belongs to that top."""
+    cells = np.floor(points[:, :2] / _CELL).astype(np.int64)
+    near, below = (np.unique(cells[points[:, 2] > height - depth], axis=0) for depth in (_NEAR_TOP, _BELOW_TOP))
+    return len(near) / max(1, len(below))
+
+
+def front_yaw(points: np.ndarray) -> float:
+    """The heading of the long axis, toward its broader end: tines, blade or bowl of cutlery."""
+    centred = points[:, :2] - points[:, :2].mean(axis=0)
+    axis = np.linalg.svd(centred, full_matrices=False)[2][0]
+    along, across = centred @ axis, centred @ np.array([-axis[1], axis[0]])
+    middle = 0.5 * (along.min() + along.max())
+    if np.std(across[along < middle]) > np.std(across[along >= middle]):
+        axis = -axis
+    return math.atan2(axis[1], axis[0])
+
+
+def imagined_bodies(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> list[PlacedBody]:
+    """The finished structure as the clouds let us imagine it: for the checks before anything has moved.
+
+    Args:
+        objects: N estimates.
+        motions: (N, 4, 4) upright motions, world frame.
+    """
+    bodies = []
+    for thing, motion in zip(objects, motions):
+        outline = thing.outline_after(motion)
+        yaw = thing.front_yaw + math.atan2(motion[1, 0], motion[0, 0])
+        lift = float(motion[2, 3])
+        bodies.append(
+            PlacedBody(
+                thing.name, thing.category, outline, outline_centroid(outline), lift, lift + thing.height, yaw
+            )
+        )
+    order = sorted(range(len(bodies)), key=lambda i: bodies[i].z_bottom)
+    for rank, upper in enumerate(order):
+        if bodies[upper].z_bottom < _ON_TABLE:
+            continue
+        below = [
+            lower
+            for lower in order[:rank]
+            if overlap_depth(bodies[upper].footprint, bodies[lower].footprint) > OVERLAP
+        ]
+        if below:  # it rests on the highest of them
+            carrier = max(below, key=lambda lower: bodies[lower].z_top)
+            bodies[upper] = replace(bodies[upper], rests_on=(carrier,))
+    return bodies

@@ -1,0 +1,212 @@
+"""What a camera could not see of an object, guessed from what it saw: the far side, the inside, the bottom.
+
+| method | body |
+|---|---|
+| "hull" | the convex hull of what was seen, and of its lowest points set down on the support |
+| "extrude" | what was seen, continued straight down to the support, as one convex hull |
+| "columns" | the same, in as many convex parts as its outline and its steps need |
+| "mirror" | the far side by the likeliest mirror plane or half turn, where the object itself hides it; then "extrude" |
+| "symmetry" | round things turned about their axis, hollow where the camera saw into them; others mirrored, "columns" |
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, QhullError, cKDTree
+
+from structdiffusion.completion.axis_fitting import turned_body
+from structdiffusion.completion.columns import column_parts, solid
+from structdiffusion.completion.estimate import outline_of, top_of
+from structdiffusion.completion.revolution import Turned
+from structdiffusion.completion.tops import fall_of_top, is_rounded
+from structdiffusion.completion.view import View, level_top, levelled, without_strays
+from structdiffusion.objects.decomposition import few_vertices
+from structdiffusion.observation import ObjectCloud
+
+METHODS = ("hull", "extrude", "columns", "mirror", "symmetry")
+BEST = "symmetry"
+
+_FLAT = 0.015  # m: what is lower shows its whole outline to a camera above
+_TOP, _BROAD = 0.008, 0.85  # m below the top that belong to it; of the outline's area
+_FEWEST = 12  # points that tell a symmetry
+_MOST = 1200  # points that are looked at
+_LOW = 0.15  # of the height: what belongs to the lowest points
+_TRIED = 200  # points that are mirrored to try a symmetry
+_CERTAIN = 0.15  # how plausible a symmetry has to be at least
+_APPENDAGE = 25  # points besides a round body that make a handle
+_HANDLE = 0.006  # m below what was seen of a handle that belong to it
+# A ball's top falls off by a seventh of its radius (`fall_of_top`), a level one by nothing.
+_BALL_FALLS = 0.07
+_STUDS = 0.0016  # m that a thing is at least higher than its level top would be
+_FOOT, _VERTICES = 0.0015, 64  # m that a round thing is flattened below; of a round body
+
+
+@dataclass(frozen=True)
+class CompletedShape:
+    """A whole body, guessed from a partial view. World frame, metres.
+
+    Attributes:
+        parts: convex parts, each (V, 3); their union is the body, and its lowest point is on the support.
+        seen: (P, 3) the points it was guessed from, strays left out and noise smoothed.
+        symmetry: "turned", "ball", "half turn", "mirror" or "": how the far side was guessed.
+        hollow: whether it is open from above.
+    """
+
+    parts: tuple[np.ndarray, ...]
+    seen: np.ndarray
+    symmetry: str = ""
+    hollow: bool = False
+
+
+def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: str = BEST) -> CompletedShape:
+    """The whole body of a partly seen object.
+
+    Args:
+        cloud: what was seen of it; any number of points.
+        world_from_camera: (4, 4); without it nothing is known of what was hidden, and nothing is mirrored.
+        method: one of `METHODS`.
+
+    Raises:
+        ValueError: for another method, or a cloud without a point.
+    """
+    if method not in METHODS:
+        raise ValueError(f"a method of completion cannot be {method!r}; legal: {', '.join(METHODS)}")
+    points = np.asarray(cloud.points, dtype=np.float64)
+    points = points[np.isfinite(points).all(axis=1)]
+    if not len(points):
+        raise ValueError(f"nothing was seen of the {cloud.name}")
+    points = without_strays(points[:: math.ceil(len(points) / _MOST)])
+    points[:, 2] = np.maximum(points[:, 2], cloud.bottom)
+    as_seen = replace(cloud, points=points)
+    view = None
+    if world_from_camera is not None and len(points) >= _FEWEST:
+        view = View(points, world_from_camera[:3, 3])
+        points = view.points
+        points[:, 2] = np.maximum(points[:, 2], cloud.bottom)
+    points = levelled(points)
+    if method == "hull":
+        return CompletedShape((_lowered_hull(points, cloud.bottom),), points)
+    if method == "extrude" or (view is None and method == "mirror"):
+        return CompletedShape((solid(points, cloud.bottom),), points)
+    if method == "columns" or view is None:
+        return CompletedShape(column_parts(points, cloud.bottom), points)
+    if method == "mirror":
+        far, symmetry = mirrored(view, cloud.bottom)
+        return CompletedShape((solid(np.concatenate((points, far)), cloud.bottom),), points, symmetry)
+    round_top = is_rounded(points, float(points[:, 2].max()) - cloud.bottom)
+    if (turned := turned_body(view, cloud.bottom)) is not None and not _cornered(turned[0], points):
+        body, own = turned
+        parts = body.parts()
+        if round_top and not (body.hollow or body.ball):
+            parts = (_round_below(np.concatenate(parts), cloud.bottom),)
+        handle = _largest_piece(points[~own])
+        if len(handle) >= _APPENDAGE:
+            hangs = max(cloud.bottom, float(np.quantile(handle[:, 2], 0.02)) - _HANDLE)
+            parts += column_parts(handle, hangs)
+        if not body.hollow:
+            parts = _as_high(parts, as_seen)
+        return CompletedShape(parts, points, "ball" if body.ball else "turned", body.hollow)
+    far, symmetry = mirrored(view, cloud.bottom)
+    whole = np.concatenate((points, far))
+    parts = (_round_below(whole, cloud.bottom),) if round_top else column_parts(whole, cloud.bottom)
+    return CompletedShape(_as_high(parts, as_seen), points, symmetry)
+
+
+def mirrored(view: View, support: float) -> tuple[np.ndarray, str]:
+    """The points (Q, 3) of the far side, by the likeliest symmetry of what was seen, and which that is.
+
+    Half turns about an upright axis and mirrorings in upright planes are tried: one is likely where what was seen comes
+    to lie on what was seen, or behind it, and nothing comes to lie where the camera saw that nothing is.
+    """
+    points = view.points
+    none = np.empty((0, 3)), ""
+    if np.ptp(points[:, 2]) < _FLAT or points[:, 2].max() - support < _FLAT or _shows_outline(points):
+        return none
+    few = points[:: math.ceil(len(points) / _TRIED)]
+    away = points[:, :2].mean(axis=0) - view.eye[:2]
+    away = away / max(1e-9, float(np.linalg.norm(away)))
+    beside = np.array([-away[1], away[0]])
+    along, across = points[:, :2] @ away, points[:, :2] @ beside
+    depth, width = np.quantile(along, [0.01, 0.99]), np.quantile(across, [0.01, 0.99])
+    best, found = _CERTAIN, None
+    for d in np.linspace(0.4, 0.75, 8):
+        for w in (0.45, 0.5, 0.55):
+            middle = (depth[0] + d * (depth[1] - depth[0])) * away + (width[0] + w * (width[1] - width[0])) * beside
+            for kind in (None, *np.linspace(-math.pi / 2, math.pi / 2, 8, endpoint=False)):
+                score = view.plausibility(_reflected(few, middle, kind)) + (0.03 if kind is None else 0.0)
+                if score > best:
+                    best, found = score, (middle, kind)
+    if found is None:
+        return none
+    middle, kind = found
+    far = _reflected(points, middle, kind)
+    return far[view.hidden(far)], "half turn" if kind is None else "mirror"
+
+
+def _largest_piece(points: np.ndarray) -> np.ndarray:
+    """Those of the points (P, 3) that hang together with most others: what else sticks out of a body is noise."""
+    if len(points) < _APPENDAGE:
+        return points[:0]
+    tree = cKDTree(points)
+    reach = 3 * float(np.median(tree.query(points, k=4)[0][:, 3]))
+    pairs = tree.query_pairs(reach, output_type="ndarray")
+    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
+    _, piece = connected_components(links, directed=False)
+    return points[piece == np.bincount(piece).argmax()]
+
+
+def _shows_outline(points: np.ndarray) -> bool:
+    """Whether the top of what was seen (P, 3) is level and as broad as the whole: then nothing sticks out behind it."""
+    top = points[points[:, 2] > level_top(points[:, 2]) - _TOP]
+    try:
+        return ConvexHull(top[:, :2]).volume > _BROAD * ConvexHull(points[:, :2]).volume  # in 2-d, volume is area
+    except (QhullError, ValueError):
+        return False
+
+
+def _reflected(points: np.ndarray, middle: np.ndarray, heading: float | None) -> np.ndarray:
+    """Points (P, 3) after half a turn about the axis at `middle` (2,), or mirrored in the plane facing `heading`."""
+    offset = points[:, :2] - middle
+    if heading is None:
+        return np.column_stack((middle - offset, points[:, 2]))
+    normal = np.array([math.cos(heading), math.sin(heading)])
+    return np.column_stack((points[:, :2] - 2 * (offset @ normal)[:, None] * normal, points[:, 2]))
+
+
+def _cornered(body: Turned, points: np.ndarray) -> bool:
+    """Whether what was taken for a ball has a level top: a small cube is nowhere far from one."""
+    radius = float(body.outer[:, 0].max())
+    return body.ball and fall_of_top(points) < _BALL_FALLS * radius
+
+
+def _as_high(parts: tuple[np.ndarray, ...], cloud: ObjectCloud) -> tuple[np.ndarray, ...]:
+    """The parts, stretched where studs or a ridge, which few points show, reach higher than a level top would."""
+    top = max(float(part[:, 2].max()) for part in parts)
+    reach, _ = top_of(cloud.points, outline_of(cloud.points[:, :2]))
+    if reach - top < _STUDS or top - cloud.bottom < _STUDS:
+        return parts
+    stretch = (reach - cloud.bottom) / (top - cloud.bottom)
+    return tuple((part - [0, 0, cloud.bottom]) * [1, 1, stretch] + [0, 0, cloud.bottom] for part in parts)
+
+
+def _round_below(points: np.ndarray, support: float) -> np.ndarray:
+    """The convex hull (V, 3) of a body that is as round below as it is above; it stands on a small flat."""
+    top = float(points[:, 2].max())
+    upper = points[points[:, 2] >= support + 0.5 * (top - support)]
+    lower = upper * [1, 1, -1] + [0, 0, top + support]
+    lower[:, 2] = np.maximum(lower[:, 2], support + _FOOT)
+    whole = np.concatenate((upper, lower - [0, 0, _FOOT]))
+    return few_vertices(whole[ConvexHull(whole).vertices], _VERTICES)
+
+
+def _lowered_hull(points: np.ndarray, support: float) -> np.ndarray:
+    """The convex hull (V, 3) of points and of the shadow of the lowest of them."""
+    low = points[points[:, 2] <= np.quantile(points[:, 2], 0.02) + _LOW * np.ptp(points[:, 2])]
+    feet = solid(low, support)
+    whole = np.concatenate((points, feet))
+    return whole[ConvexHull(whole).vertices]

@@ -1,0 +1,1 @@
+"""Training data: scenes drawn, stored in shards, described and made into batches."""

@@ -1,0 +1,200 @@
+"""Training batches, made on the fly in torch: partial views of stored scenes, goal poses, language.
+
+Needs torch and numpy alone. A batch costs no file access: objects lie in memory as surface points,
+scenes as ids and poses, sentences as embeddings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from grounding.spec import LEGAL_VALUES, SLOTS
+from structdiffusion.data.npz_files import read_arrays
+from structdiffusion.rotations import yaw_matrices
+from structdiffusion.simulation.partial_views import partial_views
+from structdiffusion.word_tokens import WORDS
+
+# Chances of what the speaker leaves open.
+_KEEP_ALL, _KEEP_SHAPE, _KEEP_SLOT = 0.35, 0.92, 0.65
+_FORGET_NOUNS, _FORGET_NOUN = 0.15, 0.05  # of a whole scene; of one object
+# The id of each slot's first word, so that id - first + 1 is the value's number in its slot.
+_FIRST_WORD = torch.tensor([WORDS[slot, LEGAL_VALUES[slot][0]] for slot in SLOTS])
+_RADIX = 5 ** torch.arange(len(SLOTS))  # every slot has at most four values, and "open"
+
+
+@dataclass(frozen=True)
+class Batch:
+    """B scenes of up to N objects; frames and units as in `observation`.
+
+    Attributes:
+        clouds: (B, N, P, 3) partial views before anything moves.
+        present: (B, N) bool.
+        object_ids: (B, N) ids in the library, 0 where absent.
+        words: (B, 5) word ids of the language, 0 where left open.
+        sentence: (B, 384) embeddings; rows of zeros where the language is word tokens.
+        position: (B, N, 3) where the mean of each cloud goes.
+        turn: (B, N, 3, 3) how each object turns, world frame.
+        world_from_structure: (B, 4, 4).
+    """
+
+    clouds: Tensor
+    present: Tensor
+    object_ids: Tensor
+    words: Tensor
+    sentence: Tensor
+    position: Tensor
+    turn: Tensor
+    world_from_structure: Tensor
+
+
+class DemonstrationBatches:
+    """Draws batches from a folder of demonstrations (see `demonstrations.py` for its files).
+
+    Args:
+        folder: with `library.npz`, `shard_*.npz` and `language.npz`.
+        device: where the tensors live.
+        points: P of the clouds.
+        shape: draw only structures of this shape.
+
+    Raises:
+        FileNotFoundError: for a missing file, or when no scene has the shape; the message says which command makes it.
+        DataFolderError: for a file that is torn.
+    """
+
+    def __init__(
+        self, folder: str | Path, device: torch.device | str = "cpu", points: int = 256, shape: str | None = None
+    ) -> None:
+        folder = Path(folder)
+        shards = sorted(folder.glob("shard_*.npz"))
+        for name, there in (
+            ("library.npz", (folder / "library.npz").is_file()),
+            ("language.npz", (folder / "language.npz").is_file()),
+            ("shard_*.npz", bool(shards)),
+        ):
+            if not there:
+                raise FileNotFoundError(f"{folder} has no {name}; make it with `structagent generate --out {folder}`")
+        self.device, self.points = torch.device(device), points
+        library = read_arrays(folder / "library.npz", "points", "normals", "categories")
+        self.surface = torch.from_numpy(library["points"]).float().to(device)  # (M, S, 3)
+        self.normals = torch.from_numpy(library["normals"]).float().to(device)
+        self.categories = [str(c) for c in library["categories"]]
+        loaded = [read_arrays(shard) for shard in shards]
+        widths = [shard["goal"].shape[1] for shard in loaded]
+        loaded = [widened(shard, max(widths)) for shard in loaded]
+        width = torch.from_numpy(np.repeat(widths, [len(shard["goal"]) for shard in loaded]))
+        column = {name: torch.from_numpy(np.concatenate([shard[name] for shard in loaded])) for name in loaded[0]}
+        if shape is not None:
+            alike = column["words"][:, SLOTS.index("shape")] == WORDS["shape", shape]
+            if not alike.any():
+                made = f"make some with `structagent generate --out {folder}`"
+                raise FileNotFoundError(f"none of the {len(alike)} scenes in {folder} is a {shape}; {made}")
+            column, width = {name: rows[alike] for name, rows in column.items()}, width[alike]
+        self.objects = column["objects"].long().to(device)  # (D, W + 2)
+        self.initial, self.goal = column["initial"].to(device), column["goal"].to(device)
+        self.frame, self.words = column["frame"].to(device), column["words"].long().to(device)
+        self.places = self.goal.shape[1]  # W: the most objects that take part
+        # The rows of each width: a batch has one width, so that few crowded scenes do not make all batches wider.
+        self.rows = {int(w): torch.nonzero(width == w)[:, 0].to(device) for w in width.unique()}
+        self._load_language(folder / "language.npz")
+
+    def __len__(self) -> int:
+        return len(self.objects)
+
+    def _load_language(self, path: Path) -> None:
+        """Sentences sorted by what they specify, so that one of a given spec is a look-up."""
+        file = read_arrays(path, "embeddings", "words")
+        embeddings, words = torch.from_numpy(file["embeddings"]), torch.from_numpy(file["words"]).long()
+        keys = _keys(words)
+        order = keys.argsort(stable=True)
+        self.embeddings = embeddings[order].to(self.device)  # (L, 384) float16
+        self.sentence_count = torch.bincount(keys, minlength=5 ** len(SLOTS)).to(self.device)
+        self.sentence_start = self.sentence_count.cumsum(0) - self.sentence_count
+
+    def draw(self, size: int, generator: torch.Generator, sentences: float = 0.5) -> Batch:
+        """`size` random scenes; the share `sentences` of them with a sentence, the rest with word tokens."""
+        pick, places = self._pick(size, generator)
+        # N = `places` that take part, and the distractors.
+        slots = [*range(places), *range(self.places, self.objects.shape[1])]
+        ids = self.objects[pick][:, slots]  # (B, N + 2)
+        there = ids >= 0
+        ids = ids.clamp(min=0)
+        initial = self.initial[pick][:, slots]  # (B, N + 2, 3)
+        rotation = yaw_matrices(initial[..., 2])  # (B, N + 2, 3, 3)
+        points = torch.einsum("bnij,bnsj->bnsi", rotation, self.surface[ids])
+        points[..., :2] += initial[..., None, :2]
+        normals = torch.einsum("bnij,bnsj->bnsi", rotation, self.normals[ids])
+        clouds, seen = partial_views(points, normals, there, self.points, generator)
+        clouds, ids, there = clouds[:, :places], ids[:, :places], there[:, :places]
+        # An object that is wholly hidden cannot be asked for: the camera of a real scene would not list it.
+        there = there & (seen[:, :places] > 0.02)
+
+        goal, frame = self.goal[pick][:, :places], self.frame[pick]
+        turn = yaw_matrices(goal[..., 3])  # (B, N, 3, 3)
+        origin = torch.cat((initial[:, :places, :2], torch.zeros_like(goal[..., :1])), dim=-1)
+        mean = clouds.mean(dim=2)
+        position = torch.einsum("bnij,bnj->bni", turn, mean - origin) + goal[..., :3]
+        world_from_structure = torch.eye(4, device=self.device).repeat(size, 1, 1)
+        world_from_structure[:, :3, :3] = yaw_matrices(frame[:, 2])
+        world_from_structure[:, :2, 3] = frame[:, :2]
+        words, sentence = self._speak(self.words[pick], sentences, generator)
+        return Batch(clouds, there, ids, words, sentence, position, turn, world_from_structure)
+
+    def _pick(self, size: int, generator: torch.Generator) -> tuple[Tensor, int]:
+        """Random scenes of one width, and that width; each width as often as it has scenes."""
+        if len(self.rows) == 1:
+            return torch.randint(len(self), (size,), generator=generator, device=self.device), self.places
+        chosen = int(torch.randint(len(self), (1,), generator=generator, device=self.device))
+        for width, rows in self.rows.items():
+            if chosen < len(rows):
+                break
+            chosen -= len(rows)
+        return rows[torch.randint(len(rows), (size,), generator=generator, device=self.device)], width
+
+    def _speak(self, words: Tensor, sentences: float, generator: torch.Generator) -> tuple[Tensor, Tensor]:
+        """Leave slots open at random, and put a share of the wishes into sentences."""
+        chance = torch.rand(words.shape, generator=generator, device=self.device)
+        keep = chance < torch.tensor([_KEEP_SHAPE] + [_KEEP_SLOT] * 4, device=self.device)
+        whole = torch.rand(len(words), 1, generator=generator, device=self.device) < _KEEP_ALL
+        # The opening of a ring is there only because it was asked for; without the word it would be a fault.
+        opened = (words[:, 0] == WORDS["shape", "circle"]) & (words[:, 4] > 0)
+        keep = keep | whole
+        keep[:, 4] |= opened
+        keep[:, 0] |= (words * keep).sum(dim=1) == 0  # something has to be said
+        words = words * keep
+        key = _keys(words)
+        count = self.sentence_count[key]
+        chosen = torch.rand(len(words), generator=generator, device=self.device) * count
+        index = (self.sentence_start[key] + chosen.long()).clamp(max=len(self.embeddings) - 1)
+        spoken = torch.rand(len(words), generator=generator, device=self.device) < sentences
+        embedding = self.embeddings[index].float() * (spoken & (count > 0))[:, None]
+        return words, embedding
+
+    def noun_ids(self, ids: Tensor, nouns: tuple[str, ...], generator: torch.Generator) -> Tensor:
+        """Noun ids (B, N) of objects (B, N), some of them forgotten, as a real scene may not know them."""
+        table = torch.tensor([nouns.index(c) + 1 if c in nouns else 0 for c in self.categories], device=self.device)
+        forget = torch.rand(ids.shape, generator=generator, device=self.device) < _FORGET_NOUN
+        forget |= torch.rand(len(ids), 1, generator=generator, device=self.device) < _FORGET_NOUNS
+        return table[ids] * ~forget
+
+
+def widened(columns: dict[str, np.ndarray], places: int) -> dict[str, np.ndarray]:
+    """The columns of a `DemonstrationSet`, with room for this many objects that take part."""
+    have = columns["goal"].shape[1]
+
+    def with_room(column: np.ndarray, empty: int) -> np.ndarray:
+        room = np.full((len(column), places - have, *column.shape[2:]), empty, column.dtype)
+        return np.concatenate((column[:, :have], room, column[:, have:]), axis=1)
+
+    empties = {"objects": -1, "initial": 0, "goal": 0}
+    return {name: with_room(column, empties[name]) if name in empties else column for name, column in columns.items()}
+
+
+def _keys(words: Tensor) -> Tensor:
+    """One number for each combination of word ids (..., 5)."""
+    local = torch.where(words > 0, words - _FIRST_WORD.to(words.device) + 1, torch.zeros_like(words))
+    return (local * _RADIX.to(words.device)).sum(dim=-1)

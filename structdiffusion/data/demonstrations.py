@@ -1,0 +1,171 @@
+"""Training scenes, as object ids and poses, stored in shards (see `shards.py` for how they are drawn).
+
+Every shard follows from (seed, shard number) alone, is written at once, and is not written again: a run that
+was stopped goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from structdiffusion.data.batches import widened
+from structdiffusion.data.npz_files import DataFolderError, read_arrays, save_arrays
+from structdiffusion.data.shards import Shard, draw_shard
+from structdiffusion.objects.model import ObjectModel
+from structdiffusion.parallel import Lost, check_complete, in_parallel
+
+SHARD_SCENES = 500
+PROVEN = 1  # scenes of each exact shape in a shard that are built in physics too
+SHARD_FACTS = "shards.jsonl"
+
+
+@dataclass(frozen=True)
+class DemonstrationSet:
+    """D training scenes over M objects, for up to W = 7 that take part, or 10 where some scenes are crowded.
+
+    Absent entries are -1 in `objects` and 0 elsewhere.
+
+    Attributes:
+        objects: (D, W + 2) int16 ids of the objects that take part, place by place, then of the distractors.
+        initial: (D, W + 2, 3) float32 world x, y (m) and yaw (rad) before anything moves.
+        goal: (D, W, 4) float32 world x, y, z (m) of the object frame and its turn from the initial yaw (rad).
+        frame: (D, 3) float32 world x, y (m) and heading (rad) of the structure frame.
+        words: (D, 5) int8 word-token ids (`models.encoders.word_ids`) of the full spec.
+    """
+
+    objects: np.ndarray
+    initial: np.ndarray
+    goal: np.ndarray
+    frame: np.ndarray
+    words: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.objects)
+
+    @classmethod
+    def load(cls, folder: str | Path) -> DemonstrationSet:
+        """All finished shards of a folder.
+
+        Raises:
+            FileNotFoundError: when there is none.
+            DataFolderError: when one is torn.
+        """
+        shards = sorted(Path(folder).glob("shard_*.npz"))
+        if not shards:
+            raise FileNotFoundError(f"{folder} has no shard_*.npz; `structagent generate --out {folder}` makes them")
+        loaded = [read_arrays(shard, *cls.__dataclass_fields__) for shard in shards]
+        places = max(shard["goal"].shape[1] for shard in loaded)
+        loaded = [widened(shard, places) for shard in loaded]
+        return cls(*(np.concatenate([shard[name] for shard in loaded]) for name in cls.__dataclass_fields__))
+
+
+def save_library(models: Sequence[ObjectModel], folder: str | Path) -> None:
+    """Write `library.npz`: surface points and normals (M, 1024, 3) float16, names and nouns (M,).
+
+    Raises:
+        DataFolderError: when the folder has the library of other objects.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "library.npz"
+    library = {
+        "points": np.stack([model.surface_points for model in models]).astype(np.float16),
+        "normals": np.stack([model.surface_normals for model in models]).astype(np.float16),
+        "names": np.array([model.name for model in models]),
+        "categories": np.array([model.category for model in models]),
+    }
+    if not path.is_file():
+        save_arrays(path, library)
+        return
+    there = read_arrays(path, *library)
+    if any(not np.array_equal(there[name], array) for name, array in library.items()):
+        raise DataFolderError(f"{path} has other objects than the {len(models)} given; choose another folder")
+
+
+def generate(
+    models: Sequence[ObjectModel],
+    folder: str | Path,
+    scenes: int,
+    *,
+    crowded: int = 0,
+    seed: int = 0,
+    workers: int = 0,
+    ray: bool = False,
+) -> Iterator[tuple[int, int]]:
+    """Write demonstrations; yields (shards done, shards in all) as they are finished.
+
+    Args:
+        models: the training objects; written along as `library.npz`.
+        folder: receives `library.npz`, `shard_*.npz` and `shards.jsonl`, the facts of each shard.
+        scenes: how many, rounded up to whole shards of 500.
+        crowded: how many more in which 8 to 10 objects take part, rounded up likewise.
+        seed: of everything.
+        workers: processes; 0 for this one alone.
+        ray: the workers are of the Ray cluster that this process is connected to.
+
+    Raises:
+        DataFolderError: when the folder has scenes of other objects or of another seed.
+        WorkerError: at the end, when workers died and their shards are missing.
+    """
+    folder = Path(folder)
+    save_library(models, folder)
+    _remember_seed(folder, seed)
+    wanted = [(number, False) for number in range(-(-scenes // SHARD_SCENES))]
+    wanted += [(number, True) for number in range(-(-crowded // SHARD_SCENES))]
+    missing = [job for job in wanted if not _shard_path(folder, *job).is_file()]
+    shards = len(wanted)
+    done = shards - len(missing)
+    yield done, shards
+    task = partial(_drawn, seed, SHARD_SCENES, PROVEN)
+    lost = []
+    for shard in in_parallel(task, tuple, (tuple(models),), missing, workers, ray=ray, ordered=False):
+        if isinstance(shard, Lost):
+            lost.append(shard)
+            continue
+        keep_shard(folder, shard)
+        done += 1
+        yield done, shards
+    check_complete(lost, shards, "shards of scenes")
+
+
+def keep_shard(folder: Path, shard: Shard) -> None:
+    """Write a shard; its facts first, since where they are alone the shard is drawn again, and told again."""
+    path = _shard_path(folder, shard.number, shard.crowded)
+    with (folder / SHARD_FACTS).open("a", encoding="utf-8") as file:
+        file.write(json.dumps({"shard": path.stem, **shard.facts}) + "\n")
+    save_arrays(path, shard.columns)
+
+
+def _drawn(seed: int, scenes: int, proven: int, models: Sequence[ObjectModel], job: tuple[int, bool]) -> Shard:
+    number, crowded = job
+    return draw_shard(models, seed, number, scenes, proven, crowded)
+
+
+def _shard_path(folder: Path, number: int, crowded: bool) -> Path:
+    return folder / f"shard_{'crowded_' if crowded else ''}{number:05d}.npz"
+
+
+def _remember_seed(folder: Path, seed: int) -> None:
+    """Writes the seed at the start, so that scenes of another one are not mixed in later.
+
+    Raises:
+        DataFolderError: for another seed than that of the scenes in the folder.
+    """
+    path = folder / "seed.json"
+    # Data drawn before there was such a file tell the seed in their datasheet.
+    known = next((file for file in (path, folder / "datasheet.json") if file.is_file()), None)
+    if known is None:
+        path.write_text(json.dumps({"seed": seed}) + "\n")
+        return
+    try:
+        there = json.loads(known.read_text())["seed"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise DataFolderError(f"{known} tells no seed of the scenes beside it; choose another folder") from error
+    if there != seed:
+        raise DataFolderError(f"{folder} has scenes of seed {there}, and not of seed {seed}; choose another folder")

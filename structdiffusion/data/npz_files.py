@@ -1,0 +1,49 @@
+"""Files of arrays (.npz), of which training data consist: written whole or not at all, and checked when read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from zipfile import BadZipFile
+from zlib import error as ZlibError
+
+import numpy as np
+
+
+class DataFolderError(ValueError):
+    """A folder of training data that cannot be used, or holds others than asked for; the message says what is wrong."""
+
+
+def save_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
+    """Write a compressed .npz file, which is there whole or not at all."""
+    unfinished = path.with_suffix(".tmp")
+    with unfinished.open("wb") as file:
+        np.savez_compressed(file, **arrays)
+    unfinished.replace(path)
+
+
+def read_arrays(path: Path, *names: str) -> dict[str, np.ndarray]:
+    """The arrays of a .npz file.
+
+    Args:
+        path: of the file.
+        names: which of them; without any, all.
+
+    Raises:
+        FileNotFoundError: when there is no such file.
+        DataFolderError: when it is torn or something else, or lacks an array.
+    """
+    again = f"remove it, and `structagent generate --out {path.parent}` makes it again"
+    try:
+        loaded = np.load(path, allow_pickle=False)
+        if isinstance(loaded, np.ndarray):
+            raise DataFolderError(f"{path} is one array, and must be a file of named arrays; {again}")
+        with loaded:
+            lacking = [name for name in names if name not in loaded]
+            if lacking:
+                raise DataFolderError(f"{path} lacks the array {lacking[0]!r}; {again}")
+            return {name: loaded[name] for name in names or loaded.files}
+    except DataFolderError:
+        raise
+    except (BadZipFile, ZlibError, EOFError, ValueError) as error:
+        raise DataFolderError(f"{path} is torn, or no file of arrays; {again}") from error
+SHEET_NAME = "datasheet.json"  # of a folder of data

@@ -1,0 +1,263 @@
+"""Drawing scenes: which objects, where they stand at first, and what is asked of them.
+
+A scene is drawn so that a valid arrangement exists: the geometric planner found one with the true
+models, and the distractors leave it free. Everything follows from one generator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from grounding.spec import LEGAL_VALUES, SLOTS_OF_SHAPE, StructureSpec
+from structdiffusion.footprints import clear_gap, turned
+from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.layouts import Layout, LayoutError, LayoutItem, lay_out
+from structdiffusion.objects.model import ObjectModel
+from structdiffusion.observation import Table
+from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
+
+_COUNTS = {"circle": (3, 7), "line": (2, 6), "tower": (2, 4), "table setting": (3, 6)}
+_WIDEST = 0.22  # m, across a footprint in a circle or line: wider things leave no room for company
+_TALLEST_TOWER = 0.40  # m: what the arm can still release onto
+_TALLEST_IN_TOWER = 0.16  # m: of one object
+_LOWEST_OF = 2  # a tower of more objects than usual takes the lowest of so many times as many
+_INITIAL_GAP = 0.02  # m, between footprints at first: room for a finger
+_EDGE = 0.01  # m, from the table's edge at first
+_STANDING = f"level below and less than {_WIDEST} m across"
+# Who suits a structure, as `eligible` finds them.
+_SUITED = {
+    "table setting": f"by their nouns: {', '.join(BASES + CUTLERY + DRINKWARE)}",
+    "tower": f"{_STANDING}, lower than {_TALLEST_IN_TOWER} m, and no cutlery",
+}
+
+
+class SceneError(ValueError):
+    """No scene could be drawn; the message says what stood in the way."""
+
+
+@dataclass(frozen=True)
+class DrawnScene:
+    """A table with objects, and a wish that they can fulfil.
+
+    Attributes:
+        models: M objects: the `count` that take part first, then the distractors.
+        world_from_initial: (M, 4, 4) their poses at first.
+        count: how many take part.
+        spec: what is asked for.
+        reference: a layout of the true models that fulfils it.
+        table: the table.
+    """
+
+    models: tuple[ObjectModel, ...]
+    world_from_initial: np.ndarray
+    count: int
+    spec: StructureSpec
+    reference: Layout
+    table: Table
+
+    def reference_goal_from_initial(self) -> np.ndarray:
+        """The rigid motions (count, 4, 4) of the reference layout, world frame."""
+        motions = []
+        for i in range(self.count):
+            x, y, z = self.reference.positions[i]
+            initial = self.world_from_initial[i]
+            goal = pose_from_xyz_yaw(x, y, z, self.reference.turns[i])
+            goal[:3, :3] = goal[:3, :3] @ initial[:3, :3]
+            motions.append(goal @ np.linalg.inv(initial))
+        return np.array(motions)
+
+
+def layout_item(model: ObjectModel, yaw: float) -> LayoutItem:
+    """What the planner knows of a true model that stands with its front toward `yaw`."""
+    return LayoutItem(
+        model.category, turned(model.footprint, yaw), model.height, yaw, model.stackable, model.flat_bottom
+    )
+
+
+def full_spec(shape: str, rng: np.random.Generator) -> StructureSpec:
+    """A spec of this shape with every slot that it can carry drawn at random: the paper's test sentences."""
+    return StructureSpec(shape, **{slot: str(rng.choice(LEGAL_VALUES[slot])) for slot in SLOTS_OF_SHAPE[shape]})
+
+
+def eligible(models: Sequence[ObjectModel], shape: str | None) -> list[ObjectModel]:
+    """The objects of a library that can take part in a structure of this shape."""
+    if shape == "table setting":
+        nouns = BASES + CUTLERY + DRINKWARE
+        return [model for model in models if model.category in nouns]
+    standing = [model for model in models if model.flat_bottom and model.radius < _WIDEST / 2]
+    if shape == "tower":
+        return [model for model in standing if model.height < _TALLEST_IN_TOWER and model.category not in CUTLERY]
+    return standing
+
+
+def draw_scene(
+    models: Sequence[ObjectModel],
+    spec: StructureSpec,
+    rng: np.random.Generator,
+    *,
+    categories: Sequence[str] = (),
+    members: Sequence[ObjectModel] | None = None,
+    count: int | None = None,
+    distractors: int | None = None,
+    table: Table = Table(),
+    attempts: int = 60,
+) -> DrawnScene:
+    """A scene for a spec, from a library.
+
+    Args:
+        models: the library.
+        spec: what will be asked for; open slots stay open.
+        rng: the only source of chance.
+        categories: nouns that must take part, and nothing else; () leaves the choice free.
+        members: the objects that take part, where that is decided already: all others of `models` stand around.
+        count: how many objects take part; `None` draws a number that suits the shape. A tower takes fewer where it
+            would become too high for the arm, and a table setting no more than two of a kind.
+        distractors: how many others stand around; `None` draws 0 to 2.
+        table: the table.
+        attempts: how many sets of objects to try.
+
+    Raises:
+        SceneError: when no set of these objects can make the structure on this table.
+    """
+    pool = eligible(models, spec.shape)
+    if categories:
+        pool = [model for model in pool if model.category in categories]
+    reason = f"{len(pool)} of {len(models)} objects suit a {spec.shape or 'structure'}"
+    who = _SUITED.get(spec.shape, _STANDING)
+    if members is not None:
+        named = {model.name for model in members}
+        pool = [model for model in pool if model.name in named]
+        reason = f"{len(pool)} of the {len(members)} objects meant suit a {spec.shape or 'structure'}"
+    if len(pool) < (2 if members is None else max(2, len(members))):
+        raise SceneError(f"cannot make a {spec.shape or 'structure'}: only {reason} ({who}); 2 or more are needed")
+    for _ in range(attempts):
+        try:
+            chosen = list(members) if members else _choose(pool, spec.shape, rng, count, bool(categories))
+            yaws = rng.uniform(-np.pi, np.pi, len(chosen))
+            items = [layout_item(model, yaw) for model, yaw in zip(chosen, yaws)]
+            layout = lay_out(items, spec, table, rng)
+            if layout.spec.shape == "tower" and layout.positions[:, 2].max() > _TALLEST_TOWER:
+                raise LayoutError("the tower would be higher than the arm can build")
+            if members is None:
+                extra = _bystanders(models, chosen, rng, distractors, bool(categories))
+            else:
+                extra = [model for model in models if model.name not in named]
+            poses = _scatter(chosen, yaws, layout, extra, table, rng)
+        except LayoutError as error:
+            reason = str(error)
+            continue
+        return DrawnScene((*chosen, *extra), poses, len(chosen), spec, layout, table)
+    raise SceneError(f"no scene in {attempts} attempts for {spec} with these objects: {reason}")
+
+
+def _bystanders(
+    models: Sequence[ObjectModel],
+    chosen: Sequence[ObjectModel],
+    rng: np.random.Generator,
+    number: int | None,
+    named: bool,
+) -> list[ObjectModel]:
+    """Objects that stand around, none of a noun that was asked for; `None` draws 0 to 2 of them."""
+    number = int(rng.integers(0, 3)) if number is None else number
+    taken = {model.category for model in chosen} if named else set()
+    names = {model.name for model in chosen}
+    others = [
+        model
+        for model in eligible(models, None)
+        if model.name not in names and model.category not in taken and model.radius < 0.08
+    ]
+    return [others[i] for i in rng.permutation(len(others))[:number]]
+
+
+def _choose(
+    pool: Sequence[ObjectModel],
+    shape: str | None,
+    rng: np.random.Generator,
+    count: int | None,
+    named: bool,
+) -> list[ObjectModel]:
+    """The objects that take part; circles and lines are often of one kind."""
+    low, high = _COUNTS.get(shape, (3, 5))
+    wanted = count if count is not None else int(rng.integers(low, high + 1))
+    many = wanted > high
+    shuffled = [pool[i] for i in rng.permutation(len(pool))]
+    if shape == "table setting":
+        bases = [model for noun in BASES for model in shuffled if model.category == noun]
+        if not bases:
+            raise LayoutError("a table setting needs a plate or a bowl as its base")
+        chosen = bases[:1]
+        roles = {**{noun: (noun,) for noun in CUTLERY}, "drink": DRINKWARE}
+        if chosen[0].category == "plate":
+            roles["bowl"] = ("bowl",)
+        for role in rng.permutation(list(roles)):
+            match = next((m for m in shuffled if m.category in roles[str(role)] and m.radius < 0.15), None)
+            if match is not None and len(chosen) < wanted:
+                chosen.append(match)
+        if many:  # a second one of each, but for bowls: two have no room behind the plate
+            for role in rng.permutation([role for role in roles if role != "bowl"]):
+                second = [m for m in shuffled if m.category in roles[str(role)] and m.radius < 0.15][1:2]
+                chosen += second[: wanted - len(chosen)]
+        return chosen
+    if shape in ("circle", "line") and not named and rng.random() < 0.5:
+        same = [model for model in shuffled if model.category == shuffled[0].category]
+        if len(same) >= wanted:
+            shuffled = same
+    least = low if shape else 2  # of two, a tower or a line can be made
+    if len(shuffled) < least:
+        raise LayoutError(f"a {shape or 'structure'} needs {least} or more objects, and {len(shuffled)} suit it")
+    chosen = shuffled[:wanted]
+    if shape == "tower":
+        if many:
+            chosen = _low_enough(shuffled, wanted)
+        if not any(model.stackable for model in chosen):
+            raise LayoutError("none of the objects can carry another")
+        # At most one object that cannot carry: it goes on top.
+        carriers = [model for model in chosen if model.stackable]
+        chosen = carriers + [model for model in chosen if not model.stackable][:1]
+        if len(chosen) < low:
+            raise LayoutError("too few of the objects can carry another")
+    return chosen
+
+
+def _low_enough(shuffled: Sequence[ObjectModel], wanted: int) -> list[ObjectModel]:
+    """The lowest of some objects, up to as many as the arm can pile up."""
+    low = sorted(shuffled[: _LOWEST_OF * wanted], key=lambda model: model.height)[:wanted]
+    below = np.cumsum([0.0, *(model.height for model in low[:-1])])
+    return [model for model, height in zip(low, below) if height < _TALLEST_TOWER]
+
+
+def _scatter(
+    chosen: Sequence[ObjectModel],
+    yaws: np.ndarray,
+    layout: Layout,
+    extra: Sequence[ObjectModel],
+    table: Table,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Initial poses (M, 4, 4): distractors clear of the reference structure, everything clear of everything."""
+    standing_at_goal = zip(chosen, yaws, layout.turns, layout.positions)
+    goal = [turned(m.footprint, yaw + turn) + at[:2] for m, yaw, turn, at in standing_at_goal]
+    standing: list[np.ndarray] = []
+
+    def put(outline: np.ndarray, avoid: Sequence[np.ndarray]) -> np.ndarray:
+        low = np.array([table.x_min, table.y_min]) - outline.min(axis=0) + _EDGE
+        high = np.array([table.x_max, table.y_max]) - outline.max(axis=0) - _EDGE
+        for _ in range(200):
+            at = rng.uniform(low, high)
+            if all(clear_gap(outline + at, other) > _INITIAL_GAP for other in avoid):
+                standing.append(outline + at)
+                return at
+        raise LayoutError("there is no free place left on the table for the objects at first")
+
+    extra_poses = []
+    for model in extra:
+        yaw = rng.uniform(-np.pi, np.pi)
+        at = put(turned(model.footprint, yaw), standing + goal)
+        extra_poses.append(pose_from_xyz_yaw(*at, 0.0, yaw))
+    poses = [
+        pose_from_xyz_yaw(*put(turned(model.footprint, yaw), standing), 0.0, yaw) for model, yaw in zip(chosen, yaws)
+    ]
+    return np.array(poses + extra_poses)

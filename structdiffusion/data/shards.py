@@ -1,0 +1,170 @@
+"""Drawing the scenes of a shard, verified where geometry is no guarantee.
+
+Exact circles, lines and table settings stand by construction: everything is on the table, and outlines keep
+clear of each other. Some of every shard are built in PyBullet all the same, so that this is measured. A tower
+stands or falls by contact, so each is built, released piece by piece, and kept only if it stands; its settled
+heights are the goals.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from grounding.spec import SHAPES, StructureSpec
+from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_scene, full_spec
+from structdiffusion.geometry import yaw_of
+from structdiffusion.objects.model import ObjectModel
+from structdiffusion.protocol.physical_stability import place_and_check
+from structdiffusion.simulation.world import TabletopWorld
+from structdiffusion.word_tokens import word_ids
+
+PLACES, EXTRAS = 7, 2  # objects that take part, and distractors, at most
+# In a crowded scene more take part. Its rows are wider, and are kept apart from the others: most batches stay small.
+CROWDED_PLACES, _CROWD = 10, (8, 10)
+# Of the tries at a demonstration. Towers are drawn more often, since some of them fall and are dropped.
+_SHAPE_WEIGHTS = {"circle": 0.25, "line": 0.22, "tower": 0.28, "table setting": 0.25}
+_CROWDED_WEIGHTS = {"circle": 0.4, "line": 0.35, "tower": 0.05, "table setting": 0.2}
+# A tower stands if nothing moved or tilted by more than this when it was built and left alone.
+_TOWER_SHIFT, _TOWER_TILT = 0.015, np.radians(4.0)
+
+
+@dataclass(frozen=True)
+class Shard:
+    """Scenes that were drawn, and what became of all tries at them.
+
+    Attributes:
+        number: of the shard.
+        crowded: whether it is one of crowded scenes; these are numbered apart.
+        columns: the arrays of a `DemonstrationSet`.
+        facts: JSON-ready: the seconds that it took; per shape, "tries" and what became of them: "accepted",
+            "no scene" (no layout, or no room for it) or "fell"; and of those that were built in physics though
+            geometry guarantees them, how many were "proven" and how many "stood".
+    """
+
+    number: int
+    crowded: bool
+    columns: dict[str, np.ndarray]
+    facts: dict[str, Any]
+
+
+def draw_shard(
+    models: Sequence[ObjectModel], seed: int, number: int, scenes: int, proven: int = 0, crowded: bool = False
+) -> Shard:
+    """Draw one shard; the same (seed, number, crowded), library and size give the same scenes.
+
+    Args:
+        models: the library.
+        seed: of the whole data.
+        number: of the shard.
+        scenes: how many.
+        proven: how many of each exact shape are built in physics too; half a second each.
+        crowded: let 8 to 10 objects take part, towers as many of them as stand.
+    """
+    started = time.perf_counter()
+    rng = np.random.default_rng((seed, number, 1) if crowded else (seed, number))
+    rows: list[dict[str, np.ndarray]] = []
+    tries: dict[str, Counter[str]] = {shape: Counter() for shape in SHAPES}
+    while len(rows) < scenes:
+        shape, row, scene = _try(models, rng, crowded)
+        tries[shape]["tries"] += 1
+        tries[shape]["accepted" if row is not None else "no scene" if scene is None else "fell"] += 1
+        if row is None:
+            continue
+        rows.append(row)
+        if shape != "tower" and tries[shape]["proven"] < proven:
+            tries[shape]["proven"] += 1
+            tries[shape]["stood"] += _stands(scene)
+    columns = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
+    facts = {"scenes": scenes, "seconds": round(time.perf_counter() - started, 2), "shapes": tries}
+    return Shard(number, crowded, columns, facts)
+
+
+def _try(
+    models: Sequence[ObjectModel], rng: np.random.Generator, crowded: bool
+) -> tuple[str, dict[str, np.ndarray] | None, DrawnScene | None]:
+    """The shape that was tried, its row, and the scene, where there are any."""
+    weights = _CROWDED_WEIGHTS if crowded else _SHAPE_WEIGHTS
+    shape = str(rng.choice(SHAPES, p=[weights[shape] for shape in SHAPES]))
+    spec = full_spec(shape, rng)
+    if shape == "circle" and rng.random() < 0.4:
+        # A ring without an opening is what a circle means when no rotation was asked for.
+        spec = StructureSpec.from_dict({**spec.to_dict(), "rotation": None})
+    try:
+        count = int(rng.integers(_CROWD[0], _CROWD[1] + 1)) if crowded else None
+        scene = draw_scene(models, spec, rng, count=count, attempts=20)
+    except SceneError:
+        return shape, None, None
+    motions = scene.reference_goal_from_initial()
+    world_from_goal = motions @ scene.world_from_initial[: scene.count]
+    if shape == "tower":
+        world_from_goal = settled_tower(scene, world_from_goal)
+        if world_from_goal is None:
+            return shape, None, scene
+    return shape, _row(models, scene, world_from_goal, CROWDED_PLACES if crowded else PLACES), scene
+
+
+def _stands(scene: DrawnScene) -> bool:
+    """Whether the reference arrangement of a scene passes the contract's protocol."""
+    n, poses = scene.count, scene.world_from_initial
+    others = list(zip(scene.models[n:], poses[n:]))
+    motions = scene.reference_goal_from_initial()
+    return place_and_check(scene.models[:n], poses[:n], motions, scene.spec, scene.table, others).success
+
+
+def settled_tower(scene: DrawnScene, world_from_goal: np.ndarray) -> np.ndarray | None:
+    """Where the objects of a tower come to rest when it is built from the bottom up, or `None` if it falls.
+
+    Args:
+        scene: its objects; only those that take part matter.
+        world_from_goal: (N, 4, 4) planned poses; each object is set down 3 mm above what carries it.
+    """
+    order = scene.reference.order
+    settled = np.array(world_from_goal)
+    with TabletopWorld(table=scene.table) as world:
+        top = 0.0
+        for place, item in enumerate(order):
+            pose = np.array(world_from_goal[item])
+            pose[2, 3] = top + 0.003
+            world.add(scene.models[item], pose)
+            world.settle(1.0)
+            poses = np.array(world.poses())
+            planned = world_from_goal[list(order[: place + 1])]
+            shift = np.linalg.norm(poses[:, :2, 3] - planned[:, :2, 3], axis=1)
+            tilt = np.arccos(np.clip(poses[:, 2, 2], -1, 1))
+            if shift.max() > _TOWER_SHIFT or tilt.max() > _TOWER_TILT:
+                return None
+            # The top is where the highest of the placed objects ends: a cup inside a bowl may be lower than its rim.
+            top = max(p[2, 3] + scene.models[i].height for p, i in zip(poses, order))
+    settled[list(order)] = poses
+    return settled
+
+
+def _row(
+    models: Sequence[ObjectModel], scene: DrawnScene, world_from_goal: np.ndarray, places: int
+) -> dict[str, np.ndarray]:
+    index = {model.name: number for number, model in enumerate(models)}
+    objects = np.full(places + EXTRAS, -1, dtype=np.int16)
+    initial = np.zeros((places + EXTRAS, 3), dtype=np.float32)
+    goal = np.zeros((places, 4), dtype=np.float32)
+    members = list(scene.reference.order) + list(range(scene.count, len(scene.models)))
+    slots = list(range(scene.count)) + [places + i for i in range(len(scene.models) - scene.count)]
+    for slot, member in zip(slots, members):
+        pose = scene.world_from_initial[member]
+        objects[slot] = index[scene.models[member].name]
+        initial[slot] = pose[0, 3], pose[1, 3], yaw_of(pose)
+        if slot < places:
+            goal[slot] = *world_from_goal[member][:3, 3], scene.reference.turns[member]
+    frame = scene.reference.world_from_structure
+    return {
+        "objects": objects,
+        "initial": initial,
+        "goal": goal,
+        "frame": np.array([frame[0, 3], frame[1, 3], yaw_of(frame)], dtype=np.float32),
+        "words": np.array(word_ids(scene.spec), dtype=np.int8),
+    }

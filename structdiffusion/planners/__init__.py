@@ -1,0 +1,1 @@
+"""Planners: from a goal and an observed scene to proposed arrangements."""

@@ -1,0 +1,109 @@
+"""Load planners by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Protocol
+
+import torch
+
+from grounding.spec import SHAPES
+from structdiffusion.models import structformer_name
+from structdiffusion.models.checkpoint import CheckpointError
+from structdiffusion.models.collision import CollisionDiscriminator
+from structdiffusion.models.cvae import PoseCVAE
+from structdiffusion.models.diffusion import PoseDiffusion
+from structdiffusion.models.structformer import StructFormer
+from structdiffusion.models.structure import StructureDiscriminator
+from structdiffusion.observation import Arrangement, Goal, Scene
+from structdiffusion.planners.baselines import CVAEPlanner, StructFormerPlanner
+from structdiffusion.planners.cem import PoseSearch
+from structdiffusion.planners.diffusion import DiffusionPlanner
+from structdiffusion.planners.generative import Finish
+from structdiffusion.planners.geometric import GeometricPlanner
+from structdiffusion.planners.registry import LEGAL_NAMES, PLANNERS, PlannerParts, networks_of
+from structdiffusion.postprocessing.ranking import Ranker
+
+WEIGHTS = Path(__file__).parents[1] / "weights"
+
+
+class Planner(Protocol):
+    """Whatever proposes arrangements, best first."""
+
+    def propose(
+        self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
+    ) -> list[Arrangement]: ...
+
+
+def load_planner(name: str, weights: Path | None = None) -> Planner:
+    """The planner of a name, such as "diffusion" (told a sentence), "diffusion-tokens" (told words) or "geometric".
+
+    Args:
+        name: one of `PLANNERS`.
+        weights: a folder with a checkpoint for each network that the planner needs: `diffusion/`, `cvae/` or
+            `structformer_SHAPE/`, and the discriminators `structure/` and `collision/`; `None` for those shipped.
+
+    Raises:
+        ValueError: for an unknown name.
+        CheckpointError: for a checkpoint that is missing or does not fit.
+    """
+    if name not in PLANNERS:
+        raise ValueError(f"model cannot be {name!r}; legal values: {LEGAL_NAMES}")
+    parts = PLANNERS[name]
+    if parts.network == "geometric":
+        return GeometricPlanner(parts.imagined)
+    folder = Path(weights) if weights is not None else WEIGHTS
+    if not folder.is_dir():
+        raise CheckpointError(f"there is no folder {folder} with checkpoints")
+    missing = [network for network in networks_of(name) if not (folder / network).is_dir()]
+    if missing:
+        raise CheckpointError(
+            f"{folder} lacks {', '.join(missing)}, of which model {name!r} is made: `structagent train {missing[0]} "
+            f"--data SCENES --out {folder / missing[0]}` makes it"
+        )
+    if parts.network == "structformer":
+        by_shape = {shape: _structformer(folder, shape) for shape in SHAPES}
+        finish, search, _ = _judges(parts, folder)
+        return StructFormerPlanner(by_shape, finish, search)
+    if parts.network == "cvae":
+        cvae = PoseCVAE.from_pretrained(folder / "cvae")
+        finish, search, _ = _judges(parts, folder)
+        return CVAEPlanner(cvae, finish, search)
+    model = PoseDiffusion.from_pretrained(folder / "diffusion")
+    finish, _, guide = _judges(parts, folder)
+    try:
+        return DiffusionPlanner(
+            model, finish, sentence=parts.sentence, steps=parts.steps, sampler=parts.sampler,
+            guide=guide, guidance=parts.guidance, candidates=parts.candidates,
+        )  # fmt: skip
+    except ValueError as error:  # it was trained with fewer steps than this planner takes
+        raise CheckpointError(f"{folder / 'diffusion'} is of no use to model {name!r}: {error}") from error
+
+
+def _judges(
+    parts: PlannerParts, folder: Path
+) -> tuple[Finish, PoseSearch | None, StructureDiscriminator | None]:
+    """What a planner does with its samples, what improves them, and what guides them, where it has that."""
+    ranker = structure = None
+    if parts.ranked or parts.cem or parts.guidance:
+        structure = StructureDiscriminator.from_pretrained(folder / "structure")
+    if parts.ranked:
+        ranker = Ranker(
+            structure,
+            CollisionDiscriminator.from_pretrained(folder / "collision"),
+            discriminators=parts.discriminators,
+            mean_collision=parts.mean_collision,
+            bounds=parts.bounds,
+            imagined_checks=parts.checks,
+        )
+    finish = Finish(parts.placed, parts.refined, ranker, parts.imagined)
+    return finish, PoseSearch(structure) if parts.cem else None, structure if parts.guidance else None
+
+
+def _structformer(folder: Path, shape: str) -> StructFormer:
+    """The network for a shape; another shape's, in its place, is refused."""
+    place = folder / structformer_name(shape)
+    network = StructFormer.from_pretrained(place)
+    if network.config.shape != shape:
+        raise CheckpointError(f"{place} is the network for a {network.config.shape}; expected the one for a {shape}")
+    return network

@@ -1,0 +1,79 @@
+"""The geometric planner on what the camera saw: a baseline without learning."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+
+from structdiffusion.completion.estimate import ObjectEstimate, estimate
+from structdiffusion.footprints import CLEARANCE, clear_gap
+from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.layouts import LayoutError, lay_out
+from structdiffusion.observation import Arrangement, Goal, Scene, Table
+from structdiffusion.postprocessing.physics_reranking import tried_out
+from structdiffusion.postprocessing.physics_rollout import Imagination
+from structdiffusion.postprocessing.ranking import checks_score
+from structdiffusion.postprocessing.settling import settle
+
+
+class GeometricPlanner:
+    """The exact planner, given only what the camera saw.
+
+    Args:
+        imagined: how many of the best are tried out in imagination (`imagination`).
+    """
+
+    def __init__(self, imagined: int = 0) -> None:
+        self.imagined = imagined
+
+    def propose(
+        self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
+    ) -> list[Arrangement]:
+        """Up to `count` layouts of the estimated outlines, those whose imagined checks hold first.
+
+        Raises:
+            LayoutError: when no layout exists for these objects on this table.
+        """
+        rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
+        objects = [estimate(cloud) for cloud in scene.objects]
+        others = [estimate(cloud) for cloud in scene.distractors]
+        arrangements, reason = [], None
+        for _ in range(count):
+            order = rng.permutation(len(objects))
+            try:
+                layout = lay_out([objects[i].layout_item() for i in order], goal.spec, scene.table, rng)
+            except LayoutError as error:
+                reason = error
+                continue
+            motions = np.zeros((len(objects), 4, 4))
+            for place, i in enumerate(order):
+                item_at = objects[i].outline.mean(axis=0) - objects[i].layout_item().footprint.mean(axis=0)
+                turn = pose_from_xyz_yaw(0.0, 0.0, 0.0, layout.turns[place])
+                turn[:2, 3] = layout.positions[place, :2] - turn[:2, :2] @ item_at
+                turn[2, 3] = layout.positions[place, 2]
+                motions[i] = turn
+            motions = settle(objects, motions)
+            scores = self._scores(objects, others, motions, goal, scene.table)
+            arrangements.append(Arrangement(motions, scores, layout.world_from_structure))
+        if not arrangements:
+            raise reason
+        arrangements.sort(key=lambda arrangement: -arrangement.scores["total"])
+        if self.imagined:
+            return tried_out(Imagination(scene), arrangements, goal.spec, self.imagined)
+        return arrangements
+
+    @staticmethod
+    def _scores(
+        objects: Sequence[ObjectEstimate],
+        others: Sequence[ObjectEstimate],
+        motions: np.ndarray,
+        goal: Goal,
+        table: Table,
+    ) -> dict[str, float]:
+        outlines = [thing.outline_after(motion) for thing, motion in zip(objects, motions)]
+        hits = sum(clear_gap(outline, other.outline) < CLEARANCE for outline in outlines for other in others)
+        scores = {"checks": checks_score(objects, motions, goal.spec, table), "free of distractors": 1.0 / (1.0 + hits)}
+        return {**scores, "total": math.prod(scores.values())}

@@ -1,0 +1,83 @@
+"""What the structure discriminator says of samples in the making, and guidance by its gradient (paper appendix).
+
+Classifier guidance (Dhariwal and Nichol 2021) adds s_t grad log p(y | x_t) to the noise that a denoiser predicts. The
+discriminator knows clean scenes only, so it is asked about the clean state that the denoiser predicts. With the
+covariance of that prediction taken as sigma_t^2 (Song et al. 2023: exact for data of unit variance), the
+guided prediction is clean + weight * sigma_t^2 * grad log p(y | clean), and no gradient goes through the denoiser.
+The paper guides by a collision discriminator that it trains on noisy poses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from structdiffusion.models.backbone import PoseBackbone
+from structdiffusion.models.structure import StructureDiscriminator
+from structdiffusion.observation import Goal
+from structdiffusion.planners.generative import Observed, Samples
+from structdiffusion.word_tokens import word_ids
+
+# A gradient longer than this, per object and in units of the state, is shortened: a predicted state at high noise is
+# no scene that the discriminator knows, and its slope there can be of any size.
+_STEEPEST = 1.0
+
+
+@dataclass(frozen=True)
+class StructureScore:
+    """The logarithm of the structure discriminator's score, as a function of where the objects go.
+
+    Attributes:
+        structure: the discriminator.
+        clouds: (K, N, P, 3) each about its mean, place by place, as in its training.
+        nouns: (K, N) noun ids.
+        words: (K, 5) word ids.
+    """
+
+    structure: StructureDiscriminator
+    clouds: Tensor
+    nouns: Tensor
+    words: Tensor
+
+    @classmethod
+    def of(cls, structure: StructureDiscriminator, seen: Observed, samples: Samples, goal: Goal) -> StructureScore:
+        """Of these samples."""
+        clouds = (seen.clouds - seen.clouds.mean(dim=1, keepdim=True))[samples.order]
+        words = torch.tensor([word_ids(goal.spec)]).expand(len(clouds), -1)
+        return cls(structure, clouds, seen.nouns[samples.order], words)
+
+    def __call__(self, position: Tensor, turn: Tensor) -> Tensor:
+        """(K,) from where the means go, (K, N, 3) world frame, and how the objects turn, (K, N, 3, 3)."""
+        at_goal = torch.einsum("knij,knpj->knpi", turn, self.clouds) + position[:, :, None]
+        present = torch.ones(self.nouns.shape, dtype=torch.bool)
+        return torch.nn.functional.logsigmoid(self.structure(at_goal, present, self.nouns, self.words))
+
+    def __getitem__(self, rows: Tensor) -> StructureScore:
+        """Of some of the K, in another order, or of some more than once."""
+        return StructureScore(self.structure, self.clouds[rows], self.nouns[rows], self.words[rows])
+
+
+def guided(
+    clean: Tensor, sigma: float, weight: float, model: PoseBackbone, score: Callable[[Tensor, Tensor], Tensor]
+) -> Tensor:
+    """A predicted clean state (K, 1 + N, 9), drawn toward a higher score.
+
+    The structure frame stays where it is: the discriminator does not know where on the table a structure stands.
+
+    Args:
+        clean: what the denoiser predicts.
+        sigma: the noise level sqrt(1 - abar_t) that it was predicted at.
+        weight: of the guidance.
+        model: decodes states.
+        score: of positions (K, N, 3) and turns (K, N, 3, 3), world frame (see `StructureScore`).
+    """
+    with torch.enable_grad():
+        objects = clean[:, 1:].detach().requires_grad_()
+        _, position, turn = model.decode_state(torch.cat((clean[:, :1].detach(), objects), dim=1))
+        (slope,) = torch.autograd.grad(score(position, turn).sum(), objects)
+    steep = slope.norm(dim=-1, keepdim=True)
+    slope = slope * (_STEEPEST / steep.clamp(min=_STEEPEST))
+    return torch.cat((clean[:, :1], clean[:, 1:] + weight * sigma**2 * slope), dim=1)

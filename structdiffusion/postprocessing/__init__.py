@@ -1,0 +1,1 @@
+"""What is done with proposals: settled, refined, ranked, tried out in physics."""

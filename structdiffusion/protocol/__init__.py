@@ -1,0 +1,1 @@
+"""The evaluation protocol: what counts as success (`docs/protocol.md`)."""

@@ -1,0 +1,293 @@
+"""Does an arrangement stand? The physical protocol of the paper, section V, followed by the semantic checks.
+
+The objects are put at their predicted poses one after another, supports first, released from 3 cm
+above, and left to physics. The first thing that goes wrong names the failure:
+
+1. "intersection": set down at its predicted pose the object penetrates something by more than 2 mm;
+2. "abnormal velocity": something moves faster than 1 m/s, leaves the table, or ends more than 4 cm
+   (in the plane) from its predicted place;
+3. "not upright": something ends tilted by more than 15 degrees from its predicted orientation;
+4. "semantic": what stands is not what was asked for (`structdiffusion.protocol.semantic`).
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from grounding.spec import StructureSpec
+from structdiffusion.geometry import tilt_between, transform_points
+from structdiffusion.objects.model import ObjectModel, footprint_centroid
+from structdiffusion.observation import Table
+from structdiffusion.protocol.semantic import Check, PlacedBody, check_structure
+from structdiffusion.protocol.slot_measurement import realised_shape
+from structdiffusion.simulation.world import REST_SECONDS, TABLE, TabletopWorld, unique_names
+
+MAX_PENETRATION = 0.002  # m
+RELEASE_HEIGHT = 0.03  # m
+MAX_SPEED = 1.0  # m/s; a fall from the release height ends at 0.77
+MAX_DISPLACEMENT = 0.04  # m
+MAX_TILT = math.radians(15.0)
+SETTLE_SECONDS = 1.5
+FINAL_SECONDS = 2.0
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What became of one arrangement.
+
+    Attributes:
+        success: whether none of the four failures happened.
+        failure: one of `structdiffusion.protocol.semantic.FAILURE_CLASSES`, or `None`.
+        failed_object: the name of the object that failed, or `None` (semantic failures concern all).
+        penetrated: what it would penetrate, "table" or the name of an object, or `None`.
+        detail: one sentence with the value and its limit.
+        checks: the semantic checks; empty when physics failed before.
+        measured: "penetration" (m), "speed" (m/s), "displacement" (m), "tilt" (rad): the largest of each.
+        order: indices of the objects in the order in which they were placed.
+        world_from_final: (N, 4, 4) where the objects are in the end; NaN for those never placed.
+        seconds: the time that the computation took.
+    """
+
+    success: bool
+    failure: str | None
+    failed_object: str | None
+    detail: str
+    checks: tuple[Check, ...] = ()
+    measured: Mapping[str, float] = field(default_factory=dict)
+    order: tuple[int, ...] = ()
+    world_from_final: np.ndarray | None = None
+    seconds: float = 0.0
+    penetrated: str | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready, without the poses."""
+        return {
+            "success": self.success,
+            "failure": self.failure,
+            "failed_object": self.failed_object,
+            "penetrated": self.penetrated,
+            "detail": self.detail,
+            "checks": [asdict(check) for check in self.checks],
+            "measured": dict(self.measured),
+            "order": list(self.order),
+            "seconds": round(self.seconds, 4),
+        }
+
+
+class _Failure(Exception):
+    def __init__(self, failure: str, name: str | None, detail: str, penetrated: str | None = None) -> None:
+        super().__init__(detail)
+        self.failure, self.name, self.detail, self.penetrated = failure, name, detail, penetrated
+
+
+def executable_order(models: Sequence[ObjectModel], world_from_goal: np.ndarray) -> tuple[int, ...]:
+    """Supports first: by the goal's lowest point, in steps of 1 cm; among equals the widest first.
+
+    So a plate comes before the bowl on it even where their predicted bottoms differ by less than
+    the prediction's error.
+    """
+
+    def rank(index: int) -> tuple[int, float]:
+        points = transform_points(world_from_goal[index], np.concatenate(models[index].hulls))
+        area = round(float(ConvexHull(points[:, :2]).volume), 6)  # rounded, so that equals stay in order
+        return round(float(points[:, 2].min()) / 0.01), -area
+
+    return tuple(sorted(range(len(models)), key=rank))
+
+
+def place_and_check(
+    models: Sequence[ObjectModel],
+    world_from_initial: np.ndarray,
+    goal_from_initial: np.ndarray,
+    spec: StructureSpec,
+    table: Table = Table(),
+    others: Sequence[tuple[ObjectModel, np.ndarray]] = (),
+    names: Sequence[str] | None = None,
+    ground: Table | None = None,
+    until_rest: bool = False,
+    on_end: Callable[[TabletopWorld], None] | None = None,
+) -> Verdict:
+    """Places an arrangement under the protocol and judges it. Deterministic.
+
+    Args:
+        models: the N objects that take part.
+        world_from_initial: (N, 4, 4) their poses now.
+        goal_from_initial: (N, 4, 4) the predicted motion of each (`Arrangement.goal_from_initial`).
+        spec: what was asked for.
+        table: the table top.
+        others: distractors with their poses (4, 4); they are in the world all the time.
+        names: what the verdict calls the objects, then the others; by default their nouns, numbered.
+        ground: the whole surface that carries things, where it is more than the table top.
+        until_rest: judge as soon as everything is at rest, and not after the contract's 2 s.
+        on_end: called with the world as it is in the end, such as to take a picture of it.
+    """
+    started = time.perf_counter()
+    world_from_goal = np.asarray(goal_from_initial) @ np.asarray(world_from_initial)
+    if world_from_goal.shape != (len(models), 4, 4):
+        expected = f"({len(models)}, 4, 4)"
+        raise ValueError(f"the motions of {len(models)} objects are {expected}, got {world_from_goal.shape}")
+    order = executable_order(models, world_from_goal)
+    distractors, distractor_poses = [model for model, _ in others], [pose for _, pose in others]
+    with TabletopWorld(distractors, distractor_poses, table, ground=ground) as world:
+        trial = _Trial(world, models, world_from_goal, names)
+        checks: tuple[Check, ...] = ()
+        failure: _Failure | None = None
+        try:
+            for index in order:
+                trial.place(index)
+            checks = trial.judge(spec, until_rest)
+        except _Failure as caught:
+            failure = caught
+        final = np.full(world_from_goal.shape, np.nan)
+        for index, placed in trial.placed.items():
+            final[index] = world.pose(placed)
+        if on_end is not None:
+            on_end(world)
+    failed = [check for check in checks if not check.passed]
+    if failure is None and failed:
+        first = failed[0]
+        failure = _Failure("semantic", None, f"{first.name}: {first.measured:.3g}, allowed {first.limit}")
+    return Verdict(
+        success=failure is None,
+        failure=failure and failure.failure,
+        failed_object=failure and failure.name,
+        detail=failure.detail if failure else "everything stands as asked",
+        checks=checks,
+        measured=trial.measured,
+        order=order,
+        world_from_final=final,
+        seconds=time.perf_counter() - started,
+        penetrated=failure and failure.penetrated,
+    )
+
+
+def semantic_checks(
+    world: TabletopWorld, indices: Sequence[int], spec: StructureSpec, names: Sequence[str] | None = None
+) -> tuple[Check, ...]:
+    """The contract's checks of what stands in a world, by the true models and their contacts.
+
+    Args:
+        world: the world, at rest; physics runs in it for 0.1 s while contacts are recorded.
+        indices: the objects of the structure; all others are distractors.
+        spec: what was asked for.
+        names: what the checks call the objects; by default their categories, numbered.
+    """
+    number = {index: k for k, index in enumerate(indices)}
+    names = names or unique_names([world.models[index] for index in indices])
+    supports = world.supports(REST_SECONDS)
+    bodies = []
+    for name, index in zip(names, indices):
+        pose, model = world.pose(index), world.models[index]
+        points = transform_points(pose, np.concatenate(model.hulls))
+        outline = points[ConvexHull(points[:, :2]).vertices, :2]
+        bodies.append(
+            PlacedBody(
+                name=name,
+                category=model.category,
+                footprint=outline,
+                centroid=footprint_centroid(outline),
+                z_bottom=float(points[:, 2].min()),
+                z_top=float(points[:, 2].max()),
+                front_yaw=math.atan2(pose[1, 0], pose[0, 0]),
+                rests_on=tuple(number[other] for other in supports[index] if other in number),
+            )
+        )
+    # `rests_on` can tell neither a distractor nor the table beside another support.
+    own = {TABLE, *indices}
+    foreign = sum(not own.issuperset(supports[index]) for index in indices)
+    checks = [*check_structure(bodies, spec, world.table)]
+    checks.append(Check("objects that rest on a distractor", foreign == 0, foreign, "0"))
+    if (spec.shape or realised_shape(bodies, world.table)) == "tower":
+        leaning = sum(TABLE in supports[index] and len(supports[index]) > 1 for index in indices)
+        checks.append(Check("objects that rest on the table and on another", leaning == 0, leaning, "0"))
+    return tuple(checks)
+
+
+class _Trial:
+    """One run of the protocol in a world whose first objects are the distractors."""
+
+    def __init__(
+        self,
+        world: TabletopWorld,
+        models: Sequence[ObjectModel],
+        world_from_goal: np.ndarray,
+        names: Sequence[str] | None,
+    ) -> None:
+        self.world, self.models, self.world_from_goal = world, models, world_from_goal
+        # All lists below follow the world's indices: the distractors, then the objects as placed.
+        self.expected = world.poses()
+        every_name = unique_names([*models, *world.models]) if names is None else list(names)
+        self.own_names, self.names = every_name[: len(models)], every_name[len(models) :]
+        self.placed: dict[int, int] = {}  # number of the object -> its index in the world
+        self.measured = {"penetration": 0.0, "speed": 0.0, "displacement": 0.0, "tilt": 0.0}
+
+    def place(self, number: int) -> None:
+        """Checks the predicted pose, releases above it, waits for rest, and checks where things are."""
+        goal = self.world_from_goal[number]
+        index = self.world.add(self.models[number], goal)
+        self.placed[number] = index
+        self.expected.append(goal)
+        self.names.append(self.own_names[number])
+        for other, clearance in self.world.clearances(index).items():
+            self._record("penetration", -clearance)
+            if clearance < -MAX_PENETRATION:
+                thing = "table" if other == TABLE else self.names[other]
+                depth = f"{-clearance * 1000:.1f} mm, allowed 2 mm"
+                raise self._failure("intersection", index, f"would penetrate the {thing} by {depth}", thing)
+        above = goal.copy()
+        above[2, 3] += RELEASE_HEIGHT
+        self.world.set_pose(index, above)
+        self._run(SETTLE_SECONDS, until_rest=True)
+        self._check_places()
+
+    def judge(self, spec: StructureSpec, until_rest: bool) -> tuple[Check, ...]:
+        """Two more seconds, or less where everything rests before, then the final places and the semantic checks."""
+        self._run(FINAL_SECONDS - REST_SECONDS, until_rest)
+        checks = semantic_checks(
+            self.world, [self.placed[k] for k in range(len(self.models))], spec, self.own_names
+        )
+        self._check_places()
+        return checks
+
+    def _run(self, seconds: float, until_rest: bool) -> None:
+        def watch(speeds: np.ndarray) -> None:
+            fastest = int(speeds.argmax())
+            self._record("speed", speeds[fastest])
+            if speeds[fastest] > MAX_SPEED:
+                motion = f"moves at {speeds[fastest]:.2f} m/s, allowed 1 m/s"
+                raise self._failure("abnormal velocity", fastest, motion)
+
+        self.world.settle(seconds, watch, until_rest)
+
+    def _check_places(self) -> None:
+        table = self.world.ground
+        for index, center in enumerate(self.world.centers_of_mass()):
+            on_table = table.x_min <= center[0] <= table.x_max and table.y_min <= center[1] <= table.y_max
+            if center[2] < 0 or not on_table:
+                raise self._failure("abnormal velocity", index, "leaves the table")
+        poses = self.world.poses()
+        for index, goal in enumerate(self.expected):
+            displacement = float(np.linalg.norm(poses[index][:2, 3] - goal[:2, 3]))
+            self._record("displacement", displacement)
+            if displacement > MAX_DISPLACEMENT:
+                where = f"ends {displacement * 100:.1f} cm from its predicted place, allowed 4 cm"
+                raise self._failure("abnormal velocity", index, where)
+        for index, goal in enumerate(self.expected):
+            tilt = tilt_between(poses[index], goal)
+            self._record("tilt", tilt)
+            if tilt > MAX_TILT:
+                what = f"ends tilted by {math.degrees(tilt):.0f} degrees, allowed 15"
+                raise self._failure("not upright", index, what)
+
+    def _failure(self, failure: str, index: int, what: str, penetrated: str | None = None) -> _Failure:
+        return _Failure(failure, self.names[index], f"the {self.names[index]} {what}", penetrated)
+
+    def _record(self, what: str, value: float) -> None:
+        self.measured[what] = max(self.measured[what], float(value))

@@ -1,0 +1,160 @@
+"""Which values of the five slots a structure realises: the contract's measures, read back as words.
+
+Pure geometry, on imagined or on true bodies. What is measured is what the checks of `structdiffusion.protocol.semantic` measure.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS_OF_SHAPE, StructureSpec
+from structdiffusion.footprints import SIZE_BANDS
+from structdiffusion.layouts import LayoutError, LayoutItem, lay_out
+from structdiffusion.observation import Table
+from structdiffusion.protocol.semantic import PlacedBody, check_structure
+from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
+
+# A line faces both ways: north is south, and east is west.
+_LINE_ROTATIONS = ("north", "east")
+_POSITIONS = {"x_position": ("right", "center", "left"), "y_position": ("bottom", "middle", "top")}
+# What the checks that measure a slot are called.
+_MEASURED_BY = {
+    "size": "tightest extent", "x_position": "left: place", "y_position": "top: place", "rotation": "heading",
+}  # fmt: skip
+_OPENING = "opening / mean"
+_LEAST_OPENING = 1.5  # of a ring: one that is closed faces nowhere
+_FIT_ATTEMPTS = 10  # layouts tried before a value counts as one that does not fit
+
+
+def realised_shape(bodies: Sequence[PlacedBody], table: Table) -> str:
+    """The shape whose checks hold best; of those that hold alike, the one that asks for most.
+
+    Things that have no place in a table setting make none, although its checks do not mind them.
+    """
+    laid = all(body.category in BASES + CUTLERY + DRINKWARE for body in bodies)
+
+    def held(shape: str) -> tuple[float, int]:
+        checks = check_structure(bodies, StructureSpec(shape), table)
+        return sum(check.passed for check in checks) / len(checks), len(checks)
+
+    return max((shape for shape in SHAPES if laid or shape != "table setting"), key=held)
+
+
+def realised_spec(bodies: Sequence[PlacedBody], table: Table, shape: str | None = None) -> StructureSpec:
+    """The values that bodies realise, each the nearest where none is met exactly.
+
+    Args:
+        bodies: the N objects of the structure, world frame, metres.
+        table: the table.
+        shape: which shape they are measured as; by default `realised_shape`.
+
+    Returns:
+        A value for every slot that the shape can carry. `None` for what cannot be measured: the heading of a closed
+        ring, or anything of a ring of two or of a setting without a base. A line is told to face "north" or "east",
+        not the opposite.
+    """
+    shape = realised_shape(bodies, table) if shape is None else shape
+    values: dict[str, str | None] = {}
+    for slot in SLOTS_OF_SHAPE[shape]:
+        measure = _rotation if slot == "rotation" else _size if slot == "size" else _position
+        values[slot] = measure(bodies, table, shape, slot)
+    return StructureSpec(shape, **values)
+
+
+def distinct_values(shape: str | None, slot: str) -> tuple[str, ...]:
+    """The values of a slot that can be told apart in a structure of a shape."""
+    return _LINE_ROTATIONS if (shape, slot) == ("line", "rotation") else LEGAL_VALUES[slot]
+
+
+def fitting_values(
+    items: Sequence[LayoutItem], spec: StructureSpec, slot: str, table: Table, rng: np.random.Generator
+) -> tuple[str, ...]:
+    """The values of an open slot with which there is room for the structure on the table.
+
+    Args:
+        items: the objects that take part.
+        spec: what is asked for; other open slots may take any value.
+        slot: the open slot.
+        table: the table.
+        rng: of the layouts that are tried.
+    """
+
+    def fits(value: str) -> bool:
+        for _ in range(_FIT_ATTEMPTS):
+            try:
+                lay_out(items, replace(spec, **{slot: value}), table, rng)
+                return True
+            except LayoutError:
+                continue
+        return False
+
+    legal = distinct_values(spec.shape, slot)
+    if slot == "shape":
+        legal = tuple(shape for shape in legal if all(s in ("shape", *SLOTS_OF_SHAPE[shape]) for s, _ in spec.tokens()))
+    return tuple(value for value in legal if fits(value))
+
+
+def evenness(values: Sequence[str], fits: Sequence[str]) -> float | None:
+    """How evenly some values are spread over those that fit: 0 all the same, 1 in the mean where all are as likely.
+
+    A few even draws rarely look even: their entropy is below that of the values they are drawn of, in the mean by
+    a good deal (Miller, 1955), which is no fault of who drew them. Hence the mean entropy of as many even draws is the
+    measure, and a lucky few may come out above 1.
+
+    Args:
+        values: what was realised, one per sample; those that do not fit, and those that nothing realised, do not count.
+        fits: the different values that there may be.
+
+    Returns:
+        The entropy over that of as many even draws, or `None` where nothing could differ.
+    """
+    values = [value for value in values if value in fits]
+    if min(len(values), len(fits)) < 2:
+        return None
+    shares = np.array(list(Counter(values).values())) / len(values)
+    return float(-(shares * np.log(shares)).sum()) / _entropy_of_even_draws(len(values), len(fits))
+
+
+def _entropy_of_even_draws(draws: int, values: int) -> float:
+    """The mean entropy, in nats, of the shares in so many independent draws of so many equally likely values."""
+    often = np.arange(1, draws + 1)  # how often one of the values is drawn: binomial
+    ways = [math.lgamma(draws + 1) - math.lgamma(n + 1) - math.lgamma(draws - n + 1) for n in often]
+    chances = np.exp(np.array(ways) - often * math.log(values) + (draws - often) * math.log1p(-1 / values))
+    shares = often / draws
+    return float(-values * (chances * shares * np.log(shares)).sum())
+
+
+def _size(bodies: Sequence[PlacedBody], table: Table, shape: str, slot: str) -> str | None:
+    ratio = _measure(bodies, StructureSpec(shape, size="small"), table, _MEASURED_BY[slot])
+    if ratio is None:
+        return None
+    return next(size for size, (low, high) in SIZE_BANDS.items() if low <= ratio < high)
+
+
+def _position(bodies: Sequence[PlacedBody], table: Table, shape: str, slot: str) -> str | None:
+    names = _POSITIONS[slot]
+    share = _measure(bodies, StructureSpec(shape, **{slot: names[-1]}), table, _MEASURED_BY[slot])
+    return None if share is None else names[int(np.clip(3 * share, 0, 2))]
+
+
+def _rotation(bodies: Sequence[PlacedBody], table: Table, shape: str, slot: str) -> str | None:
+    off: dict[str, float] = {}
+    for rotation in distinct_values(shape, slot):
+        spec = StructureSpec(shape, rotation=rotation)
+        if shape == "circle" and (_measure(bodies, spec, table, _OPENING) or 0.0) < _LEAST_OPENING:
+            return None
+        degrees = _measure(bodies, spec, table, _MEASURED_BY[slot])
+        if degrees is not None:
+            off[rotation] = degrees
+    return min(off, key=off.__getitem__, default=None)
+
+
+def _measure(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table, name: str) -> float | None:
+    """What the check of a name measures; `None` where the bodies are too few for it."""
+    checks = check_structure(bodies, spec, table)
+    return next((check.measured for check in checks if name in check.name), None)

@@ -1,0 +1,1 @@
+"""The simulated table top, its depth camera and partial views."""

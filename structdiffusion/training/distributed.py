@@ -1,0 +1,109 @@
+"""Training on several devices: a process for each, which average their gradients (by Hugging Face Accelerate).
+
+Only for more than one device; one needs torch and numpy alone.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import socket
+import sys
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import torch
+from accelerate import Accelerator
+from torch import Tensor, nn
+from torch.multiprocessing import start_processes
+
+from structdiffusion.data.npz_files import DataFolderError
+from structdiffusion.models.checkpoint import CheckpointError
+
+if TYPE_CHECKING:
+    from structdiffusion.training.loss import Loss
+
+
+class Together:
+    """This process among those that train one model; every method has to be called by all of them.
+
+    Args:
+        cpu: on processor cores, even where there are GPUs.
+
+    Attributes:
+        rank: counts the processes from 0; the first one tells and saves.
+        count: how many there are.
+        device: of this one.
+    """
+
+    def __init__(self, cpu: bool) -> None:
+        self._accelerator = Accelerator(cpu=cpu)
+        self.rank, self.count = self._accelerator.process_index, self._accelerator.num_processes
+        self.device = self._accelerator.device
+
+    def averaged(self, model: nn.Module, loss: Loss) -> Loss:
+        """The loss, with gradients of `model` that are the mean over all processes; weights start as the first's."""
+        return self._accelerator.prepare(_LossOf(model, loss))
+
+    def mean(self, values: Mapping[str, float]) -> dict[str, float]:
+        """The mean of each value over all processes."""
+        tensor = torch.tensor(list(values.values()), dtype=torch.float32, device=self.device)
+        return dict(zip(values, self._accelerator.reduce(tensor, "mean").tolist(), strict=True))
+
+    def end(self) -> None:
+        """Waits for the others, and parts."""
+        self._accelerator.wait_for_everyone()
+        self._accelerator.end_training()
+
+
+class _LossOf(nn.Module):
+    """A loss as a module: gradients are averaged for what a module's forward computes, and a loss calls more of the
+    network than its forward."""
+
+    def __init__(self, model: nn.Module, loss: Loss) -> None:
+        super().__init__()
+        self.model = model
+        self.loss = loss
+
+    def forward(self, generator: torch.Generator) -> dict[str, Tensor]:
+        return self.loss(generator)
+
+
+def in_processes(work: Callable[..., None], count: int, *arguments: Any) -> None:
+    """`work(*arguments)` in `count` new processes, each of which may make a `Together`.
+
+    Raises:
+        Exception: the one that a process could not go on with; the others are stopped.
+        ProcessRaisedException: where it cannot be handed over; with its traceback.
+    """
+    # What made a process end is told by whoever catches the error; that the others were stopped, nobody has to know.
+    logging.getLogger("torch.multiprocessing.spawn").setLevel(logging.ERROR)
+    failures = torch.multiprocessing.get_context("spawn").SimpleQueue()
+    try:
+        start_processes(_start, (work, count, _free_port(), failures, arguments), count, start_method="spawn")
+    except torch.multiprocessing.ProcessExitedException:
+        if failures.empty():
+            raise
+        raise failures.get() from None
+
+
+def _start(rank: int, work: Callable[..., None], count: int, port: int, failures: Any, arguments: tuple) -> None:
+    torch.set_num_threads(max(1, torch.get_num_threads() // count))
+    loopback = "lo0" if sys.platform == "darwin" else "lo"  # a host name may lead to a network without a way back
+    os.environ.setdefault("GLOO_SOCKET_IFNAME", loopback)
+    os.environ.update(
+        RANK=str(rank), LOCAL_RANK=str(rank), WORLD_SIZE=str(count), LOCAL_WORLD_SIZE=str(count),
+        MASTER_ADDR="127.0.0.1", MASTER_PORT=str(port),
+    )  # fmt: skip
+    try:
+        work(*arguments)
+    except (OSError, FloatingPointError, CheckpointError, DataFolderError) as error:
+        # Bad data, numbers or weights: no defect, and no traceback.
+        failures.put(error)
+        sys.exit(1)
+
+
+def _free_port() -> int:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return listener.getsockname()[1]

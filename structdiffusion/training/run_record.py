@@ -1,0 +1,150 @@
+"""What a run of training was: `training.json`, written beside the weights whenever they are.
+
+Facts are taken where they arise, so that nobody has to remember or type them for a model card.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from structdiffusion.data.npz_files import SHEET_NAME, DataFolderError
+from structdiffusion.models.checkpoint import Checkpointed, CheckpointError, file_facts, parameter_count
+
+RECORD_NAME = "training.json"
+SCHEMA = "structagent-training/1"
+# What grows while a session goes on; everything else tells one session from the next.
+_GROWING = ("last_step", "seconds", "steps_per_second", "examples_per_second")
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What a run cannot know by itself.
+
+    Attributes:
+        version: of the program that trains.
+        data: what the batches are drawn from; JSON-ready.
+        batch: how many examples each device takes per step.
+        examples: what an example is, such as "scenes".
+        precision: in which the network computes; weights and geometry are always float32.
+    """
+
+    version: str
+    data: Mapping[str, Any]
+    batch: int
+    examples: str = "scenes"
+    precision: str = "float32"
+
+
+def about_data(folder: Path) -> dict[str, Any]:
+    """What a training remembers of its data: the folder's name and the heart of its datasheet, where it has one.
+
+    Raises:
+        DataFolderError: for a datasheet that cannot be read.
+    """
+    path = folder / SHEET_NAME
+    try:
+        sheet = json.loads(path.read_text()) if path.is_file() else {}
+    except ValueError as error:
+        again = f"`structagent generate --out {folder}` writes it anew"
+        raise DataFolderError(f"{path} is no datasheet; {again}") from error
+    known = ("scenes", "seed", "library", "objects", "version", "sha256")
+    return {"name": folder.resolve().name, **{name: sheet[name] for name in known if name in sheet}}
+
+
+class TrainingRecord:
+    """The record of one run: a session for each stretch of training under the same circumstances.
+
+    Args:
+        folder: of the run; a record there is gone on with.
+        model: what is trained.
+        options: of the training (`structdiffusion.training.loop.TrainingOptions`), JSON-ready.
+        surroundings: see `Surroundings`.
+        device: where the model lives.
+        devices: how many train together.
+        step: where the session begins.
+        spent: seconds of training before it, whether they are in the record or not.
+
+    Raises:
+        CheckpointError: for a record there that cannot be read.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        model: Checkpointed,
+        options: Mapping[str, Any],
+        surroundings: Surroundings,
+        device: torch.device,
+        devices: int,
+        step: int,
+        spent: float,
+    ) -> None:
+        self._path, self._model = folder / RECORD_NAME, model
+        self._first_step, self._batch = step, surroundings.batch * devices
+        self._earlier = _sessions(self._path) if step and self._path.is_file() else []
+        self._session = {
+            "first_step": step,
+            **asdict(surroundings),
+            "options": dict(options),
+            "torch": torch.__version__,
+            "device": torch.cuda.get_device_name(device) if device.type == "cuda" else f"CPU, {platform.machine()}",
+            "devices": devices,
+            "threads": torch.get_num_threads(),
+        }
+        self._seconds = spent
+        last = self._earlier[-1] if self._earlier else {}
+        if last.get("last_step") == step and _circumstances(last) == _circumstances(self._session):
+            # The same run went on: one stretch.
+            self._earlier.pop()
+            self._first_step = self._session["first_step"] = last["first_step"]
+            self._seconds -= last["seconds"]
+
+    def write(self, step: int, seconds: float, losses: Mapping[str, float]) -> None:
+        """Writes it, with the checksums of the weights beside it.
+
+        Args:
+            step: how far the run is.
+            seconds: of training so far, those of earlier sessions included.
+            losses: the last row of the log.
+        """
+        seconds_here = seconds - self._seconds
+        rate = (step - self._first_step) / max(seconds_here, 1e-9)
+        session = {
+            **self._session,
+            "last_step": step,
+            "seconds": round(seconds_here, 1),
+            "steps_per_second": round(rate, 3),
+            "examples_per_second": round(rate * self._batch, 1),
+        }
+        record = {
+            "schema": SCHEMA,
+            "kind": self._model.kind,
+            "parameters": parameter_count(self._model),
+            "steps": step,
+            "seconds": round(seconds, 1),
+            "losses": {name: round(value, 6) for name, value in losses.items()},
+            "sessions": [*self._earlier, session],
+            "files": file_facts(self._path.parent),
+        }
+        unfinished = self._path.with_suffix(".tmp")
+        unfinished.write_text(json.dumps(record, indent=2) + "\n")
+        unfinished.replace(self._path)
+
+
+def _sessions(path: Path) -> list[dict[str, Any]]:
+    try:
+        return list(json.loads(path.read_text())["sessions"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise CheckpointError(f"{path} is no record of a training: move it away, or choose another folder") from error
+
+
+def _circumstances(session: Mapping[str, Any]) -> dict[str, Any]:
+    same = {name: value for name, value in session.items() if name not in (*_GROWING, "first_step")}
+    return json.loads(json.dumps(same))  # what was read back has lists where tuples were written

@@ -1,0 +1,71 @@
+"""What cannot be written is known before any work, whatever command it is for."""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from agent.cli.app import command_line
+from agent.errors import BadInput, UsageError
+from agent.runtime.output_paths import check_file, check_folder, write_report
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["run", "make a line"],
+        ["generate"],
+        ["train", "diffusion", "--data", "nowhere"],
+        ["evaluate", "success"],
+        ["evaluate", "parse"],
+        ["evaluate", "language"],
+        ["evaluate", "arm"],
+        ["evaluate", "recordings"],
+    ],
+    ids=" ".join,
+)
+def test_commands_that_write_into_a_folder(command, tmp_path, capsys):
+    (tmp_path / "file").touch()
+    assert command_line([*command, "--out", str(tmp_path / "file")]) == 2
+    assert f"--out must be a folder, and '{tmp_path}/file' is a file" in capsys.readouterr().err
+    assert command_line([*command, "--out", str(tmp_path / "file" / "out")]) == 6
+    said = capsys.readouterr().err
+    assert "/file/out', where nothing can be written (not a directory); legal: a folder" in said
+
+
+@pytest.mark.parametrize("name", ["completion", "coverage"])
+def test_evaluations_that_write_a_file(name, tmp_path, capsys):
+    assert command_line(["evaluate", name, "--out", str(tmp_path)]) == 2
+    assert f"--out must be a file, and '{tmp_path}' is a folder" in capsys.readouterr().err
+    assert command_line(["evaluate", name, "--out", "/proc/report.json"]) == 6
+    assert "--out cannot be '/proc/report.json', where nothing can be written" in capsys.readouterr().err
+
+
+def test_a_name_that_no_system_takes():
+    for check in (check_folder, check_file):
+        with pytest.raises(BadInput, match="file name too long"):
+            check(Path("x" * 300))
+
+
+def test_checks_leave_nothing_behind(tmp_path):
+    kept = tmp_path / "kept.json"
+    kept.write_text("{}")
+    check_file(kept)
+    check_file(tmp_path / "new" / "report.json")
+    check_folder(tmp_path / "new" / "folder")
+    check_file(None)
+    check_folder(None)
+    assert [path.name for path in tmp_path.iterdir()] == ["kept.json"] and kept.read_text() == "{}"
+
+
+def test_a_pipe_is_a_file(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    check_file(tmp_path / "pipe")
+    with pytest.raises(UsageError, match="is a file"):
+        check_folder(tmp_path / "pipe")
+
+
+def test_a_report_is_written_into_a_new_folder(tmp_path):
+    (path,) = write_report({"n": 1}, tmp_path / "new" / "report.json")
+    assert json.loads(path.read_text()) == {"n": 1}

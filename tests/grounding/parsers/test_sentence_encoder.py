@@ -1,0 +1,119 @@
+"""The sentence encoder, against the library that published it."""
+
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from grounding.parsers.sentence_encoder import EncoderError, SentenceEncoder
+
+TEXTS = [
+    "put the cups in a small circle on the left",
+    "Stack the Cans!",
+    "",
+    "crème brûlée, 3 Löffel — 茶碗 ☕",
+    "a row of boxes " * 80,
+]
+
+
+def test_it_agrees_with_sentence_transformers(encoder):
+    library = pytest.importorskip("sentence_transformers")
+    model = library.SentenceTransformer(str(encoder.folder), device="cpu")
+    theirs = model.encode(TEXTS, normalize_embeddings=True, show_progress_bar=False)
+    np.testing.assert_allclose(encoder.encode(TEXTS), theirs, atol=1e-4)
+
+
+def test_a_batch_gives_what_single_sentences_give(encoder):
+    together = encoder.encode(TEXTS, batch_size=3)
+    assert together.shape == (5, 384) and together.dtype == np.float32
+    np.testing.assert_allclose(np.linalg.norm(together, axis=1), 1.0, atol=1e-5)
+    alone = np.concatenate([encoder.encode([text]) for text in TEXTS])
+    np.testing.assert_allclose(together, alone, atol=1e-5)
+    assert encoder.encode([]).shape == (0, 384)
+
+
+def test_sentences_of_one_meaning_lie_closer_than_those_of_two(encoder):
+    circle, ring, tower = encoder.encode(["put the cups in a circle", "form a ring of mugs", "stack boxes high"])
+    assert circle @ ring > circle @ tower + 0.1
+
+
+def test_importing_it_loads_no_network_library():
+    code = "import grounding.parsers.sentence_encoder, grounding.parsers.embedding, sys; print('torch' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+def test_reading_a_sentence_loads_nothing_that_it_does_not_need():
+    code = (
+        "import sys; from agent.cli.app import command_line; command_line(['parse', 'a line']);"
+        "print(*(name for name in ('transformers', 'pybullet', 'open3d', 'scipy', 'matplotlib') if name in sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == ""
+
+
+def test_the_lower_layers_alone_are_the_same_network(encoder):
+    states = encoder.token_states(TEXTS[:2], 2)
+    network = encoder.network()
+    import torch
+
+    with torch.inference_mode():
+        hidden = states.hidden
+        for layer in network.layers[2:]:
+            hidden = layer(hidden, src_key_padding_mask=~states.mask)
+    whole = encoder.token_states(TEXTS[:2]).hidden
+    torch.testing.assert_close(hidden[states.mask], whole[states.mask], atol=1e-5, rtol=0)
+
+
+def test_encoding_prints_nothing(encoder):
+    code = "from grounding.parsers.sentence_encoder import SentenceEncoder; SentenceEncoder().encode(['a line'])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "" and done.stderr == ""
+
+
+@pytest.mark.parametrize("source", ["./nowhere", "/no/such/folder", "nowhere"])
+def test_a_folder_that_is_not_there(source):
+    with pytest.raises(EncoderError, match="there is no such folder"):
+        SentenceEncoder(source)
+
+
+def test_a_hub_name_that_cannot_be_fetched(monkeypatch):
+    hub = pytest.importorskip("huggingface_hub")
+    monkeypatch.setattr(hub, "snapshot_download", lambda *_, **__: (_ for _ in ()).throw(OSError("offline")))
+    with pytest.raises(EncoderError, match="no folder 'some/model' and the model hub could not .*: offline"):
+        SentenceEncoder("some/model")
+
+
+@pytest.fixture
+def copy(encoder, tmp_path):
+    for name in ("config.json", "tokenizer.json", "model.safetensors"):
+        shutil.copy(encoder.folder / name, tmp_path / name)
+    return tmp_path
+
+
+def test_a_folder_of_the_user_works(copy, encoder):
+    mine = SentenceEncoder(str(copy))
+    np.testing.assert_array_equal(mine.encode(TEXTS[:1]), encoder.encode(TEXTS[:1]))
+
+
+def test_broken_weights_are_told(copy, monkeypatch):
+    weights = copy / "model.safetensors"
+    weights.write_bytes(weights.read_bytes()[:-1] + b"\x07")
+    monkeypatch.setattr("grounding.parsers.sentence_encoder._find_folder", lambda source: copy)
+    with pytest.raises(EncoderError, match="has the SHA-256 checksum .* expected 53aa5117"):
+        SentenceEncoder().encode(["a line"])
+    weights.write_bytes(b"not a network")
+    with pytest.raises(EncoderError, match="model.safetensors cannot be loaded"):
+        SentenceEncoder(str(copy)).encode(["a line"])
+    weights.unlink()
+    monkeypatch.undo()
+    with pytest.raises(EncoderError, match="model.safetensors is missing"):
+        SentenceEncoder(str(copy))
+
+
+def test_another_kind_of_network_is_refused(copy):
+    (copy / "config.json").write_text('{"model_type": "gpt2", "hidden_size": 768}')
+    with pytest.raises(EncoderError, match="is a gpt2 of width 768; it must be a bert of width 384"):
+        SentenceEncoder(str(copy))
