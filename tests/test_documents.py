@@ -13,8 +13,9 @@ import typer
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
-GUIDES = [README, *sorted((ROOT / "docs").glob("*.md"))]  # documents that tell how to use the tool
-DOCUMENTS = [*GUIDES, *(ROOT / name for name in ("SECURITY.md", "CHANGELOG.md", "THIRD_PARTY.md"))]
+# The documents that tell how to use the tool.
+GUIDES = [README, *sorted((ROOT / "docs").glob("*.md")), ROOT / "agent/recordings/example/README.md"]
+DOCUMENTS = [*GUIDES, *(ROOT / name for name in ("SECURITY.md", "CHANGELOG.md", "THIRD_PARTY.md", "grounding/benchmark_data/README.md"))]
 
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 INLINE = re.compile(r"`([^`]+)`")
@@ -123,7 +124,7 @@ def check_command(folder: Path, command: Command) -> str | None:
     return None
 
 
-@pytest.mark.parametrize("path", GUIDES, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", GUIDES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_command_parses(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     wrong = [check_command(tmp_path, command) for command in commands_of(path.read_text(encoding="utf-8"))]
@@ -154,7 +155,7 @@ def test_a_wrong_command_is_found(text, tmp_path, monkeypatch):
     assert any(check_command(tmp_path, command) for command in commands_of(text))
 
 
-@pytest.mark.parametrize("path", GUIDES, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", GUIDES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_option_exists(path):
     named = {
         option
@@ -171,7 +172,7 @@ def every_option(command: Any) -> set[str]:
     return own.union(*(every_option(inner) for inner in getattr(command, "commands", {}).values()))
 
 
-@pytest.mark.parametrize("path", GUIDES, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", GUIDES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_module_and_target_exists(path):
     text = path.read_text(encoding="utf-8")
     modules = set(re.findall(r"python -m ([\w.]+)", text)) - {"pip"}
@@ -212,7 +213,7 @@ def broken_links(path: Path) -> list[str]:
     return broken
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_link_leads_somewhere(path):
     assert not broken_links(path)
 
@@ -231,6 +232,6 @@ def test_pictures_are_small():
     assert sum(path.stat().st_size for path in (ROOT / "docs" / "images").iterdir()) < 1.5e6
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_the_protocol_has_one_name(path):
     assert not re.findall(r"\bthe contract\b|\bconventions\b", path.read_text(encoding="utf-8"), re.IGNORECASE)
