@@ -1,8 +1,7 @@
-"""What every planner with a network does before it samples poses and after: encode once; set down, refine, rank."""
+"""What a network is told of a scene, and what it samples: encoded once, decoded to motions."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -14,13 +13,7 @@ from grounding.spec import StructureSpec
 from structdiffusion.completion.estimate import ObjectEstimate, estimate
 from structdiffusion.models.backbone import Condition, PoseBackbone
 from structdiffusion.models.checkpoint import require_sound
-from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene, Table
-from structdiffusion.postprocessing.physics_reranking import tried_out
-from structdiffusion.postprocessing.physics_rollout import Imagination
-from structdiffusion.postprocessing.ranking import Ranker
-from structdiffusion.postprocessing.refinement import align_cutlery, fit_to_size, separate
-from structdiffusion.postprocessing.settling import settle
-from structdiffusion.postprocessing.table_regions import shift_into_place
+from structdiffusion.observation import Goal, ObjectCloud, Scene
 from structdiffusion.structures import STRUCTURES
 from structdiffusion.word_tokens import word_ids
 
@@ -29,7 +22,7 @@ _CLOUD_POINTS = 256  # as in training
 
 
 @dataclass(frozen=True)
-class Observed:
+class EncodedScene:
     """The N objects of a scene that take part, as networks take them.
 
     Attributes:
@@ -44,8 +37,8 @@ class Observed:
 
 
 @dataclass(frozen=True)
-class Samples:
-    """K samples in the making: what the network is told, and which object takes which place in each.
+class SampleBatch:
+    """K samples to be drawn: what the network is told, and which object takes which place in each.
 
     Every sample has the objects in another order, since object i takes place i of the structure.
 
@@ -59,15 +52,15 @@ class Samples:
     order: Tensor
     means: Tensor
 
-    def __getitem__(self, rows: Tensor) -> Samples:
-        """Some of them, or all in another order."""
-        return Samples(self.condition[rows], self.order[rows], self.means[rows])
+    def __getitem__(self, rows: Tensor) -> SampleBatch:
+        """Select some of them, or all in another order."""
+        return SampleBatch(self.condition[rows], self.order[rows], self.means[rows])
 
-    def sampled(self, model: PoseBackbone, state: Tensor) -> Sampled:
-        """What a state (K, 1 + N, 9) says.
+    def decode(self, model: PoseBackbone, state: Tensor) -> PoseSamples:
+        """Decode a state (K, 1 + N, 9) to motions and frames.
 
         Raises:
-            CheckpointError: for places that are none.
+            CheckpointError: for places that are not finite, or far off the table.
         """
         frame, position, turn = model.decode_state(state)
         for places in (frame, position, turn):
@@ -77,11 +70,11 @@ class Samples:
         motion[..., :3, 3] = position - torch.einsum("knij,knj->kni", turn, self.means)
         rows = torch.arange(len(motion))[:, None]
         motions = motion[rows, self.order.argsort(dim=1)].double().numpy()
-        return Sampled(motions, frame.double().numpy(), self.order.numpy())
+        return PoseSamples(motions, frame.double().numpy(), self.order.numpy())
 
 
 @dataclass(frozen=True)
-class Sampled:
+class PoseSamples:
     """K samples as a network gives them.
 
     Attributes:
@@ -95,14 +88,16 @@ class Sampled:
     orders: np.ndarray
 
     @classmethod
-    def joined(cls, parts: Sequence[Sampled]) -> Sampled:
-        """The samples of several, one after another."""
+    def concatenate(cls, parts: Sequence[PoseSamples]) -> PoseSamples:
+        """Join the samples of several, one after another."""
         rows = zip(*((part.motions, part.frames, part.orders) for part in parts))
         return cls(*(np.concatenate(row) for row in rows))
 
 
-def observed(scene: Scene, goal: Goal, model: PoseBackbone, sentence: bool, generator: torch.Generator) -> Observed:
-    """The scene as `model` takes it.
+def encode_scene(
+    scene: Scene, goal: Goal, model: PoseBackbone, sentence: bool, generator: torch.Generator
+) -> EncodedScene:
+    """Encode a scene as `model` takes it.
 
     Args:
         scene: what was perceived.
@@ -121,13 +116,13 @@ def observed(scene: Scene, goal: Goal, model: PoseBackbone, sentence: bool, gene
         raise ValueError("the sentence model needs a sentence embedding; for slots alone use model 'diffusion-tokens'")
     nouns = torch.tensor(model.noun_ids([cloud.category for cloud in scene.objects]))
     objects = [estimate(cloud) for cloud in scene.objects]
-    return Observed(objects, sampled_clouds(scene.objects, generator), nouns)
+    return EncodedScene(objects, sample_clouds(scene.objects, generator), nouns)
 
 
-def begin(
-    model: PoseBackbone, seen: Observed, goal: Goal, sentence: bool, count: int, generator: torch.Generator
-) -> Samples:
-    """`count` samples of the scene, which is encoded once."""
+def prepare_samples(
+    model: PoseBackbone, seen: EncodedScene, goal: Goal, sentence: bool, count: int, generator: torch.Generator
+) -> SampleBatch:
+    """Prepare `count` samples of a scene, which is encoded once."""
     condition = model.condition(
         seen.clouds[None],
         torch.ones(1, len(seen.clouds), dtype=torch.bool),
@@ -138,72 +133,13 @@ def begin(
     order = place_orders(seen.objects, goal.spec, count, generator)  # (K, N)
     rows = torch.arange(count)[:, None]
     condition = replace(condition, objects=condition.objects[rows, order])
-    return Samples(condition, order, seen.clouds.mean(dim=1)[order])
-
-
-@dataclass(frozen=True)
-class Finish:
-    """What becomes of samples before they are proposed. Each part can be left out, to measure what it is worth.
-
-    Attributes:
-        placed: set objects down (`settle`), and move the structure as a whole into the thirds asked for (`placement`).
-        refined: correct sizes, roundness and gaps into the bands of the evaluation protocol, and move objects apart (`refinement`).
-        ranker: gives the order; with none it is that of sampling.
-        imagined: how many of the best-ranked are tried out in imagination (`imagination`).
-    """
-
-    placed: bool = True
-    refined: bool = True
-    ranker: Ranker | None = None
-    imagined: int = 0
-
-    def __call__(
-        self, seen: Observed, scene: Scene, goal: Goal, sampled: Sampled, generator: torch.Generator
-    ) -> list[Arrangement]:
-        """The samples as arrangements, best first. Without a ranker every one counts as worth a try: its total is 1."""
-        motions, frames = sampled.motions.copy(), sampled.frames.copy()
-        others = [estimate(cloud) for cloud in scene.distractors]
-        if self.placed:
-            for row, frame in zip(motions, frames):
-                self._place(seen.objects, others, row, frame, goal.spec, scene.table)
-        arrangements = [Arrangement(row, {"total": 1.0}, frame) for row, frame in zip(motions, frames)]
-        if self.ranker is not None:
-            other_clouds = sampled_clouds(scene.distractors, generator)
-            scores = self.ranker.scores(
-                seen.objects, others, seen.clouds, other_clouds, seen.nouns, motions, goal.spec, scene.table,
-                sampled.orders,
-            )  # fmt: skip
-            ranked = [replace(arrangement, scores=row) for arrangement, row in zip(arrangements, scores)]
-            arrangements = sorted(ranked, key=lambda arrangement: -arrangement.scores["total"])
-        if self.imagined:
-            arrangements = tried_out(Imagination(scene), arrangements, goal.spec, self.imagined)
-        return arrangements
-
-    def _place(
-        self,
-        objects: Sequence[ObjectEstimate],
-        others: Sequence[ObjectEstimate],
-        motions: np.ndarray,
-        frame: np.ndarray,
-        spec: StructureSpec,
-        table: Table,
-    ) -> None:
-        """Sets one arrangement (N, 4, 4) down, refines it, and moves it with its frame (4, 4), in place."""
-        motions[:] = settle(objects, motions)
-        if self.refined:
-            motions[:] = fit_to_size(objects, motions, spec)
-            motions[:] = align_cutlery(objects, motions, spec, math.atan2(frame[1, 0], frame[0, 0]))
-        shift = shift_into_place(objects, motions, spec, table)
-        motions[:, :2, 3] += shift
-        frame[:2, 3] += shift
-        if self.refined:
-            motions[:] = separate(objects, others, motions)
+    return SampleBatch(condition, order, seen.clouds.mean(dim=1)[order])
 
 
 def place_orders(
     objects: Sequence[ObjectEstimate], spec: StructureSpec, count: int, generator: torch.Generator
 ) -> Tensor:
-    """Which object takes which place, (count, N), as in the demonstrations.
+    """Draw which object takes which place, (count, N), as in the demonstrations.
 
     Each structure says which object belongs where. With an open shape, the random order and those of the structures that
     need another take turns.
@@ -219,8 +155,8 @@ def place_orders(
     return torch.from_numpy(np.stack(orders)[np.arange(count) % len(orders), np.arange(count)])
 
 
-def sampled_clouds(clouds: Sequence[ObjectCloud], generator: torch.Generator) -> Tensor:
-    """The clouds with 256 points each: (N, 256, 3), drawn without repetition where there are enough."""
+def sample_clouds(clouds: Sequence[ObjectCloud], generator: torch.Generator) -> Tensor:
+    """Draw 256 points of each cloud, (N, 256, 3), without repetition where there are enough."""
     rows = []
     for cloud in clouds:
         points = torch.from_numpy(np.asarray(cloud.points, dtype=np.float32))
