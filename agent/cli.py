@@ -48,7 +48,17 @@ from agent.cli_models import models_app
 from agent.cli_report import replay, report
 from agent.cli_scene import scene_app
 from agent.cli_train import generate, train
-from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, USAGE, BadInput, UsageError, exit_code_of, one_sentence
+from agent.errors import (
+    BAD_INPUT,
+    DONE,
+    INTERRUPTED,
+    NOT_BUILDABLE,
+    USAGE,
+    BadInput,
+    UsageError,
+    exit_code_of,
+    one_sentence,
+)
 from agent.ownership import check_own_folder
 from agent.streams import NO_TEXT, ReaderGone, as_text, import_pybullet_silently, lines_as_they_come, results_stream
 from agent.terminal_text import console_on
@@ -273,6 +283,14 @@ def command_line(arguments: list[str] | None = None) -> int:
     except (KeyboardInterrupt, typer.Abort):
         complain("interrupted")
         return INTERRUPTED
+    except MemoryError:
+        complain("there is not enough memory; end other programs, or raise the limit of this one (ulimit -v)")
+        return BAD_INPUT
+    except ImportError as error:
+        if (error.name or "").partition(".")[0] in ("agent", "grounding", "structdiffusion"):
+            raise
+        complain(f"cannot load a library: {one_sentence(error)}; `structagent doctor` names what would mend it")
+        return BAD_INPUT
     except Exception as error:
         code = exit_code_of(error)
         if code is None:
