@@ -9,12 +9,23 @@ locks=scripts/locks
 
 python() { "$venv/bin/python" "$@"; }
 # The locks are complete, so nothing is looked up; what comes as source is built with the tools of build.txt.
-locked() { python -m pip install --quiet --require-hashes --no-deps --no-build-isolation --use-pep517 "${@/#/--requirement=}"; }
+locked() { python -m pip install --require-hashes --no-deps --no-build-isolation --use-pep517 "${@/#/--requirement=}" 2>&1; }
+
+install_locked() {
+    local said
+    if ! said=$(locked "$@"); then
+        echo "$said" >&2
+        if [[ $said == *"No matching distribution found"* ]]; then
+            echo "a locked version has no build for this platform: UNLOCKED=1 installs what pyproject.toml allows, without hashes" >&2
+        fi
+        exit 1
+    fi
+}
 
 # A registry's torch for Linux is built with CUDA; the smaller build without it is taken where pip's sources have it.
 install_torch() {
     local said
-    if said=$(python -m pip install --require-hashes --no-deps --requirement "$locks/torch-cpu.txt" 2>&1); then
+    if said=$(locked "$locks/torch-cpu.txt"); then
         # Where no marker in the file holds, pip succeeds without installing anything.
         if [[ $said == *"already satisfied: torch"* || $said == *"Successfully installed torch"* ]]; then
             return
@@ -26,7 +37,7 @@ install_torch() {
     if [ "$(uname -s)" = Linux ]; then
         echo "pip's sources have no locked build of torch without CUDA for this Python; installing the one with CUDA (gigabytes)" >&2
     fi
-    locked "$locks/torch.txt"
+    install_locked "$locks/torch.txt"
 }
 
 if [ -n "${UNLOCKED:-}" ]; then
@@ -37,10 +48,7 @@ if [ -n "${UNLOCKED:-}" ]; then
     exit
 fi
 
-locked "$locks/build.txt"
+install_locked "$locks/build.txt"
 install_torch
-if ! locked "$locks/runtime.txt" "$locks/language-model.txt" ${extra:+"$locks/$extra.txt"}; then
-    echo "not installed; where a locked version has no build for this platform, UNLOCKED=1 takes what pyproject.toml allows" >&2
-    exit 1
-fi
+install_locked "$locks/runtime.txt" "$locks/language-model.txt" ${extra:+"$locks/$extra.txt"}
 python -m pip install --quiet --no-deps --no-build-isolation --editable .
