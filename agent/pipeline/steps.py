@@ -114,8 +114,8 @@ def imagine(
     """
     import torch
 
-    from structdiffusion.layouts import LayoutError
     from structdiffusion.planners.diffusion import DiffusionPlanner
+    from structdiffusion.structures.structure import LayoutError
 
     def preview(step: int, steps: int, motions: np.ndarray) -> None:
         shown = motions[:PREVIEWED]
@@ -192,7 +192,7 @@ def chosen(rank: int, arrangement: Arrangement, scene: Scene) -> events.Chosen:
 def release(
     table: TableScene, scene: Scene, spec: StructureSpec, arrangement: Arrangement
 ) -> Generator[events.Event, None, None]:
-    """Tries a goal under the contract's physical protocol, without the arm, on a copy of the table.
+    """Tries a goal under the physical part of the evaluation protocol, without the arm, on a copy of the table.
 
     Args:
         table: where it would be built; it stays as it is.
