@@ -22,8 +22,8 @@ from agent.cli.options import (
     ObjectsOption,
     ParserOption,
     Parsers,
-    PlannerOption,
-    PlannersOption,
+    ModelOption,
+    ModelsOption,
     PoolOption,
     RayOption,
     SeedOption,
@@ -56,7 +56,7 @@ def _evaluate() -> None:
 @evaluate_app.command("success")
 def evaluate_success(
     objects: ObjectsOption = "ycb",
-    model: PlannersOption = None,
+    model: ModelsOption = None,
     weights: WeightsOption = None,
     structure: Annotated[
         list[str] | None,
@@ -120,7 +120,7 @@ def evaluate_success(
 @evaluate_app.command("arm")
 def evaluate_arm(
     objects: ObjectsOption = "ycb",
-    model: PlannerOption = "diffusion",
+    model: ModelOption = "diffusion",
     weights: WeightsOption = None,
     scenes: ScenesOption = 5,
     seed: SeedOption = 0,
@@ -149,7 +149,7 @@ def evaluate_arm(
 @evaluate_app.command("recordings")
 def evaluate_recordings(
     objects: ObjectsOption = "ycb",
-    model: PlannerOption = "diffusion",
+    model: ModelOption = "diffusion",
     weights: WeightsOption = None,
     scenes: ScenesOption = 8,
     seed: SeedOption = 0,
@@ -247,7 +247,7 @@ def evaluate_language(
         int | None, typer.Option(min=1, help="Take so many rows, evenly spaced; by default all.")
     ] = None,
     objects: ObjectsOption = "ycb",
-    model: PlannerOption = "diffusion",
+    model: ModelOption = "diffusion",
     weights: WeightsOption = None,
     parser: ParserOption = Parsers.embedding,
     as_said: Annotated[
@@ -304,7 +304,7 @@ def evaluate_discriminators(
 @evaluate_app.command("coverage")
 def evaluate_coverage(
     objects: ObjectsOption = "ycb",
-    model: PlannerOption = "diffusion",
+    model: ModelOption = "diffusion",
     weights: WeightsOption = None,
     scenes: ScenesOption = 10,
     seed: SeedOption = 0,
