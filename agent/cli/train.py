@@ -106,7 +106,7 @@ def train_parser(
         Path | None,
         typer.Option(metavar="DIR", help="Weights to start from; by default the layers of the sentence encoder."),
     ] = None,
-    rate: Annotated[float, typer.Option(metavar="X", min=0.0, help="Factor on the learning rates.")] = 1.0,
+    rate: Annotated[float, typer.Option(metavar="X", help="Factor on the learning rates.")] = 1.0,
     seed: SeedOption = 0,
     threads: ThreadsOption = 1,
 ) -> None:
@@ -133,7 +133,7 @@ def train_llm(
         Path | None,
         typer.Option(metavar="FILE", help="Adapter to start from; by default one that changes nothing."),
     ] = None,
-    learning_rate: Annotated[float, typer.Option(metavar="X", min=0.0, help="Peak learning rate.")] = LLM_LEARNING_RATE,
+    learning_rate: Annotated[float, typer.Option(metavar="X", help="Peak learning rate.")] = LLM_LEARNING_RATE,
     seed: SeedOption = 0,
     threads: ThreadsOption = 1,
 ) -> None:

@@ -79,6 +79,7 @@ def test_help_answers_at_once():
         (["train", "everything"], ("'everything'", "diffusion, cvae, structformer_circle")),
         (["train", "parser", "--out", "p", "--data", "d"], ("--data",)),
         (["train", "llm", "--out", "a", "--start", "nowhere"], ("--start", "'nowhere'")),
+        (["train", "parser", "--out", "p", "--rate", "0"], ("--rate", "0", "above 0")),
         (["benchmark", "--runs", "0"], ("--runs", "0")),
         (["benchmark", "--sweep", "s", "--objects", "3"], ("--sweep", "--objects")),
         (["run"], ("text",)),
@@ -355,7 +356,8 @@ def test_defaults_of_the_parser_trainers_are_those_of_their_modules():
     from grounding.training import embedding_parser, llm_adapter
 
     assert parsers.PARSER_SENTENCES == embedding_parser.SENTENCES
-    assert parsers.LLM_LEARNING_RATE == llm_adapter.LEARNING_RATE
+    adapter = llm_adapter.AdapterTraining()
+    assert (parsers.LLM_STEPS, parsers.LLM_LEARNING_RATE) == (adapter.steps, adapter.rate)
 
 
 def test_the_parser_trainers_get_the_options(monkeypatch, tmp_path):
