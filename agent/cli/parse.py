@@ -17,7 +17,7 @@ from agent.cli.options import (
     Parsers,
     Viewpoint,
     ViewpointOption,
-    complain,
+    print_error,
 )
 from agent.errors import NOT_BUILDABLE, UsageError
 from agent.rendering.text import number, slot_label
@@ -65,7 +65,7 @@ def parse(
         raise UsageError(f'--objects must name objects, as "mug,bowl,plate", and {objects!r} names none')
     options = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     with results_stream() as results:
-        read, refused = read_instructions(given, options, names, json_output, results, complain)
+        read, refused = read_instructions(given, options, names, json_output, results, print_error)
     if not read:
         raise UsageError("parse needs an instruction, and standard input had none")
     if refused:
@@ -78,7 +78,7 @@ def read_instructions(
     names: Sequence[str] | None,
     as_json: bool,
     results: TextIO,
-    complain: Callable[[str], None],
+    print_error: Callable[[str], None],
 ) -> tuple[int, int]:
     """Reads every instruction, tells what was read as soon as it is, and goes on after one that is refused.
 
@@ -89,7 +89,7 @@ def read_instructions(
         names: of the objects on the table, where they are known.
         as_json: one JSON object a line.
         results: where to tell.
-        complain: takes one sentence for every instruction that was refused, and one for a fallback.
+        print_error: takes one sentence for every instruction that was refused, and one for a fallback.
 
     Returns:
         How many were read, and how many were refused.
@@ -107,12 +107,12 @@ def read_instructions(
             for goal in interpreter.interpret_many(given[start : start + at_once], names):
                 if goal.fallback and goal.fallback != told:
                     told = goal.fallback
-                    complain(told)
+                    print_error(told)
                 print(json.dumps(goal.to_dict(), ensure_ascii=False) if as_json else _as_text(goal), file=results)
                 read += 1
                 if goal.status == "refused":
                     refused += 1
-                    complain(goal.message)
+                    print_error(goal.message)
             results.flush()
     return read, refused
 

@@ -8,7 +8,6 @@ from agent.chat.participants import meant_objects
 from agent.chat.state import Situation, with_a_shape
 from agent.errors import NotBuildable
 from agent.pipeline.instruction_parser import ReadingOptions
-from grounding.dialogue.revise import revise
 from grounding.references.attributes import SceneObject
 from grounding.references.selection import SelectionError
 from grounding.spec import StructureSpec
