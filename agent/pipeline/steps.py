@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from agent.pipeline.film import Film
     from agent.recordings.trajectory_export import TrajectoryLog
     from agent.scenes.table_scene import TableScene
-    from grounding.interpreter import Reading
+    from grounding.interpreter import Interpretation
     from grounding.spec import StructureSpec
     from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene
     from structdiffusion.planners.factory import Planner
@@ -33,19 +33,19 @@ PREVIEWED = 3  # samples whose way out of the noise is shown
 _OUTLINE_DETAIL = 0.002  # m: finer than a character, and than most of the pictures
 
 
-def parsed(reading: Reading, named: Sequence[str], seconds: float) -> events.Parsed:
-    """What was read, with the nouns that name the objects."""
-    parse = reading.parse
+def parsed(goal: Interpretation, seconds: float) -> events.Parsed:
+    """Report what was parsed, with the nouns that name the objects."""
+    parse = goal.parse
     return events.Parsed(
-        reading.spec,
+        goal.spec,
         parse.confidence,
         parse.evidence,
         parse.parser,
         parse.dropped,
-        tuple(named),
-        reading.viewpoint,
+        goal.named,
+        goal.viewpoint,
         parse.prompt_sha256,
-        reading.fallback,
+        goal.fallback,
         seconds,
     )
 

@@ -21,7 +21,14 @@ from structdiffusion.evaluation_protocol import (
 from structdiffusion.footprints import fit_circle, tightest_ring_radius, turned
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
-from structdiffusion.structures.checks import Check, count_check, heading_check, on_table_check, position_checks, size_checks
+from structdiffusion.structures.checks import (
+    Check,
+    count_check,
+    heading_check,
+    on_table_check,
+    position_checks,
+    size_checks,
+)
 from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
 from structdiffusion.structures.structure import Draft, LayoutError, Structure, Traits, choose_alike
 
