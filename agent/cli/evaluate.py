@@ -62,7 +62,7 @@ def evaluate_success(
     allow_unverified: UnverifiedOption = False,
     structure: Annotated[
         list[str] | None,
-        typer.Option(metavar="|".join(SHAPES), help="May be given several times.  [default: all four]"),
+        typer.Option(metavar="|".join(SHAPES), help="May be given several times.  [default: all]"),
     ] = None,
     scenes: ScenesOption = 50,
     seed: SeedOption = 0,

@@ -45,6 +45,7 @@ class BackboneConfig:
         nouns: the nouns that have an embedding of their own; every other is unknown.
         frame_center, frame_scale: m; the structure frame's position is (p - center) / scale.
         object_center, object_scale: m; likewise for an object's position in the structure frame.
+        vocabulary: how many word ids it knows, 0 included.
     """
 
     width: int = 128
@@ -59,6 +60,7 @@ class BackboneConfig:
     frame_scale: tuple[float, float, float] = (0.09, 0.19, 0.05)
     object_center: tuple[float, float, float] = (-0.015, 0.0, 0.06)
     object_scale: tuple[float, float, float] = (0.065, 0.10, 0.05)
+    vocabulary: int = VOCABULARY
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,7 @@ class PoseBackbone(Checkpointed):
         self.outline = nn.Sequential(nn.Linear(OUTLINE_FEATURES, 64), nn.GELU(), nn.Linear(64, 64))
         self.noun = nn.Embedding(1 + len(config.nouns), 32)
         self.merge_object = nn.Sequential(nn.GELU(), nn.Linear(config.point_width + 64 + 32, OBJECT_WIDTH))
-        self.word = nn.Embedding(VOCABULARY, _LANGUAGE_WIDTH)
+        self.word = nn.Embedding(config.vocabulary, _LANGUAGE_WIDTH)
         self.sentence = nn.Linear(SENTENCE_WIDTH, _LANGUAGE_WIDTH)
         self.pose = nn.Sequential(nn.Linear(POSE, 128), nn.GELU(), nn.Linear(128, _POSE_WIDTH))
         self.frame_query = nn.Parameter(0.02 * torch.randn(OBJECT_WIDTH))

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import torch
 
+from structdiffusion.models import structformer_name
 from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.observation import Arrangement, Goal, Scene
@@ -14,6 +15,7 @@ from structdiffusion.planners.cem import PoseSearch
 from structdiffusion.planners.post_processor import PostProcessor
 from structdiffusion.planners.samples import EncodedScene, PoseSamples, encode_scene, prepare_samples
 from structdiffusion.structures import STRUCTURES
+from structdiffusion.word_tokens import UnknownWordError
 
 
 class CVAEPlanner:
@@ -81,9 +83,17 @@ class StructFormerPlanner:
 
     @torch.no_grad()
     def sample(self, seen: EncodedScene, goal: Goal, count: int, generator: torch.Generator) -> PoseSamples:
-        """Sample `count` arrangements, as the network gives them."""
+        """Sample `count` arrangements, as the networks give them.
+
+        Raises:
+            UnknownWordError: when there is no network for the shape asked for.
+        """
         able = [shape for shape in self.models if STRUCTURES[shape].can_carry(goal.spec)]
         shapes = [goal.spec.shape] if goal.spec.shape else able
+        if goal.spec.shape and goal.spec.shape not in self.models:
+            raise UnknownWordError(
+                f"there is no network {structformer_name(goal.spec.shape)!r}; legal shapes: {', '.join(self.models)}"
+            )
         parts = []
         for number, shape in enumerate(shapes):
             share = len(range(number, count, len(shapes)))

@@ -63,7 +63,8 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
             f"--data SCENES --out {folder / missing[0]}` makes it"
         )
     if parts.network == "structformer":
-        by_shape = {shape: _load_structformer(folder, shape) for shape in SHAPES}
+        shapes = [shape for shape in SHAPES if (folder / structformer_name(shape)).is_dir()]
+        by_shape = {shape: _load_structformer(folder, shape) for shape in shapes}
         post_process, search, _ = _load_judges(parts, folder)
         return StructFormerPlanner(by_shape, post_process, search)
     if parts.network == "cvae":

@@ -19,7 +19,7 @@ from structdiffusion.models.backbone import PoseBackbone
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Goal
 from structdiffusion.planners.samples import EncodedScene, SampleBatch
-from structdiffusion.word_tokens import word_ids
+from structdiffusion.word_tokens import require_known_words, word_ids
 
 # A gradient longer than this, per object and in units of the state, is shortened: a predicted state at high noise is
 # no scene that the discriminator knows, and its slope there can be of any size.
@@ -48,6 +48,7 @@ class StructureScore:
     ) -> StructureScore:
         """Make the score of these samples."""
         clouds = (seen.clouds - seen.clouds.mean(dim=1, keepdim=True))[samples.order]
+        require_known_words(goal.spec, structure.config.vocabulary, structure.kind)
         words = torch.tensor([word_ids(goal.spec)]).expand(len(clouds), -1)
         return cls(structure, clouds, seen.nouns[samples.order], words)
 

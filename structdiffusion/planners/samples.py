@@ -15,7 +15,7 @@ from structdiffusion.models.backbone import Condition, PoseBackbone
 from structdiffusion.models.checkpoint import require_sound
 from structdiffusion.observation import Goal, ObjectCloud, Scene
 from structdiffusion.structures import STRUCTURES
-from structdiffusion.word_tokens import word_ids
+from structdiffusion.word_tokens import require_known_words, word_ids
 
 _FARTHEST = 1000.0  # m, from the robot: even an untrained network stays far below
 _CLOUD_POINTS = 256  # as in training
@@ -108,12 +108,14 @@ def encode_scene(
 
     Raises:
         ValueError: when there is no embedding to be told, or the scene has too many objects.
+        UnknownWordError: when the network was not trained on what is asked for.
     """
     most = model.config.max_objects
     if len(scene.objects) > most:
         raise ValueError(f"{len(scene.objects)} objects are more than this model knows; legal: 1 to {most}")
     if sentence and goal.embedding is None:
         raise ValueError("the sentence model needs a sentence embedding; for slots alone use model 'diffusion-tokens'")
+    require_known_words(goal.spec, model.config.vocabulary, model.kind)
     nouns = torch.tensor(model.noun_ids([cloud.category for cloud in scene.objects]))
     objects = [estimate(cloud) for cloud in scene.objects]
     return EncodedScene(objects, sample_clouds(scene.objects, generator), nouns)
