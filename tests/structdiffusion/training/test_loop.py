@@ -82,7 +82,7 @@ def test_what_cannot_be_gone_on_with_is_told(tmp_path):
         list(train(model, loss, tmp_path, OPTIONS, CPU, metadata=metadata))
     state = tmp_path / "training_state.pt"
     state.write_bytes(state.read_bytes()[:1000])
-    with pytest.raises(CheckpointError, match="training_state.pt cannot be gone on with"):
+    with pytest.raises(CheckpointError, match="training_state.pt cannot be resumed"):
         list(train(model, loss, tmp_path, OPTIONS, CPU))
 
 
