@@ -51,7 +51,7 @@ def carry_out(row: Row, folder: Path, loaded: Loaded) -> dict[str, Any]:
         with run_session(folder, {"id": row.id, "line": row.line, **asdict(row.options)}) as session:
             record = RunRecord(session)
             for event in run_instruction(row.text, row.options, loaded):
-                record(event)
+                record.on_event(event)
         page = record.write(folder) if record.saw_something else None
     except Exception as error:  # the other rows go on, whatever it is
         code = exit_code_of(error)

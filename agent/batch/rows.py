@@ -28,7 +28,7 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import AgentError, BadInput, UsageError
-from agent.events import json_value
+from agent.event_base import json_value
 from agent.pipeline.run import RunOptions
 from agent.runtime.settings import SETTINGS
 from structdiffusion.limits import BATCH_BYTES, ROW_BYTES

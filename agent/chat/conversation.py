@@ -7,7 +7,7 @@ affair. A wish is kept as it was spoken, so that a correction can be heard in th
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -23,6 +23,7 @@ from agent.chat.knowledge import Knowledge
 from agent.chat.participants import Taking, UnclearObjectError, meant_objects
 from agent.chat.state import Build, Proposal, Situation, answered, completed, with_a_shape
 from agent.errors import DONE, INTERRUPTED, NotBuildable, PartlyDone, UsageError, exit_code_of, one_sentence
+from agent.event_base import Event, Listener, json_value, send
 from agent.pipeline import steps
 from agent.pipeline.candidates import worthwhile
 from agent.pipeline.resources import Loaded
@@ -37,8 +38,6 @@ if TYPE_CHECKING:
     from agent.scenes.sources import SceneSource
     from agent.scenes.table_scene import TableScene
 
-Listener = Callable[[events.Event], None]
-
 
 class Conversation:
     """One table and what was said about it; close it, or use it in a `with` block.
@@ -46,17 +45,18 @@ class Conversation:
     Args:
         options: as of a run; its scene is the table.
         loaded: the models.
-        tell: told every event.
+        listeners: get every event.
 
     Attributes:
         options: as given; the seed, the parser and the viewpoint can be changed as the conversation goes on.
+        listeners: as given.
         source, table: where the table comes from, and it.
         situation: where the conversation stands.
         question: what was asked and not yet answered, or `None`.
     """
 
-    def __init__(self, options: RunOptions, loaded: Loaded, tell: Listener) -> None:
-        self.options, self._loaded, self._tell = options, loaded, tell
+    def __init__(self, options: RunOptions, loaded: Loaded, listeners: Sequence[Listener]) -> None:
+        self.options, self._loaded, self.listeners = options, loaded, listeners
         self.question: Question | None = None
         # What was said before a question, and who took part before it; `None` for those of the situation.
         self._asked: tuple[Revision, Taking | None] | None = None
@@ -86,6 +86,10 @@ class Conversation:
         poses = self.table.poses()
         return Situation(None, self.table.names, poses, viewpoint=self.options.reading.viewpoint)
 
+    def send(self, event: Event) -> None:
+        """Send an event to every listener."""
+        send(event, self.listeners)
+
     # --- what is said ------------------------------------------------------------------------
 
     def say(self, text: str) -> bool:
@@ -93,7 +97,7 @@ class Conversation:
         self._busy = 0.0
         self.question = None
         self._resolved = {}
-        self._tell(events.Started(text, events.json_value(asdict(self.options))))
+        self.send(events.Started(text, json_value(asdict(self.options))))
         with self._turn("parse"):
             last = self.situation.wish or StructureSpec()
             revision = self._revised(last, text)
@@ -172,7 +176,7 @@ class Conversation:
 
     def _ask(self, question: Question, revision: Revision, among: Taking | None) -> None:
         self.question, self._asked = question, (revision, among)
-        self._tell(events.Asked(question.slot, question.text, question.options))
+        self.send(events.Asked(question.slot, question.text, question.options))
 
     def _hear(self, revision: Revision, among: Taking | None = None) -> None:
         """Takes over what was said.
@@ -197,13 +201,13 @@ class Conversation:
             self._ask(revision.question, revision, taking)
             return
         for note in filter(None, (revision.message, *taking.notes)):
-            self._tell(events.Noted(note))
+            self.send(events.Noted(note))
         reading = self.options.reading
         situation = replace(
             self.situation, wish=revision.spec, objects=taking.names, poses=self.table.poses(), proposal=None,
             viewpoint=reading.viewpoint, missing=taking.missing,
         )  # fmt: skip
-        self._tell(
+        self.send(
             events.Parsed(
                 situation.spec,
                 parse.confidence if parse else {},
@@ -225,28 +229,28 @@ class Conversation:
     def _propose(self, situation: Situation) -> None:
         self._step, began = "scene", time.perf_counter()
         if self.table.tidy_up():
-            self._tell(events.Noted("the arm emptied its hand and folded"))
+            self.send(events.Noted("the arm emptied its hand and folded"))
             situation = replace(situation, poses=self.table.poses())
         self.table.involve(situation.objects)
         self.table.missing = situation.missing
         if shortfall := steps.shortfall(self.table, "take part"):
-            self._tell(events.Noted(shortfall))
+            self.send(events.Noted(shortfall))
         scene = self.table.look()
-        self._tell(steps.perceived(scene, time.perf_counter() - began, self.table))
+        self.send(steps.perceived(scene, time.perf_counter() - began, self.table))
         self._step = "imagination"
         options, loaded = self.options, self._loaded
         planner = loaded.planner(options.model, options.weights, options.allow_unverified)
         networks = loaded.provenance(options.model, options.weights)
         for one in networks.values():
             if not one.verified:
-                self._tell(events.Noted(one.card))
+                self.send(events.Noted(one.card))
         goal = wished(situation.spec, loaded.encoder)
-        imagined = steps.imagine(planner, options.model, scene, goal, options.seed, self._tell)
+        imagined = steps.imagine(planner, options.model, scene, goal, options.seed, self.send)
         imagined = replace(imagined, networks=networks)
-        self._tell(imagined)
+        self.send(imagined)
         proposal = Proposal(situation.spec, scene, imagined, len(worthwhile(imagined.arrangements)))
         self._remember(replace(situation, proposal=proposal, shown=proposal))
-        self._tell(proposal.chosen)
+        self.send(proposal.chosen)
 
     def choose(self, rank: int) -> None:
         """Makes another arrangement the one that would be built.
@@ -259,7 +263,7 @@ class Conversation:
             raise UsageError(f"there is no candidate {rank}; legal: 1 to {len(proposal.imagined.arrangements)}")
         proposal = replace(proposal, rank=rank)
         self.situation = replace(self.situation, proposal=proposal, shown=proposal)
-        self._tell(proposal.chosen)
+        self.send(proposal.chosen)
 
     def again(self) -> bool:
         """Imagines anew, from the next seed; as `say`."""
@@ -274,7 +278,7 @@ class Conversation:
     def resume(self) -> bool:
         """Goes on with what was asked last and does not stand yet: proposes it on the table as it is; as `say`."""
         if self.question is not None:
-            self._tell(events.Asked(self.question.slot, self.question.text, self.question.options))
+            self.send(events.Asked(self.question.slot, self.question.text, self.question.options))
             return False
         if self.situation.wish is None:
             raise UsageError("nothing was asked for yet; say what to build")
@@ -309,7 +313,7 @@ class Conversation:
         rng = np.random.default_rng(self.options.seed)
         kinematics = self.table.arm.kinematics
         for event in plan_structure(proposal.scene, proposal.choice[:1], rng=rng, kinematics=kinematics):
-            self._tell(replace(event, arrangement=proposal.rank - 1))
+            self.send(replace(event, arrangement=proposal.rank - 1))
 
     def go(self) -> bool:
         """Builds the chosen arrangement, and judges it; whether it stands as asked."""
@@ -339,15 +343,15 @@ class Conversation:
             builds = (*self.situation.builds, build)
             self.situation = replace(self.situation, poses=poses, proposal=None, builds=builds)
         if built:
-            self._tell(events.Finished(True, DONE, self._busy))
+            self.send(events.Finished(True, DONE, self._busy))
         return built
 
-    def _watched(self, event: events.Event) -> Iterator[events.Event]:
+    def _watched(self, event: Event) -> Iterator[Event]:
         if isinstance(event, Planned) and self.situation.shown is not None:  # it need not be the one that was chosen
             self.situation = replace(self.situation, shown=replace(self.situation.shown, rank=event.arrangement + 1))
         if isinstance(event, events.Pictured) and event.name == steps.LAST_PICTURE:
             self._step = "check"
-        self._tell(event)
+        self.send(event)
         yield event
 
     @contextmanager
@@ -362,8 +366,8 @@ class Conversation:
                 raise
             self._busy += time.perf_counter() - began
             message = self._trouble = "interrupted" if code == INTERRUPTED else one_sentence(error)
-            self._tell(events.Failed(self._step, message, code))
-            self._tell(events.Finished(False, code, self._busy))
+            self.send(events.Failed(self._step, message, code))
+            self.send(events.Finished(False, code, self._busy))
         else:
             self._busy += time.perf_counter() - began
 
@@ -419,7 +423,7 @@ class Conversation:
         self.question = None
         moved = self.table.put_back(situation.poses)
         self.table.involve(situation.objects)
-        self._tell(events.Restored(how, situation.wish, situation.objects, moved))
+        self.send(events.Restored(how, situation.wish, situation.objects, moved))
 
     def forget(self) -> None:
         """Drops the wish, and what is proposed or asked; the table stays. Can be undone.
@@ -433,7 +437,7 @@ class Conversation:
         start, viewpoint = self._start, self.options.reading.viewpoint
         self._remember(replace(start, poses=self.table.poses(), builds=self.situation.builds, viewpoint=viewpoint))
         self.table.involve(self.situation.objects)
-        self._tell(events.Noted("the wish is dropped, and the table stays as it is; say what to build"))
+        self.send(events.Noted("the wish is dropped, and the table stays as it is; say what to build"))
 
     def stop(self) -> None:
         """Drops the question or the proposal that stands, and says so; the wish stays."""
@@ -443,7 +447,7 @@ class Conversation:
         elif self.situation.proposal is not None:
             said = "the proposal is dropped; nothing was moved"
         self.drop()
-        self._tell(events.Noted(said))
+        self.send(events.Noted(said))
 
     def _go_to(self, how: str, source: list[Situation], other: list[Situation]) -> None:
         if not source:
@@ -453,7 +457,7 @@ class Conversation:
         self.question = None
         moved = self.table.put_back(self.situation.poses)
         self.table.involve(self.situation.objects)
-        self._tell(events.Restored(how, self.situation.wish, self.situation.objects, moved))
+        self.send(events.Restored(how, self.situation.wish, self.situation.objects, moved))
 
     # --- what is answered --------------------------------------------------------------------
 
@@ -464,7 +468,7 @@ class Conversation:
             text: what was said.
             acts: what it does; nothing for a question that is none of those that can be answered.
         """
-        self._tell(events.Answered(text, answer(acts, self._known()) if acts else unanswerable(self._known())))
+        self.send(events.Answered(text, answer(acts, self._known()) if acts else unanswerable(self._known())))
 
     def asks_for_nothing(self, text: str) -> bool:
         """Whether the parser finds no wish in a line, so that it may be a question."""

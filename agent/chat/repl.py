@@ -7,7 +7,6 @@ import shlex
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from agent import events
 from agent.chat.commands import PARSERS, command_of, help_lines, one_of, whole_number
@@ -39,7 +38,6 @@ class Chat:
         conversation: what is talked about.
         screen: where it is shown.
         lines: where its lines come from.
-        tell: told the commands, and all that the conversation tells.
         session: the file that keeps it.
         yes: build without asking.
         stopped: told whenever the chat comes to ask for a line, so that what was interrupted has stopped.
@@ -54,13 +52,12 @@ class Chat:
         conversation: Conversation,
         screen: ChatScreen,
         lines: Lines,
-        tell: Any,
         session: Path,
         yes: bool = False,
         stopped: Callable[[], None] = lambda: None,
     ) -> None:
         self._stopped = stopped
-        self._talk, self._screen, self._lines, self._tell = conversation, screen, lines, tell
+        self._talk, self._screen, self._lines = conversation, screen, lines
         self._session, self._yes = session, yes
         self._overwrites: Path | None = None
         self._interrupts = 0  # in a row
@@ -88,7 +85,7 @@ class Chat:
                 self._stop_asking()
                 continue
             try:
-                if line is None or not self.take(" ".join(line.split())):
+                if line is None or not self.handle(" ".join(line.split())):
                     return
                 self._interrupts = 0
             except KeyboardInterrupt:
@@ -141,8 +138,8 @@ class Chat:
             return f"1-{len(self._talk.question.options)}> "
         return "build it? [y/n] > " if self._talk.situation.proposal is not None else "> "
 
-    def take(self, line: str) -> bool:
-        """Has one line done, whose words have single spaces between them; whether the chat goes on."""
+    def handle(self, line: str) -> bool:
+        """Carry out one line, whose words have single spaces between them; whether the chat goes on."""
         if not line:
             return True
         found = command_of(line)
@@ -150,7 +147,7 @@ class Chat:
             command, rest = found
             if command.name == "/quit":
                 return False
-            self._tell(events.Commanded(f"{command.name} {rest}".strip()))
+            self._talk.send(events.Commanded(f"{command.name} {rest}".strip()))
             self._command(command.name, rest)
         elif self._talk.question is not None:
             self._answer(line)
@@ -187,11 +184,11 @@ class Chat:
         options = {str(number): option for number, option in enumerate(question.options, start=1)}
         options |= {option.lower(): option for option in question.options}
         if said in _NO:
-            self._tell(events.Commanded(line))
+            self._talk.send(events.Commanded(line))
             self._talk.drop()
             self._screen.note(_DROPPED)
         elif said in options or (said in _ANY and question.slot != "shape"):
-            self._tell(events.Commanded(line))
+            self._talk.send(events.Commanded(line))
             self._screen.busy("imagining")
             if self._talk.answer(options.get(said)):
                 self._proposed()
@@ -205,14 +202,14 @@ class Chat:
     def _decide(self, line: str) -> None:
         said = line.lower().rstrip(".!")
         if said in _YES:
-            self._tell(events.Commanded(line))
+            self._talk.send(events.Commanded(line))
             self._go()
         elif said in _NO:
-            self._tell(events.Commanded(line))
+            self._talk.send(events.Commanded(line))
             self._talk.drop()
             self._screen.note("nothing was moved; say what should be different")
         elif said.isdecimal():
-            self._tell(events.Commanded(line))
+            self._talk.send(events.Commanded(line))
             self._talk.choose(int(said))
         else:
             self._say(line)
@@ -261,8 +258,8 @@ class Chat:
                 screen.scene(talk.look().to_dict())
                 proposal = talk.situation.proposal
                 if proposal is not None:  # shown again, not told: nothing new was imagined
-                    screen(proposal.imagined)
-                    screen(proposal.chosen)
+                    screen.on_event(proposal.imagined)
+                    screen.on_event(proposal.chosen)
             case "/parser":
                 if rest:
                     talk.read_with(one_of(name, rest, PARSERS))

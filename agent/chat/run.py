@@ -19,6 +19,7 @@ from agent.chat.input import Lines, PlainLines, PromptedLines
 from agent.chat.interrupts import ended_by_interrupts
 from agent.chat.repl import Chat
 from agent.chat.view import ChatScreen
+from agent.event_base import Event, json_value
 from agent.pipeline.resources import Loaded
 from agent.pipeline.run import RunOptions
 from agent.reporting.run_report import RunRecord
@@ -42,20 +43,14 @@ def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, ye
     """
     loaded = Loaded()
     screen = ChatScreen(console)
-    with SessionWriter(session, events.json_value(asdict(options)), owner="chat") as writer:
-        keep = _Keeping(writer)
-
-        def tell(event: events.Event) -> None:
-            screen(event)
-            keep(event)
-
-        with Conversation(options, loaded, tell) as conversation:
+    with SessionWriter(session, json_value(asdict(options)), owner="chat") as writer:
+        with Conversation(options, loaded, [screen, _TurnRecords(writer)]) as conversation:
             warming = Thread(target=_warm, args=(loaded, options), daemon=True)
             with ended_by_interrupts(console.file) as stopped, _without_control_echo(lines):
                 warming.start()
                 try:
                     source = _lines(lines, console, conversation)
-                    chat = Chat(conversation, screen, source, tell, session, yes, stopped)
+                    chat = Chat(conversation, screen, source, session, yes, stopped)
                     chat.run()
                 finally:
                     _join(warming)
@@ -120,14 +115,14 @@ def _vocabulary(conversation: Conversation) -> Sequence[str]:
     return sorted({*values, *nouns, *(f"{noun}s" for noun in nouns)})
 
 
-class _Keeping:
-    """Keeps every event, with its pictures, in the session; each turn has a record of its own."""
+class _TurnRecords:
+    """Writes every event, with its pictures, to the session; each turn has a record of its own."""
 
     def __init__(self, writer: SessionWriter) -> None:
         self._writer = writer
         self._record = RunRecord(writer)
 
-    def __call__(self, event: events.Event) -> None:
+    def on_event(self, event: Event) -> None:
         if isinstance(event, events.Started):
             self._record = RunRecord(self._writer)
-        self._record(event)
+        self._record.on_event(event)

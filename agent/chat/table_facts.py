@@ -12,6 +12,7 @@ import shapely
 
 from agent import events
 from agent.arm.placement_order import stands_above
+from agent.event_base import json_value
 from agent.perception.color import lab
 from agent.perception.description import color_word, lightness_of_white, oriented_box, shape_words
 from agent.reporting.event_text import described
@@ -79,7 +80,7 @@ def facts_of(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]:
     standing_on = _supports(clouds)
     facts = []
     for index, (one, cloud) in enumerate(zip(seen.objects, clouds, strict=True)):
-        called = described(events.json_value(one))
+        called = described(json_value(one))
         color = next((word for word in _words(called) if word in COLORS), "") or _color(cloud, seen.scene)
         words = [word for word in (color, *shapes[index]) if word and word not in _words(called)]
         facts.append(

@@ -13,8 +13,8 @@ from rich.live import Live
 from rich.spinner import Spinner
 from rich.text import Text
 
-from agent import events
 from agent.chat.maps import Maps
+from agent.event_base import Event
 from agent.rendering.object_markers import markers_of_candidate, markers_of_scene
 from agent.rendering.text import aligned, duration, number, slot_label
 from agent.reporting.event_text import (
@@ -58,12 +58,9 @@ class ChatScreen:
         self._named: Sequence[str] = ()  # the objects of the last reading
         self._hinted = False  # that more candidates can be shown, to somebody who types
 
-    def __call__(self, event: events.Event) -> None:
-        """Shows one live event."""
-        self.tell(event.to_dict())
-
-    def tell(self, told: Mapping[str, Any]) -> None:
-        """Shows one event, given in its JSON form."""
+    def on_event(self, event: Event) -> None:
+        """Show one event."""
+        told = event.to_dict()
         if told["kind"] == "previewed":
             self._preview(told)
             return

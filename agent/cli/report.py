@@ -47,7 +47,7 @@ def replay(
         console = console_on(results)
         screen = ChatScreen(console, echo=True)
         try:
-            show(session, screen.tell, speed if console.is_terminal else None)
+            show(session, screen, speed if console.is_terminal else None)
         finally:
             screen.idle()
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from agent import events
 from agent.errors import DONE, NotBuildable, PartlyDone, exit_code_of, one_sentence
+from agent.event_base import Event, json_value
 from agent.pipeline import steps
 from agent.pipeline.instruction_parser import ReadingOptions
 from agent.pipeline.resources import Loaded
@@ -60,22 +61,22 @@ def run_instruction(
     text: str,
     options: RunOptions,
     loaded: Loaded | None = None,
-    watch: Callable[[TableScene], None] | None = None,
+    on_step: Callable[[TableScene], None] | None = None,
     trajectories: Sequence[Path] = (),
-) -> Iterator[events.Event]:
+) -> Iterator[Event]:
     """Carries an instruction out; yields what happens, from `Started` to `Finished`.
 
     Args:
         text: the instruction.
         options: everything else.
         loaded: shares models and libraries with other runs; by default this run loads its own.
-        watch: called after every physics step while the arm is at work.
+        on_step: called after every physics step while the arm is at work.
         trajectories: files for what the arm was told to do, as `agent.recordings.trajectory_export.write_trajectory` takes them.
     """
     started = time.perf_counter()
-    run = _Run(text, options, loaded or Loaded(), watch, trajectories)
+    run = _Run(text, options, loaded or Loaded(), on_step, trajectories)
     code = DONE
-    yield events.Started(text, events.json_value(asdict(options)))
+    yield events.Started(text, json_value(asdict(options)))
     try:
         yield from run.steps()
     except Exception as error:
@@ -95,14 +96,14 @@ class _Run:
         text: str,
         options: RunOptions,
         loaded: Loaded,
-        watch: Callable[[TableScene], None] | None,
+        on_step: Callable[[TableScene], None] | None,
         trajectories: Sequence[Path],
     ) -> None:
-        self.text, self.options, self.loaded, self.watch = text, options, loaded, watch
+        self.text, self.options, self.loaded, self.on_step = text, options, loaded, on_step
         self.trajectories = trajectories
         self.step = "parse"
 
-    def steps(self) -> Iterator[events.Event]:
+    def steps(self) -> Iterator[Event]:
         options, loaded = self.options, self.loaded
         source, opening = None, 0.0
         if options.scene != RunOptions.scene:  # a file that cannot be used should not cost the loading of models
@@ -165,11 +166,11 @@ class _Run:
 
     def _built(
         self, table: TableScene, scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangement]
-    ) -> Iterator[events.Event]:
+    ) -> Iterator[Event]:
         from agent.recordings.trajectory_export import TrajectoryLog
 
         log = TrajectoryLog() if self.trajectories else None
-        building = steps.build(table, scene, spec, arrangements, self.options.seed, watch=self.watch, log=log)
+        building = steps.build(table, scene, spec, arrangements, self.options.seed, on_step=self.on_step, log=log)
         try:
             yield from self._checked_late(building)
         except (Exception, KeyboardInterrupt):  # what failed may be looked into too
@@ -184,7 +185,7 @@ class _Run:
             if log is not None and write_trajectory(log, path, table.prefix, table.arm.kinematics.model):
                 yield events.Noted(f"what the arm was told to do is in {path}")
 
-    def _checked_late(self, building: Iterator[events.Event]) -> Iterator[events.Event]:
+    def _checked_late(self, building: Iterator[Event]) -> Iterator[Event]:
         """The build, whose last picture begins the step in which it is judged."""
         for event in building:
             if isinstance(event, events.Pictured) and event.name == steps.LAST_PICTURE:

@@ -15,6 +15,7 @@ import shapely
 
 from agent import events
 from agent.errors import ExecutionFailed, NotBuildable, NoValidGoal
+from agent.event_base import Event
 
 if TYPE_CHECKING:
     from agent.pipeline.film import Film
@@ -191,7 +192,7 @@ def chosen(rank: int, arrangement: Arrangement, scene: Scene) -> events.Chosen:
 
 def release(
     table: TableScene, scene: Scene, spec: StructureSpec, arrangement: Arrangement
-) -> Generator[events.Event, None, None]:
+) -> Generator[Event, None, None]:
     """Tries a goal under the contract's physical protocol, without the arm, on a copy of the table.
 
     Args:
@@ -253,9 +254,9 @@ def build(
     *,
     ranks: Sequence[int] | None = None,
     film: bool = True,
-    watch: Callable[[TableScene], None] | None = None,
+    on_step: Callable[[TableScene], None] | None = None,
     log: TrajectoryLog | None = None,
-) -> Generator[events.Event, None, None]:
+) -> Generator[Event, None, None]:
     """Builds with the arm, looks after every placement, and judges what stands.
 
     Args:
@@ -266,7 +267,7 @@ def build(
         seed: what the arm's planning draws follows from it.
         ranks: of the arrangements, from 1; by default they are numbered in order.
         film: tell a film of the arm at work too, however that ends.
-        watch: called after every physics step while the arm is at work.
+        on_step: called after every physics step while the arm is at work.
         log: told of every motion of the arm.
 
     Raises:
@@ -285,13 +286,13 @@ def build(
     index, trouble = 0, "no arrangement could be planned"
     reel = Film(lambda: table.picture(SHOULDER))
 
-    def on_step() -> None:
+    def after_step() -> None:
         if film:
             reel.step()
-        if watch is not None:
-            watch(table)
+        if on_step is not None:
+            on_step(table)
 
-    def illustrated(event: events.Event) -> Iterator[events.Event]:
+    def illustrated(event: Event) -> Iterator[Event]:
         nonlocal index, trouble
         if isinstance(event, Planned) and event.arrangement != index:
             index = event.arrangement
@@ -310,7 +311,7 @@ def build(
             yield events.Pictured(f"placement-{len(placed)}-after", caption, table.picture())
 
     try:
-        work = build_structure(table.world, table.arm, scene, arrangements, rng=rng, on_step=on_step, log=log)
+        work = build_structure(table.world, table.arm, scene, arrangements, rng=rng, on_step=after_step, log=log)
         yield from each_of(work, illustrated)
     except (Exception, KeyboardInterrupt):  # not `finally`: a generator that is closed may tell nothing more
         yield from _told(reel)
@@ -320,8 +321,8 @@ def build(
 
 
 def each_of(
-    work: Generator[events.Event, None, None], more: Callable[[events.Event], Iterator[events.Event]]
-) -> Generator[events.Event, None, None]:
+    work: Generator[Event, None, None], more: Callable[[Event], Iterator[Event]]
+) -> Generator[Event, None, None]:
     """What `more` makes of each event of `work`, in turn.
 
     An interruption (KeyboardInterrupt) that meets whoever takes an event is handed on to `work`, which may be moving an
@@ -345,7 +346,7 @@ def _told(reel: Film) -> Iterator[events.Filmed]:
 
 def _judge(
     table: TableScene, spec: StructureSpec, goals: np.ndarray, placed: int, trouble: str
-) -> Iterator[events.Event]:
+) -> Iterator[Event]:
     from agent.pipeline.verdict import judge_built
 
     began = time.perf_counter()

@@ -10,6 +10,7 @@ import numpy as np
 from PIL import Image
 
 from agent import events
+from agent.event_base import Event
 from agent.rendering.animation import animation
 from agent.rendering.scene_images import from_above, goal_overlay, imagined
 
@@ -35,7 +36,7 @@ class Picture:
     content: bytes
 
 
-def pictures_of(event: events.Event) -> Iterator[Picture]:
+def pictures_of(event: Event) -> Iterator[Picture]:
     """The pictures that belong to an event, from the clouds and images that only a live event has."""
     match event:
         case events.Perceived():

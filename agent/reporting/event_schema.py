@@ -18,6 +18,7 @@ import numpy as np
 from agent import events
 from agent.arm import events as arm_events
 from agent.arm.events import ArmEvent
+from agent.event_base import in_payload, kind_of
 
 _LARGEST = 1e9  # of any length, angle or time; more is no measurement
 _MAY_BE_NULL = (".measured", ".scores.")  # numbers that may be none: nothing could be measured
@@ -32,7 +33,7 @@ def kinds() -> dict[str, type]:
         for one in vars(module).values()
         if is_dataclass(one) and isinstance(one, type) and hasattr(one, "to_dict") and one is not ArmEvent
     ]
-    return {events.kind_of(object.__new__(one)): one for one in told}  # a kind follows from the class alone
+    return {kind_of(object.__new__(one)): one for one in told}  # a kind follows from the class alone
 
 
 def complaint(told: object) -> str | None:
@@ -88,7 +89,7 @@ def _misfit(value: Any, hint: Any, where: str) -> str | None:
         if not isinstance(value, Mapping):
             return f"{where} must be an object"
         for entry in fields(hint):
-            if not entry.metadata.get("told", True):
+            if not in_payload(entry.metadata):
                 continue
             inside = f"{where}.{entry.name}"
             if entry.name in value:

@@ -29,8 +29,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from agent import __version__, events
+from agent import __version__
 from agent.errors import NotWritten
+from agent.event_base import Event
 from agent.rendering.image_files import FILM, FORMAT, Picture, pictures_of
 from agent.reporting.html.document import run_page
 from agent.reporting.html.turn import Turn
@@ -86,19 +87,17 @@ class RunRecord:
         """What a page shows of it."""
         return Turn(self.report, self.pictures)
 
-    def __call__(self, event: events.Event) -> None:
-        """Takes one live event in, and draws the pictures that belong to it."""
-        told = event.to_dict()
-        self.take(told)
+    def on_event(self, event: Event) -> None:
+        """Take one event in, and draw the pictures that belong to it where it is a live one."""
+        self._add(event.to_dict())
         if self._session is not None:
-            self._session.tell(told)
+            self._session.on_event(event)
         for picture in pictures_of(event):
-            self.take_picture(picture)
+            self.on_picture(picture)
             if self._session is not None:
-                self._session.picture(picture)
+                self._session.on_picture(picture)
 
-    def take(self, told: Mapping[str, Any]) -> None:
-        """Takes one event in, in its JSON form."""
+    def _add(self, told: Mapping[str, Any]) -> None:
         report = self.report
         match told["kind"]:
             case "started":
@@ -132,8 +131,8 @@ class RunRecord:
                 elif kind == "placed":
                     report["seconds"]["build"] = round(report["seconds"].get("build", 0.0) + told["seconds"], 3)
 
-    def take_picture(self, picture: Picture) -> None:
-        """Takes one picture in; a later one of the same name takes its place."""
+    def on_picture(self, picture: Picture) -> None:
+        """Take one picture in; a later one of the same name takes its place."""
         if picture.name not in self.pictures:
             entry = {"name": picture.name, "file": f"{picture.name}.{FORMAT}", "caption": picture.caption}
             if picture.name == FILM:

@@ -30,8 +30,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from agent import __version__, events
+from agent import __version__
 from agent.errors import BadInput, NotWritten, UsageError
+from agent.event_base import Event, json_value
 from agent.rendering.image_files import FORMAT, Picture
 from agent.reporting.event_schema import complaint, inconsistency
 from agent.runtime.atomic_files import unfinished_file
@@ -75,7 +76,7 @@ class SessionWriter:
             "schema_version": SCHEMA_VERSION,
             "version": __version__,
             "started": datetime.now(UTC).isoformat(timespec="seconds"),
-            "options": without_credentials(events.json_value(options)),
+            "options": without_credentials(json_value(options)),
             "machine": f"Python {platform.python_version()}, {platform.system()} {platform.machine()}",
         }
         self._waiting = [_line(first)]
@@ -97,19 +98,16 @@ class SessionWriter:
             self._file = None
         self._waiting = []
 
-    def __call__(self, event: events.Event) -> None:
-        """Writes one event."""
-        self.tell(event.to_dict())
-
-    def tell(self, told: Mapping[str, Any]) -> None:
-        """Writes one event in its JSON form; what is of passing interest is left out."""
+    def on_event(self, event: Event) -> None:
+        """Write one event; what is of passing interest is left out."""
+        told = event.to_dict()
         if told["kind"] in _PASSING:
             return
         self._write({"event": without_credentials(told)})
         if self._file is None and told["kind"] == self._from_kind:
             self._open()
 
-    def picture(self, picture: Picture) -> None:
+    def on_picture(self, picture: Picture) -> None:
         """Writes one picture."""
         data = base64.b64encode(picture.content).decode("ascii")
         self._write(

@@ -8,7 +8,7 @@ from typing import Any
 from rich.console import Console
 from rich.markup import escape
 
-from agent import events
+from agent.event_base import Event
 from agent.rendering.text import aligned, duration, number, place, slot_label
 from agent.reporting.event_text import (
     arm_sentence,
@@ -33,12 +33,9 @@ class TerminalReport:
         self._console = console
         self._names: list[str] = []
 
-    def __call__(self, event: events.Event) -> None:
-        """Tells one live event."""
-        self.tell(event.to_dict())
-
-    def tell(self, told: Mapping[str, Any]) -> None:
-        """Tells one event, given in its JSON form."""
+    def on_event(self, event: Event) -> None:
+        """Print one event."""
+        told = event.to_dict()
         match told["kind"]:
             case "started":
                 self._say(f"[bold]“{escape(told['instruction'])}”[/bold]")

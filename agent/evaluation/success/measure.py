@@ -16,7 +16,7 @@ from agent.evaluation.result_store import kept_folder
 from agent.evaluation.success.config import Asked
 from agent.evaluation.success.failure_images import failure_picture, pictured
 from agent.evaluation.success.results_folder import EvaluationFolder
-from agent.events import json_value
+from agent.event_base import json_value
 from agent.pipeline.candidates import checked_planner
 from agent.pipeline.resources import Loaded
 from agent.runtime.atomic_files import write_whole

@@ -7,6 +7,7 @@ import pytest
 from agent.chat.conversation import Conversation
 from agent.pipeline.resources import Loaded
 from agent.pipeline.run import RunOptions
+from tests.agent.event_log import EventLog
 
 DESK = Path(__file__).parent / "desk.yaml"
 
@@ -17,13 +18,13 @@ def loaded() -> Loaded:
 
 
 @pytest.fixture
-def heard() -> list:
-    return []
+def sent() -> EventLog:
+    return EventLog()
 
 
 @pytest.fixture
-def conversation(loaded, heard):
+def conversation(loaded, sent):
     """About three cups, two boxes and an orange; the geometric planner, because it is quick and always the same."""
     options = RunOptions(str(DESK), model="geometric")
-    with Conversation(options, loaded, heard.append) as conversation:
+    with Conversation(options, loaded, [sent]) as conversation:
         yield conversation

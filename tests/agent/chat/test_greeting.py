@@ -44,13 +44,13 @@ def test_the_first_table_suits_the_sentence_of_the_readme(loaded):
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_what_is_suggested_is_built(loaded, heard, seed):
-    with Conversation(RunOptions("simulated", model="geometric", seed=seed), loaded, heard.append) as conversation:
+def test_what_is_suggested_is_built(loaded, sent, seed):
+    with Conversation(RunOptions("simulated", model="geometric", seed=seed), loaded, [sent]) as conversation:
         suggested = conversation.example()
         assert conversation.say(suggested.text)
         assert conversation.situation.wish == suggested.spec
         assert set(conversation.situation.objects) == set(suggested.objects)
-        assert conversation.go(), heard[-2:]
+        assert conversation.go(), sent[-2:]
 
 
 def test_a_recording_without_nouns(loaded):

@@ -8,6 +8,7 @@ import pytest
 from agent import events
 from agent.arm.events import Placed, PlanFailed, Planned, Stopped
 from agent.errors import NotBuildable, NoValidGoal
+from agent.event_base import Event
 from agent.pipeline import steps
 from agent.scenes.table_scene import TableScene
 from grounding.spec import StructureSpec
@@ -110,7 +111,7 @@ def test_the_same_seed_imagines_the_same():
 # --- interruptions -------------------------------------------------------------------------------
 
 
-def work(told: list[str]) -> Iterator[events.Event]:
+def work(told: list[str]) -> Iterator[Event]:
     """An arm at work that tells that it was stopped."""
     try:
         for number in range(3):
@@ -137,7 +138,7 @@ def test_an_interruption_is_handed_on_and_what_it_tells_is_told():
 
 
 def test_an_interruption_while_more_is_made_of_an_event_is_handed_on_too():
-    def more(event: events.Event) -> Iterator[events.Event]:
+    def more(event: Event) -> Iterator[Event]:
         yield event
         if getattr(event, "message", "") == "step 1":
             raise KeyboardInterrupt
@@ -234,7 +235,7 @@ def test_what_failed_when_tried_is_shown_too(table):
     assert pictured.image.shape == (480, 640, 3)
 
 
-def _until_failure(work: Iterator[events.Event]) -> Iterator[events.Event]:
+def _until_failure(work: Iterator[Event]) -> Iterator[Event]:
     try:
         yield from work
     except NoValidGoal:

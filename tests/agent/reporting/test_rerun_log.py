@@ -45,21 +45,21 @@ def recording(table, tmp_path):
     with RerunLog(path) as log:
         hand = []
 
-        def watch(watched) -> None:
-            log.watch(watched)
+        def on_step(watched) -> None:
+            log.on_physics_step(watched)
             if passed[0] % EVERY == 0:
                 hand.append(watched.arm.world_from_ee())
             passed[0] += 1
             if passed[0] == STEPS:
                 raise KeyboardInterrupt
 
-        log(events.Started("put the box to the left", {}))
-        log(steps.perceived(scene, 0.1))
-        log(events.Imagined("geometric", (), 0.1, scene=scene, arrangements=(arrangement,) * (CANDIDATES + 2)))
-        log(steps.chosen(1, arrangement, scene))
+        log.on_event(events.Started("put the box to the left", {}))
+        log.on_event(steps.perceived(scene, 0.1))
+        log.on_event(events.Imagined("geometric", (), 0.1, scene=scene, arrangements=(arrangement,) * (CANDIDATES + 2)))
+        log.on_event(steps.chosen(1, arrangement, scene))
         with pytest.raises(KeyboardInterrupt):
-            for event in steps.build(table, scene, StructureSpec("line"), [arrangement], 0, film=False, watch=watch):
-                log(event)
+            for event in steps.build(table, scene, StructureSpec("line"), [arrangement], 0, film=False, on_step=on_step):
+                log.on_event(event)
     return scene, motions, table, hand, rows_of(path)
 
 

@@ -335,7 +335,7 @@ def test_help_has_an_example(scene, verb):
 def run(text: str, where: Path | str) -> dict:
     record = RunRecord()
     for event in run_instruction(text, RunOptions(scene=str(where), model="geometric", execute=False)):
-        record(event)
+        record.on_event(event)
     return record.report
 
 
