@@ -60,12 +60,12 @@ class Answered(EventBase):
 
 @dataclass(frozen=True)
 class Restored(EventBase):
-    """In a conversation: the wish and the table are as they were at another time.
+    """In a conversation: the goal and the table are as they were at another time.
 
     Attributes:
         how: "undo": before the last turn; "redo": after the turn that was undone; "reset": at the start; "put back":
-            the table as it was before the last build, with the same wish.
-        spec: the wish that holds now, `None` before the first.
+            the table as it was before the last build, with the same goal.
+        spec: the goal that holds now, `None` before the first.
         objects: the names of those that took part.
         moved: the names of the objects that were put back.
     """
@@ -90,7 +90,7 @@ class Parsed(EventBase):
         viewpoint: whose left and right was meant, "robot" or "opposite".
         prompt_sha256: checksum of the LLM's prompt, where it read.
         fallback: why another parser than the one that was asked for read it, or empty.
-        before: in a conversation the wish that this one changes; `None` for a wish of its own.
+        before: in a conversation the goal that this one changes; `None` for a goal of its own.
     """
 
     spec: StructureSpec
@@ -117,7 +117,7 @@ class SeenObject:
         points: how many points the cloud has.
         outline: the corners (x, y) of the cloud seen from above, world frame; empty where it spans no area.
         color: its mean colour (RGB, 0 to 255), or `None`.
-        called: what an instruction can call it, such as "object 3, red, tall".
+        display_name: what an instruction can call it, such as "object 3, red, tall".
         color_name: the name of its colour, where that is known; empty otherwise.
     """
 
@@ -128,7 +128,7 @@ class SeenObject:
     points: int
     outline: tuple[tuple[float, float], ...] = ()
     color: tuple[int, int, int] | None = None
-    called: str = ""
+    display_name: str = ""
     color_name: str = ""
 
 

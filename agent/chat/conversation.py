@@ -1,7 +1,7 @@
 """A conversation about one table: instructions, corrections, proposals, building, and the way back.
 
 Knows nothing of terminals. Everything that happens is told as events; what stands on the table is the table's own
-affair. A wish is kept as it was spoken, so that a correction can be heard in the speaker's own words.
+affair. A goal is kept as it was spoken, so that a correction can be heard in the speaker's own words.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from agent.arm.events import Planned
 from agent.chat.answers import answer, unanswerable
 from agent.chat.greeting import Suggestion, suggestion
 from agent.chat.knowledge import Knowledge
-from agent.chat.participants import Taking, UnclearObjectError, meant_objects
+from agent.chat.participants import Participants, UnclearObjectError, select_participants
 from agent.chat.state import Build, Proposal, Situation, answered, completed, with_a_shape
 from agent.errors import DONE, INTERRUPTED, NotBuildable, PartlyDone, UsageError, exit_code_of, one_sentence
 from agent.event_base import Event, Listener, json_value, send
 from agent.pipeline import steps
-from agent.pipeline.candidates import worthwhile
-from agent.pipeline.resources import Loaded
-from agent.pipeline.run import RunOptions, wished
+from agent.pipeline.candidates import filter_viable
+from agent.pipeline.resources import ResourceCache
+from agent.pipeline.run import RunOptions, make_goal
 from grounding.dialogue.acts import Act
 from grounding.dialogue.revise import Revision, revise
 from grounding.parse_result import OBJECT, REFUSALS, Question
@@ -44,7 +44,7 @@ class Conversation:
 
     Args:
         options: as of a run; its scene is the table.
-        loaded: the models.
+        cache: the models.
         listeners: get every event.
 
     Attributes:
@@ -55,11 +55,11 @@ class Conversation:
         question: what was asked and not yet answered, or `None`.
     """
 
-    def __init__(self, options: RunOptions, loaded: Loaded, listeners: Sequence[Listener]) -> None:
-        self.options, self._loaded, self.listeners = options, loaded, listeners
+    def __init__(self, options: RunOptions, cache: ResourceCache, listeners: Sequence[Listener]) -> None:
+        self.options, self._cache, self.listeners = options, cache, listeners
         self.question: Question | None = None
         # What was said before a question, and who took part before it; `None` for those of the situation.
-        self._asked: tuple[Revision, Taking | None] | None = None
+        self._asked: tuple[Revision, Participants | None] | None = None
         self._unclear = ""  # the words of an object that is asked about
         self._resolved: dict[str, str] = {}  # such words -> the object that an answer said they mean
         self._past: list[Situation] = []
@@ -79,7 +79,7 @@ class Conversation:
         self.table.world.close()
 
     def _set_out(self, options: RunOptions) -> tuple[SceneSource, TableScene]:
-        source = self._loaded.source(options.scene, options.objects, options.recorded)
+        source = self._cache.source(options.scene, options.objects, options.recorded)
         return source, source.set_out(options.seed)
 
     def _fresh(self) -> Situation:
@@ -99,17 +99,17 @@ class Conversation:
         self._resolved = {}
         self.send(events.Started(text, json_value(asdict(self.options))))
         with self._turn("parse"):
-            last = self.situation.wish or StructureSpec()
+            last = self.situation.goal or StructureSpec()
             revision = self._revised(last, text)
             if revision.status in ("refused", "unchanged"):
                 raise NotBuildable(revision.message)
-            self._hear(with_a_shape(revision, last))
+            self._apply(with_a_shape(revision, last))
             return self.question is None
         return False
 
     def _revised(self, last: StructureSpec, text: str) -> Revision:
         reading = self.options.reading
-        return revise(last, text, self._loaded.reader(reading), reading.viewpoint, self.situation.stands)
+        return revise(last, text, self._cache.reader(reading), reading.viewpoint, self.situation.stands)
 
     def answer(self, value: str | None) -> bool:
         """The answer to the question: one of the slot's values, `None` to leave it open; as `say`."""
@@ -121,12 +121,12 @@ class Conversation:
         with self._turn("parse"):
             if question.slot == OBJECT:
                 self._resolved[self._unclear] = value or question.options[0]
-                self._hear(revision, objects)
+                self._apply(revision, objects)
                 return self.question is None
             spec = answered(revision.spec, question.slot, value)
             # The parser's guesses have become facts, and what it thought of them is of no interest any more.
             revision = replace(revision, spec=spec, status="ok", message="", question=None, parse=None)
-            self._hear(revision.with_objects_of(None), objects)
+            self._apply(revision.with_objects_of(None), objects)
             return True
         self.question, self._asked = question, asked  # it stands where the answer cannot be carried out
         return False
@@ -159,8 +159,8 @@ class Conversation:
             still_open = said.question
         self.question = None
         with self._turn("parse"):
-            heard = replace(revision, spec=spec, message=said.message, question=still_open)
-            self._hear(heard.with_objects_of(said if said.kind == "edit" else None), objects)
+            updated = replace(revision, spec=spec, message=said.message, question=still_open)
+            self._apply(updated.with_objects_of(said if said.kind == "edit" else None), objects)
             return self.question is None
         self.question, self._asked = question, asked
         return False
@@ -169,28 +169,28 @@ class Conversation:
         """The only one of these objects that the words describe; `None` where there is no such one."""
         referents = dict(zip(self.table.names, self.table.referents, strict=True))
         try:
-            found = select_objects(text, [referents[name] for name in names], self._loaded.encoder)
+            found = select_objects(text, [referents[name] for name in names], self._cache.encoder)
         except SelectionError:
             return None
         return names[found.indices[0]] if len(found.indices) == 1 else None
 
-    def _ask(self, question: Question, revision: Revision, among: Taking | None) -> None:
+    def _ask(self, question: Question, revision: Revision, among: Participants | None) -> None:
         self.question, self._asked = question, (revision, among)
         self.send(events.Asked(question.slot, question.text, question.options))
 
-    def _hear(self, revision: Revision, among: Taking | None = None) -> None:
+    def _apply(self, revision: Revision, among: Participants | None = None) -> None:
         """Takes over what was said.
 
         Args:
             revision: it.
             among: who takes part before what it says of objects; by default those of the situation.
         """
-        began, parse, loaded = time.perf_counter(), revision.parse, self._loaded
+        began, parse, cache = time.perf_counter(), revision.parse, self._cache
         before = self.situation
         if among is not None:
-            before = replace(before, wish=revision.spec, objects=among.names, missing=among.missing)
+            before = replace(before, goal=revision.spec, objects=among.names, missing=among.missing)
         try:  # before anything is asked
-            taking = meant_objects(revision, self.table, before, loaded.encoder, self._resolved)
+            taking = select_participants(revision, self.table, before, cache.encoder, self._resolved)
         except UnclearObjectError as doubt:
             self._unclear = doubt.phrase
             self._ask(Question(OBJECT, str(doubt), doubt.names), revision, among)
@@ -204,7 +204,7 @@ class Conversation:
             self.send(events.Noted(note))
         reading = self.options.reading
         situation = replace(
-            self.situation, wish=revision.spec, objects=taking.names, poses=self.table.poses(), proposal=None,
+            self.situation, goal=revision.spec, objects=taking.names, poses=self.table.poses(), proposal=None,
             viewpoint=reading.viewpoint, missing=taking.missing,
         )  # fmt: skip
         self.send(
@@ -217,7 +217,7 @@ class Conversation:
                 taking.names,
                 reading.viewpoint,
                 parse.prompt_sha256 if parse else None,
-                loaded.reader(reading).fallback,
+                cache.reader(reading).fallback,
                 time.perf_counter() - began,
                 self.situation.spec if revision.kind == "edit" else None,
             )
@@ -238,17 +238,17 @@ class Conversation:
         scene = self.table.look()
         self.send(steps.perceived(scene, time.perf_counter() - began, self.table))
         self._step = "imagination"
-        options, loaded = self.options, self._loaded
-        planner = loaded.planner(options.model, options.weights, options.allow_unverified)
-        networks = loaded.provenance(options.model, options.weights)
+        options, cache = self.options, self._cache
+        planner = cache.planner(options.model, options.weights, options.allow_unverified)
+        networks = cache.provenance(options.model, options.weights)
         for one in networks.values():
             if not one.verified:
                 self.send(events.Noted(one.card))
-        goal = wished(situation.spec, loaded.encoder)
+        goal = make_goal(situation.spec, cache.encoder)
         imagined = steps.imagine(planner, options.model, scene, goal, options.seed, self.send)
         imagined = replace(imagined, networks=networks)
         self.send(imagined)
-        proposal = Proposal(situation.spec, scene, imagined, len(worthwhile(imagined.arrangements)))
+        proposal = Proposal(situation.spec, scene, imagined, len(filter_viable(imagined.arrangements)))
         self._remember(replace(situation, proposal=proposal, shown=proposal))
         self.send(proposal.chosen)
 
@@ -267,7 +267,7 @@ class Conversation:
 
     def again(self) -> bool:
         """Imagines anew, from the next seed; as `say`."""
-        if self.situation.wish is None:
+        if self.situation.goal is None:
             raise UsageError("nothing was asked for yet")
         self.options = replace(self.options, seed=self.options.seed + 1)
         with self._turn("scene"):
@@ -280,11 +280,11 @@ class Conversation:
         if self.question is not None:
             self.send(events.Asked(self.question.slot, self.question.text, self.question.options))
             return False
-        if self.situation.wish is None:
+        if self.situation.goal is None:
             raise UsageError("nothing was asked for yet; say what to build")
         last = self.situation.builds[-1] if self.situation.builds else None
         stands = last is not None and not last.trouble and last.moved
-        if stands and (last.wish, last.objects) == (self.situation.wish, self.situation.objects):
+        if stands and (last.goal, last.objects) == (self.situation.goal, self.situation.objects):
             raise UsageError("it stands as it was asked for; say what to change, or what to build next")
         self._busy = 0.0
         with self._turn("scene"):
@@ -293,7 +293,7 @@ class Conversation:
         return False
 
     def drop(self) -> None:
-        """Forgets the proposal or the question; the wish stays, so that it can be corrected."""
+        """Forgets the proposal or the question; the goal stays, so that it can be corrected."""
         self.question = None
         self.situation = replace(self.situation, proposal=None)
 
@@ -337,9 +337,9 @@ class Conversation:
                     raise PartlyDone(shortfall)
                 built = True
         finally:
-            poses, wish, objects = self.table.poses(), self.situation.wish, self.situation.objects
+            poses, goal, objects = self.table.poses(), self.situation.goal, self.situation.objects
             moved = tuple(name for name, pose in poses.items() if np.abs(pose - before[name]).max() > MOVED)
-            build = Build(wish or StructureSpec(), objects, before, moved, "" if built else self._trouble)
+            build = Build(goal or StructureSpec(), objects, before, moved, "" if built else self._trouble)
             builds = (*self.situation.builds, build)
             self.situation = replace(self.situation, poses=poses, proposal=None, builds=builds)
         if built:
@@ -379,7 +379,7 @@ class Conversation:
         self.situation = situation
 
     def undo(self) -> None:
-        """Goes back by one turn: the wish, and what stands on the table.
+        """Goes back by one turn: the goal, and what stands on the table.
 
         Raises:
             UsageError: when there is nothing to go back to.
@@ -395,7 +395,7 @@ class Conversation:
         self._go_to("redo", self._future, self._past)
 
     def put_back(self) -> None:
-        """Puts everything where it stood before the last build; the wish stays. Can be undone.
+        """Puts everything where it stood before the last build; the goal stays. Can be undone.
 
         Raises:
             UsageError: when nothing was moved.
@@ -408,13 +408,13 @@ class Conversation:
         self._return_to("put back", replace(self.situation, poses=before, proposal=None, builds=builds[:last]))
 
     def reset(self) -> None:
-        """Puts the table back to its start, and drops the wish. Can be undone.
+        """Puts the table back to its start, and drops the goal. Can be undone.
 
         Raises:
             UsageError: when everything is as at the start.
         """
         start = self._start
-        if self.situation.wish is None and self.question is None and not self.situation.builds:
+        if self.situation.goal is None and self.question is None and not self.situation.builds:
             raise UsageError("everything is as it was at the start; say what to build")
         self._return_to("reset", replace(start, viewpoint=self.options.reading.viewpoint))
 
@@ -423,24 +423,24 @@ class Conversation:
         self.question = None
         moved = self.table.put_back(situation.poses)
         self.table.involve(situation.objects)
-        self.send(events.Restored(how, situation.wish, situation.objects, moved))
+        self.send(events.Restored(how, situation.goal, situation.objects, moved))
 
     def forget(self) -> None:
-        """Drops the wish, and what is proposed or asked; the table stays. Can be undone.
+        """Drops the goal, and what is proposed or asked; the table stays. Can be undone.
 
         Raises:
-            UsageError: when there is no wish.
+            UsageError: when there is no goal.
         """
-        if self.situation.wish is None and self.question is None:
-            raise UsageError("nothing is wished for; say what to build")
+        if self.situation.goal is None and self.question is None:
+            raise UsageError("there is no goal; say what to build")
         self.question = None
         start, viewpoint = self._start, self.options.reading.viewpoint
         self._remember(replace(start, poses=self.table.poses(), builds=self.situation.builds, viewpoint=viewpoint))
         self.table.involve(self.situation.objects)
-        self.send(events.Noted("the wish is dropped, and the table stays as it is; say what to build"))
+        self.send(events.Noted("the goal is dropped, and the table stays as it is; say what to build"))
 
     def stop(self) -> None:
-        """Drops the question or the proposal that stands, and says so; the wish stays."""
+        """Drops the question or the proposal that stands, and says so; the goal stays."""
         said = "nothing is going on: there is no proposal and no question"
         if self.question is not None:
             said = "the question is dropped; nothing was moved"
@@ -457,7 +457,7 @@ class Conversation:
         self.question = None
         moved = self.table.put_back(self.situation.poses)
         self.table.involve(self.situation.objects)
-        self.send(events.Restored(how, self.situation.wish, self.situation.objects, moved))
+        self.send(events.Restored(how, self.situation.goal, self.situation.objects, moved))
 
     # --- what is answered --------------------------------------------------------------------
 
@@ -471,16 +471,16 @@ class Conversation:
         self.send(events.Answered(text, answer(acts, self._known()) if acts else unanswerable(self._known())))
 
     def asks_for_nothing(self, text: str) -> bool:
-        """Whether the parser finds no wish in a line, so that it may be a question."""
+        """Whether the parser finds no goal in a line, so that it may be a question."""
         reading = self.options.reading
-        last = self.situation.wish or StructureSpec()
-        revision = revise(last, text, self._loaded.reader(reading), reading.viewpoint)
+        last = self.situation.goal or StructureSpec()
+        revision = revise(last, text, self._cache.reader(reading), reading.viewpoint)
         return revision.status == "refused" and REFUSALS["idle"] in revision.message
 
     def _known(self) -> Knowledge:
         return Knowledge(
             self.look(), self.situation, self.question, self.example, self.table.held, self.table.fallen,
-            self._loaded.encoder,
+            self._cache.encoder,
         )  # fmt: skip
 
     def example(self) -> Suggestion | None:
@@ -519,7 +519,7 @@ class Conversation:
         write_scene(self.source.saved(self.table, path.parent), path, "structagent chat")
 
     def speak_from(self, viewpoint: str) -> None:
-        """Changes whose left and right is meant; the wish so far is turned with it."""
+        """Changes whose left and right is meant; the goal so far is turned with it."""
         self.situation = self.situation.seen_from(viewpoint)
         self.options = replace(self.options, reading=replace(self.options.reading, viewpoint=viewpoint))
 

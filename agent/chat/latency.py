@@ -59,7 +59,7 @@ def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Re
     from agent.chat.repl import Chat
     from agent.chat.view import ChatScreen
     from agent.errors import NotBuildable
-    from agent.pipeline.resources import Loaded
+    from agent.pipeline.resources import ResourceCache
     from agent.pipeline.run import RunOptions
 
     torch.set_num_threads(1)  # as in a chat
@@ -74,7 +74,7 @@ def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Re
 
     reactions, proposals = [], []
     options, folder = RunOptions(scene, model=model), tempfile.TemporaryDirectory()
-    with folder as out, Conversation(options, Loaded(), [screen, ProposalTimes()]) as conversation:
+    with folder as out, Conversation(options, ResourceCache(), [screen, ProposalTimes()]) as conversation:
         example = conversation.example()
         if example is None:
             raise NotBuildable(f"nothing can be built of what stands on the table of {scene!r}")

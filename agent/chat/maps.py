@@ -69,12 +69,12 @@ class Maps:
         self._print(terminal_canvas.side_by_side(drawn, captions, self._console.width))
         self._show_key(scene)
 
-    def previews(self, scene: Mapping[str, Any], told: Mapping[str, Any], columns: int) -> list[Text]:
+    def previews(self, scene: Mapping[str, Any], payload: Mapping[str, Any], columns: int) -> list[Text]:
         """The samples of an event `Previewed` in its JSON form, side by side, from above alone."""
-        width = min(self.beside(len(told["positions"]), columns), columns)
+        width = min(self.beside(len(payload["positions"]), columns), columns)
         pictures = [
             terminal_canvas.picture(markers_of_candidate(scene, positions, turns), scene["table"], width, self._colors)
-            for positions, turns in zip(told["positions"], told["turns"], strict=True)
+            for positions, turns in zip(payload["positions"], payload["turns"], strict=True)
         ]
         return terminal_canvas.side_by_side(pictures, [[] for _ in pictures], self._console.width)
 

@@ -39,7 +39,7 @@ class UnclearObjectError(NotBuildable):
 
 
 @dataclass(frozen=True)
-class Taking:
+class Participants:
     """Who takes part.
 
     Attributes:
@@ -53,13 +53,13 @@ class Taking:
     notes: tuple[str, ...]
 
 
-def meant_objects(
+def select_participants(
     revision: Revision,
     table: TableScene,
     situation: Situation,
     encoder: SentenceEncoder,
     resolved: Mapping[str, str] = MappingProxyType({}),
-) -> Taking:
+) -> Participants:
     """Find the objects that take part after what was said.
 
     Args:
@@ -77,43 +77,43 @@ def meant_objects(
     """
     gone = {*table.fallen, *table.out_of_reach}
     there = tuple(name for name in table.names if name not in gone)
-    before = tuple(name for name in (table.names if situation.wish is None else situation.objects) if name not in gone)
+    before = tuple(name for name in (table.names if situation.goal is None else situation.objects) if name not in gone)
     choose = _Choice(table, there, before, encoder, resolved)
     if revision.objects_about:
         choose.all_of(revision.objects_about)
     text = revision.objects_text or ""
     match revision.objects_how:
         case "add":
-            meant = (*before, *choose.coming(text))
+            selected = (*before, *choose.coming(text))
         case "remove":
             goes = choose.going(text)
-            meant = tuple(name for name in before if name not in goes)
+            selected = tuple(name for name in before if name not in goes)
         case "exchange" | "swap":
             goes, comes = choose.going(revision.objects_out_text), choose.coming(text, goes=True)
             if revision.objects_how == "swap" and set(comes) <= set(before):
                 raise NotBuildable(IMPOSSIBLE["places"].format(f"swap {', '.join(goes)} with {', '.join(comes)}"))
-            meant = (*(name for name in before if name not in goes or name in comes), *comes)
+            selected = (*(name for name in before if name not in goes or name in comes), *comes)
         case "others":
-            meant = tuple(name for name in there if name not in before)
-            if not meant:
+            selected = tuple(name for name in there if name not in before)
+            if not selected:
                 raise NotBuildable("there are no others: everything on the table takes part already")
         case "replace":
-            meant = choose.of(text, there, all_there=True)
-            if text == EVERYTHING and situation.wish is not None and not revision.changed and set(meant) == set(before):
+            selected = choose.of(text, there, all_there=True)
+            if text == EVERYTHING and situation.goal is not None and not revision.changed and set(selected) == set(before):
                 raise NotBuildable("everything on the table takes part already")
         case _:
-            meant = before
-    meant = tuple(dict.fromkeys(meant))
-    if not FEWEST_OBJECTS <= len(meant) <= MOST_OBJECTS:
-        which = f" ({', '.join(meant)})" if meant else ""
-        objects = "1 object" if len(meant) == 1 else f"{len(meant)} objects"
+            selected = before
+    selected = tuple(dict.fromkeys(selected))
+    if not FEWEST_OBJECTS <= len(selected) <= MOST_OBJECTS:
+        which = f" ({', '.join(selected)})" if selected else ""
+        objects = "1 object" if len(selected) == 1 else f"{len(selected)} objects"
         legal = f"legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}"
-        if revision.kind == "edit" and revision.objects_how == "replace" and len(meant) == 1:
+        if revision.kind == "edit" and revision.objects_how == "replace" and len(selected) == 1:
             legal += f"; say 'add {text}', or 'replace ... with {text}', to keep the others"
         reasons = "".join(f"; {name}: {why}" for name, why in choose.missing.items())
         raise NotBuildable(f"{objects} would take part{which}; {legal}{reasons}")
     missing = choose.missing if revision.objects_text is not None else situation.missing
-    return Taking(meant, dict(missing), tuple(dict.fromkeys(choose.notes)))
+    return Participants(selected, dict(missing), tuple(dict.fromkeys(choose.notes)))
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ class Fact:
 
     Attributes:
         name, noun: "cup 2", and "cup".
-        called: its name with all the words that describe it: "cup 2, red, tall".
+        display_name: its name with all the words that describe it: "cup 2, red, tall".
         color: its colour's name, or empty where it has not been seen.
         position: (x, y, z) of its cloud's mean, world frame, metres.
         sides: length and width as seen from above, and height, metres.
@@ -48,7 +48,7 @@ class Fact:
 
     name: str
     noun: str
-    called: str
+    display_name: str
     color: str
     position: tuple[float, float, float]
     sides: tuple[float, float, float]
@@ -80,19 +80,19 @@ def facts_of(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]:
     standing_on = _supports(clouds)
     facts = []
     for index, (one, cloud) in enumerate(zip(seen.objects, clouds, strict=True)):
-        called = described(json_value(one))
-        color = next((word for word in _words(called) if word in COLORS), "") or _color(cloud, seen.scene)
-        words = [word for word in (color, *shapes[index]) if word and word not in _words(called)]
+        display_name = described(json_value(one))
+        color = next((word for word in _words(display_name) if word in COLORS), "") or _color(cloud, seen.scene)
+        words = [word for word in (color, *shapes[index]) if word and word not in _words(display_name)]
         facts.append(
             Fact(
-                one.name, one.category, ", ".join((called, *words)), color, one.position, sides[index],
+                one.name, one.category, ", ".join((display_name, *words)), color, one.position, sides[index],
                 place_in_words(one.position, seen.table, viewpoint), standing_on[index],
             )  # fmt: skip
         )
     return facts
 
 
-def meant_by(about: str, facts: Sequence[Fact], encoder: SentenceEncoder | None = None) -> list[Fact]:
+def matching_facts(about: str, facts: Sequence[Fact], encoder: SentenceEncoder | None = None) -> list[Fact]:
     """The objects that a noun phrase means, all of its kind; none where no such object is there.
 
     Args:
@@ -113,7 +113,7 @@ def meant_by(about: str, facts: Sequence[Fact], encoder: SentenceEncoder | None 
     elif not words[-1].isdecimal():
         words[-1] = plural(singular(words[-1]))
     try:
-        selection = select_objects(f"put the {' '.join(words)}", [fact.called for fact in facts], encoder)
+        selection = select_objects(f"put the {' '.join(words)}", [fact.display_name for fact in facts], encoder)
     except SelectionError:
         return []
     # Without a noun that is known, or a word that tells objects apart, everything would be meant.
@@ -123,7 +123,7 @@ def meant_by(about: str, facts: Sequence[Fact], encoder: SentenceEncoder | None 
 
 def unjudged(about: str, facts: Sequence[Fact]) -> list[str]:
     """The words before a noun that nothing is known of, such as "wooden"."""
-    known = {adjective(word) for fact in facts for word in _words(fact.called)}
+    known = {adjective(word) for fact in facts for word in _words(fact.display_name)}
     words = [word for word in about.split()[:-1] if not word.isdecimal() and word not in ORDINALS]
     return [word for word in words if known.isdisjoint((adjective(word), *rivals(adjective(word))))]
 
@@ -174,8 +174,8 @@ def capitalized(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _words(called: str) -> list[str]:
-    return re.findall(r"[a-z]+", called.lower())
+def _words(display_name: str) -> list[str]:
+    return re.findall(r"[a-z]+", display_name.lower())
 
 
 def _color(cloud: ObjectCloud, scene: Scene) -> str:

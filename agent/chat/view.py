@@ -60,67 +60,67 @@ class ChatScreen:
 
     def on_event(self, event: Event) -> None:
         """Show one event."""
-        told = event.to_dict()
-        if told["kind"] == "previewed":
-            self._preview(told)
+        payload = event.to_dict()
+        if payload["kind"] == "previewed":
+            self._preview(payload)
             return
         self.idle()
-        if told["kind"] == "plan_failed" and self._unplanned:
-            self._unplanned.append(told["arrangement"] + 1)
+        if payload["kind"] == "plan_failed" and self._unplanned:
+            self._unplanned.append(payload["arrangement"] + 1)
             self.busy(_PLANNING)
             return
         self._others_without_a_plan()
-        failed_check, self._failed_check = self._failed_check, told["kind"] == "checked" and not told["success"]
-        match told["kind"]:
+        failed_check, self._failed_check = self._failed_check, payload["kind"] == "checked" and not payload["success"]
+        match payload["kind"]:
             case "started":
-                self._say_line(told["instruction"])
+                self._say_line(payload["instruction"])
                 self._imagined = None
             case "commanded":
-                self._say_line(told["line"])
+                self._say_line(payload["line"])
             case "parsed":
-                self._parsed(told)
+                self._parsed(payload)
             case "asked":
-                self._asked(told)
+                self._asked(payload)
             case "noted":
-                self.note(told["message"])
+                self.note(payload["message"])
             case "answered":
-                self._say_line(told["question"])
-                for line in told["answer"].splitlines():
+                self._say_line(payload["question"])
+                for line in payload["answer"].splitlines():
                     self._print(line)
             case "restored":
-                self._restored(told)
+                self._restored(payload)
             case "perceived":
-                first, self._scene = self._scene is None, told
+                first, self._scene = self._scene is None, payload
                 if first and self._echo:
-                    self.scene(told)
+                    self.scene(payload)
             case "imagined":
-                self._imagined, self._rank = told, 1
+                self._imagined, self._rank = payload, 1
                 self.candidates(1)
             case "chosen":
-                self._chosen(told)
+                self._chosen(payload)
             case "checked":
-                self._checked(told)
+                self._checked(payload)
             case "failed":
                 if not failed_check:  # which has said it all
-                    self.complain(told["message"])
+                    self.complain(payload["message"])
             case "finished":
-                if told["success"]:
-                    self.note(f"done in {duration(told['seconds'])}")
+                if payload["success"]:
+                    self.note(f"done in {duration(payload['seconds'])}")
             case "tried":
-                self._tried(told)
+                self._tried(payload)
             case "pictured":
-                if told["name"].startswith("placement-"):
+                if payload["name"].startswith("placement-"):
                     self.busy(_AT_WORK)
             case "filmed":
                 return
             case "plan_failed":
-                self._unplanned = [told["arrangement"] + 1]
-                about = f" for {told['name']}" if told["name"] else ""
-                self._print(f"  no plan for candidate {self._unplanned[0]}{about}: {told['reason']}")
+                self._unplanned = [payload["arrangement"] + 1]
+                about = f" for {payload['name']}" if payload["name"] else ""
+                self._print(f"  no plan for candidate {self._unplanned[0]}{about}: {payload['reason']}")
                 self.busy(_PLANNING)
             case _:
                 names = [one["name"] for one in self._scene["objects"]] if self._scene else []
-                self._print(f"  {arm_sentence(told, names)}")
+                self._print(f"  {arm_sentence(payload, names)}")
                 self.busy(_AT_WORK)
 
     # --- while something is at work ----------------------------------------------------------
@@ -144,30 +144,30 @@ class ChatScreen:
             self._live.start()
         self._live.update(content, refresh=True)
 
-    def _preview(self, told: Mapping[str, Any]) -> None:
+    def _preview(self, payload: Mapping[str, Any]) -> None:
         live = self.console.is_terminal and not self.console.is_dumb_terminal
-        if not live or self._scene is None or (told["step"] % _PREVIEW_EVERY and told["step"] != told["steps"]):
+        if not live or self._scene is None or (payload["step"] % _PREVIEW_EVERY and payload["step"] != payload["steps"]):
             return
-        lines = self.maps.previews(self._scene, told, _PREVIEW_COLUMNS)
-        title = Text(f"out of the noise: step {told['step']} of {told['steps']}", "dim")
+        lines = self.maps.previews(self._scene, payload, _PREVIEW_COLUMNS)
+        title = Text(f"out of the noise: step {payload['step']} of {payload['steps']}", "dim")
         self._show_live(Group(title, *lines), moving=False)
 
     # --- what there is to see ----------------------------------------------------------------
 
-    def scene(self, told: Mapping[str, Any] | None = None) -> None:
+    def scene(self, payload: Mapping[str, Any] | None = None) -> None:
         """The table from above, with the names of what stands on it.
 
         Args:
-            told: an event `Perceived` in its JSON form; by default the last one.
+            payload: an event `Perceived` in its JSON form; by default the last one.
         """
-        told = told or self._scene
-        if told is None:
+        payload = payload or self._scene
+        if payload is None:
             self.note("nothing was looked at yet")
             return
         self.idle()
-        self._scene = told
-        self.maps.show(told, markers_of_scene(told))
-        for note in told.get("notes", ()):
+        self._scene = payload
+        self.maps.show(payload, markers_of_scene(payload))
+        for note in payload.get("notes", ()):
             self.note(note)
 
     def forget(self) -> None:
@@ -176,29 +176,29 @@ class ChatScreen:
         self._named = ()
         self.maps.forget_key()
 
-    def scene_read(self, told: Mapping[str, Any]) -> None:
+    def scene_read(self, payload: Mapping[str, Any]) -> None:
         """What stands where, in words; takes an event `Perceived` in its JSON form."""
         self.idle()
-        self._scene = told
-        self._block(aligned([seen_row(one) for one in told["objects"]]))
+        self._scene = payload
+        self._block(aligned([seen_row(one) for one in payload["objects"]]))
 
     def candidates(self, count: int) -> None:
         """The best candidates from above, with their scores and what the lower ones lack; several side by side."""
         if self._imagined is None or self._scene is None:
             self.note("nothing was imagined yet")
             return
-        told = self._imagined
-        shown = told["candidates"][:count]
+        payload = self._imagined
+        shown = payload["candidates"][:count]
         several = len(shown) > 1
         which = ", the best first" if several else "; the best of them:"
-        count = len(told["candidates"])
-        self._title(f"{count} arrangement{'s' * (count != 1)} imagined{which}", told["seconds"])
+        count = len(payload["candidates"])
+        self._title(f"{count} arrangement{'s' * (count != 1)} imagined{which}", payload["seconds"])
         columns = self.maps.beside(len(shown))
-        captions = [self._caption(one, told["candidates"][0], columns) for one in shown]
+        captions = [self._caption(one, payload["candidates"][0], columns) for one in shown]
         self.maps.show_candidates(self._scene, shown, captions)
-        if not several and len(told["candidates"]) > 1 and not self._hinted and not self._echo:
+        if not several and len(payload["candidates"]) > 1 and not self._hinted and not self._echo:
             self._hinted = True
-            self.note(f"/candidates shows the best {min(SHOWN, len(told['candidates']))}, /why what decides")
+            self.note(f"/candidates shows the best {min(SHOWN, len(payload['candidates']))}, /why what decides")
 
     def why(self) -> None:
         """What speaks for the chosen candidate, factor by factor, and what was against the others."""
@@ -238,61 +238,61 @@ class ChatScreen:
             self.console.print()
             self._print(f"> {line}", "bold")
 
-    def _parsed(self, told: Mapping[str, Any]) -> None:
+    def _parsed(self, payload: Mapping[str, Any]) -> None:
         """The slots; of a correction those alone that it changed."""
-        before, changed = told["before"], told["before"] is not None
-        self._title("changed" if changed else "understood", told["seconds"])
+        before, changed = payload["before"], payload["before"] is not None
+        self._title("changed" if changed else "understood", payload["seconds"])
         rows = []
-        for slot, value in told["spec"].items():
+        for slot, value in payload["spec"].items():
             said = value or "left open"
             if changed:
                 if before.get(slot) == value:
                     continue
                 said = f"{before.get(slot) or 'left open'} -> {said}"
-            words = " ".join(told["evidence"].get(slot) or ())
-            sure = told["confidence"].get(slot)
+            words = " ".join(payload["evidence"].get(slot) or ())
+            sure = payload["confidence"].get(slot)
             note = f"{number(100 * sure, 0)} % sure" if sure is not None else ""
             note += f", from “{words}”" if words else ""
             rows.append((slot_label(slot), said, note))
-        same, self._named = list(told["named"]) == list(self._named), told["named"]
+        same, self._named = list(payload["named"]) == list(self._named), payload["named"]
         if rows:
             self._block(aligned(rows))
         elif same:
             self._print("  nothing; everything is as before")
         if not (changed and same):
-            self._print(f"  with {', '.join(told['named'])}")
-        for note in parse_notes({**told, "named": ()})[:-1]:
+            self._print(f"  with {', '.join(payload['named'])}")
+        for note in parse_notes({**payload, "named": ()})[:-1]:
             self.note(f"  {note}")
 
-    def _tried(self, told: Mapping[str, Any]) -> None:
+    def _tried(self, payload: Mapping[str, Any]) -> None:
         if self._scene is not None:
             self._title(TRIED)
-            self.maps.show(self._scene, markers_of_candidate(self._scene, told["positions"], told["turns"]))
+            self.maps.show(self._scene, markers_of_candidate(self._scene, payload["positions"], payload["turns"]))
 
-    def _checked(self, told: Mapping[str, Any]) -> None:
-        self._title(verdict_title(told).lower(), told["seconds"])
-        for check in told["checks"]:
+    def _checked(self, payload: Mapping[str, Any]) -> None:
+        self._title(verdict_title(payload).lower(), payload["seconds"])
+        for check in payload["checks"]:
             line = f"{check['name']}: {number(check['measured'], 3)} ({check['limit']})"
             self._print(f"  {'passed' if check['passed'] else 'failed'}  {line}", "" if check["passed"] else "red")
-        self._print(f"  {verdict_sentence(told)}", "bold green" if told["success"] else "bold red")
+        self._print(f"  {verdict_sentence(payload)}", "bold green" if payload["success"] else "bold red")
 
-    def _asked(self, told: Mapping[str, Any]) -> None:
-        self._print(told["question"], "bold")
-        for place_, option in enumerate(told["options"], start=1):
+    def _asked(self, payload: Mapping[str, Any]) -> None:
+        self._print(payload["question"], "bold")
+        for place_, option in enumerate(payload["options"], start=1):
             self._print(f"  {place_}  {option}")
 
-    def _restored(self, told: Mapping[str, Any]) -> None:
-        wish, self._named = told["spec"], told["objects"]
-        what = ", ".join(value for value in wish.values() if value) if wish else ""
-        still = "still" if told["how"] == "put back" else "again"
-        said = f"the wish is {still}: {what or 'anything'}" if wish else "nothing is wished for"
-        moved = f"; put back: {', '.join(told['moved'])}" if told["moved"] else ""
-        self.note(f"{told['how']}: {said}{moved}")
+    def _restored(self, payload: Mapping[str, Any]) -> None:
+        goal, self._named = payload["spec"], payload["objects"]
+        what = ", ".join(value for value in goal.values() if value) if goal else ""
+        still = "still" if payload["how"] == "put back" else "again"
+        said = f"the goal is {still}: {what or 'anything'}" if goal else "there is no goal"
+        moved = f"; put back: {', '.join(payload['moved'])}" if payload["moved"] else ""
+        self.note(f"{payload['how']}: {said}{moved}")
 
-    def _chosen(self, told: Mapping[str, Any]) -> None:
-        if told["rank"] == self._rank:
+    def _chosen(self, payload: Mapping[str, Any]) -> None:
+        if payload["rank"] == self._rank:
             return
-        self._rank = told["rank"]
+        self._rank = payload["rank"]
         self._print(f"  candidate {self._rank} it is")
         if self._imagined is not None and self._scene is not None:
             one = self._imagined["candidates"][self._rank - 1]

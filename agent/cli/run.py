@@ -117,9 +117,9 @@ def run(
         record = RunRecord(open_files.enter_context(run_session(folder, asdict(options))))
         viewer = open_files.enter_context(RerunLog(rerun)) if rerun is not None else None
         terminal = TerminalReport(console_on(sys.stderr if json_output else results))
-        listeners: list[Listener] = [record, terminal] + ([viewer] if viewer is not None else [])
+        listeners: list[Listener] = [record, terminal, *([viewer] if viewer is not None else [])]
         try:
-            on_step = viewer and viewer.on_physics_step
+            on_step = None if viewer is None else viewer.on_physics_step
             for event in run_instruction(text, options, on_step=on_step, trajectories=trajectories):
                 send(event, listeners)
         except (KeyboardInterrupt, ReaderGone):

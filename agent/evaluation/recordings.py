@@ -40,7 +40,7 @@ from agent.evaluation.common import (
 )
 from agent.evaluation.result_store import KeptRows, fingerprint, kept_folder
 from agent.pipeline.candidates import checked_planner
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions, run_instruction
 from agent.recordings.recording import RecordedOptions
 from agent.rendering.text import aligned, number
@@ -111,7 +111,7 @@ def measure_recordings(
     ):
         rows = rows_by_place(kept.rows)
         jobs = [_job(library, objects, place, seed) for place in places if place not in rows]
-        recorded = force.do(partial(_round_trip, objects, model, weights, execute), Loaded, (), jobs)
+        recorded = force.do(partial(_round_trip, objects, model, weights, execute), ResourceCache, (), jobs)
         with progress("scenes recorded", len(places), len(places) - len(jobs)) as tell:
             rows |= keep_as_they_end(kept, recorded, tell, seed)
     command = f"structagent evaluate recordings --objects {objects} --scenes {count} --seed {seed} --model {model}"
@@ -160,7 +160,7 @@ def _job(library: Sequence[ObjectModel], objects: str, place: Place, seed: int) 
 
 
 def _round_trip(
-    objects: str, model: str, weights: Path | None, execute: bool, loaded: Loaded, job: _Job
+    objects: str, model: str, weights: Path | None, execute: bool, loaded: ResourceCache, job: _Job
 ) -> dict[str, Any]:
     """One scene, recorded, perceived, and built twice; the row of the report."""
     drawn, seed = job.drawn, job.seed * 10_000 + job.number
@@ -213,7 +213,7 @@ def _round_trip(
     return row | {"same": (row["simulated"] is None) == (row["recorded"] is None)}
 
 
-def _ended(words: str, options: RunOptions, loaded: Loaded) -> str | None:
+def _ended(words: str, options: RunOptions, loaded: ResourceCache) -> str | None:
     """How a run ended: `None` where it succeeded, otherwise why not."""
     for event in run_instruction(words, options, loaded):
         if isinstance(event, events.Failed):

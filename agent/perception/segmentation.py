@@ -41,13 +41,13 @@ def segment(recording: Recording) -> Segments:
             f"{int(np.isfinite(distance).sum())} were measured, and none within {FARTHEST} m of the camera"
         )
     points, distance = every[pixels].astype(np.float64), distance[pixels].astype(np.float64)
-    told = base_from_camera(recording)
+    base_from_cam = base_from_camera(recording)
     labels = np.full(len(every), NOTHING, dtype=np.int16)
-    if told is not None and recording.arm is not None:
-        arm = distance_to_arm(transform_points(told, points), recording.arm) < _ARM_CLEARANCE
+    if base_from_cam is not None and recording.arm is not None:
+        arm = distance_to_arm(transform_points(base_from_cam, points), recording.arm) < _ARM_CLEARANCE
         labels[pixels[arm]] = ARM
         pixels, points, distance = pixels[~arm], points[~arm], distance[~arm]
-    plane = table_plane(points, None if told is None else told[2, :3])
+    plane = table_plane(points, None if base_from_cam is None else base_from_cam[2, :3])
     level = transform_points(plane.level_from_camera, points)
     relief = table_relief(level, distance, pixels, shape)
     steep = border = np.zeros(len(pixels), dtype=bool)

@@ -30,7 +30,7 @@ def checked_planner(name: str, weights: Path | None, allow_unverified: bool = Fa
     return load_planner(name, weights)
 
 
-def worth_a_try(arrangement: Arrangement) -> bool:
+def is_viable(arrangement: Arrangement) -> bool:
     """Whether its total score is at least `LEAST_SCORE`, or it stood in imagination.
 
     The more objects there are, the smaller is the product of all scores, good as they may be.
@@ -38,13 +38,13 @@ def worth_a_try(arrangement: Arrangement) -> bool:
     return arrangement.scores["total"] >= LEAST_SCORE or arrangement.scores.get("imagined") == 1.0
 
 
-def worthwhile(arrangements: Sequence[Arrangement]) -> list[Arrangement]:
+def filter_viable(arrangements: Sequence[Arrangement]) -> list[Arrangement]:
     """Those that are worth a try, best first.
 
     Raises:
         NoValidGoal: when there is none.
     """
-    good = [arrangement for arrangement in arrangements if worth_a_try(arrangement)]
+    good = [arrangement for arrangement in arrangements if is_viable(arrangement)]
     if not good:
         best = max((arrangement.scores["total"] for arrangement in arrangements), default=0.0)
         raise NoValidGoal(

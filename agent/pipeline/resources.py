@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from structdiffusion.planners.factory import Planner
 
 
-class Loaded:
+class ResourceCache:
     """Loads on demand, and keeps what cannot change; a run with it ends as a run without. Threads may share it."""
 
     def __init__(self) -> None:
@@ -64,7 +64,7 @@ class Loaded:
         """What is known of the files of a planner's networks, by network; of a planner that was loaded before."""
         return self._provenance[model, weights]
 
-    def warm(
+    def preload(
         self, reading: ReadingOptions, model: str, weights: Path | None, allow_unverified: bool = False
     ) -> None:
         """Loads what these options will need, and tries the parser once, whose first answer takes longer.

@@ -17,7 +17,7 @@ from agent.errors import DONE, NotBuildable, PartlyDone, exit_code_of, one_sente
 from agent.event_base import Event, json_value
 from agent.pipeline import steps
 from agent.pipeline.instruction_parser import ReadingOptions
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.recordings.recording import RecordedOptions
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class RunOptions:
 def run_instruction(
     text: str,
     options: RunOptions,
-    loaded: Loaded | None = None,
+    cache: ResourceCache | None = None,
     on_step: Callable[[TableScene], None] | None = None,
     trajectories: Sequence[Path] = (),
 ) -> Iterator[Event]:
@@ -69,12 +69,12 @@ def run_instruction(
     Args:
         text: the instruction.
         options: everything else.
-        loaded: shares models and libraries with other runs; by default this run loads its own.
+        cache: shares models and libraries with other runs; by default this run loads its own.
         on_step: called after every physics step while the arm is at work.
         trajectories: files for what the arm was told to do, as `agent.recordings.trajectory_export.write_trajectory` takes them.
     """
     started = time.perf_counter()
-    run = _Run(text, options, loaded or Loaded(), on_step, trajectories)
+    run = _Run(text, options, cache or ResourceCache(), on_step, trajectories)
     code = DONE
     yield events.Started(text, json_value(asdict(options)))
     try:
@@ -95,39 +95,39 @@ class _Run:
         self,
         text: str,
         options: RunOptions,
-        loaded: Loaded,
+        cache: ResourceCache,
         on_step: Callable[[TableScene], None] | None,
         trajectories: Sequence[Path],
     ) -> None:
-        self.text, self.options, self.loaded, self.on_step = text, options, loaded, on_step
+        self.text, self.options, self.cache, self.on_step = text, options, cache, on_step
         self.trajectories = trajectories
         self.step = "parse"
 
     def steps(self) -> Iterator[Event]:
-        options, loaded = self.options, self.loaded
+        options, cache = self.options, self.cache
         source, opening = None, 0.0
         if options.scene != RunOptions.scene:  # a file that cannot be used should not cost the loading of models
             self.step, began = "scene", time.perf_counter()
-            source = loaded.source(options.scene, options.objects, options.recorded)
+            source = cache.source(options.scene, options.objects, options.recorded)
             opening = time.perf_counter() - began
         self.step, began = "parse", time.perf_counter()
         import torch
 
-        from agent.pipeline.candidates import worthwhile
+        from agent.pipeline.candidates import filter_viable
         from grounding.references.selection import AmbiguousReferenceError, SelectionError, mentioned, select_objects
 
         torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
-        encoder = loaded.encoder
-        reading = loaded.reader(options.reading).read(self.text)
+        encoder = cache.encoder
+        reading = cache.reader(options.reading).read(self.text)
         if reading.status != "ok":
             raise NotBuildable(reading.message)
         seconds = time.perf_counter() - began
         self.step = "model"  # early, because a wrong name or a broken checkpoint should not cost a minute
-        planner = loaded.planner(options.model, options.weights, options.allow_unverified)
-        networks = loaded.provenance(options.model, options.weights)
+        planner = cache.planner(options.model, options.weights, options.allow_unverified)
+        networks = cache.provenance(options.model, options.weights)
         self.step, began = "scene", time.perf_counter() - opening
         if source is None:
-            source = loaded.source(options.scene, options.objects, options.recorded)
+            source = cache.source(options.scene, options.objects, options.recorded)
         try:
             selection = select_objects(self.text, source.referents, encoder, catalogue=source.catalogue)
         except AmbiguousReferenceError as error:
@@ -149,11 +149,11 @@ class _Run:
             if shortfall := steps.shortfall(table, "take part"):
                 yield events.Noted(shortfall)
             self.step = "imagination"
-            goal = wished(reading.spec, encoder)
+            goal = make_goal(reading.spec, encoder)
             imagined = steps.imagine(planner, options.model, scene, goal, options.seed)
             imagined = replace(imagined, networks=networks)
             yield imagined
-            arrangements = worthwhile(imagined.arrangements)
+            arrangements = filter_viable(imagined.arrangements)
             yield steps.chosen(1, arrangements[0], scene)
             if options.execute:
                 self.step = "build"
@@ -193,7 +193,7 @@ class _Run:
             yield event
 
 
-def wished(spec: StructureSpec, encoder: SentenceEncoder) -> Goal:
+def make_goal(spec: StructureSpec, encoder: SentenceEncoder) -> Goal:
     """The goal of a planner. What was heard is said anew, in the words that sentence models were trained on.
 
     People say the same in ways that move its embedding far: told "facing me", such a model left no ring open.

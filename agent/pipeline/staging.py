@@ -13,7 +13,7 @@ from agent.arm.arm_model import DEFAULT_MODEL, FINGER_OPEN, FINGERS, arm_model
 from agent.arm.state import ArmState
 from agent.errors import NotBuildable
 from agent.pipeline.instruction_parser import ReadingOptions
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.scenes.files import PlacedObject
 from agent.scenes.sources import SIMULATED, SceneSource
 from agent.scenes.table_scene import TableScene, drawing_and_noise
@@ -65,18 +65,18 @@ def staged(staging: Staging) -> Iterator[Staged]:
         SceneError, SelectionError: when these objects cannot make what it asks for.
         UsageError, BadInput, ObjectError: for a scene, arm or objects that there are not.
     """
-    model, loaded = arm_model(staging.arm), Loaded()
+    model, cache = arm_model(staging.arm), ResourceCache()
     if staging.instruction is None:
-        source = loaded.source(staging.scene, staging.objects)
+        source = cache.source(staging.scene, staging.objects)
         drawn = source.set_out(staging.seed)
     else:
         from grounding.references.selection import Selection, select_objects
 
-        text, encoder = staging.instruction, loaded.encoder
-        reading = loaded.reader(ReadingOptions()).read(text)
+        text, encoder = staging.instruction, cache.encoder
+        reading = cache.reader(ReadingOptions()).read(text)
         if reading.status != "ok":
             raise NotBuildable(reading.message)
-        source = loaded.source(staging.scene, staging.objects)
+        source = cache.source(staging.scene, staging.objects)
         # Says what is missing before anything is drawn.
         select_objects(text, source.referents, encoder, catalogue=source.catalogue)
 
@@ -91,7 +91,7 @@ def staged(staging: Staging) -> Iterator[Staged]:
         poses, (_, noise) = drawn.world.poses(), drawing_and_noise(staging.seed)
         joints = dict(zip(model.joints, model.folded.tolist(), strict=True)) | dict.fromkeys(FINGERS, FINGER_OPEN)
         with TableScene(
-            drawn.models, np.array(poses), drawn.count, noise, drawn.world.table, drawn.names, drawn.called,
+            drawn.models, np.array(poses), drawn.count, noise, drawn.world.table, drawn.names, drawn.display_names,
             arm=ArmState(model.name, joints),
         ) as table:  # fmt: skip
             yield Staged(table, source)

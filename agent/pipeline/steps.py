@@ -53,7 +53,7 @@ def parsed(reading: Reading, named: Sequence[str], seconds: float) -> events.Par
 
 def perceived(scene: Scene, seconds: float, table: TableScene | None = None) -> events.Perceived:
     """What the camera saw, and what the table that it looked at has to say of that."""
-    called = {} if table is None else dict(zip(table.names, table.called, strict=True))
+    display_names = {} if table is None else dict(zip(table.names, table.display_names, strict=True))
     colors = {} if table is None else dict(zip(table.names, table.color_names, strict=True))
     seen = [
         events.SeenObject(
@@ -64,7 +64,7 @@ def perceived(scene: Scene, seconds: float, table: TableScene | None = None) -> 
             len(cloud.points),
             _outline(cloud),
             None if cloud.colors is None else tuple(cloud.colors.mean(axis=0).round().astype(int).tolist()),
-            called.get(cloud.name, cloud.name),
+            display_names.get(cloud.name, cloud.name),
             colors.get(cloud.name, ""),
         )
         for number, cloud in enumerate((*scene.objects, *scene.distractors))
@@ -314,9 +314,9 @@ def build(
         work = build_structure(table.world, table.arm, scene, arrangements, rng=rng, on_step=after_step, log=log)
         yield from each_of(work, illustrated)
     except (Exception, KeyboardInterrupt):  # not `finally`: a generator that is closed may tell nothing more
-        yield from _told(reel)
+        yield from _finished_film(reel)
         raise
-    yield from _told(reel)
+    yield from _finished_film(reel)
     yield from _judge(table, spec, arrangements[index].goal_from_initial @ initial, len(set(placed)), trouble)
 
 
@@ -338,7 +338,7 @@ def each_of(
             event = next(work, None)
 
 
-def _told(reel: Film) -> Iterator[events.Filmed]:
+def _finished_film(reel: Film) -> Iterator[events.Filmed]:
     filmed = reel.finish()
     if filmed is not None:
         yield filmed

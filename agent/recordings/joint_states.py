@@ -83,10 +83,10 @@ def _of_angles(message: Any, topic: str) -> tuple[ArmState, list[str]] | None:
     return _state(prefix, topic, joints, ["the fingers' joints are not recorded"])
 
 
-def _state(prefix: str, told: str, joints: dict[str, float], notes: Sequence[str]) -> tuple[ArmState, list[str]]:
-    """The arm with these joints; its model by what `told` names it, and by their number."""
+def _state(prefix: str, model_text: str, joints: dict[str, float], notes: Sequence[str]) -> tuple[ArmState, list[str]]:
+    """The arm with these joints; its model by what `model_text` names, and by their number."""
     count = _arm_joints(joints)
-    named = _MODEL.search(told)
+    named = _MODEL.search(model_text)
     if named and int(named["joints"]) == count:
         return ArmState(f"j2{named['wrist']}{count}s300", joints, prefix), list(notes)
     model = "j2s7s300" if count == 7 else "j2n6s300"

@@ -143,7 +143,7 @@ def check_export(path: Path) -> None:
         )
     if os.path.lexists(path) and not _is_trajectory(path):
         raise UsageError(f"a trajectory must be a new file, or replace another one, and {str(path)!r} is none")
-    with _told(path):
+    with _writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.parent):
             pass
@@ -153,10 +153,10 @@ def _is_trajectory(path: Path) -> bool:
     """Whether a file holds what `write_trajectory` writes, and nothing that somebody recorded."""
     if path.suffix.lower() == ".json":
         try:
-            told = json.loads(path.read_text(encoding="utf-8"))
+            content = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return False
-        return isinstance(told, dict) and {"schema_version", "joints", "segments"} <= set(told)
+        return isinstance(content, dict) and {"schema_version", "joints", "segments"} <= set(content)
     from agent.recordings.bag_reader import open_bag
 
     try:
@@ -164,12 +164,12 @@ def _is_trajectory(path: Path) -> bool:
             topics = [stream.topic for stream in bag.streams]
     except BadInput:
         return False
-    told = [topic.endswith((_ARM, _HAND)) for topic in topics]
-    return any(told) and all(known or topic.endswith(_MOVED) for known, topic in zip(told, topics, strict=True))
+    commanded = [topic.endswith((_ARM, _HAND)) for topic in topics]
+    return any(commanded) and all(known or topic.endswith(_MOVED) for known, topic in zip(commanded, topics, strict=True))
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _writing(path: Path) -> Iterator[None]:
     """Tells in one sentence what cannot be written where."""
     try:
         yield
@@ -194,7 +194,7 @@ def write_trajectory(log: TrajectoryLog, path: Path, prefix: str, model: ArmMode
     if not motions:
         return False
     if path.suffix.lower() == ".json":
-        with _told(path):
+        with _writing(path):
             path.write_text(json.dumps(_document(motions, prefix, model)) + "\n", encoding="utf-8")
         return True
     from agent.recordings.bag_writer import BagWriter

@@ -10,7 +10,7 @@ from agent.errors import NotWritten, UsageError
 from agent.event_base import Listener, RecordedEvent
 from agent.reporting.html.document import session_page
 from agent.reporting.run_report import RunRecord
-from agent.reporting.session_log import Session, read_session
+from agent.reporting.session_reader import Session, read_session
 from agent.runtime.atomic_files import write_whole
 
 

@@ -208,9 +208,9 @@ class _Reader:
             key = _plain(key_node) or _shown(key_node)
             if key not in legal:
                 near = get_close_matches(key.lower(), legal, n=1)
-                meant = _ELSEWHERE_CALLED.get(key.lower(), near[0] if near else None)
-                unread.update((meant,) if meant in legal else _COUNTED_FROM_ZERO)
-                hint = f"did you mean {meant!r}?" if meant in legal else f"legal keys: {', '.join(legal)}"
+                intended = _ELSEWHERE_CALLED.get(key.lower(), near[0] if near else None)
+                unread.update((intended,) if intended in legal else _COUNTED_FROM_ZERO)
+                hint = f"did you mean {intended!r}?" if intended in legal else f"legal keys: {', '.join(legal)}"
                 self._note(key_node, f"unknown key {key!r} in {what}; {hint}")
             elif key in found:
                 self._note(key_node, f"the key {key!r} is there twice, first in line {_line(found[key])}")

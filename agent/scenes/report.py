@@ -39,7 +39,7 @@ def scene_report(path: Path, standing: Sequence[StandingObject]) -> dict[str, An
     }
 
 
-def tell_scene(standing: Sequence[StandingObject], out: TextIO) -> None:
+def print_scene(standing: Sequence[StandingObject], out: TextIO) -> None:
     """The same as a table, one object a line; roll and pitch only where something is tilted."""
     rows = [_HEADINGS]
     for entry in standing:

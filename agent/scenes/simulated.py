@@ -1,4 +1,4 @@
-"""A simulated table: objects drawn from a library so that the wish can come true, seen by the depth camera."""
+"""A simulated table: objects drawn from a library so that the goal can come true, seen by the depth camera."""
 
 from __future__ import annotations
 
@@ -80,21 +80,21 @@ def draw_meant_scene(
     """
     nouns = [model.category for model in library]
     selection = select(referents, catalogue=True)
-    meant = selection.indices
+    selected = selection.indices
     if selection.described:
-        return _draw_described(library, [library[index] for index in meant], spec, select, rng)
-    categories = sorted({nouns[index] for index in meant})
+        return _draw_described(library, [library[index] for index in selected], spec, select, rng)
+    categories = sorted({nouns[index] for index in selected})
     of_these = sum(noun in categories for noun in nouns)
-    everything = len(meant) == len(library)
+    everything = len(selected) == len(library)
     # Fewer than there are of these nouns: the instruction gives numbers, or speaks of single things.
-    counted = len(meant) < of_these
+    counted = len(selected) < of_these
     for _ in range(_DRAWS):
         drawn = draw_scene(
             library,
             spec,
             rng,
             categories=() if everything else categories,
-            count=len(meant) if counted and len(meant) <= MOST_OBJECTS else None,
+            count=len(selected) if counted and len(selected) <= MOST_OBJECTS else None,
             # Where no noun says what is meant, all that stands on the table is.
             distractors=0 if everything else None,
         )
@@ -139,8 +139,8 @@ def _draw_described(
         taken = {model.name for model in some}
         models = [*some, *(model for model in others if model.name not in taken)]
         try:
-            meant = select(described(models)).indices
-            members = [models[index] for index in meant]
+            selected = select(described(models)).indices
+            members = [models[index] for index in selected]
             drawn = draw_scene(models, spec, rng, members=members, attempts=1)
             if set(select(described(drawn.models)).indices) == set(range(drawn.count)):
                 return drawn

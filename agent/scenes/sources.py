@@ -96,7 +96,7 @@ def _has_much_to_read(folder: Path) -> bool:
 
 
 class DrawnSource:
-    """Scenes drawn from a library so that the wish can come true."""
+    """Scenes drawn from a library so that the goal can come true."""
 
     catalogue = True
     hint = ""
@@ -134,7 +134,7 @@ class FileSource:
 
     def __init__(self, path: Path) -> None:
         self.standing = load_scene(path)
-        self.referents = [SceneObject(entry.called, attributes_of(entry.model)) for entry in self.standing]
+        self.referents = [SceneObject(entry.display_name, attributes_of(entry.model)) for entry in self.standing]
 
     def open(self, spec: StructureSpec, select: Select, seed: int) -> FileScene:
         """See `SceneSource`; from the seed follows the sensor's noise."""
@@ -145,7 +145,7 @@ class FileSource:
         _, noise = drawing_and_noise(seed)
         poses = np.array([entry.world_from_object for entry in self.standing])
         models, names = [entry.model for entry in self.standing], [entry.name for entry in self.standing]
-        return TableScene(models, poses, len(models), noise, names=names, called=[each.name for each in self.referents])
+        return TableScene(models, poses, len(models), noise, names=names, display_names=[each.name for each in self.referents])
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """See `SceneSource`; in the order of the file."""
@@ -175,15 +175,15 @@ class FileScene(TableScene):
         select: Select,
         seed: int,
     ) -> None:
-        meant = sorted(set(select(referents).indices))
-        check_count([standing[index].name for index in meant], len(standing), spec)
-        ordered = [standing[index] for index in (*meant, *(k for k in range(len(standing)) if k not in meant))]
+        selected = sorted(set(select(referents).indices))
+        check_count([standing[index].name for index in selected], len(standing), spec)
+        ordered = [standing[index] for index in (*selected, *(k for k in range(len(standing)) if k not in selected))]
         _, noise = drawing_and_noise(seed)
         super().__init__(
             [entry.model for entry in ordered],
             np.array([entry.world_from_object for entry in ordered]),
-            len(meant),
+            len(selected),
             noise,
             names=[entry.name for entry in ordered],
-            called=[entry.called for entry in ordered],
+            display_names=[entry.display_name for entry in ordered],
         )

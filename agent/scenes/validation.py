@@ -133,8 +133,8 @@ def _places_off_table(named: Sequence[tuple[str, PlacedObject]], table: Table) -
         over = table.overhang(np.array([[x, y]]))
         if over > _TOUCHING:
             place = " and ".join(f"{key} {value:.3f}" for key, value in (("x", x), ("y", y)) if key in known)
-            called = repr(name) if name else "the object"
-            message = f"{called} is off the table by {_length(over)}, at {place}; {_legal(table)}"
+            display_name = repr(name) if name else "the object"
+            message = f"{display_name} is off the table by {_length(over)}, at {place}; {_legal(table)}"
             problems.append(Problem(placed.line, message))
     return problems
 
@@ -200,7 +200,7 @@ class StandingObject:
     source: str | Path
 
     @property
-    def called(self) -> str:
+    def display_name(self) -> str:
         """What the instruction can call it: its name, with its noun and colour where they say more."""
         first, _, rest = self.name.partition(",")
         if read_name(first).head != read_name(self.model.category).head:

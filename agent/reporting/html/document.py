@@ -7,7 +7,7 @@ from html import escape
 from importlib.resources import files
 
 from agent.reporting.html.turn import Turn
-from agent.reporting.session_log import Session
+from agent.reporting.session_reader import Session
 
 
 def run_page(turn: Turn) -> str:

@@ -39,14 +39,14 @@ def swatch(marker: Marker) -> str:
 
 def candidates(report: Mapping[str, Any]) -> str:
     """The best candidates of a report side by side, with their scores and why they are not the best."""
-    scene, told = report["scene"], report["imagination"]["candidates"]
+    scene, ranked = report["scene"], report["imagination"]["candidates"]
     chosen = report["chosen"]["rank"] if report["chosen"] else None
-    shown = [each for each in told if each["rank"] <= CANDIDATES_SHOWN or each["rank"] == chosen]
+    shown = [each for each in ranked if each["rank"] <= CANDIDATES_SHOWN or each["rank"] == chosen]
     figures = []
     for candidate in shown:
         markers = markers_of_candidate(scene, candidate["positions"], candidate.get("turns") or ())
         rank, total = candidate["rank"], number(candidate["scores"].get("total"), 3)
-        why = "the best" if rank == 1 else shortcoming(candidate["scores"], told[0]["scores"])
+        why = "the best" if rank == 1 else shortcoming(candidate["scores"], ranked[0]["scores"])
         picked = rank == chosen
         figures.append(
             f'<figure class="{"candidate chosen" if picked else "candidate"}">'

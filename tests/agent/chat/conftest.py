@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from agent.chat.conversation import Conversation
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from tests.agent.event_log import EventLog
 
@@ -13,8 +13,8 @@ DESK = Path(__file__).parent / "desk.yaml"
 
 
 @pytest.fixture(scope="session")
-def loaded() -> Loaded:
-    return Loaded()
+def cache() -> ResourceCache:
+    return ResourceCache()
 
 
 @pytest.fixture
@@ -23,8 +23,8 @@ def sent() -> EventLog:
 
 
 @pytest.fixture
-def conversation(loaded, sent):
+def conversation(cache, sent):
     """About three cups, two boxes and an orange; the geometric planner, because it is quick and always the same."""
     options = RunOptions(str(DESK), model="geometric")
-    with Conversation(options, loaded, [sent]) as conversation:
+    with Conversation(options, cache, [sent]) as conversation:
         yield conversation

@@ -93,7 +93,7 @@ def test_objects_are_exchanged_and_come_and_go(conversation):
     assert not conversation.say("use everything")
     assert conversation.say("everything except the boxes")
     assert set(conversation.situation.objects) == {*CUPS, "orange"}
-    assert conversation.situation.wish == StructureSpec("line")
+    assert conversation.situation.goal == StructureSpec("line")
 
 
 def test_what_was_proposed_is_turned_and_moved(conversation, sent):
@@ -101,7 +101,7 @@ def test_what_was_proposed_is_turned_and_moved(conversation, sent):
     conversation.say("put the cups in a line")
     was = conversation.situation.proposal.realised
     assert conversation.say("turn it clockwise")
-    assert conversation.situation.wish == StructureSpec("line", rotation=clockwise[was.rotation])
+    assert conversation.situation.goal == StructureSpec("line", rotation=clockwise[was.rotation])
     assert f"the proposal faced {was.rotation}" in of(sent, events.Noted)[-1].message
     assert conversation.situation.proposal.realised.rotation in ("north", "east")
     assert conversation.situation.proposal.realised.rotation != was.rotation
@@ -109,7 +109,7 @@ def test_what_was_proposed_is_turned_and_moved(conversation, sent):
     was = conversation.situation.proposal.realised
     conversation.drop()
     conversation.say({"small": "bigger", "medium": "bigger", "large": "smaller"}[was.size])
-    assert conversation.situation.wish.size == {"small": "medium", "medium": "large", "large": "medium"}[was.size]
+    assert conversation.situation.goal.size == {"small": "medium", "medium": "large", "large": "medium"}[was.size]
 
 
 def test_what_was_built_is_turned_across_the_table_too(conversation, sent):
@@ -127,11 +127,11 @@ def test_a_question_is_answered_or_left_open(conversation, sent):
     assert not conversation.say("make something nice with the cups")
     assert kinds(sent) == ["started", "asked"] and conversation.question.slot == "shape"
     assert conversation.answer("line")
-    assert conversation.question is None and conversation.situation.wish == StructureSpec("line")
+    assert conversation.question is None and conversation.situation.goal == StructureSpec("line")
     assert not conversation.say("move it somewhere else")
     assert conversation.question.slot == "x_position"
     assert conversation.answer("right")
-    assert conversation.situation.wish == StructureSpec("line", x_position="right")
+    assert conversation.situation.goal == StructureSpec("line", x_position="right")
     with pytest.raises(UsageError, match="nothing was asked"):
         conversation.answer("left")
 
@@ -150,7 +150,7 @@ def test_words_can_answer_and_the_objects_stay(conversation, sent):
     with pytest.raises(NotBuildable, match="which shape"):
         conversation.answer_in_words("blah blah")
     assert conversation.answer_in_words("in a circle, please")
-    assert conversation.situation.wish == StructureSpec("circle", x_position="left")
+    assert conversation.situation.goal == StructureSpec("circle", x_position="left")
     assert conversation.situation.objects == CUPS
 
 
@@ -163,7 +163,7 @@ def test_words_can_answer_and_change_the_objects(conversation):
     assert not conversation.answer_in_words("put the bananas in a row") and conversation.question.slot == "shape"
     assert not conversation.answer_in_words("replace cup 1 with box 1")
     assert conversation.answer_in_words("in a line on the left")
-    assert conversation.situation.wish == StructureSpec("line", x_position="left")
+    assert conversation.situation.goal == StructureSpec("line", x_position="left")
     assert conversation.situation.objects == ("cup 2", "cup 3", "orange", "box 1")
 
 
@@ -173,7 +173,7 @@ def test_a_number_can_answer_after_the_objects_changed(conversation):
     assert not conversation.answer_in_words("and the orange too")
     assert conversation.question.slot == "rotation"
     assert conversation.answer("east")
-    assert conversation.situation.wish == StructureSpec("line", rotation="east")
+    assert conversation.situation.goal == StructureSpec("line", rotation="east")
     assert conversation.situation.objects == (*CUPS, "orange")
 
 
@@ -186,7 +186,7 @@ def test_an_answer_that_names_objects_is_an_instruction(conversation):
 @pytest.mark.parametrize("text", ["only the boxes", "bigger", "the other way round"])
 def test_a_correction_of_nothing_is_asked_for_its_shape(conversation, text):
     assert not conversation.say(text)
-    assert conversation.situation.wish is None
+    assert conversation.situation.goal is None
     assert conversation.question is None or conversation.question.slot in ("shape", "rotation", "x_position")
 
 
@@ -225,7 +225,7 @@ def test_building_undoing_and_redoing(conversation, sent):
     assert of(sent, events.Checked)[0].success and kinds(sent)[-1] == "finished"
     circle = conversation.table.poses()
     conversation.say("now as a line")
-    assert conversation.situation.wish == StructureSpec("line", "small", "left")
+    assert conversation.situation.goal == StructureSpec("line", "small", "left")
     assert conversation.go()
     line = conversation.table.poses()
     sent.clear()
@@ -234,7 +234,7 @@ def test_building_undoing_and_redoing(conversation, sent):
     assert restored.spec == StructureSpec("circle", "small", "left") and set(restored.moved) <= set(CUPS)
     assert_stands_at(conversation, circle)
     conversation.undo()
-    assert conversation.situation.wish is None
+    assert conversation.situation.goal is None
     assert_stands_at(conversation, start)
     with pytest.raises(UsageError, match="nothing to undo"):
         conversation.undo()
@@ -303,7 +303,7 @@ def test_again_imagines_from_the_next_seed(conversation):
 
 
 @pytest.mark.parametrize("kind", [Picked, Placed])
-def test_an_interruption_leaves_the_arm_safe_and_the_scene_as_it_is(loaded, conversation, sent, kind):
+def test_an_interruption_leaves_the_arm_safe_and_the_scene_as_it_is(cache, conversation, sent, kind):
     def interrupt(event):
         sent.append(event)
         if isinstance(event, kind):
@@ -334,9 +334,9 @@ def test_across_the_table_left_is_right(conversation, sent):
     conversation.say("put the cups in a circle on the left")
     assert of(sent, events.Parsed)[0].spec.x_position == "right"
     conversation.speak_from("robot")
-    assert conversation.situation.wish.x_position == "right"
+    assert conversation.situation.goal.x_position == "right"
     conversation.say("further left")
-    assert conversation.situation.wish.x_position == "center"
+    assert conversation.situation.goal.x_position == "center"
 
 
 def test_undo_keeps_its_side_of_the_table(conversation, sent):
@@ -344,7 +344,7 @@ def test_undo_keeps_its_side_of_the_table(conversation, sent):
     conversation.say("bigger")
     conversation.speak_from("opposite")
     conversation.undo()
-    assert conversation.situation.wish.x_position == "right"  # as seen from across
+    assert conversation.situation.goal.x_position == "right"  # as seen from across
     conversation.say("make it a line")
     assert of(sent, events.Parsed)[-1].spec.x_position == "left"
 
@@ -355,7 +355,7 @@ def test_a_saved_table_is_a_scene(conversation, sent, tmp_path):
     poses = conversation.table.poses()
     conversation.save(tmp_path / "saved.yaml")
     conversation.another_table(str(tmp_path / "saved.yaml"), 0)
-    assert conversation.situation.wish is None
+    assert conversation.situation.goal is None
     for name, pose in conversation.table.poses().items():
         assert np.abs(pose - poses[name]).max() < 2e-3
     with pytest.raises(UsageError, match="nothing to undo"):
@@ -380,9 +380,9 @@ def test_words_for_one_that_fit_several_objects_are_a_question(conversation, sen
     (asked,) = of(sent, events.Asked)
     assert asked.slot == "object" and asked.options == ("box 1", "box 2")
     assert asked.question == "'box' can be each of 2 objects: box 1 (yellow); box 2 (pink); which one?"
-    assert conversation.situation.wish is None  # nothing is taken over before it is answered
+    assert conversation.situation.goal is None  # nothing is taken over before it is answered
     assert conversation.answer("box 2")
-    assert conversation.situation.wish == StructureSpec("line") and conversation.situation.objects == (
+    assert conversation.situation.goal == StructureSpec("line") and conversation.situation.objects == (
         "box 2",
         "orange",
     )
@@ -407,7 +407,7 @@ def test_which_corner_is_a_question(conversation, sent):
     (asked,) = of(sent, events.Asked)
     assert asked.options == ("front left", "front right", "back left", "back right")
     assert conversation.answer("back right")
-    assert conversation.situation.wish == StructureSpec("circle", None, "right", "top")
+    assert conversation.situation.goal == StructureSpec("circle", None, "right", "top")
 
 
 def test_colours_choose_in_a_conversation(conversation, sent):
@@ -427,8 +427,8 @@ def test_what_cannot_be_judged_is_told(conversation, sent):
     assert "which of the cups here are 'shiny'" in of(sent, events.Noted)[0].message
 
 
-def test_something_that_cannot_take_part_makes_no_plain_success(loaded, sent):
-    with Conversation(RunOptions(str(DESK), model="geometric", execute=False), loaded, [sent]) as conversation:
+def test_something_that_cannot_take_part_makes_no_plain_success(cache, sent):
+    with Conversation(RunOptions(str(DESK), model="geometric", execute=False), cache, [sent]) as conversation:
         fallen = conversation.table.poses()["cup 2"]
         fallen[2, 3] = -1.0
         conversation.table.world.set_pose(conversation.table.names.index("cup 2"), fallen)

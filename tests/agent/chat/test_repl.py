@@ -51,7 +51,7 @@ def test_answers(chat_of, conversation):
     shown, _ = chat_of("put the cups", "7", "yes", "n", "put the cups", "line")
     assert "'7' is no answer; legal: 1 to 4, or say it differently" in shown
     assert "'yes' is no answer" in shown and "the question is dropped" in shown
-    assert conversation.situation.wish.shape == "line"
+    assert conversation.situation.goal.shape == "line"
 
 
 def test_yes_builds_at_once(chat_of):
@@ -150,7 +150,7 @@ QUESTIONS = ("hello", "what do you see", "where is the orange", "why that one", 
 @pytest.mark.parametrize("line", QUESTIONS)
 def test_small_talk_and_questions_are_answered_and_change_nothing(chat_of, conversation, sent, line):
     chat_of(line)
-    assert conversation.situation.wish is None and conversation.question is None
+    assert conversation.situation.goal is None and conversation.question is None
     for before in ("put the cups in a small circle on the left", "put the cups"):
         conversation.say(before)
         situation, question = conversation.situation, conversation.question
@@ -164,9 +164,9 @@ def test_small_talk_and_questions_are_answered_and_change_nothing(chat_of, conve
 
 def test_an_instruction_beside_a_greeting_is_an_instruction(chat_of, conversation):
     chat_of("hello, can you put the cups in a line?")
-    assert conversation.situation.wish.shape == "line"
+    assert conversation.situation.goal.shape == "line"
     chat_of("thanks, what about a circle?")
-    assert conversation.situation.wish.shape == "circle"
+    assert conversation.situation.goal.shape == "circle"
 
 
 def test_a_question_that_cannot_be_answered_is_no_bad_instruction(chat_of, sent):
@@ -190,7 +190,7 @@ def test_answers_are_kept_with_the_session(chat_of, sent):
 def test_commands_in_words_before_anything_was_asked(chat_of, sent):
     shown, chat = chat_of("stop", "clear", "continue", "put it back", "start over")
     for sentence in (
-        "there is no proposal and no question", "nothing is wished for", "nothing was asked for yet",
+        "there is no proposal and no question", "there is no goal", "nothing was asked for yet",
         "there is nothing to put back", "everything is as it was at the start",
     ):  # fmt: skip
         assert sentence in shown
@@ -201,9 +201,9 @@ def test_stop_drops_a_proposal_and_continue_takes_it_up_again(chat_of, conversat
     shown, _ = chat_of("put the cups in a small circle on the left", "stop")
     assert "the proposal is dropped; nothing was moved" in shown and conversation.situation.proposal is None
     chat_of("continue")
-    assert conversation.situation.proposal is not None and conversation.situation.wish.size == "small"
+    assert conversation.situation.proposal is not None and conversation.situation.goal.size == "small"
     chat_of("put the cups", "stop")
-    assert conversation.question is None and conversation.situation.wish.size == "small"
+    assert conversation.question is None and conversation.situation.goal.size == "small"
 
 
 def test_continue_asks_again_where_a_question_stands(chat_of, conversation):
@@ -213,11 +213,11 @@ def test_continue_asks_again_where_a_question_stands(chat_of, conversation):
 
 def test_clear_drops_the_wish_and_can_be_undone(chat_of, conversation):
     chat_of("put the cups in a circle", "forget it")
-    assert conversation.situation.wish is None and conversation.situation.proposal is None
+    assert conversation.situation.goal is None and conversation.situation.proposal is None
     chat_of("undo")
-    assert conversation.situation.wish.shape == "circle"
+    assert conversation.situation.goal.shape == "circle"
     chat_of("stack the boxes", "put the cups", "clear")
-    assert conversation.question is None and conversation.situation.wish is None
+    assert conversation.question is None and conversation.situation.goal is None
 
 
 def test_building_putting_back_and_starting_over(chat_of, conversation):
@@ -228,20 +228,20 @@ def test_building_putting_back_and_starting_over(chat_of, conversation):
     circle = conversation.table.poses()
     chat_of("put everything back where it was")
     assert_stands_at(conversation, start)
-    assert conversation.situation.wish.shape == "circle"
+    assert conversation.situation.goal.shape == "circle"
     chat_of("undo")
     assert_stands_at(conversation, circle)
     chat_of("now as a line", "y")
-    assert conversation.situation.wish.shape == "line"
+    assert conversation.situation.goal.shape == "line"
     chat_of("put it back")
     assert_stands_at(conversation, circle)
     chat_of("put it back")
     assert_stands_at(conversation, start)
     chat_of("undo", "undo", "start over")
     assert_stands_at(conversation, start)
-    assert conversation.situation.wish is None and conversation.situation.builds == ()
+    assert conversation.situation.goal is None and conversation.situation.builds == ()
     chat_of("undo")
-    assert conversation.situation.wish.shape == "line"
+    assert conversation.situation.goal.shape == "line"
 
 
 def test_an_interrupted_build_is_gone_on_with(chat_of, conversation, sent):

@@ -30,7 +30,7 @@ from agent.rendering.image_files import Picture
 from agent.reporting.event_text import arm_sentence
 from agent.reporting.html.document import session_page
 from agent.reporting.run_report import SCHEMA_VERSION, RunRecord
-from agent.reporting.session_log import Session
+from agent.reporting.session_reader import Session
 from agent.reporting.terminal_report import TerminalReport
 
 KEYS = {

@@ -10,10 +10,12 @@ from agent import events
 from agent.cli.report import replay as replay_verb
 from agent.cli.report import report as report_verb
 from agent.errors import BadInput, UsageError
-from agent.reporting.event_schema import complaint, kinds
+from agent.reporting.event_schema import complaint, event_classes
 from agent.reporting.replay import records_of, replay
 from agent.reporting.run_report import RunRecord
-from agent.reporting.session_log import SCHEMA_VERSION, SessionWriter, read_session, run_session
+from agent.reporting.session_format import READABLE_VERSIONS
+from agent.reporting.session_log import SessionWriter, run_session
+from agent.reporting.session_reader import read_session
 from agent.runtime.redaction import without_credentials
 from tests.agent.event_log import EventLog
 
@@ -139,7 +141,7 @@ def test_addresses_are_shown_without_what_is_secret(address, shown):
     [
         (1, "no JSON", ("no session",)),
         (1, '{"seconds": 0}', ("no session",)),
-        (1, None, ("schema version 99", str(SCHEMA_VERSION))),
+        (1, None, ("schema version 99", *map(str, READABLE_VERSIONS))),
         (3, "{", ("line 3", "no JSON")),
         (3, "\xff", ("line 3",)),
         (3, "[" * 100_000, ("line 3", "no JSON")),
@@ -174,7 +176,7 @@ def test_no_file_and_empty_file_are_bad_input(tmp_path):
 def test_told_events_are_told_from_others(told):
     for event in told:
         assert complaint(event.to_dict()) is None
-    assert {"started", "stopped", "restored", "plan_failed", "finished"} <= kinds().keys()
+    assert {"started", "stopped", "restored", "plan_failed", "finished"} <= event_classes().keys()
     perceived = told[2].to_dict()
     perceived["objects"][1]["position"] = [0.1, "far", 0.0]
     assert complaint(perceived) == "perceived.objects[1].position[1] must be a number"
@@ -261,3 +263,21 @@ def test_two_cannot_write_one_session(tmp_path):
         with pytest.raises(UsageError, match="another process writes the session"):
             SessionWriter(path, {})
     SessionWriter(path, {}).close()
+
+
+def test_a_session_of_schema_version_1_is_read_and_continued(told, path):
+    current = read_session(path)
+    lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    lines[0]["schema_version"] = 1
+    for line in lines[1:]:
+        for seen in line.get("event", {}).get("objects", ()):
+            seen["called"] = seen.pop("display_name")
+    path.write_text("".join(f"{json.dumps(line)}\n" for line in lines), encoding="utf-8")
+    assert '"called"' in path.read_text(encoding="utf-8")
+    old = read_session(path)
+    assert old.lines == current.lines
+    with SessionWriter(path, {}) as session:
+        for event in told:
+            session.on_event(event)
+    both = [line.event for line in read_session(path).lines if line.event is not None]
+    assert both == 2 * [line.event for line in current.lines if line.event is not None]
