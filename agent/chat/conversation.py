@@ -24,8 +24,11 @@ from agent.chat.participants import Participants, UnclearObjectError, select_par
 from agent.chat.state import Build, Proposal, Situation, answered, completed, with_a_shape
 from agent.errors import DONE, INTERRUPTED, NotBuildable, PartlyDone, UsageError, exit_code_of, one_sentence
 from agent.event_base import Event, Listener, json_value, send
-from agent.pipeline import steps
+from agent.pipeline.building import LAST_PICTURE, build_with_arm, forward_events
 from agent.pipeline.candidates import filter_viable
+from agent.pipeline.event_builders import describe_shortfall, perceived_event
+from agent.pipeline.proposing import propose_arrangements
+from agent.pipeline.release import release_in_physics
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions, make_goal
 from grounding.dialogue.acts import Act
@@ -233,10 +236,10 @@ class Conversation:
             situation = replace(situation, poses=self.table.poses())
         self.table.involve(situation.objects)
         self.table.missing = situation.missing
-        if shortfall := steps.shortfall(self.table, "take part"):
+        if shortfall := describe_shortfall(self.table, "take part"):
             self.send(events.Noted(shortfall))
         scene = self.table.look()
-        self.send(steps.perceived(scene, time.perf_counter() - began, self.table))
+        self.send(perceived_event(scene, time.perf_counter() - began, self.table))
         self._step = "imagination"
         options, cache = self.options, self._cache
         planner = cache.planner(options.model, options.weights, options.allow_unverified)
@@ -245,7 +248,7 @@ class Conversation:
             if not one.verified:
                 self.send(events.Noted(one.card))
         goal = make_goal(situation.spec, cache.encoder)
-        imagined = steps.imagine(planner, options.model, scene, goal, options.seed, self.send)
+        imagined = propose_arrangements(planner, options.model, scene, goal, options.seed, self.send)
         imagined = replace(imagined, networks=networks)
         self.send(imagined)
         proposal = Proposal(situation.spec, scene, imagined, len(filter_viable(imagined.arrangements)))
@@ -326,14 +329,14 @@ class Conversation:
             with self._turn("build"):
                 arrangements = proposal.choice
                 if options.execute:
-                    building = steps.build(
+                    building = build_with_arm(
                         self.table, proposal.scene, proposal.spec, arrangements, options.seed, ranks=proposal.ranks
                     )
                 else:
-                    building = steps.release(self.table, proposal.scene, proposal.spec, arrangements[0])
-                for _ in steps.each_of(building, self._watched):
+                    building = release_in_physics(self.table, proposal.scene, proposal.spec, arrangements[0])
+                for _ in forward_events(building, self._watched):
                     pass
-                if shortfall := steps.shortfall(self.table, "stand as asked"):
+                if shortfall := describe_shortfall(self.table, "stand as asked"):
                     raise PartlyDone(shortfall)
                 built = True
         finally:
@@ -349,7 +352,7 @@ class Conversation:
     def _watched(self, event: Event) -> Iterator[Event]:
         if isinstance(event, Planned) and self.situation.shown is not None:  # it need not be the one that was chosen
             self.situation = replace(self.situation, shown=replace(self.situation.shown, rank=event.arrangement + 1))
-        if isinstance(event, events.Pictured) and event.name == steps.LAST_PICTURE:
+        if isinstance(event, events.Pictured) and event.name == LAST_PICTURE:
             self._step = "check"
         self.send(event)
         yield event
@@ -493,7 +496,7 @@ class Conversation:
         """The table as it is now; told to nobody."""
         began = time.perf_counter()
         scene = self.table.look()
-        return steps.perceived(scene, time.perf_counter() - began, self.table)
+        return perceived_event(scene, time.perf_counter() - began, self.table)
 
     def another_table(self, scene: str, seed: int) -> None:
         """Clears the table and sets another one, "simulated" or of a scene file; the talk about the old one ends.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent import events
-from agent.pipeline import steps
+from agent.pipeline.event_builders import chosen_event
 from grounding.dialogue.revise import Revision
 from grounding.parse_result import OPEN, WHICH_SHAPE
 from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
@@ -41,7 +41,7 @@ class Proposal:
     @property
     def chosen(self) -> events.Chosen:
         """The choice, as it is told."""
-        return steps.chosen(self.rank, self.imagined.arrangements[self.rank - 1], self.scene)
+        return chosen_event(self.rank, self.imagined.arrangements[self.rank - 1], self.scene)
 
     @property
     def ranks(self) -> list[int]:

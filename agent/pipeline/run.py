@@ -15,8 +15,11 @@ from typing import TYPE_CHECKING
 from agent import events
 from agent.errors import DONE, NotBuildable, PartlyDone, exit_code_of, one_sentence
 from agent.event_base import Event, json_value
-from agent.pipeline import steps
+from agent.pipeline.building import LAST_PICTURE, build_with_arm
+from agent.pipeline.event_builders import chosen_event, describe_shortfall, parsed_event, perceived_event
 from agent.pipeline.instruction_parser import ReadingOptions
+from agent.pipeline.proposing import propose_arrangements
+from agent.pipeline.release import release_in_physics
 from agent.pipeline.resources import ResourceCache
 from agent.recordings.recording import RecordedOptions
 
@@ -135,7 +138,7 @@ class _Run:
         except SelectionError as error:
             raise NotBuildable("; ".join(filter(None, (str(error), source.hint)))) from error
         some = len(selection.indices) < len(source.referents)
-        yield steps.parsed(reading, selection.named or (mentioned(self.text) if some else ()), seconds)
+        yield parsed_event(reading, selection.named or (mentioned(self.text) if some else ()), seconds)
 
         for note in (*selection.notes, *(one.card for one in networks.values() if not one.verified)):
             yield events.Noted(note)
@@ -145,23 +148,23 @@ class _Run:
 
         with source.open(reading.spec, meant, options.seed) as table:
             scene = table.look()
-            yield steps.perceived(scene, time.perf_counter() - began, table)
-            if shortfall := steps.shortfall(table, "take part"):
+            yield perceived_event(scene, time.perf_counter() - began, table)
+            if shortfall := describe_shortfall(table, "take part"):
                 yield events.Noted(shortfall)
             self.step = "imagination"
             goal = make_goal(reading.spec, encoder)
-            imagined = steps.imagine(planner, options.model, scene, goal, options.seed)
+            imagined = propose_arrangements(planner, options.model, scene, goal, options.seed)
             imagined = replace(imagined, networks=networks)
             yield imagined
             arrangements = filter_viable(imagined.arrangements)
-            yield steps.chosen(1, arrangements[0], scene)
+            yield chosen_event(1, arrangements[0], scene)
             if options.execute:
                 self.step = "build"
                 yield from self._built(table, scene, reading.spec, arrangements)
             else:
                 self.step = "check"
-                yield from steps.release(table, scene, reading.spec, arrangements[0])
-            if shortfall := steps.shortfall(table, "stand as asked"):
+                yield from release_in_physics(table, scene, reading.spec, arrangements[0])
+            if shortfall := describe_shortfall(table, "stand as asked"):
                 raise PartlyDone(shortfall)
 
     def _built(
@@ -170,7 +173,7 @@ class _Run:
         from agent.recordings.trajectory_export import TrajectoryLog
 
         log = TrajectoryLog() if self.trajectories else None
-        building = steps.build(table, scene, spec, arrangements, self.options.seed, on_step=self.on_step, log=log)
+        building = build_with_arm(table, scene, spec, arrangements, self.options.seed, on_step=self.on_step, log=log)
         try:
             yield from self._checked_late(building)
         except (Exception, KeyboardInterrupt):  # what failed may be looked into too
@@ -188,7 +191,7 @@ class _Run:
     def _checked_late(self, building: Iterator[Event]) -> Iterator[Event]:
         """The build, whose last picture begins the step in which it is judged."""
         for event in building:
-            if isinstance(event, events.Pictured) and event.name == steps.LAST_PICTURE:
+            if isinstance(event, events.Pictured) and event.name == LAST_PICTURE:
                 self.step = "check"
             yield event
 

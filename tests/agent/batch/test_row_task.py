@@ -31,4 +31,4 @@ def test_an_error_that_ends_the_run(error, code, step, message, tmp_path, monkey
     traceback = tmp_path / "mine" / "traceback.txt"
     assert traceback.exists() == (code == 1)
     if code == 1:
-        assert "ZeroDivisionError" in traceback.read_text() and "test_working.py" in traceback.read_text()
+        assert "ZeroDivisionError" in traceback.read_text() and "test_row_task.py" in traceback.read_text()

@@ -9,7 +9,8 @@ from rerun.chunk import RrdReader
 
 from agent import events
 from agent.errors import UsageError
-from agent.pipeline import steps
+from agent.pipeline.building import build_with_arm
+from agent.pipeline.event_builders import chosen_event, perceived_event
 from agent.reporting.rerun_log import CANDIDATES, EVERY, RerunLog
 from grounding.spec import StructureSpec
 from structdiffusion.observation import Arrangement
@@ -54,11 +55,11 @@ def recording(table, tmp_path):
                 raise KeyboardInterrupt
 
         log.on_event(events.Started("put the box to the left", {}))
-        log.on_event(steps.perceived(scene, 0.1))
+        log.on_event(perceived_event(scene, 0.1))
         log.on_event(events.Imagined("geometric", (), 0.1, scene=scene, arrangements=(arrangement,) * (CANDIDATES + 2)))
-        log.on_event(steps.chosen(1, arrangement, scene))
+        log.on_event(chosen_event(1, arrangement, scene))
         with pytest.raises(KeyboardInterrupt):
-            for event in steps.build(table, scene, StructureSpec("line"), [arrangement], 0, film=False, on_step=on_step):
+            for event in build_with_arm(table, scene, StructureSpec("line"), [arrangement], 0, film=False, on_step=on_step):
                 log.on_event(event)
     return scene, motions, table, hand, rows_of(path)
 
