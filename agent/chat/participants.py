@@ -79,41 +79,52 @@ def select_participants(
     there = tuple(name for name in table.names if name not in gone)
     before = tuple(name for name in (table.names if situation.goal is None else situation.objects) if name not in gone)
     choose = _Choice(table, there, before, encoder, resolved)
+    selected = tuple(dict.fromkeys(_select(revision, choose, situation.goal is not None)))
+    if not FEWEST_OBJECTS <= len(selected) <= MOST_OBJECTS:
+        raise NotBuildable(_count_error(revision, selected, choose.missing))
+    missing = choose.missing if revision.objects_text is not None else situation.missing
+    return Participants(selected, dict(missing), tuple(dict.fromkeys(choose.notes)))
+
+
+def _select(revision: Revision, choose: _Choice, has_goal: bool) -> tuple[str, ...]:
+    """Return the names of the objects that take part, some of them perhaps twice; raises as `select_participants`."""
+    text, before = revision.objects_text or "", choose.before
     if revision.objects_about:
         choose.all_of(revision.objects_about)
-    text = revision.objects_text or ""
     match revision.objects_how:
         case "add":
-            selected = (*before, *choose.coming(text))
+            return (*before, *choose.coming(text))
         case "remove":
             goes = choose.going(text)
-            selected = tuple(name for name in before if name not in goes)
+            return tuple(name for name in before if name not in goes)
         case "exchange" | "swap":
             goes, comes = choose.going(revision.objects_out_text), choose.coming(text, goes=True)
             if revision.objects_how == "swap" and set(comes) <= set(before):
                 raise NotBuildable(IMPOSSIBLE["places"].format(f"swap {', '.join(goes)} with {', '.join(comes)}"))
-            selected = (*(name for name in before if name not in goes or name in comes), *comes)
+            return (*(name for name in before if name not in goes or name in comes), *comes)
         case "others":
-            selected = tuple(name for name in there if name not in before)
-            if not selected:
+            others = tuple(name for name in choose.there if name not in before)
+            if not others:
                 raise NotBuildable("there are no others: everything on the table takes part already")
+            return others
         case "replace":
-            selected = choose.of(text, there, all_there=True)
-            if text == EVERYTHING and situation.goal is not None and not revision.changed and set(selected) == set(before):
+            described = choose.of(text, choose.there, all_there=True)
+            if text == EVERYTHING and has_goal and not revision.changed and set(described) == set(before):
                 raise NotBuildable("everything on the table takes part already")
+            return described
         case _:
-            selected = before
-    selected = tuple(dict.fromkeys(selected))
-    if not FEWEST_OBJECTS <= len(selected) <= MOST_OBJECTS:
-        which = f" ({', '.join(selected)})" if selected else ""
-        objects = "1 object" if len(selected) == 1 else f"{len(selected)} objects"
-        legal = f"legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}"
-        if revision.kind == "edit" and revision.objects_how == "replace" and len(selected) == 1:
-            legal += f"; say 'add {text}', or 'replace ... with {text}', to keep the others"
-        reasons = "".join(f"; {name}: {why}" for name, why in choose.missing.items())
-        raise NotBuildable(f"{objects} would take part{which}; {legal}{reasons}")
-    missing = choose.missing if revision.objects_text is not None else situation.missing
-    return Participants(selected, dict(missing), tuple(dict.fromkeys(choose.notes)))
+            return before
+
+
+def _count_error(revision: Revision, selected: Sequence[str], missing: Mapping[str, str]) -> str:
+    which = f" ({', '.join(selected)})" if selected else ""
+    objects = "1 object" if len(selected) == 1 else f"{len(selected)} objects"
+    legal = f"legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}"
+    if revision.kind == "edit" and revision.objects_how == "replace" and len(selected) == 1:
+        text = revision.objects_text or ""
+        legal += f"; say 'add {text}', or 'replace ... with {text}', to keep the others"
+    reasons = "".join(f"; {name}: {why}" for name, why in missing.items())
+    return f"{objects} would take part{which}; {legal}{reasons}"
 
 
 @dataclass(frozen=True)
@@ -147,10 +158,9 @@ class _Choice:
         return tuple(names[i] for i in selection.indices)
 
     def _selection(self, text: str, names: Sequence[str]) -> Selection:
-        referents = dict(zip(self.table.names, self.table.referents, strict=True))
         resolved = {phrase: names.index(name) for phrase, name in self.resolved.items() if name in names}
         try:
-            return select_objects(text, [referents[name] for name in names], self.encoder, resolved=resolved)
+            return select_objects(text, self.table.referents_of(names), self.encoder, resolved=resolved)
         except AmbiguousReferenceError as error:
             raise UnclearObjectError(str(error), error.phrase, tuple(names[i] for i in error.indices)) from error
 

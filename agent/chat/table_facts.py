@@ -13,8 +13,8 @@ import shapely
 from agent import events
 from agent.arm.placement_order import stands_above
 from agent.event_base import json_value
-from agent.perception.color import lab
-from agent.perception.description import color_word, lightness_of_white, oriented_box, shape_words
+from agent.perception.color_names import color_word_in_picture
+from agent.perception.description import oriented_box, shape_words
 from agent.reporting.event_text import described
 from grounding.dialogue.act_patterns import COLORS
 from grounding.references.function_words import ORDINALS
@@ -181,7 +181,7 @@ def _words(display_name: str) -> list[str]:
 def _color(cloud: ObjectCloud, scene: Scene) -> str:
     if cloud.colors is None or scene.color is None:
         return ""
-    return color_word(lab(np.asarray(cloud.colors)), lightness_of_white(scene.color))
+    return color_word_in_picture(cloud.colors, scene.color)
 
 
 def _sides(cloud: ObjectCloud) -> tuple[float, float, float]:

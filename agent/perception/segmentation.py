@@ -9,7 +9,8 @@ from agent.arm.self_filter import distance_to_arm
 from agent.errors import BadInput
 from agent.perception.clustering import at_border, bridging
 from agent.perception.color import contrast, lab
-from agent.perception.description import color_word, lightness_of_white, oriented_box, shape_words
+from agent.perception.color_names import color_word, lightness_of_white
+from agent.perception.description import oriented_box, shape_words
 from agent.perception.height_map import table_relief
 from agent.perception.object_clusters import WIDEST, Tint, find_objects
 from agent.perception.segments import ARM, NOTHING, TABLE, Segment, Segments

@@ -192,6 +192,11 @@ class TableScene:
         """The objects as an instruction can refer to them, in the order of `names`."""
         return tuple(map(SceneObject, self.display_names, self._attributes))
 
+    def referents_of(self, names: Sequence[str]) -> list[SceneObject]:
+        """Return these objects, in this order, as an instruction can refer to them."""
+        referents = dict(zip(self.names, self.referents, strict=True))
+        return [referents[name] for name in names]
+
     @property
     def color_names(self) -> tuple[str, ...]:
         """The name of each object's colour, empty where it is not known."""
