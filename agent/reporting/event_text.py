@@ -91,6 +91,11 @@ def verdict_sentence(payload: Mapping[str, Any]) -> str:
     return "It stands as it was asked for." if payload["how"] == "arm" else f"It holds as it was asked for, {TRIED}."
 
 
+def check_sentence(check: Mapping[str, Any]) -> str:
+    """Say what a check of the verdict measured and what is allowed: "farthest from its goal (m): 0.012 (at most 0.04)"."""
+    return f"{check['name']}: {number(check['measured'], 3)} ({check['limit']})"
+
+
 def parse_notes(payload: Mapping[str, Any]) -> list[str]:
     """What there is to say of a reading (an event "parsed" in its JSON form) besides the slots, a sentence each."""
     notes = []

@@ -12,6 +12,7 @@ from agent.event_base import Event
 from agent.rendering.text import aligned, duration, number, place, slot_label
 from agent.reporting.event_text import (
     arm_sentence,
+    check_sentence,
     parse_notes,
     remark_sentence,
     seen_row,
@@ -112,8 +113,7 @@ class TerminalReport:
         self._step(verdict_title(payload), payload["seconds"])
         for check in payload["checks"]:
             mark = "[green]passed[/green]" if check["passed"] else "[red]failed[/red]"
-            line = f"{check['name']}: {number(check['measured'], 3)} ({check['limit']})"
-            self._say(f"  {mark}  {escape(line)}")
+            self._say(f"  {mark}  {escape(check_sentence(check))}")
         sentence = escape(verdict_sentence(payload))
         style, end = ("bold green", "") if payload["success"] else ("bold red", ".")
         self._say(f"  [{style}]{sentence}{end}[/{style}]")
