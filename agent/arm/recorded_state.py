@@ -33,7 +33,7 @@ class Standing:
 
 
 def standing(state: ArmState) -> Standing:
-    """How the arm of a recording stands.
+    """Return how the arm of a recording stands.
 
     Raises:
         BadInput: for an unknown model, a joint of the arm that is not told, or an angle beyond its limits.

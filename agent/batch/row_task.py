@@ -65,7 +65,7 @@ def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
 
 
 def is_final(result: Mapping[str, Any]) -> bool:
-    """Whether the same row would end in the same way again.
+    """Return whether the same row would end in the same way again.
 
     It would not where the tool broke down, a worker died or the report could not be written.
     """
@@ -73,17 +73,17 @@ def is_final(result: Mapping[str, Any]) -> bool:
 
 
 def refused(row: BadRow) -> dict[str, Any]:
-    """The result of a row that cannot be carried out."""
+    """Return the result of a row that cannot be carried out."""
     return _blank(row.line, row.id, row.text) | _failure(row.exit_code, "row", row.message)
 
 
 def lost(row: Row, reason: str) -> dict[str, Any]:
-    """The result of a row whose worker died at it."""
+    """Return the result of a row whose worker died at it."""
     return failed(row, CRASHED, "crash", reason)
 
 
 def failed(row: Row, exit_code: int, step: str, message: str) -> dict[str, Any]:
-    """The result of a row of which nothing is left but how it failed."""
+    """Return the result of a row of which nothing is left but how it failed."""
     return _of(row) | _failure(exit_code, step, message)
 
 

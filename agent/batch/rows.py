@@ -76,7 +76,7 @@ class BadRow:
 
 
 def read_rows(source: str, defaults: RunOptions) -> list[Row | BadRow]:
-    """The rows of a batch file, in order.
+    """Read the rows of a batch file, in order.
 
     Args:
         source: the file's path, or "-" for standard input.
@@ -115,14 +115,14 @@ def _is_json(source: str, content: bytes) -> bool:
 
 
 def flags_of(options: RunOptions) -> dict[str, Any]:
-    """Options by the names of their flags, those that are not given left out."""
+    """Return options by the names of their flags, those that are not given left out."""
     values = asdict(options) | asdict(options.reading)
     named = {name: values[name] for name in _SETTINGS if values[name] is not None}
     return named | ({"weights": str(options.weights)} if options.weights is not None else {})
 
 
 def with_options(base: RunOptions, given: Mapping[str, Any], folder: Path, flags: bool = False) -> RunOptions:
-    """`base` with the values of some flags, checked.
+    """Return `base` with the values of some flags, checked.
 
     Args:
         base: what holds where nothing is given.
@@ -172,7 +172,7 @@ class _Reader:
         self._lines: dict[str, int] = {}  # id, in small letters, because not every disk tells "A" from "a" -> line
 
     def row(self, line: int, content: bytes) -> Iterator[Row | BadRow]:
-        """The row in a line that is not blank; nothing for a comment."""
+        """Read the row in a line that is not blank; yields nothing for a comment."""
         own, text = f"line-{line:03d}", None
         try:
             if len(content) > ROW_BYTES:
@@ -247,7 +247,7 @@ def _object(line: str) -> dict[str, Any]:
 
 
 def fingerprint(text: str, options: RunOptions) -> str:
-    """Sixteen hexadecimal digits that change with anything that decides a row's result; see `Row`."""
+    """Return sixteen hexadecimal digits that change with anything that decides a row's result; see `Row`."""
     decides = json_value(asdict(options)) | {"text": text}
     if not options.allow_unverified:  # as before there was a choice
         del decides["allow_unverified"]

@@ -54,7 +54,7 @@ class Summary:
         return next((code for code in OUTCOMES if code in codes), DONE)
 
     def to_dict(self) -> dict[str, Any]:
-        """The summary as JSON has it."""
+        """Return the summary as JSON has it."""
         codes = Counter(result["exit_code"] for result in self.results)
         return {
             "rows": len(self.results),
@@ -110,7 +110,7 @@ class Summary:
 
 
 def outcome_in_words(result: Mapping[str, Any]) -> str:
-    """What became of a row, such as "failed: no valid goal"."""
+    """Return what became of a row, such as "failed: no valid goal"."""
     said = OUTCOMES[result["exit_code"]]
     return said if result["success"] else f"failed: {said}"
 

@@ -29,14 +29,15 @@ class Job:
 
 
 def on_this_machine(jobs: Sequence[Job], workers: int) -> Iterator[dict[str, Any]]:
-    """The results of all rows, as they end; each row in one of `workers` processes. Close it to stop them."""
+    """Carry out every row in one of `workers` processes; yields the results as they end. Close it to stop them."""
     with closing(in_parallel(_carried_out, ResourceCache, (), jobs, workers, ordered=False, threads=None)) as ended:
         for result in ended:
             yield lost(result.job.row, result.reason) if isinstance(result, Lost) else result
 
 
 def on_ray(jobs: Sequence[Job], address: str, workers: int | None) -> Iterator[dict[str, Any]]:
-    """As `on_this_machine`, by workers of a Ray cluster, whose machines need structagent and the rows' files.
+    """Carry out every row as `on_this_machine`, by workers of a Ray cluster, whose machines need structagent and the
+    rows' files.
 
     Args:
         jobs: the rows.

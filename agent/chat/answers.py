@@ -21,12 +21,12 @@ _STRUCTURES = frozenset(
 
 
 def answer(acts: Sequence[Act], known: Knowledge) -> str:
-    """The answer to all of a line's acts, in lines of plain text."""
+    """Answer all of a line's acts, in lines of plain text."""
     return "\n".join(_ANSWERS[act.kind](act, known) for act in acts)
 
 
 def unanswerable(known: Knowledge) -> str:
-    """What is said to a question that is none of those that can be answered."""
+    """Reply to a question that is none of those that can be answered."""
     return (
         "I cannot answer that. I can say what is on the table (“what do you see”, “where is "
         f"{the(known.facts[0].name) if known.facts else 'the cup'}”), what I propose (“why that one”) and what I did "

@@ -112,7 +112,7 @@ def _spoken(line: str) -> str | None:
 
 
 def command_of(line: str) -> tuple[Command, str] | None:
-    """The command that a line is, and what follows it; `None` where it is an instruction.
+    """Parse a line as a command and what follows it; `None` where it is an instruction.
 
     Raises:
         UsageError: when there is no such command, and for a value where none may follow, or none where one must.
@@ -141,7 +141,7 @@ def command_of(line: str) -> tuple[Command, str] | None:
 
 
 def whole_number(command: str, text: str, least: int, most: int = MOST_NUMBER) -> int:
-    """The number that follows a command.
+    """Parse the number that follows a command.
 
     Raises:
         UsageError: when it is none, or not from `least` to `most`.
@@ -153,7 +153,7 @@ def whole_number(command: str, text: str, least: int, most: int = MOST_NUMBER) -
 
 
 def one_of(command: str, text: str, legal: Sequence[str]) -> str:
-    """The word that follows a command.
+    """Check the word that follows a command.
 
     Raises:
         UsageError: when it is none of the legal ones.
@@ -164,5 +164,5 @@ def one_of(command: str, text: str, legal: Sequence[str]) -> str:
 
 
 def help_lines() -> list[tuple[str, str]]:
-    """(command with what it takes, what it does), one each."""
+    """List every command with what it takes, and what it does."""
     return [(f"{command.name} {command.takes}".strip(), command.does) for command in COMMANDS]

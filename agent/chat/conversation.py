@@ -42,7 +42,7 @@ class Conversation(BuildSession):
     # --- what is said ------------------------------------------------------------------------
 
     def say(self, text: str) -> bool:
-        """An instruction or a correction, up to a proposal or a question; whether there is a proposal."""
+        """Read an instruction or a correction, up to a proposal or a question; returns whether there is a proposal."""
         self._turn.begin()
         self.question = None
         self._resolved = {}
@@ -61,7 +61,7 @@ class Conversation(BuildSession):
         return revise(last, text, self._cache.reader(reading), reading.viewpoint, self.situation.stands)
 
     def answer(self, value: str | None) -> bool:
-        """The answer to the question: one of the slot's values, `None` to leave it open; as `say`."""
+        """Take the answer to the question: one of the slot's values, `None` to leave it open; returns as `say`."""
         question, asked = self.question, self._asked
         if question is None or asked is None:
             raise UsageError("nothing was asked")
@@ -81,7 +81,7 @@ class Conversation(BuildSession):
         return False
 
     def answer_in_words(self, text: str) -> bool:
-        """An answer that is none of the options: it completes what was said before the question; as `say`.
+        """Take an answer that is none of the options: it completes what was said before the question; returns as `say`.
 
         The objects stay those of what was said before, unless the answer adds to them or changes them. The question
         stands where the words say nothing, or what cannot be done; a whole instruction takes its place.
@@ -184,7 +184,7 @@ class Conversation(BuildSession):
         self.send(events.Answered(text, answer(acts, self._known()) if acts else unanswerable(self._known())))
 
     def asks_for_nothing(self, text: str) -> bool:
-        """Whether the parser finds no goal in a line, so that it may be a question."""
+        """Return whether the parser finds no goal in a line, so that it may be a question."""
         reading = self.options.reading
         last = self.situation.goal or StructureSpec()
         revision = revise(last, text, self._cache.reader(reading), reading.viewpoint)

@@ -16,14 +16,14 @@ _OTHERS_SHOWN = 3  # candidates that an explanation compares
 
 
 def describe_goal(spec: StructureSpec, objects: Sequence[str]) -> str:
-    """A goal: "a small circle of cup 1, cup 2 and cup 3 (left)"."""
+    """Return a goal: "a small circle of cup 1, cup 2 and cup 3 (left)"."""
     values = [value for slot, value in spec.tokens() if slot not in ("shape", "size")]
     shape = " ".join(filter(None, (spec.size, spec.shape or "structure")))
     return f"a {shape} of {listed(objects)}" + (f" ({', '.join(values)})" if values else "")
 
 
 def why(act: Act, known: Knowledge) -> str:
-    """What speaks for a candidate, by default the chosen one, and against the next ones."""
+    """Return what speaks for a candidate, by default the chosen one, and against the next ones."""
     proposal = known.situation.proposal
     if proposal is None:
         return f"Nothing is proposed now, so there is no choice to explain. {invited(known)}"
@@ -44,7 +44,7 @@ def why(act: Act, known: Knowledge) -> str:
 
 
 def planned(act: Act, known: Knowledge) -> str:
-    """What would be built, and where each object that is asked about, by default all, would go."""
+    """Return what would be built, and where each object that is asked about, by default all, would go."""
     situation = known.situation
     if known.question is not None or situation.proposal is None or situation.goal is None:
         return invited(known) if known.question is not None else f"Nothing is planned. {invited(known)}"
@@ -58,7 +58,7 @@ def planned(act: Act, known: Knowledge) -> str:
 
 
 def done(act: Act, known: Knowledge) -> str:
-    """What was built last."""
+    """Return what was built last."""
     builds = known.situation.builds
     if not builds:
         return f"Nothing that I built stands on the table. {invited(known)}"
@@ -66,7 +66,7 @@ def done(act: Act, known: Knowledge) -> str:
 
 
 def describe_build(build: Build) -> str:
-    """What became of a build, in a sentence or two."""
+    """Return what became of a build, in a sentence or two."""
     what = describe_goal(build.goal, build.objects)
     moved = f"I moved {listed([the(name) for name in build.moved])}" if build.moved else "Nothing was moved"
     if build.trouble:
@@ -77,7 +77,7 @@ def describe_build(build: Build) -> str:
 
 
 def requested(act: Act, known: Knowledge) -> str:
-    """What was asked for last."""
+    """Return what was asked for last."""
     situation = known.situation
     if situation.goal is None:
         return f"You have asked for nothing so far. {invited(known)}"

@@ -59,7 +59,7 @@ class Suggestion:
 
 
 def suggestion(table: TableScene, scene: Scene) -> Suggestion | None:
-    """An instruction that suits the table as it stands; `None` where there is none.
+    """Return an instruction that suits the table as it stands; `None` where there is none.
 
     Three or more objects of a noun go into a circle or a line, two onto each other; where no noun is shared, everything
     takes part. It is checked that the words mean these objects, that the hand can grasp each of them, that nothing

@@ -47,14 +47,14 @@ class Knowledge:
         return facts_of(self.seen, self.situation.viewpoint)
 
     def matching(self, about: str) -> list[Fact]:
-        """The objects that some words mean; "it" and "they" are those that take part."""
+        """Return the objects that some words mean; "it" and "they" are those that take part."""
         if about in ("it", "they", "them", "those", "these") and self.situation.goal is not None:
             return [fact for fact in self.facts if fact.name in self.situation.objects]
         return matching_facts(about, self.facts, self.encoder)
 
 
 def invited(known: Knowledge) -> str:
-    """What the speaker can say next."""
+    """Return what the speaker can say next."""
     if known.question is not None:
         return f"I still need an answer: {known.question.text}"
     if known.situation.proposal is not None:

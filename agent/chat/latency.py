@@ -41,7 +41,7 @@ class _Watched(io.StringIO):
 
 
 def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Result:
-    """Median seconds to the reaction and to the proposal.
+    """Return median seconds to the reaction and to the proposal.
 
     Args:
         runs: how many lines, after the one that warms up.

@@ -140,7 +140,7 @@ class _Choice:
     notes: list[str] = field(default_factory=list)
 
     def of(self, text: str, names: Sequence[str], all_there: bool = False) -> tuple[str, ...]:
-        """Those of these objects that the text describes.
+        """Return those of these objects that the text describes.
 
         Args:
             text: the description.
@@ -184,7 +184,7 @@ class _Choice:
         self.missing.update((everything[i], gone[everything[i]]) for i in selection.indices if everything[i] in gone)
 
     def going(self, text: str) -> tuple[str, ...]:
-        """What is described and takes part: "the cup" is one that does, where there are several.
+        """Return what is described and takes part: "the cup" is one that does, where there are several.
 
         Raises:
             NotBuildable: when no such object takes part.
@@ -197,7 +197,7 @@ class _Choice:
         return goes
 
     def coming(self, text: str, goes: bool = False) -> tuple[str, ...]:
-        """What is described, rather those that take no part yet.
+        """Return what is described, rather those that take no part yet.
 
         Args:
             text: the description.

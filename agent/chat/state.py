@@ -119,7 +119,7 @@ class Situation:
         return self.goal.turned() if self.goal and self.viewpoint == "opposite" else self.goal
 
     def seen_from(self, viewpoint: str) -> Situation:
-        """The same situation, its goal in the words of somebody at this side of the table."""
+        """Return the same situation, its goal in the words of somebody at this side of the table."""
         if viewpoint == self.viewpoint:
             return self
         builds = tuple(replace(build, goal=build.goal.turned()) for build in self.builds)
@@ -127,7 +127,7 @@ class Situation:
 
 
 def answered(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec:
-    """The goal with an answer in it; what a shape that was answered cannot carry is left out."""
+    """Return the goal with an answer in it; what a shape that was answered cannot carry is left out."""
     value = None if value == OPEN else value
     if slot == CORNER:
         x_position, y_position = CORNERS[value] if value else (None, None)
@@ -139,14 +139,14 @@ def answered(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec
 
 
 def completed(said: StructureSpec, before: StructureSpec) -> StructureSpec:
-    """What was said, and from before what it leaves open and can carry."""
+    """Return what was said, and from before what it leaves open and can carry."""
     legal = ("shape", *SLOTS_OF_SHAPE[said.shape or before.shape])
     values = {slot: getattr(said, slot) or getattr(before, slot) for slot in SLOTS}
     return StructureSpec(**{slot: value for slot, value in values.items() if slot in legal})
 
 
 def with_a_shape(revision: Revision, last: StructureSpec) -> Revision:
-    """The revision, with a question where nobody has said yet what is to be built, or anything at all.
+    """Return the revision, with a question where nobody has said yet what is to be built, or anything at all.
 
     Args:
         revision: what was said.

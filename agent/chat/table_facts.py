@@ -63,12 +63,12 @@ class Fact:
 
 
 def the(name: str) -> str:
-    """The name in a sentence: "the banana", but "cup 2"."""
+    """Return the name in a sentence: "the banana", but "cup 2"."""
     return name if re.search(r"\d$", name) else f"the {name}"
 
 
 def facts_of(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]:
-    """What there is to say of each object that was seen.
+    """Return what there is to say of each object that was seen.
 
     Args:
         seen: what was seen, with its clouds.
@@ -93,7 +93,7 @@ def facts_of(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]:
 
 
 def matching_facts(about: str, facts: Sequence[Fact], encoder: SentenceEncoder | None = None) -> list[Fact]:
-    """The objects that a noun phrase means, all of its kind; none where no such object is there.
+    """Return the objects that a noun phrase means, all of its kind; none where no such object is there.
 
     Args:
         about: "banana", "red cup", "cup 2", "things".
@@ -122,14 +122,14 @@ def matching_facts(about: str, facts: Sequence[Fact], encoder: SentenceEncoder |
 
 
 def unjudged(about: str, facts: Sequence[Fact]) -> list[str]:
-    """The words before a noun that nothing is known of, such as "wooden"."""
+    """Return the words before a noun that nothing is known of, such as "wooden"."""
     known = {adjective(word) for fact in facts for word in _words(fact.display_name)}
     words = [word for word in about.split()[:-1] if not word.isdecimal() and word not in ORDINALS]
     return [word for word in words if known.isdisjoint((adjective(word), *rivals(adjective(word))))]
 
 
 def place_in_words(position: Sequence[float], table: Sequence[float], viewpoint: str = "robot") -> str:
-    """Where a point is on the table, as the speaker sees it: "on the left, near you".
+    """Return where a point is on the table, as the speaker sees it: "on the left, near you".
 
     Args:
         position: (x, y, ...) world frame, metres.
@@ -147,13 +147,13 @@ def place_in_words(position: Sequence[float], table: Sequence[float], viewpoint:
 
 
 def coordinates(position: Sequence[float]) -> str:
-    """ "x 0.32 m, y -0.21 m"; nothing is at "-0.00"."""
+    """Return "x 0.32 m, y -0.21 m"; nothing is at "-0.00"."""
     x, y = (round(float(value), 2) + 0.0 for value in position[:2])
     return f"x {x:.2f} m, y {y:.2f} m"
 
 
 def inventory(facts: Sequence[Fact]) -> str:
-    """What is there, counted: "3 cups, 2 boxes and an orange"."""
+    """Return what is there, counted: "3 cups, 2 boxes and an orange"."""
     nouns = [fact.noun for fact in facts]
     return listed([_counted(noun, nouns.count(noun)) for noun in dict.fromkeys(nouns)]) or "nothing"
 
@@ -165,12 +165,12 @@ def _counted(noun: str, count: int) -> str:
 
 
 def listed(words: Sequence[str]) -> str:
-    """ "cup 1, cup 2 and cup 3"."""
+    """Return "cup 1, cup 2 and cup 3"."""
     return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 
 
 def capitalized(text: str) -> str:
-    """The sentence with its first letter in upper case, the others as they are."""
+    """Return the sentence with its first letter in upper case, the others as they are."""
     return text[:1].upper() + text[1:]
 
 

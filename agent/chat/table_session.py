@@ -165,11 +165,11 @@ class TableSession:
     # --- the table ---------------------------------------------------------------------------
 
     def example(self) -> Suggestion | None:
-        """An instruction that suits the table as it stands, if there is one."""
+        """Return an instruction that suits the table as it stands, if there is one."""
         return suggestion(self.table, self.table.look())
 
     def look(self) -> events.Perceived:
-        """The table as it is now; told to nobody."""
+        """Return the table as it is now; told to nobody."""
         began = time.perf_counter()
         scene = self.table.look()
         return perceived_event(scene, time.perf_counter() - began, self.table)

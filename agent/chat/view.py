@@ -94,7 +94,7 @@ class ChatScreen:
     # --- what there is to see ----------------------------------------------------------------
 
     def scene(self, payload: Mapping[str, Any] | None = None) -> None:
-        """The table from above, with the names of what stands on it.
+        """Show the table from above, with the names of what stands on it.
 
         Args:
             payload: an event `Perceived` in its JSON form; by default the last one.
@@ -110,19 +110,19 @@ class ChatScreen:
             self.note(note)
 
     def forget(self) -> None:
-        """Another table was set: what was imagined on the old one is of no use."""
+        """Forget the scene and its candidates: another table was set."""
         self._scene, self._imagined, self._rank = None, None, 1
         self._named = ()
         self.maps.forget_key()
 
     def scene_read(self, payload: Mapping[str, Any]) -> None:
-        """What stands where, in words; takes an event `Perceived` in its JSON form."""
+        """Print what stands where, in words; takes an event `Perceived` in its JSON form."""
         self.idle()
         self._scene = payload
         self._text.block(aligned([seen_row(one) for one in payload["objects"]]))
 
     def candidates(self, count: int) -> None:
-        """The best candidates from above, with their scores and what the lower ones lack; several side by side."""
+        """Show the best candidates from above, with their scores and what the lower ones lack; several side by side."""
         if self._imagined is None or self._scene is None:
             self.note("nothing was imagined yet")
             return
@@ -140,7 +140,7 @@ class ChatScreen:
             self.note(f"/candidates shows the best {min(SHOWN, len(payload['candidates']))}, /why what decides")
 
     def why(self) -> None:
-        """What speaks for the chosen candidate, factor by factor, and what was against the others."""
+        """Print the factors of the chosen candidate's score, and what the others lack."""
         if self._imagined is None:
             self.note("nothing was imagined yet")
             return
@@ -151,17 +151,17 @@ class ChatScreen:
         self._text.block(aligned(comparison_rows(candidates, self._rank, SHOWN + 2)))
 
     def space(self) -> None:
-        """An empty line before the next prompt."""
+        """Print an empty line before the next prompt."""
         self.idle()
         self.console.print()
 
     def note(self, message: str) -> None:
-        """A remark."""
+        """Print a remark."""
         self.idle()
         self._text.line(message, "dim")
 
     def complain(self, message: str) -> None:
-        """Why something could not be done."""
+        """Print why something could not be done."""
         self.idle()
         self._text.line(message, "red")
 

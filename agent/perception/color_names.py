@@ -33,7 +33,7 @@ def color_word_in_picture(colors: np.ndarray, picture: np.ndarray) -> str:
 
 
 def color_word(colors: np.ndarray, white: float) -> str:
-    """The colour's name, as people say it.
+    """Name the colour of an object, as people say it.
 
     Args:
         colors: (P, 3) of the object's points, in CIELAB.
@@ -85,6 +85,6 @@ def _name_of_hue(degrees: float) -> str:
 
 
 def lightness_of_white(colors: np.ndarray) -> float:
-    """The lightness in CIELAB of the brightest things in a picture (..., 3) RGB."""
+    """Return the lightness in CIELAB of the brightest things in a picture (..., 3) RGB."""
     flat = colors.reshape(-1, 3)
     return float(np.percentile(lab(flat[:: max(1, len(flat) // 20000)])[:, 0], 99))

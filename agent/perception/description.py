@@ -18,7 +18,8 @@ _TOP = 99.5  # percent of the points lie below an object's top; noise lifts the 
 
 
 def oriented_box(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The upright box about points (P, 3) on the table: its pose (4, 4), x along the longer side, and sides (3,)."""
+    """Return the upright box about points (P, 3) on the table: its pose (4, 4), x along the longer side, and sides
+    (3,)."""
     top = float(np.percentile(points[:, 2], _TOP))
     corners = np.array(shapely.LineString(points[:, :2]).minimum_rotated_rectangle.exterior.coords)[:4]
     edges = np.roll(corners, -1, axis=0)[:2] - corners[:2]
@@ -30,7 +31,7 @@ def oriented_box(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def shape_words(sides: Sequence[np.ndarray]) -> list[list[str]]:
-    """For each object with sides (3,) metres, the words for its shape that do not fit all the others too."""
+    """Find the words for the shape of each object with sides (3,) metres that do not fit all the others too."""
     volumes = np.array([np.prod(np.maximum(side, 0.005)) for side in sides])
     words = []
     for side, volume in zip(sides, volumes, strict=True):

@@ -39,7 +39,7 @@ def print_objects(segments: Segments, results: TextIO) -> None:
 
 
 def objects_json(segments: Segments) -> dict[str, Any]:
-    """The same for programs: every number in metres or degrees, transforms as rows."""
+    """Return the same for programs: every number in metres or degrees, transforms as rows."""
     return {
         "objects": [
             {

@@ -45,7 +45,7 @@ class TablePlane:
 
 
 def table_plane(points: np.ndarray, up: np.ndarray | None = None) -> TablePlane:
-    """The plane that most probably is the table's: near, level, large, with things on it.
+    """Find the plane that most probably is the table's: near, level, large, with things on it.
 
     Args:
         points: (P, 3) camera frame, metres, all finite.

@@ -16,7 +16,7 @@ LEAST_SCORE = 0.05
 
 
 def checked_planner(name: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
-    """The planner of a name, with the checkpoints in a folder, or those shipped where it is `None`.
+    """Load the planner of a name, with the checkpoints in a folder, or those shipped where it is `None`.
 
     Raises:
         UsageError: for an unknown name.
@@ -31,7 +31,7 @@ def checked_planner(name: str, weights: Path | None, allow_unverified: bool = Fa
 
 
 def is_viable(arrangement: Arrangement) -> bool:
-    """Whether its total score is at least `LEAST_SCORE`, or it stood in imagination.
+    """Return whether its total score is at least `LEAST_SCORE`, or it stood in imagination.
 
     The more objects there are, the smaller is the product of all scores, good as they may be.
     """
@@ -39,7 +39,7 @@ def is_viable(arrangement: Arrangement) -> bool:
 
 
 def filter_viable(arrangements: Sequence[Arrangement]) -> list[Arrangement]:
-    """Those that are worth a try, best first.
+    """Keep the arrangements that are worth a try, best first.
 
     Raises:
         NoValidGoal: when there is none.

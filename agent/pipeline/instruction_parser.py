@@ -37,7 +37,7 @@ class ReadingOptions:
 
 
 def make_reader(options: ReadingOptions, encoder: SentenceEncoder | None = None, strict: bool = False) -> Reader:
-    """The reader that the options ask for; nothing is loaded before it reads.
+    """Make the reader that the options ask for; nothing is loaded before it reads.
 
     Args:
         options: how to read.

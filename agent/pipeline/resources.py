@@ -41,7 +41,8 @@ class ResourceCache:
         return SentenceEncoder()
 
     def reader(self, options: ReadingOptions) -> Reader:
-        """The reader that the options ask for; one that had to fall back is not kept: the next run tries anew."""
+        """Return the reader that the options ask for; one that had to fall back is not kept: the next run tries
+        again."""
         with self._lock:
             reader = self._readers.get(options)
             if reader is None or reader.fallback:
@@ -49,7 +50,7 @@ class ResourceCache:
             return reader
 
     def planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
-        """As `agent.pipeline.candidates.checked_planner`."""
+        """Return a planner, as `agent.pipeline.candidates.checked_planner`."""
         from agent.model_cards.provenance import provenance_of
         from agent.pipeline.candidates import checked_planner
 
@@ -61,7 +62,8 @@ class ResourceCache:
             return self._planners[key]
 
     def provenance(self, model: str, weights: Path | None) -> Mapping[str, Provenance]:
-        """What is known of the files of a planner's networks, by network; of a planner that was loaded before."""
+        """Return what is known of the files of a planner's networks, by network; the planner must have been loaded
+        before."""
         return self._provenance[model, weights]
 
     def preload(
@@ -76,7 +78,8 @@ class ResourceCache:
             self.planner(model, weights, allow_unverified)
 
     def source(self, scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
-        """As `agent.scenes.sources.scene_source`; files are read anew, because they can be edited."""
+        """Return a scene source, as `agent.scenes.sources.scene_source`; files are read anew, because they can be
+        edited."""
         from agent.scenes.sources import SIMULATED, scene_source
 
         if scene != SIMULATED or recorded.given:

@@ -197,7 +197,7 @@ class _Run:
 
 
 def make_goal(spec: StructureSpec, encoder: SentenceEncoder) -> Goal:
-    """The goal of a planner. What was heard is said anew, in the words that sentence models were trained on.
+    """Make the goal of a planner from slots, with a sentence in the words that sentence models were trained on.
 
     People say the same in ways that move its embedding far: told "facing me", such a model left no ring open.
 

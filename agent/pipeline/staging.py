@@ -52,13 +52,13 @@ class Staged:
     source: SceneSource
 
     def truth(self, folder: Path) -> list[PlacedObject]:
-        """What really stands there, as the lines of a scene file in `folder`."""
+        """Return what really stands there, as the lines of a scene file in `folder`."""
         return self.source.saved(self.table, folder)
 
 
 @contextmanager
 def staged(staging: Staging) -> Iterator[Staged]:
-    """The scene on its table, whose physics ends with the `with` block.
+    """Set out the scene on its table, whose physics ends with the `with` block.
 
     Raises:
         NotBuildable: for an instruction that is not understood.

@@ -114,7 +114,7 @@ class Bag:
     def messages(
         self, streams: Sequence[Stream], start: int | None = None, stop: int | None = None
     ) -> Iterator[Message]:
-        """The messages of `streams` that were recorded from `start` to before `stop` (nanoseconds), in that order.
+        """Read the messages of `streams` that were recorded from `start` to before `stop` (nanoseconds), in that order.
 
         Raises:
             BadInput: where the bag turns out to be damaged.
@@ -134,7 +134,7 @@ class Bag:
             yield message
 
     def decoded(self, message: Message) -> Any:
-        """A message with the fields that its type has.
+        """Decode a message into the fields that its type has.
 
         Raises:
             BadInput: where its bytes are not of that type.
@@ -148,7 +148,7 @@ class Bag:
 
 @contextmanager
 def open_bag(path: Path, limits: UnpackingLimits = UnpackingLimits()) -> Iterator[Bag]:
-    """The bag at `path`, open meanwhile.
+    """Open the bag at `path` for a `with` block.
 
     Args:
         path: the file or folder.

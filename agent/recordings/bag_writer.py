@@ -142,11 +142,11 @@ class BagWriter:
             raise BadInput(f"cannot write {str(self._path)!r}: {error.strerror or error}") from error
 
     def message(self, kind: str, **fields: Any) -> Any:
-        """A message of the type "package/msg/Name" with its fields, each given."""
+        """Return a message of the type "package/msg/Name" with its fields, each given."""
         return self._types.types[kind](**fields)
 
     def header(self, seconds: float, frame: str = "") -> Any:
-        """A header: the time since `START`, and the frame that the message speaks of."""
+        """Return a header: the time since `START`, and the frame that the message speaks of."""
         count = {"seq": 0} if self.ros1 else {}
         seconds_part, nanoseconds = divmod(_nanoseconds(seconds), 10**9)
         stamp = self.message("builtin_interfaces/msg/Time", sec=seconds_part, nanosec=nanoseconds)

@@ -42,7 +42,7 @@ class Lens:
 
 
 def find_lens(folder: Path) -> Lens | None:
-    """The lens that a file in the folder tells; the files with the likeliest names first.
+    """Find the lens that a file in the folder describes; the files with the likeliest names first.
 
     Raises:
         BadInput: for a file named for it that cannot be read.
@@ -64,7 +64,7 @@ def find_lens(folder: Path) -> Lens | None:
 
 
 def matrix_of(fx: float, fy: float, cx: float, cy: float) -> np.ndarray:
-    """(3, 3) of focal lengths and principal point, pixels."""
+    """Return (3, 3) of focal lengths and principal point, pixels."""
     return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
 

@@ -86,7 +86,7 @@ class BagInfo:
     notes: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """The same as JSON values: seconds."""
+        """Return the same as JSON values: seconds."""
         values = asdict(self)
         return {
             "schema_version": SCHEMA_VERSION,
@@ -99,7 +99,7 @@ class BagInfo:
 
 
 def inspect_bag(path: Path, named: Mapping[str, str] | None = None) -> BagInfo:
-    """What the bag at `path` holds; of big topics few messages are read.
+    """Find out what the bag at `path` holds; of big topics few messages are read.
 
     Args:
         path: a bag of any kind.
@@ -175,7 +175,7 @@ def _use(
 
 
 def print_bag_info(info: BagInfo, results: TextIO) -> None:
-    """The same for people."""
+    """Print the same for people."""
     print(f"{info.path}: {info.seconds:.1f} s, {sum(topic.count for topic in info.topics)} messages\n", file=results)
     rows = [("topic", "type", "frame", "messages", "a second", "from s", "to s")]
     rows += [

@@ -17,7 +17,7 @@ _MODEL = re.compile(r"j2(?P<wrist>[ns])(?P<joints>[67])s[23]00")
 
 
 def joint_streams(bag: Bag, topic: str | None = None) -> list[Stream]:
-    """The streams that may tell how the arm stood, the likeliest first.
+    """Return the streams that may tell how the arm stood, the likeliest first.
 
     Args:
         topic: the only one that is wanted, or `None`.
@@ -37,7 +37,7 @@ def _likelihood(stream: Stream) -> tuple[bool, bool, bool, str]:
 
 
 def arm_state(bag: Bag, streams: Iterable[Stream], moment: int) -> tuple[ArmState | None, Stream | None, list[str]]:
-    """How the arm stood nearest to `moment` (nanoseconds), the stream that tells it, and notes."""
+    """Return how the arm stood nearest to `moment` (nanoseconds), the stream that tells it, and notes."""
     for stream in streams:
 
         def state(message: Message) -> tuple[ArmState, list[str]] | None:

@@ -89,7 +89,7 @@ class TrajectoryLog:
         self._steps = 0
 
     def begin(self, doing: str, arm: JacoArm) -> None:
-        """A motion begins; one of the same name goes on."""
+        """Begin a motion; one of the same name continues."""
         now = self._sample(arm)
         if self._begun:
             self._begun[-1][1].append(now)
@@ -97,7 +97,7 @@ class TrajectoryLog:
             self._begun.append((doing, [now]))
 
     def step(self, arm: JacoArm) -> None:
-        """A step of physics is done."""
+        """Take note that a step of physics is done."""
         self._steps += 1
         if self._begun and self._steps % EVERY == 0:
             self._begun[-1][1].append(self._sample(arm))
@@ -107,7 +107,7 @@ class TrajectoryLog:
         return _Sample(self._steps, arm.set_point + arm.wound, arm.finger_set_point.copy(), moved)
 
     def motions(self, model: ArmModel) -> list[Motion]:
-        """Everything so far in which time passes, in order, no faster than the model's limits.
+        """Return everything so far in which time passes, in order, no faster than the model's limits.
 
         What the simulation was told at once, as to open the hand, takes the time here that a real arm needs.
         """

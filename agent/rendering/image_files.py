@@ -37,7 +37,7 @@ class Picture:
 
 
 def pictures_of(event: Event) -> Iterator[Picture]:
-    """The pictures that belong to an event, from the clouds and images that only a live event has."""
+    """Draw the pictures that belong to an event, from the clouds and images that only a live event has."""
     match event:
         case events.Perceived():
             if event.scene.color is not None:
@@ -60,13 +60,13 @@ def pictures_of(event: Event) -> Iterator[Picture]:
 
 
 def webp_of(image: np.ndarray) -> bytes:
-    """A picture (H, W, 3) uint8 as the bytes of a WebP file."""
+    """Encode a picture (H, W, 3) uint8 as a WebP file."""
     buffer = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(image[..., :3])).save(buffer, format="WEBP", quality=_QUALITY)
     return buffer.getvalue()
 
 
 def film_of(frames: np.ndarray) -> bytes:
-    """Pictures (T, H, W, 3) uint8 as the bytes of an animated WebP file that plays again and again."""
+    """Encode pictures (T, H, W, 3) uint8 as an animated WebP file that plays again and again."""
     durations = [round(1000 / FILM_SPEED)] * (len(frames) - 1) + [_LAST_PICTURE]
     return animation(frames, durations, _FILM_QUALITY)

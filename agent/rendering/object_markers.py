@@ -45,7 +45,7 @@ class Marker:
 
 
 def markers_of_scene(scene: Mapping[str, Any]) -> list[Marker]:
-    """The objects where they were seen, the lowest first, as they are drawn one over the other.
+    """Return the objects where they were seen, the lowest first, as they are drawn one over the other.
 
     Args:
         scene: the JSON form of `Perceived`.
@@ -57,7 +57,7 @@ def markers_of_scene(scene: Mapping[str, Any]) -> list[Marker]:
 def markers_of_candidate(
     scene: Mapping[str, Any], positions: Sequence[Sequence[float]], turns: Sequence[float]
 ) -> list[Marker]:
-    """The objects where an arrangement puts them, the lowest first; those that take no part stay.
+    """Return the objects where an arrangement puts them, the lowest first; those that take no part stay.
 
     Args:
         scene: the JSON form of `Perceived`.
@@ -125,7 +125,7 @@ def _inside(outline: np.ndarray, point: np.ndarray) -> bool:
 
 
 def stacks(markers: Sequence[Marker]) -> list[list[Marker]]:
-    """What stands on each other: each stack from its bottom upward; one object alone is none."""
+    """Return what stands on each other: each stack from its bottom upward; one object alone is none."""
     root: dict[str, str] = {}
     for marker in markers:  # the lowest first
         root[marker.label] = root.get(marker.below) or marker.label
@@ -134,7 +134,7 @@ def stacks(markers: Sequence[Marker]) -> list[list[Marker]]:
 
 
 def stack_sentence(stack: Sequence[Marker]) -> str:
-    """A stack in words, the top first: "3 on 2 on 1"; where several stand on one, "2 on 1, 3 on 1"."""
+    """Return a stack in words, the top first: "3 on 2 on 1"; where several stand on one, "2 on 1, 3 on 1"."""
     if all(upper.below == lower.label for lower, upper in zip(stack, stack[1:], strict=False)):
         return " on ".join(marker.letter for marker in reversed(stack))
     letter_of = {marker.label: marker.letter for marker in stack}

@@ -26,7 +26,7 @@ _MAY_BE_NULL = (".measured", ".scores.")  # numbers that may be none: nothing co
 
 @cache
 def event_classes() -> dict[str, type]:
-    """Every event that is told: its kind, and its class."""
+    """Return every event by its kind."""
     classes = [
         one
         for module in (events, arm_events)
@@ -37,7 +37,7 @@ def event_classes() -> dict[str, type]:
 
 
 def complaint(payload: object) -> str | None:
-    """What is wrong with a told event, in words that go on from "line 3: "; `None` where nothing is."""
+    """Say what is wrong with an event's payload, in words that continue "line 3: "; `None` where nothing is."""
     if not isinstance(payload, Mapping) or not isinstance(payload.get("kind"), str):
         return 'an event must be an object with a "kind"'
     event = event_classes().get(payload["kind"])
@@ -47,7 +47,7 @@ def complaint(payload: object) -> str | None:
 
 
 def inconsistency(payload: Mapping[str, Any], part: int) -> str | None:
-    """What in a told event, in which `complaint` finds nothing, does not go with what was seen before it.
+    """Say what in a payload, in which `complaint` finds nothing, does not match what was seen before it.
 
     Args:
         payload: the event.

@@ -10,7 +10,7 @@ from agent.rendering.text import duration, number, place, slot_label
 
 
 def seen_row(one: Mapping[str, Any]) -> tuple[str, str, str]:
-    """What is said of an object that was seen: what it is called, where it is, and whether it stays there.
+    """Describe an object that was seen: its name, where it is, and whether it stays there.
 
     Args:
         one: a `SeenObject` in its JSON form.
@@ -19,7 +19,7 @@ def seen_row(one: Mapping[str, Any]) -> tuple[str, str, str]:
 
 
 def described(one: Mapping[str, Any]) -> str:
-    """The name of an object that was seen, with its description or its colour: "object 3, red, tall", "cup 2, green"."""
+    """Return the name of an object that was seen, with its description or its colour: "object 3, red, tall"."""
     display_name, color = one.get("display_name") or "", one.get("color_name") or ""
     if display_name.startswith(f"{one['name']},"):
         return display_name
@@ -27,7 +27,7 @@ def described(one: Mapping[str, Any]) -> str:
 
 
 def arm_sentence(payload: Mapping[str, Any], names: Sequence[str]) -> str:
-    """One sentence for an event of the arm.
+    """Describe an event of the arm in one sentence.
 
     Args:
         payload: the event's JSON form.
@@ -77,7 +77,7 @@ def _slip(metres: float, radians: float) -> str:
 
 
 def verdict_title(payload: Mapping[str, Any]) -> str:
-    """What an event "checked" in its JSON form is about."""
+    """Return the title of an event "checked" in its JSON form."""
     return f"Checked on {payload.get('on', 'the true objects')}" if payload["how"] == "arm" else "Tried without the arm"
 
 
@@ -85,7 +85,7 @@ TRIED = "tried without the arm; the table is unchanged"
 
 
 def verdict_sentence(payload: Mapping[str, Any]) -> str:
-    """How an event "checked" in its JSON form ended."""
+    """Say how an event "checked" in its JSON form ended."""
     if not payload["success"]:
         return f"{payload['failure_class']}: {payload['detail']}"
     return "It stands as it was asked for." if payload["how"] == "arm" else f"It holds as it was asked for, {TRIED}."
@@ -97,7 +97,7 @@ def check_sentence(check: Mapping[str, Any]) -> str:
 
 
 def parse_notes(payload: Mapping[str, Any]) -> list[str]:
-    """What there is to say of a reading (an event "parsed" in its JSON form) besides the slots, a sentence each."""
+    """List what there is to say of an event "parsed" in its JSON form besides the slots, a sentence each."""
     notes = []
     if payload["viewpoint"] != "robot":
         notes.append(f"spoken from the {payload['viewpoint']} side of the table, turned to the robot's")
@@ -110,8 +110,7 @@ def parse_notes(payload: Mapping[str, Any]) -> list[str]:
 
 
 def remark_sentence(payload: Mapping[str, Any]) -> str:
-    """One sentence for what is said between the steps: an event "asked", "answered", "noted", "commanded" or
-    "restored"."""
+    """Describe an event "asked", "answered", "noted", "commanded" or "restored" in one sentence."""
     match payload["kind"]:
         case "asked":
             options = ", ".join(f"{number}) {option}" for number, option in enumerate(payload["options"], start=1))
@@ -140,7 +139,7 @@ _AS_GOOD, _ALMOST_AS_GOOD = 0.995, 0.95  # of the best's score
 
 
 def shortcoming(scores: Mapping[str, float | None], best: Mapping[str, float | None]) -> str:
-    """Why a candidate ranks below the best: the factor of its score that costs it most, in words and numbers.
+    """Say why a candidate ranks below the best: the factor of its score that costs it most, in words and numbers.
 
     Args:
         scores: of the candidate: "total" is the product of the others.

@@ -15,7 +15,7 @@ from agent.runtime.atomic_files import write_whole
 
 
 def records_of(session: Session) -> list[RunRecord]:
-    """One record for each turn; what was told before the first instruction, if anything, is one too.
+    """Make one record for each turn; what happened before the first instruction, if anything, is one too.
 
     A turn that did not look at the table worked on what the turn before it saw.
     """

@@ -166,7 +166,7 @@ class RunRecord:
         return folder / "report.html"
 
     def json(self) -> str:
-        """The report as JSON."""
+        """Return the report as JSON."""
         return json.dumps(self.report, indent=2, ensure_ascii=False, allow_nan=False)
 
     def _timed(self, step: str, payload: Mapping[str, Any]) -> dict[str, Any]:

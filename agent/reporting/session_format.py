@@ -36,7 +36,7 @@ def decode_line(line: bytes) -> Any:
 
 
 def is_start(entry: Any) -> bool:
-    """Whether this is a session's first line, of whatever schema version."""
+    """Return whether this is a session's first line, of whatever schema version."""
     return isinstance(entry, dict) and {"schema_version", "version", "started", "machine"} <= entry.keys() and (
         isinstance(entry["started"], str) and isinstance(entry.get("options"), dict)
     )

@@ -161,7 +161,7 @@ class SessionWriter:
 
 
 def run_session(folder: Path, options: Mapping[str, Any]) -> SessionWriter:
-    """The session of one run in its report's folder: `session.jsonl`, in the place of an earlier run's.
+    """Open the session of one run in its report's folder: `session.jsonl`, in the place of an earlier run's.
 
     Args:
         folder: made, with the file, when the run has seen something; before that there is nothing worth a folder.

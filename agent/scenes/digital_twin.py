@@ -242,7 +242,7 @@ class RecordedScene(TableScene):
         return notes
 
     def look(self) -> Scene:
-        """As any table, but what the recording's camera saw as long as nothing has moved."""
+        """Look as at any table, but return what the recording's camera saw as long as nothing has moved."""
         scene = super().look()
         if self._picture is None or not self.untouched:
             return scene

@@ -60,7 +60,8 @@ class SimulatedScene(TableScene):
 
 
 def described(models: Sequence[ObjectModel]) -> list[SceneObject]:
-    """The objects as an instruction can refer to them, by their nouns, numbered where there are several of one."""
+    """Return the objects as an instruction can refer to them, by their nouns, numbered where there are several of
+    one."""
     return [SceneObject(name, attributes_of(model)) for name, model in zip(unique_names(models), models, strict=True)]
 
 
@@ -71,7 +72,7 @@ def draw_meant_scene(
     select: Select,
     rng: np.random.Generator,
 ) -> DrawnScene:
-    """A scene in which the instruction means exactly the objects that take part.
+    """Return a scene in which the instruction means exactly the objects that take part.
 
     Args: as `SimulatedScene`.
 

@@ -43,21 +43,21 @@ class SceneSource(Protocol):
     hint: str
 
     def open(self, spec: StructureSpec, select: Select, seed: int) -> TableScene:
-        """The table, with the objects that `select` picks; close it.
+        """Return the table, with the objects that `select` picks; close it.
 
         Raises:
             SceneError: when these objects cannot make such a structure.
         """
 
     def set_out(self, seed: int) -> TableScene:
-        """A table to talk about, on which everything takes part until somebody says otherwise; close it."""
+        """Return a table to talk about, on which everything takes part until somebody says otherwise; close it."""
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
-        """The table as it stands now, as the lines of a scene file in `folder`."""
+        """Return the table as it stands now, as the lines of a scene file in `folder`."""
 
 
 def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
-    """The source that a run asks for.
+    """Return the source that a run asks for.
 
     Args:
         scene: "simulated", "example", or the path of a scene file or a recording.
@@ -121,7 +121,7 @@ class DrawnSource:
         return TableScene(drawn.models, drawn.world_from_initial, len(drawn.models), noise, drawn.table)
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
-        """See `SceneSource`."""
+        """Return the table as it stands now, as the lines of a scene file in `folder`."""
         poses = table.world.poses()
         return saved_objects(drawn_objects(table.models, poses, self._name, table.names), poses, folder)
 
@@ -148,7 +148,7 @@ class FileSource:
         return TableScene(models, poses, len(models), noise, names=names, display_names=[each.name for each in self.referents])
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
-        """See `SceneSource`; in the order of the file."""
+        """Return the table as it stands now, as the lines of a scene file in `folder`."""
         pose_of = dict(zip(table.names, table.world.poses(), strict=True))
         return saved_objects(self.standing, [pose_of[entry.name] for entry in self.standing], folder)
 

@@ -118,7 +118,7 @@ class TableScene:
         self.world.close()
 
     def look(self) -> Scene:
-        """What the camera sees: the objects that take part, and the distractors.
+        """Return what the camera sees: the objects that take part, and the distractors.
 
         What was seen before and only moved since, upright, keeps the cloud of its first look: from a tower the camera
         sees little but the top. Where it is now is taken from the simulation's poses, as when the arm builds: this
@@ -203,7 +203,7 @@ class TableScene:
         return tuple(each.colors[0] if each.colors else "" for each in self._attributes)
 
     def poses(self) -> dict[str, np.ndarray]:
-        """world_from_object (4, 4) of every object, by name."""
+        """Return world_from_object (4, 4) of every object, by name."""
         return dict(zip(self.names, self.world.poses(), strict=True))
 
     @property
@@ -232,7 +232,7 @@ class TableScene:
         return tuple(moved)
 
     def picture(self, view: str = "robot") -> np.ndarray:
-        """A picture (H, W, 3) uint8 of the table as it is now, as the camera sees it, or from another view.
+        """Return a picture (H, W, 3) uint8 of the table as it is now, as the camera sees it, or from another view.
 
         Over the arm's "shoulder" the floor and what the arm stands on are in the picture too.
         """
@@ -266,6 +266,6 @@ def _moved(seen: _Seen, pose: np.ndarray) -> ObjectCloud | None:
 
 
 def drawing_and_noise(seed: int) -> tuple[np.random.Generator, np.random.Generator]:
-    """What draws a scene, and what draws its sensor's noise: both follow from the seed."""
+    """Return what draws a scene, and what draws its sensor's noise: both follow from the seed."""
     drawing, noise = (np.random.default_rng(part) for part in np.random.SeedSequence(seed).spawn(2))
     return drawing, noise

@@ -33,7 +33,7 @@ _BESIDE = 0.01  # m: what is as near as this may lean on it
 def problems_of_places(
     found: Sequence[StandingObject], missing: Sequence[PlacedObject], table: Table
 ) -> list[Problem]:
-    """What is off the table, in each other, or would fall.
+    """Return what is off the table, in each other, or would fall.
 
     Args:
         found: the objects whose meshes are known, wherever they stand.
@@ -69,7 +69,8 @@ class _Area:
 
     @classmethod
     def around(cls, placed: PlacedObject, radius: float) -> _Area:
-        """Of an object that reaches no farther than the radius from its place, as far as that is known."""
+        """Make the area of an object that reaches no farther than the radius from its place, as far as that is
+        known."""
         low, high = zip(
             *(
                 (-math.inf, math.inf) if key in placed.unread else (value - radius, value + radius)

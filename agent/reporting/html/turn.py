@@ -73,7 +73,7 @@ class Turn:
         return any(_NO.match(line) for line in lines)
 
     def sections(self) -> str:
-        """All that there is to show, as HTML."""
+        """Return all that there is to show, as HTML."""
         parts = (
             self._parse(), self._scene(), self._imagination(), self._arm(), self._verdict(), self._remarks(),
             self._time(), self._options(),
