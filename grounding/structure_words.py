@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -139,10 +139,10 @@ def _made(kind: type, entries: Mapping[str, Any], where: str) -> Any:
     legal = [each.name for each in fields(kind)]
     if unknown := [key for key in entries if key not in legal]:
         raise StructureWordsError(f"{where}: unknown key {unknown[0]!r}; legal keys: {', '.join(legal)}")
-    try:
-        return kind(**entries)
-    except TypeError as error:
-        raise StructureWordsError(f"{where}: {str(error).partition(' ')[2]}") from error
+    needed = [each.name for each in fields(kind) if each.default is MISSING and each.default_factory is MISSING]
+    if missing := [key for key in needed if key not in entries]:
+        raise StructureWordsError(f"{where}: the key {missing[0]!r} is missing")
+    return kind(**entries)
 
 
 def _frozen(value: Any) -> Any:
