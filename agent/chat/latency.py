@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 _CORRECTIONS = ("bigger", "now as a line", "on the right", "smaller", "now as a circle", "on the left")
-LEAST_RUNS = 5
 _CONTROL, _WORD = re.compile(r"\x1b\[[0-9;?]*[a-zA-Z]"), re.compile(r"[^\W\d_]{3,}")
 
 Result = dict[str, Any]
