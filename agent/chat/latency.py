@@ -17,7 +17,6 @@ from typing import Any
 from agent.event_base import Event
 
 _CORRECTIONS = ("bigger", "now as a line", "on the right", "smaller", "now as a circle", "on the left")
-LEAST_RUNS = 5
 _CONTROL, _WORD = re.compile(r"\x1b\[[0-9;?]*[a-zA-Z]"), re.compile(r"[^\W\d_]{3,}")
 
 Result = dict[str, Any]
