@@ -22,7 +22,7 @@ SQUEEZE = 0.15  # rad beyond contact that the finger motors aim for in a grasp h
 
 
 class MotionListener(Protocol):
-    """Whoever wants to know what the arm is told to do."""
+    """Anything that follows the commands of the arm."""
 
     def begin(self, doing: str, arm: JacoArm) -> None:
         """Take note that a motion begins; `doing` says what for."""
@@ -39,7 +39,7 @@ class ArmDriver:
         arm: the arm, in `world.client`.
         weld: whether a grasp is held by a fixed constraint, or by the fingers' friction alone.
         on_step: called after every physics step, or `None`.
-        log: told of every motion, or `None`.
+        log: gets every motion, or `None`.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class ArmDriver:
 
         Args:
             path: joint angles.
-            doing: what for, as a listener is told.
+            doing: what for, as the listener gets it.
             speed: of the joints' limits.
         """
         self._begin(doing)

@@ -1,4 +1,4 @@
-"""What the arm tells while it plans and builds: one frozen dataclass per step.
+"""The events of the arm while it plans and builds: one frozen dataclass per step.
 
 Objects are named by their index in `Scene.objects` and by their name. Metres, radians, seconds.
 """

@@ -1,4 +1,4 @@
-"""What the arm does after somebody stopped it: it sets down what it holds, and draws its hand out of the way."""
+"""What the arm does after it was stopped: it sets down what it holds, and draws its hand out of the way."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def leave_start(driver: ArmDriver, scene: PlanningScene) -> None:
 
 
 def tidy_up(world: TabletopWorld, arm: JacoArm, rng: np.random.Generator) -> bool:
-    """Empties the hand and folds the arm where somebody stopped it for good; whether there was anything to do."""
+    """Empties the hand and folds the arm where it was stopped for good; whether there was anything to do."""
     if arm.weld is None and is_folded(arm):
         return False
     driver = ArmDriver(world, arm, weld=True)

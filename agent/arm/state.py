@@ -11,7 +11,7 @@ class ArmState:
     """How the arm stood.
 
     Attributes:
-        model: "j2s7s300", "j2n6s300" or "j2s6s300", as the number of joints and the prefix tell.
+        model: "j2s7s300", "j2n6s300" or "j2s6s300", by the number of joints and the prefix.
         joints: "joint_1", ..., "joint_finger_tip_3" -> radians, not wrapped.
         prefix: what the recording puts before those names, such as "j2s7s300_".
     """

@@ -1,7 +1,7 @@
 """The folder of a batch: `results.jsonl`, a page, and `rows/ID` with report and session of what saw something.
 
 Only a folder that is empty or was made by a batch is taken, unless it is forced (`agent.runtime.output_ownership`). In `rows/ID` only
-the files are replaced that a batch wrote there; what somebody else put beside them stays.
+the files are replaced that a batch wrote there; other files beside them stay.
 
 `results.jsonl` is a journal while the batch works: one process appends a whole line for every row that ends, and forces
 it to the disk; of two lines with one id the later holds. When all rows have ended it is replaced by one line per row in
@@ -58,7 +58,7 @@ class Results:
         by_id: row id -> the latest line, as a dictionary.
 
     Raises:
-        UsageError: when the folder is a file, another batch is at work in it, or it holds files of somebody else.
+        UsageError: when the folder is a file, another batch is at work in it, or it holds files of another origin.
         BadInput: when its `results.jsonl` is not one of a batch.
     """
 
@@ -163,11 +163,11 @@ def _check_results(path: Path) -> None:
     with path.open("rb") as file:
         first = file.readline()
     if first.endswith(b"\n") and entry_of(first, _KEYS) is None:
-        raise BadInput(f"{str(path)!r}, line 1: this is no result of a batch; choose another --out")
+        raise BadInput(f"{str(path)!r}, line 1: this is not a result of a batch; choose another --out")
 
 
 def _move(workplace: Path, final: Path) -> None:
-    """Moves a workplace, or where files of somebody else stayed in the row's folder, what is in it."""
+    """Moves a workplace, or where other files stayed in the row's folder, what is in it."""
     if not final.exists():
         workplace.rename(final)
         return

@@ -53,7 +53,7 @@ def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
             for event in run_instruction(row.text, row.options, cache):
                 record.on_event(event)
         page = record.write(folder) if record.saw_something else None
-    except Exception as error:  # the other rows go on, whatever it is
+    except Exception as error:  # the other rows continue, whatever it is
         code = exit_code_of(error)
         if code is not None:
             return failed(row, code, _REPORT, one_sentence(error))

@@ -1,4 +1,4 @@
-"""The rows of a batch file, read and checked; a row that is wrong is told in its place, and the rest goes on.
+"""Reads and checks the rows of a batch file; a row that is wrong becomes a `BadRow`, and the others are carried out.
 
 A file is JSON lines when its name ends in .jsonl or .ndjson, plain text when it ends in .txt, and otherwise what its
 first character that is no space says: "{" begins JSON lines. In both, blank lines are left out.
@@ -146,7 +146,7 @@ def _accepted(name: str, value: Any, folder: Path, flags: bool) -> Any:
     place = "--" + name.replace("_", "-") if flags else name
     if type(value) is not setting.kind:
         shown = "this" if name == "llm_url" else _json_excerpt(value)
-        raise BadInput(f"{place} must be {_KIND[setting.kind]}, and {shown} is none")
+        raise BadInput(f"{place} must be {_KIND[setting.kind]}, got {shown}")
     try:
         accepted = setting.accept(value, folder)
     except (ValueError, OSError):
@@ -190,7 +190,7 @@ class _Reader:
             if "text" not in keys:
                 raise BadInput('the key "text" is missing: it holds the instruction')
             if text is None:
-                raise BadInput(f"text must be a text, and {_json_excerpt(keys['text'])} is none")
+                raise BadInput(f"text must be a string, got {_json_excerpt(keys['text'])}")
             del keys["text"]
             yield self._checked(line, own, text, keys)
         except UnicodeDecodeError as error:
@@ -236,13 +236,13 @@ def _object(line: str) -> dict[str, Any]:
         value = json.loads(line, object_pairs_hook=once)
         json.dumps(value, ensure_ascii=False).encode()
     except json.JSONDecodeError as error:
-        raise BadInput(f"this is no JSON: {error.msg} at place {error.colno}") from None
+        raise BadInput(f"this is not JSON: {error.msg} at place {error.colno}") from None
     except UnicodeEncodeError:
         raise BadInput("this is no text: it has one half of a surrogate pair without the other") from None
     except (ValueError, RecursionError) as error:  # a number of thousands of digits; brackets in thousands of brackets
-        raise BadInput(f"this is no JSON that can be read: {error}") from None
+        raise BadInput(f"this is not JSON that can be read: {error}") from None
     if not isinstance(value, dict):
-        raise BadInput(f'a row must be an object such as {{"text": "make a line"}}, and {_json_excerpt(value)} is none')
+        raise BadInput(f'a row must be an object such as {{"text": "make a line"}}, got {_json_excerpt(value)}')
     return value
 
 

@@ -23,7 +23,7 @@ OUTCOMES = {
     NOT_BUILDABLE: "not understood or not buildable",
 }  # but for the first, the most serious first
 _FAILURES_SHOWN = 20  # failures in the table; all are in the results
-_NARROWEST = 20  # characters of a message that are told on any terminal
+_NARROWEST = 20  # characters of a message that any terminal shows
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""Who carries rows out: processes of this machine, or workers of a Ray cluster. Each loads what rows share once.
+"""Carries rows out in processes of this machine, or by workers of a Ray cluster. Each loads what rows share once.
 
-A worker that dies takes its row along, which is told as failed, and another takes its place.
+When a worker dies, its row counts as failed, and another worker takes its place.
 """
 
 from __future__ import annotations

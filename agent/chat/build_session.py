@@ -74,7 +74,7 @@ class BuildSession(TableSession):
         self.send(proposal.chosen)
 
     def again(self) -> bool:
-        """Imagines anew, from the next seed; as `say`."""
+        """Propose other arrangements, from the next seed; returns as `say`."""
         if self.situation.goal is None:
             raise UsageError("nothing was asked for yet")
         self.options = replace(self.options, seed=self.options.seed + 1)

@@ -93,7 +93,7 @@ class CommandRunner:
                 {"/undo": talk.undo, "/redo": talk.redo, "/back": talk.put_back, "/reset": talk.reset}[name]()
                 screen.scene(talk.look().to_dict())
                 proposal = talk.situation.proposal
-                if proposal is not None:  # shown again, not told: nothing new was imagined
+                if proposal is not None:  # shown again, not sent: nothing new was proposed
                     screen.on_event(proposal.imagined)
                     screen.on_event(proposal.chosen)
             case "/parser":
@@ -148,7 +148,7 @@ class CommandRunner:
         if held is not None:
             raise UsageError(f"the arm holds {held}; undo, or say what to build, before you save")
         self._conversation.save(self._file("/save", path, SUFFIXES))
-        self._screen.note(f"saved {path}; structagent chat --scene {shlex.quote(str(path))} goes on with it")
+        self._screen.note(f"saved {path}; structagent chat --scene {shlex.quote(str(path))} continues with it")
 
     def _file(self, command: str, path: Path, suffixes: Sequence[str]) -> Path:
         """The path, where it may be written to: a file that is there must be asked for twice."""
@@ -173,5 +173,5 @@ class CommandRunner:
 
 
 def _path(text: str) -> Path:
-    """What somebody types as a file, who is used to a shell."""
+    """Return a path as it was typed, with the home folder for ~."""
     return Path(text).expanduser() if text.startswith("~/") else Path(text)

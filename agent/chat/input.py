@@ -19,7 +19,7 @@ class Lines(Protocol):
     """Whatever gives one line after another.
 
     Attributes:
-        typed: whether somebody types them.
+        typed: whether a user types them.
     """
 
     typed: bool
@@ -28,7 +28,7 @@ class Lines(Protocol):
         """Return the next line; `None` after the last.
 
         Raises:
-            KeyboardInterrupt: when somebody interrupts it.
+            KeyboardInterrupt: when it is interrupted.
         """
 
 
@@ -38,7 +38,7 @@ class PlainLines:
     Args:
         file: to read from.
         show: writes text, and nothing after it.
-        typed: whether somebody types at a terminal, which shows what is typed; else each line is shown behind its
+        typed: whether a user types at a terminal, which shows what is typed; else each line is shown behind its
             prompt, so that the output reads as a conversation.
     """
 

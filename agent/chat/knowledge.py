@@ -26,7 +26,7 @@ class Knowledge:
     Attributes:
         seen: the table as it is now.
         situation: where the conversation stands.
-        question: what the agent has asked and nobody has answered, or `None`.
+        question: what the agent has asked and is not answered yet, or `None`.
         example: finds an instruction that suits the table, if there is one.
         held: the name of what is in the hand, or `None`.
         fallen: the names of the objects that fell off the table.

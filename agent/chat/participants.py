@@ -1,4 +1,4 @@
-"""Who takes part after what was said: objects come, go, or are exchanged for others."""
+"""Which objects take part after what was said: some are added, removed or exchanged for others."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class UnclearObjectError(NotBuildable):
 
 @dataclass(frozen=True)
 class Participants:
-    """Who takes part.
+    """The objects that take part.
 
     Attributes:
         names: of the objects that do.
@@ -175,7 +175,7 @@ class _Choice:
         everything = (*names, *gone)
         try:
             selection = self._selection(text, everything) if gone else None
-        except (SelectionError, UnclearObjectError):  # told of what can take part
+        except (SelectionError, UnclearObjectError):  # this is reported for the objects that can take part
             return
         if selection is None:
             return

@@ -33,13 +33,13 @@ def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, ye
     Args:
         options: as of a run.
         console: where the chat is shown.
-        session: the file that keeps it; one that is there is gone on with.
+        session: the file that keeps it; one that exists is continued.
         lines: what is typed; a prompt is shown where it is a terminal, as `console` must be then.
         yes: build without asking.
 
     Returns:
         The exit code: 0, or that of the worst that happened: a file could not be written, or the program itself was at
-        fault. Each was told when it happened, and the chat went on.
+        fault. Each was shown when it happened, and the chat continued.
     """
     cache = ResourceCache()
     screen = ChatScreen(console)
@@ -60,7 +60,7 @@ def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, ye
 def _join(preloading: Thread) -> None:
     """Waits until everything is loaded: a process that ends while a library is being loaded dies of it."""
     while preloading.is_alive():
-        with suppress(KeyboardInterrupt):  # somebody who is in a hurry presses it more than once
+        with suppress(KeyboardInterrupt):  # users in a hurry press it more than once
             preloading.join()
 
 
@@ -83,7 +83,7 @@ def _without_control_echo(lines: TextIO) -> Iterator[None]:
 
 
 def _preload(cache: ResourceCache, options: RunOptions) -> None:
-    """Loads the models; what goes wrong comes up again, and is told, where they are needed."""
+    """Load the models; an error here comes up again, and is shown, where they are needed."""
     import torch
 
     from agent.errors import exit_code_of

@@ -40,7 +40,7 @@ class Proposal:
 
     @property
     def chosen(self) -> events.Chosen:
-        """The choice, as it is told."""
+        """The event of the choice."""
         return chosen_event(self.rank, self.imagined.arrangements[self.rank - 1], self.scene)
 
     @property
@@ -146,7 +146,7 @@ def completed(said: StructureSpec, before: StructureSpec) -> StructureSpec:
 
 
 def with_a_shape(revision: Revision, last: StructureSpec) -> Revision:
-    """Return the revision, with a question where nobody has said yet what is to be built, or anything at all.
+    """Return the revision, with a question where it was not said yet what is to be built, or anything at all.
 
     Args:
         revision: what was said.

@@ -32,7 +32,7 @@ class TableSession:
         listeners: get every event.
 
     Attributes:
-        options: as given; the seed, the parser and the viewpoint can be changed as the conversation goes on.
+        options: as given; the seed, the parser and the viewpoint can be changed during the conversation.
         listeners: as given.
         source, table: where the table comes from, and it.
         situation: where the conversation stands.
@@ -139,7 +139,7 @@ class TableSession:
 
     def stop(self) -> None:
         """Drops the question or the proposal that stands, and says so; the goal stays."""
-        said = "nothing is going on: there is no proposal and no question"
+        said = "there is nothing to stop: there is no proposal and no question"
         if self.question is not None:
             said = "the question is dropped; nothing was moved"
         elif self.situation.proposal is not None:
@@ -169,7 +169,7 @@ class TableSession:
         return suggestion(self.table, self.table.look())
 
     def look(self) -> events.Perceived:
-        """Return the table as it is now; told to nobody."""
+        """Look at the table as it is now; no event is sent."""
         began = time.perf_counter()
         scene = self.table.look()
         return perceived_event(scene, time.perf_counter() - began, self.table)

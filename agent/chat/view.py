@@ -35,7 +35,7 @@ _AT_WORK = "the arm is at work; Ctrl-C stops it"
 
 
 class ChatScreen:
-    """Shows events as they are told.
+    """Shows events as they happen.
 
     Args:
         console: where to show them.
@@ -53,10 +53,10 @@ class ChatScreen:
         self._scene: Mapping[str, Any] | None = None
         self._imagined: Mapping[str, Any] | None = None
         self._rank = 1
-        self._unplanned: list[int] = []  # ranks without a plan, the first of which was told
-        self._failed_check = False  # was told last
+        self._unplanned: list[int] = []  # ranks without a plan, the first of which was shown
+        self._failed_check = False  # whether the last event was one
         self._named: Sequence[str] = ()  # the objects of the last reading
-        self._hinted = False  # that more candidates can be shown, to somebody who types
+        self._hinted = False  # that more candidates can be shown, to a user who types
 
     def on_event(self, event: Event) -> None:
         """Show one event."""

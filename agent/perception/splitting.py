@@ -28,7 +28,7 @@ _CONVEX = 0.9  # of each thing's hull it fills itself, seen from above; what has
 
 
 def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.ndarray, reach: float) -> np.ndarray:
-    """Parts counted anew, those split that are several things.
+    """Number the parts again, with those split that are several things.
 
     Args:
         part: (V,) the part of each voxel, -1 for none.

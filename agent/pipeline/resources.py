@@ -78,7 +78,7 @@ class ResourceCache:
             self.planner(model, weights, allow_unverified)
 
     def source(self, scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
-        """Return a scene source, as `agent.scenes.sources.scene_source`; files are read anew, because they can be
+        """Return a scene source, as `agent.scenes.sources.scene_source`; files are read again, because they can be
         edited."""
         from agent.scenes.sources import SIMULATED, scene_source
 

@@ -1,7 +1,7 @@
 """From an instruction to a structure, as a stream of events: read, look, imagine, choose, build, check.
 
 Every known error ends the stream with `Failed` and the exit code that says whose error it was; what listeners do with
-the events is their own affair.
+the events is not known here.
 """
 
 from __future__ import annotations
@@ -74,7 +74,8 @@ def run_instruction(
         options: everything else.
         cache: shares models and libraries with other runs; by default this run loads its own.
         on_step: called after every physics step while the arm is at work.
-        trajectories: files for what the arm was told to do, as `agent.recordings.trajectory_export.write_trajectory` takes them.
+        trajectories: files for the motions that the arm was commanded, as
+            `agent.recordings.trajectory_export.write_trajectory` takes them.
     """
     started = time.perf_counter()
     run = _Run(text, options, cache or ResourceCache(), on_step, trajectories)
@@ -186,7 +187,7 @@ class _Run:
 
         for path in self.trajectories:
             if log is not None and write_trajectory(log, path, table.prefix, table.arm.kinematics.model):
-                yield events.Noted(f"what the arm was told to do is in {path}")
+                yield events.Noted(f"the commands of the arm are in {path}")
 
     def _checked_late(self, building: Iterator[Event]) -> Iterator[Event]:
         """The build, whose last picture begins the step in which it is judged."""
@@ -199,7 +200,7 @@ class _Run:
 def make_goal(spec: StructureSpec, encoder: SentenceEncoder) -> Goal:
     """Make the goal of a planner from slots, with a sentence in the words that sentence models were trained on.
 
-    People say the same in ways that move its embedding far: told "facing me", such a model left no ring open.
+    People say the same in ways that move its embedding far: after "facing me" such a model left no ring open.
 
     Args:
         spec: the slots, in the world's frame.

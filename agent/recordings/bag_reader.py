@@ -2,7 +2,7 @@
 
 Whatever a damaged file does to the library that reads it ends here, in one sentence. Messages are decoded by the
 definitions that ROS itself publishes and never by those in the bag: the types that are used have not changed in any
-release, and what comes with a file from somebody else should not become code.
+release, and what comes with a foreign file should not become code.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class Bag:
         )
         if not any(stream.count for stream in self.streams):
             raise BadInput(f"{str(path)!r} holds no messages")
-        with _as_bad_input(f"cannot tell when {str(path)!r} was recorded"):
+        with _as_bad_input(f"cannot find out when {str(path)!r} was recorded"):
             self.start, self.end = int(reader.start_time), int(reader.end_time) - 1
         self._types = _known_types(ros1=isinstance(reader, Reader1))
 

@@ -53,9 +53,9 @@ def check_new(path: Path, force: bool = False) -> None:
     if not os.path.lexists(path):
         return
     if path.is_dir() and (path.suffix or not _is_bag_folder(path)):
-        raise UsageError(f"--out must be a new bag, and {str(path)!r} is a folder that is none")
+        raise UsageError(f"--out must be a new bag, but {str(path)!r} is a folder and not a bag")
     if path.is_file() and not path.suffix:
-        raise UsageError(f"--out must be a new bag, and {str(path)!r} is a file that is none")
+        raise UsageError(f"--out must be a new bag, but {str(path)!r} is a file and not a bag")
     if not force:
         raise UsageError(f"--out must be a new bag, and {str(path)!r} is there; --force overwrites it")
 
@@ -125,7 +125,7 @@ class BagWriter:
 
     def _put(self) -> None:
         """Puts the finished bag where it belongs."""
-        check_new(self._path, self._force)  # somebody else may have written there meanwhile
+        check_new(self._path, self._force)  # another program may have written there meanwhile
         finished = self._unfinished
         if finished.is_dir() and self._path.suffix:
             (finished,) = finished.glob("*.mcap")
@@ -159,7 +159,7 @@ class BagWriter:
             topic: where it was heard; all messages of a topic are of one type.
             message: what `message` made; its header counts up by topic.
             seconds: since `START`, when it was heard.
-            latched: whether whoever listens later hears the topic's last message.
+            latched: whether later subscribers get the topic's last message.
         """
         kind = message.__msgtype__
         connection, known, count = self._topics.get(topic) or (self._connect(topic, kind, latched), kind, 0)

@@ -26,7 +26,7 @@ _METRES_A_UNIT = ("depth_scale", "depth_units", "depth_unit", "depth_factor", "f
 
 @dataclass(frozen=True)
 class Lens:
-    """A pinhole lens as a file tells it.
+    """A pinhole lens as a file describes it.
 
     Attributes:
         intrinsics: (3, 3), pixels.

@@ -127,7 +127,7 @@ _CURRENT: ContextVar[Unpacking | None] = ContextVar("unpacking", default=None)
 
 
 def _current() -> Unpacking:
-    """What counts at present; for somebody who uses the library itself, a count of its own."""
+    """What counts at present; where the library is used directly, a count of its own."""
     return _CURRENT.get() or Unpacking(None)
 
 

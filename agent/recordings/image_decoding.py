@@ -166,7 +166,7 @@ def _unpacked(data: bytes) -> Any:
 
 
 def _read(data: bytes) -> Any:
-    """The picture in `data` as far as its header tells."""
+    """The size and format of the picture in `data` by its header."""
     from PIL import Image
 
     try:

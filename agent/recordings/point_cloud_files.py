@@ -92,7 +92,7 @@ def _read(path: Path, count: int) -> tuple[np.ndarray, np.ndarray | None]:
     """Points (P, 3) float32 and colours (P, 3) uint8 of a file whose header has been checked."""
     import open3d
 
-    # The library says what is wrong only where nobody listens, and gives what it has.
+    # The library reports errors only in its log, and gives what it has.
     with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
         try:
             cloud = open3d.t.io.read_point_cloud(str(path))

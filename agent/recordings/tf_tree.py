@@ -72,7 +72,7 @@ class Frames:
             self.spoilt.append(sentence)
 
     def _nearer(self, new: int, old: int) -> bool:
-        """Whether a transform of time `new` tells the moment better than one of `old`."""
+        """Whether a transform of time `new` fits the moment better than one of `old`."""
         if new <= self.moment:
             return old > self.moment or new >= old
         return self.moment < new < old
@@ -146,7 +146,7 @@ def transform_streams(bag: Bag) -> list[Stream]:
 
 
 def is_static(stream: Stream) -> bool:
-    """Return whether what the stream tells holds always."""
+    """Return whether the transforms of the stream are static."""
     return stream.topic.endswith("tf_static")
 
 
@@ -206,7 +206,7 @@ def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarr
     """
     notes = list(frames.spoilt)
     if not frames.transforms:
-        return None, [*notes, "the recording has no usable tf: it does not tell where the camera stood"]
+        return None, [*notes, "the recording has no usable tf: it does not say where the camera stood"]
     if camera not in frames.names:
         return None, [*notes, f"tf does not know the camera's frame {camera!r}; it knows {_some(frames.names)}"]
     base = base_frame(frames, prefix)
@@ -216,7 +216,7 @@ def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarr
     for name in (camera, base):
         if loop := frames.loop(name):
             raise TransformLoop(
-                f"tf runs in a loop ({_in_turn(loop)}), so it does not tell where the camera stood; "
+                f"tf runs in a loop ({_in_turn(loop)}), so it does not say where the camera stood; "
                 "--camera-pose X,Y,Z,ROLL,PITCH,YAW does"
             )
     path = frames.path(base, camera)

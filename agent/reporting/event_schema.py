@@ -1,6 +1,6 @@
-"""Whether a JSON object is an event as `to_dict` tells it, judged by the fields of the events themselves.
+"""Checks that a JSON object is the payload of an event, by the fields of the events themselves.
 
-Whoever tells events again may then rely on every key, type and count.
+Listeners may then rely on every key, type and count.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The words and numbers in which a run is told, shared by the terminal and the page."""
+"""Events in words and numbers, shared by the terminal and the page."""
 
 from __future__ import annotations
 

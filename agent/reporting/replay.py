@@ -1,4 +1,4 @@
-"""A session file once more: its turns on a page, its events to whoever tells them."""
+"""What can be made of a session file: a page of its turns, and its events sent to a listener again."""
 
 from __future__ import annotations
 

@@ -35,10 +35,10 @@ class SessionWriter:
     """Writes a session; use it in a `with` block.
 
     Args:
-        path: the file; one that is there already is gone on with.
+        path: the file; one that exists is continued.
         options: of the command, for the first line.
-        anew: replace a file that is there already.
-        from_kind: write nothing before an event of this kind was told, and then all that was told before it too.
+        replace: replace a file that exists.
+        from_kind: write nothing before an event of this kind comes, and then everything before it too.
         owner: the kind of command whose output the file's folder is marked as (`agent.runtime.output_ownership`); `None` for no mark.
 
     Raises:
@@ -191,6 +191,6 @@ def _is_torn(path: Path) -> bool:
     with path.open("rb") as file:
         first = file.readline()
         if first and not is_start(decode_line(first)):
-            raise UsageError(f"{str(path)!r} is there already, and is no session that could be gone on with")
+            raise UsageError(f"{str(path)!r} is there already, and is not a session, so it cannot be continued")
         file.seek(max(file.seek(0, 2) - 1, 0))
         return file.read(1) not in (b"", b"\n")

@@ -20,7 +20,7 @@ class SessionLine:
     """One line of a session: an event or a picture.
 
     Attributes:
-        seconds: since the session began; where it was gone on with, since then, on top of what had passed before.
+        seconds: since the session began; where it was continued, since then, on top of what had passed before.
         event: the event's JSON form, or `None`.
         picture: or `None`.
     """
@@ -65,7 +65,7 @@ def read_session(path: Path) -> Session:
     texts = content.split(b"\n")
     entries = [(number, decode_line(text)) for number, text in enumerate(texts, start=1) if text.strip()]
     if not entries or not is_start(entries[0][1]):
-        raise BadInput(f"{str(path)!r} is no session of structagent: its first line does not say so")
+        raise BadInput(f"{str(path)!r} is not a session of structagent: its first line does not say so")
     first: Mapping[str, Any] = entries[0][1]
     return Session(
         str(first["version"]), first["started"], str(first["machine"]), first["options"], tuple(_lines(path, entries))
@@ -86,7 +86,7 @@ def _lines(path: Path, entries: list[tuple[int, Any]]) -> Iterator[SessionLine]:
             before = latest
         elif entry is None:
             if place + 1 < len(entries) and not is_start(entries[place + 1][1]):
-                raise BadInput(f"{where} is no JSON")
+                raise BadInput(f"{where} is not JSON")
         else:
             line = _session_line(entry, where, version)
             latest = before + line.seconds

@@ -1,4 +1,4 @@
-"""The events, told in the terminal as they happen; plain text where there is no terminal."""
+"""Prints events in the terminal as they happen; plain text where there is no terminal."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _CANDIDATES_SHOWN = 5
 
 
 class TerminalReport:
-    """Listens to the events of one run, or of several, and tells them, one step after another.
+    """Prints the events of one run, or of several, one step after another.
 
     Args:
-        console: where to tell; rich leaves colours out where it is no terminal.
+        console: where to print; rich leaves colours out where it is no terminal.
     """
 
     def __init__(self, console: Console) -> None:

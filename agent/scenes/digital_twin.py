@@ -48,7 +48,7 @@ class RecordedObject:
     """One object of a recording and its body in the twin.
 
     Attributes:
-        name: "object 3", or "mug 3" where somebody said what it is.
+        name: "object 3", or "mug 3" where the user said what it is.
         display_name: what an instruction can call it: "mug 3, red, tall".
         attributes: its colour and size, as far as they were seen.
         cloud: what was seen of it.

@@ -62,7 +62,7 @@ def record_session(
     Args:
         table: the table, with the arm beside it.
         out: the new bag, as `BagWriter` takes it.
-        noise: draws the depth sensor's noise, anew for each picture.
+        noise: draws the depth sensor's noise, again for each picture.
         seconds: how long the session lasts; everything is there at its beginning.
         rate: pictures a second.
         force: overwrite a bag that is there.
@@ -106,7 +106,7 @@ def ros_intrinsics(camera: DepthCamera) -> np.ndarray:
 
 
 def _mounted(base_from_optical: np.ndarray) -> dict[tuple[str, str], np.ndarray]:
-    """The camera's frames, and where somebody has measured that it stands before the arm."""
+    """The camera's frames, and the measured pose of the camera relative to the arm."""
     body_from_optical = _BODY_FROM_COLOR @ _COLOR_FROM_OPTICAL
     return {
         ("world", "camera_link"): base_from_optical @ np.linalg.inv(body_from_optical),

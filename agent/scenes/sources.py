@@ -50,7 +50,7 @@ class SceneSource(Protocol):
         """
 
     def set_out(self, seed: int) -> TableScene:
-        """Return a table to talk about, on which everything takes part until somebody says otherwise; close it."""
+        """Return a table to talk about, on which everything takes part until the user says otherwise; close it."""
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """Return the table as it stands now, as the lines of a scene file in `folder`."""
@@ -96,7 +96,7 @@ def _has_much_to_read(folder: Path) -> bool:
 
 
 class DrawnSource:
-    """Scenes drawn from a library so that the goal can come true."""
+    """Scenes drawn from a library so that the goal can be built."""
 
     catalogue = True
     hint = ""

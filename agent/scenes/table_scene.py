@@ -28,7 +28,7 @@ from structdiffusion.simulation.world import FALLEN, TabletopWorld, unique_names
 SHOULDER = "shoulder"  # the view in which the arm is seen at work
 MOVED = 0.002  # m, and of a rotation's entries: less is how things settle while others are moved
 _LEAST_STEP = 0.003  # m: what was lifted by less still stands on the table
-_STILL_STANDS = math.radians(10.0)  # what was tilted by more is looked at anew: another side of it is up
+_STILL_STANDS = math.radians(10.0)  # what was tilted by more is looked at again: another side of it is up
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class TableScene:
 
         What was seen before and only moved since, upright, keeps the cloud of its first look: from a tower the camera
         sees little but the top. Where it is now is taken from the simulation's poses, as when the arm builds: this
-        stands in for tracking. What has fallen over is looked at anew, what has fallen off is left out.
+        stands in for tracking. What has fallen over is looked at again, what has fallen off is left out.
 
         Raises:
             ObservationError: when the camera cannot see an object that takes part and was not seen before.

@@ -55,7 +55,7 @@ def test_what_is_added_after_a_torn_line_stands_on_its_own(tmp_path):
 @pytest.mark.parametrize("content", ['{"id": "b"}\n{"id": "c"}\n', "some notes\nof mine\n"])
 def test_a_file_of_somebody_else_is_left_alone(tmp_path, content):
     (tmp_path / RESULTS).write_text(content)
-    with pytest.raises(BadInput, match="line 1: this is no result of a batch"):
+    with pytest.raises(BadInput, match="line 1: this is not a result of a batch"):
         Results(tmp_path)
     assert (tmp_path / RESULTS).read_text() == content
 

@@ -86,7 +86,7 @@ def test_a_torn_session_is_gone_on_with(told, path):
 def test_other_files_are_not_written_into(tmp_path):
     notes = tmp_path / "notes.txt"
     notes.write_text("mine")
-    with pytest.raises(UsageError, match="notes.txt.*no session"):
+    with pytest.raises(UsageError, match="notes.txt.*not a session"):
         SessionWriter(notes, {})
     assert notes.read_text() == "mine"
     with pytest.raises(UsageError, match="cannot write the session"):
@@ -139,12 +139,12 @@ def test_addresses_are_shown_without_what_is_secret(address, shown):
 @pytest.mark.parametrize(
     ("number", "line", "parts"),
     [
-        (1, "no JSON", ("no session",)),
-        (1, '{"seconds": 0}', ("no session",)),
+        (1, "no JSON", ("not a session",)),
+        (1, '{"seconds": 0}', ("not a session",)),
         (1, None, ("schema version 99", *map(str, READABLE_VERSIONS))),
-        (3, "{", ("line 3", "no JSON")),
+        (3, "{", ("line 3", "not JSON")),
         (3, "\xff", ("line 3",)),
-        (3, "[" * 100_000, ("line 3", "no JSON")),
+        (3, "[" * 100_000, ("line 3", "not JSON")),
         (3, "[1, 2]", ("line 3", "seconds")),
         (3, '{"seconds": -1, "event": {"kind": "noted", "message": ""}}', ("line 3", "seconds")),
         (3, '{"seconds": 1}', ("line 3", "event", "picture")),
@@ -169,7 +169,7 @@ def test_no_file_and_empty_file_are_bad_input(tmp_path):
     with pytest.raises(BadInput, match="nowhere.jsonl.*No such file"):
         read_session(tmp_path / "nowhere.jsonl")
     (tmp_path / "empty.jsonl").write_text("\n")
-    with pytest.raises(BadInput, match="no session"):
+    with pytest.raises(BadInput, match="not a session"):
         read_session(tmp_path / "empty.jsonl")
 
 
