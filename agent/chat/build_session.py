@@ -93,7 +93,7 @@ class BuildSession(TableSession):
         last = self.situation.builds[-1] if self.situation.builds else None
         stands = last is not None and not last.trouble and last.moved
         if stands and (last.goal, last.objects) == (self.situation.goal, self.situation.objects):
-            raise UsageError("it stands as it was asked for; say what to change, or what to build next")
+            raise UsageError("it already stands as asked; say what to change, or what to build next")
         self._turn.begin()
         with self._turn.part("scene"):
             self._propose(replace(self.situation, poses=self.table.poses()))

@@ -180,7 +180,7 @@ class Chat:
             if self._conversation.answer(options.get(said)):
                 self._proposed()
         elif said.isdecimal() or said in _YES:
-            raise UsageError(f"{line!r} is no answer; legal: 1 to {len(question.options)}, or say it differently")
+            raise UsageError(f"{line!r} is not an answer; legal: 1 to {len(question.options)}, or say it differently")
         else:
             self._screen.busy("reading")
             if not self._replied(line) and self._conversation.answer_in_words(line):

@@ -176,7 +176,7 @@ def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
         return _opened_folder(path)
     if path.suffix not in SUFFIXES:
         raise BadInput(
-            f"{str(path)!r} is no bag: legal are {', '.join(SUFFIXES)}, and the folder of a ROS 2 bag; "
+            f"{str(path)!r} is not a bag: legal are {', '.join(SUFFIXES)}, and the folder of a ROS 2 bag; "
             "`bag objects` and --scene take clouds (.ply, .pcd) and folders of pictures too"
         )
     if path.stat().st_size == 0:
@@ -187,7 +187,7 @@ def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
             header = file.read(100)
         begins = header[: len(beginning)]
         if begins != beginning:
-            raise BadInput(f"{str(path)!r} is no {kind}: it begins with {begins!r}, and one begins with {beginning!r}")
+            raise BadInput(f"{str(path)!r} is not a {kind}: it begins with {begins!r}, where a {kind} begins with {beginning!r}")
         reader = Reader1(path) if path.suffix == ".bag" else Reader2(path)
         reader.open()
     return reader, _cut_note(path, header) if path.suffix == ".db3" else []

@@ -87,7 +87,7 @@ def compressed_depth(message: Any) -> np.ndarray:
     if not data.startswith(_PNG):
         header = struct.calcsize(_QUANTISED)
         if data[header : header + len(_PNG)] != _PNG:
-            raise BadInput(f"a compressed depth picture of format {message.format!r} holds no PNG, which alone is read")
+            raise BadInput(f"a compressed depth picture of format {message.format!r} does not hold a PNG, and only PNG is read")
         _, a, b = struct.unpack(_QUANTISED, data[:header])
         data = data[header:]
     picture = _unpacked(data)

@@ -42,7 +42,7 @@ def complaint(payload: object) -> str | None:
         return 'an event must be an object with a "kind"'
     event = event_classes().get(payload["kind"])
     if event is None:
-        return f"{payload['kind']!r} is no event; there are {', '.join(sorted(event_classes()))}"
+        return f"{payload['kind']!r} is not an event; there are {', '.join(sorted(event_classes()))}"
     return _misfit(payload, event, payload["kind"])
 
 

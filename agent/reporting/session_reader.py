@@ -114,9 +114,9 @@ def _session_line(entry: Any, where: str, version: int) -> SessionLine:
     if not isinstance(picture, dict) or not all(isinstance(picture.get(key), str) for key in keys):
         raise BadInput(f'{where} must have an "event", or a "picture" with the strings {", ".join(keys)}')
     if picture["format"] != FORMAT:
-        raise BadInput(f"{where}: a picture's format cannot be {picture['format']!r}; legal: {FORMAT}")
+        raise BadInput(f"{where}: the format of a picture cannot be {picture['format']!r}; legal: {FORMAT}")
     try:
         data = base64.b64decode(picture["data"], validate=True)
     except (binascii.Error, ValueError) as error:
-        raise BadInput(f"{where}: the picture's data is no base64") from error
+        raise BadInput(f"{where}: the picture's data is not base64") from error
     return SessionLine(seconds, picture=Picture(picture["name"], picture["caption"], data))

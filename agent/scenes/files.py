@@ -100,7 +100,7 @@ def read_text(path: Path) -> str:
         BadInput: when there is no such file, or it is no text.
     """
     if not path.is_file():
-        raise BadInput(f"there is no scene file {str(path)!r}; structagent scene new --out {path} makes one")
+        raise BadInput(f"there is no scene file {str(path)!r}; structagent scene new --out {path} creates one")
     if (size := path.stat().st_size) > SCENE_BYTES:
         raise BadInput(f"the scene file {str(path)!r} has {size} bytes; at most {SCENE_BYTES} are read")
     content = path.read_bytes()
@@ -108,7 +108,7 @@ def read_text(path: Path) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        raise SceneFileError(path, [Problem(line, f"byte {content[error.start]:#04x} is no UTF-8 text")]) from error
+        raise SceneFileError(path, [Problem(line, f"byte {content[error.start]:#04x} is not UTF-8 text")]) from error
 
 
 def parse_scene(text: str) -> tuple[tuple[PlacedObject, ...], list[Problem]]:

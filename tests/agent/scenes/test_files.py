@@ -94,7 +94,7 @@ def test_a_file_that_is_no_text(scene, tmp_path):
     path = tmp_path / "scene.yaml"
     path.write_bytes(b"version: 1\n\xff\n")
     code, said, _ = scene("validate", path)
-    assert code == 6 and said == f"{path}:2: byte 0xff is no UTF-8 text\n"
+    assert code == 6 and said == f"{path}:2: byte 0xff is not UTF-8 text\n"
 
 
 def test_meshes_that_are_not_there_or_not_clear(tmp_path):
