@@ -139,13 +139,13 @@ class _Builder:
     # --- beginning and being stopped ---------------------------------------------------------
 
     def begin(self) -> None:
-        """Folds the arm where it stands elsewhere: an earlier build was cut short, or it was recorded so."""
+        """Fold the arm where it stands elsewhere: an earlier build was cut short, or it was recorded so."""
         if not is_folded(self.arm):
             self.search.set_out(self.start_clouds, self.distractors, self.start_bottoms)
             leave_start(self.driver, self.search.scene)
 
     def stop(self) -> Stopped:
-        """Stops the arm, sets down what is in the hand, and folds; stopped once more, it stays where it is."""
+        """Stop the arm, set down what is in the hand, and fold; stopped once more, the arm stays where it is."""
         index = None if self.driver.holds is None else self.world.bodies.index(self.driver.holds)
         name = "" if index is None else self.scene.objects[index].name
         set_down = False

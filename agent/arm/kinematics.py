@@ -217,7 +217,7 @@ class JacoArm:
             pybullet.setCollisionFilterPair(table, self.body, -1, link, 0, physicsClientId=self.client)
 
     def fold_at_once(self) -> None:
-        """Puts the arm into its waiting pose, at rest, the hand open."""
+        """Put the arm into its waiting pose, at rest, the hand open."""
         self.teleport(self.kinematics.folded, [FINGER_OPEN] * 3)
 
     def teleport(self, q: np.ndarray, fingers: Sequence[float] | None = None) -> None:
@@ -234,7 +234,7 @@ class JacoArm:
             self.command_fingers(fingers)
 
     def drop(self) -> None:
-        """Ends the weld at once; whatever it held falls."""
+        """End the weld at once; whatever it held falls."""
         if self.weld is not None:
             pybullet.removeConstraint(self.weld[0], physicsClientId=self.client)
             self.weld = None

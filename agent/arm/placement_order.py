@@ -84,7 +84,7 @@ def asides(
     table: Table,
     rng: np.random.Generator,
 ) -> list[tuple[int, np.ndarray, bool]]:
-    """Steps that would each move one blocking object to a free place on the table.
+    """Return steps that would each move one blocking object to a free place on the table.
 
     Args:
         waiting: the objects that still have to be placed.

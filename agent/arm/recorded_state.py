@@ -73,7 +73,7 @@ def _within(name: str, angle: float, lower: float, upper: float, notes: list[str
 
 
 def stand(arm: JacoArm, state: ArmState) -> tuple[str, ...]:
-    """Puts the arm where it was recorded, at rest; what was assumed or mended, a sentence each.
+    """Put the arm where it was recorded, at rest; what was assumed or mended, a sentence each.
 
     Raises:
         BadInput: as `standing`.

@@ -1,4 +1,4 @@
-"""One row of a batch: carried out, its report written, and what became of it as a line of `results.jsonl`.
+"""Carries out one row of a batch, writes its report, and makes its line of `results.jsonl`.
 
 | key | value |
 |---|---|
@@ -36,7 +36,7 @@ _REPORT = "report"  # the step at which it could not be written
 
 
 def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
-    """Carries a row out.
+    """Carry out a row.
 
     Args:
         row: what to do.
@@ -83,7 +83,7 @@ def lost(row: Row, reason: str) -> dict[str, Any]:
 
 
 def failed(row: Row, exit_code: int, step: str, message: str) -> dict[str, Any]:
-    """Return the result of a row of which nothing is left but how it failed."""
+    """Return the result of a row that failed without a report."""
     return _of(row) | _failure(exit_code, step, message)
 
 

@@ -1,4 +1,4 @@
-"""A batch from its file to its folder: what is there already is kept, the rest is carried out and kept as it ends."""
+"""Carries out a batch: results that are there are kept, the other rows are carried out and kept as they end."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def run_batch(
     retry: bool = False,
     force: bool = False,
 ) -> Summary:
-    """Carries out every row of a file whose outcome is not known yet.
+    """Carry out every row of a file whose outcome is not known yet.
 
     Known is that of rows that succeeded, and of rows that failed and would fail in the same way again. What was lost
     to a worker that died, or to an interruption, is not.
@@ -120,12 +120,12 @@ class _Page:
         self._written = time.monotonic()
 
     def update(self) -> None:
-        """Writes it where that was not done for a while."""
+        """Write the page unless that was done a moment ago."""
         if time.monotonic() - self._written >= _PAGE_SECONDS:
             self.write()
 
     def write(self) -> None:
-        """Writes it with all rows, whether they have ended or not."""
+        """Write the page with all rows, whether they have ended or not."""
         by_id = self._results.by_id
         # The result of a row that has changed since is that of another row.
         ended = {row.id: by_id[row.id] for row in self._rows if _is_of(row, by_id.get(row.id))}

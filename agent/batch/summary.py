@@ -1,4 +1,4 @@
-"""What became of a batch: counted by outcome and by shape, and what failed and why."""
+"""The results of a batch, counted by outcome and by shape, and the reasons of failures."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ class Summary:
 
 
 def outcome_in_words(result: Mapping[str, Any]) -> str:
-    """Return what became of a row, such as "failed: no valid goal"."""
+    """Return the outcome of a row in words, such as "failed: no valid goal"."""
     said = OUTCOMES[result["exit_code"]]
     return said if result["success"] else f"failed: {said}"
 

@@ -1,4 +1,4 @@
-"""What the agent answers to small talk and questions, from what the table and the conversation really hold."""
+"""Answers to small talk and questions, from the table and the state of the conversation."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ class BuildSession(TableSession):
         self.send(proposal.chosen)
 
     def choose(self, rank: int) -> None:
-        """Makes another arrangement the one that would be built.
+        """Choose another arrangement to be built.
 
         Raises:
             UsageError: when there is no such arrangement.
@@ -84,7 +84,7 @@ class BuildSession(TableSession):
         return False
 
     def resume(self) -> bool:
-        """Goes on with what was asked last and does not stand yet: proposes it on the table as it is; as `say`."""
+        """Propose what was asked last and does not stand yet once more, on the table as it is; returns as `say`."""
         if self.question is not None:
             self.send(events.Asked(self.question.slot, self.question.text, self.question.options))
             return False
@@ -109,7 +109,7 @@ class BuildSession(TableSession):
     # --- what is built -----------------------------------------------------------------------
 
     def plan(self) -> None:
-        """Tells the plan for the chosen arrangement, and moves nothing."""
+        """Plan the chosen arrangement, send the events of the plan, and move nothing."""
         from agent.arm.plan_selection import plan_structure
 
         proposal = self._proposed()
@@ -119,7 +119,7 @@ class BuildSession(TableSession):
             self.send(replace(event, arrangement=proposal.rank - 1))
 
     def go(self) -> bool:
-        """Builds the chosen arrangement, and judges it; whether it stands as asked."""
+        """Build the chosen arrangement, and judge it; returns whether it stands as asked."""
         from agent.scenes.table_scene import MOVED
 
         proposal, options = self._proposed(), self.options

@@ -1,4 +1,4 @@
-"""What the slash commands of a chat do."""
+"""Carries out the slash commands of a chat."""
 
 from __future__ import annotations
 

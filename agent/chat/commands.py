@@ -1,4 +1,4 @@
-"""The slash commands of a conversation: what they are called, and what they take."""
+"""The slash commands of a conversation: their names, and what may follow them."""
 
 from __future__ import annotations
 

@@ -127,11 +127,11 @@ class Conversation(BuildSession):
         self.send(events.Asked(question.slot, question.text, question.options))
 
     def _apply(self, revision: Revision, among: Participants | None = None) -> None:
-        """Takes over what was said.
+        """Apply what was said: ask where it is unclear, otherwise propose.
 
         Args:
-            revision: it.
-            among: who takes part before what it says of objects; by default those of the situation.
+            revision: what was said.
+            among: the objects that take part before it; by default those of the situation.
         """
         began, parse, cache = time.perf_counter(), revision.parse, self._cache
         before = self.situation
@@ -175,7 +175,7 @@ class Conversation(BuildSession):
     # --- what is answered --------------------------------------------------------------------
 
     def reply(self, text: str, acts: Sequence[Act]) -> None:
-        """Answers small talk and questions; what is proposed or asked stands.
+        """Answer small talk and questions; what is proposed or asked stands.
 
         Args:
             text: what was said.

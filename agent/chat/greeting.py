@@ -80,7 +80,7 @@ def suggestion(table: TableScene, scene: Scene) -> Suggestion | None:
 
 
 def invitation(suggested: Suggestion | None) -> str:
-    """Asks for an instruction, with an example where there is one."""
+    """Ask for an instruction, with an example where there is one."""
     return f"Say what to build, for example “{suggested.text}”." if suggested else "Say what to build."
 
 

@@ -19,7 +19,7 @@ _SHOW_CURSOR = "\x1b[?25h"
 
 @contextmanager
 def ended_by_interrupts(screen: TextIO) -> Iterator[Callable[[], None]]:
-    """Ends the process with exit code 130 at the third Ctrl-C that stops nothing; gives what says that one did.
+    """End the process with exit code 130 at the third Ctrl-C that stops nothing; gives what says that one did.
 
     The first two raise `KeyboardInterrupt` as usual. A library may catch one, or lose it in a callback, and waiting for
     a library to be loaded must not be cut off: at the third nothing is waited for. The session is written line by line,

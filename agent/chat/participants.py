@@ -165,7 +165,7 @@ class _Choice:
             raise UnclearObjectError(str(error), error.phrase, tuple(names[i] for i in error.indices)) from error
 
     def _find_missing(self, text: str, names: Sequence[str]) -> None:
-        """Notes what the text describes that cannot take part.
+        """Find what the text describes that cannot take part.
 
         Raises:
             NotBuildable: when such an object was named by itself.
@@ -184,7 +184,7 @@ class _Choice:
         self.missing.update((everything[i], gone[everything[i]]) for i in selection.indices if everything[i] in gone)
 
     def going(self, text: str) -> tuple[str, ...]:
-        """Return what is described and takes part: "the cup" is one that does, where there are several.
+        """Return the described objects that take part: of several cups, "the cup" is one that does.
 
         Raises:
             NotBuildable: when no such object takes part.
@@ -197,7 +197,7 @@ class _Choice:
         return goes
 
     def coming(self, text: str, goes: bool = False) -> tuple[str, ...]:
-        """Return what is described, rather those that take no part yet.
+        """Return the described objects, preferably those that do not take part yet.
 
         Args:
             text: the description.
@@ -212,7 +212,7 @@ class _Choice:
         return described
 
     def all_of(self, text: str) -> None:
-        """Looks whether the text describes all that take part.
+        """Check that the text describes all that take part.
 
         Raises:
             NotBuildable: when it describes some of them: only the whole structure can be changed.
@@ -225,16 +225,16 @@ class _Choice:
             )
 
     def _rather(self, text: str, names: tuple[str, ...], some: bool = False) -> tuple[str, ...]:
-        """What is described, of these objects where it may be either them or others of the same kind.
+        """Return the described objects, preferably those named, where others of their kind fit too.
 
         Args:
             text: the description.
-            names: those that are rather meant.
+            names: of the preferred objects.
             some: whether it does where some of what is described is among them.
         """
         try:
             described = self.of(text, self.there)
-        except UnclearObjectError:  # "the cup" is one that is rather meant, where that is one
+        except UnclearObjectError:  # "the cup" is a preferred one, where there is one
             return self.of(text, names)
         among = [name for name in described if name in names]
         if not names or (among if some else len(among) == len(described)) or _COUNTED_OFF.search(text):

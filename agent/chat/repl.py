@@ -1,4 +1,4 @@
-"""The chat itself: takes a line, sees what it is, has it done, and asks for the next."""
+"""The loop of a chat: reads a line, classifies it, carries it out, and asks for the next."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class Chat:
                 self._screen.idle()
 
     def _count_interrupt(self) -> None:
-        """Lets the interruption that is being handled end the chat where it is the third in a row."""
+        """Let the interruption that is being handled end the chat where it is the third in a row."""
         self._interrupts += 1
         if self._interrupts >= _INTERRUPTS:
             raise KeyboardInterrupt
@@ -154,7 +154,7 @@ class Chat:
             self._proposed()
 
     def _replied(self, line: str) -> bool:
-        """Answers what is small talk or a question, and asks for nothing to be built; whether it was that."""
+        """Answer a line that is small talk or a question and asks for nothing to be built; returns whether it was one."""
         acts = acts_of(line)
         if not acts and not (is_question(line) and self._conversation.asks_for_nothing(line)):
             return False

@@ -1,4 +1,4 @@
-"""A chat from beginning to end: loads while one types, shows, keeps the session, and closes the table."""
+"""A whole chat: sets it up, loads models while the user types, keeps the session, and closes the table."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from grounding.spec import LEGAL_VALUES
 
 
 def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, yes: bool) -> int:
-    """Talks until the lines end.
+    """Talk with the user until the lines end.
 
     Args:
         options: as of a run.
@@ -58,7 +58,7 @@ def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, ye
 
 
 def _join(preloading: Thread) -> None:
-    """Waits until everything is loaded: a process that ends while a library is being loaded dies of it."""
+    """Wait until everything is loaded: a process that ends while a library is being loaded crashes."""
     while preloading.is_alive():
         with suppress(KeyboardInterrupt):  # users in a hurry press it more than once
             preloading.join()
@@ -66,7 +66,7 @@ def _join(preloading: Thread) -> None:
 
 @contextmanager
 def _without_control_echo(lines: TextIO) -> Iterator[None]:
-    """Keeps a terminal from writing ^C into a picture that is being drawn."""
+    """Keep a terminal from writing ^C into a picture that is being drawn."""
     if not lines.isatty():
         yield
         return

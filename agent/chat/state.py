@@ -1,4 +1,4 @@
-"""Where a conversation stands: the goal, who takes part, what stands where, and what is proposed."""
+"""The state of a conversation: the goal, the objects that take part, all poses, and the proposal."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Proposal:
 
 @dataclass(frozen=True)
 class Build:
-    """One time that the arm was set to work.
+    """One build, or attempt at one.
 
     Attributes:
         goal: what was to be built, as it was spoken.
@@ -85,7 +85,7 @@ class Build:
 
 @dataclass(frozen=True)
 class Situation:
-    """Where a conversation stands, which is what "undo" goes back to.
+    """The state of a conversation, to which "undo" can return.
 
     Attributes:
         goal: what is wanted, as it was spoken; `None` before the first instruction.
@@ -119,7 +119,7 @@ class Situation:
         return self.goal.turned() if self.goal and self.viewpoint == "opposite" else self.goal
 
     def seen_from(self, viewpoint: str) -> Situation:
-        """Return the same situation, its goal in the words of somebody at this side of the table."""
+        """Return the same situation, its goal in the words of a speaker at this side of the table."""
         if viewpoint == self.viewpoint:
             return self
         builds = tuple(replace(build, goal=build.goal.turned()) for build in self.builds)
@@ -127,7 +127,7 @@ class Situation:
 
 
 def answered(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec:
-    """Return the goal with an answer in it; what a shape that was answered cannot carry is left out."""
+    """Return the goal with an answer in it; slots that the answered shape does not have are left out."""
     value = None if value == OPEN else value
     if slot == CORNER:
         x_position, y_position = CORNERS[value] if value else (None, None)
@@ -139,7 +139,7 @@ def answered(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec
 
 
 def completed(said: StructureSpec, before: StructureSpec) -> StructureSpec:
-    """Return what was said, and from before what it leaves open and can carry."""
+    """Return what was said, completed from before where it leaves open slots of its shape."""
     legal = ("shape", *SLOTS_OF_SHAPE[said.shape or before.shape])
     values = {slot: getattr(said, slot) or getattr(before, slot) for slot in SLOTS}
     return StructureSpec(**{slot: value for slot, value in values.items() if slot in legal})

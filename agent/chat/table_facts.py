@@ -1,4 +1,4 @@
-"""What there is to say of the objects on the table: colour, size, place, and which of them some words mean."""
+"""Facts about the objects on the table: colour, size, place, and which of them a phrase means."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def the(name: str) -> str:
 
 
 def facts_of(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]:
-    """Return what there is to say of each object that was seen.
+    """Return the facts of each object that was seen.
 
     Args:
         seen: what was seen, with its clouds.
@@ -122,7 +122,7 @@ def matching_facts(about: str, facts: Sequence[Fact], encoder: SentenceEncoder |
 
 
 def unjudged(about: str, facts: Sequence[Fact]) -> list[str]:
-    """Return the words before a noun that nothing is known of, such as "wooden"."""
+    """Return the words before a noun of which nothing is known, such as "wooden"."""
     known = {adjective(word) for fact in facts for word in _words(fact.display_name)}
     words = [word for word in about.split()[:-1] if not word.isdecimal() and word not in ORDINALS]
     return [word for word in words if known.isdisjoint((adjective(word), *rivals(adjective(word))))]

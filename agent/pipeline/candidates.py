@@ -1,4 +1,4 @@
-"""Planners by the names that people give them, and which of their proposals are worth building."""
+"""Loads planners by name, and filters their proposals."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def checked_planner(name: str, weights: Path | None, allow_unverified: bool = Fa
 
 
 def is_viable(arrangement: Arrangement) -> bool:
-    """Return whether its total score is at least `LEAST_SCORE`, or it stood in imagination.
+    """Return whether its total score is at least `LEAST_SCORE`, or it stood when it was tried in physics.
 
     The more objects there are, the smaller is the product of all scores, good as they may be.
     """

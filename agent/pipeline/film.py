@@ -32,7 +32,7 @@ class Film:
         self._frames: list[np.ndarray] = []
 
     def step(self) -> None:
-        """Takes a picture if one is due; to be called after every physics step."""
+        """Take a picture if one is due; to be called after every physics step."""
         if self._steps % self._every == 0:
             self._frames.append(self._take())
             if len(self._frames) >= self._most:

@@ -1,4 +1,4 @@
-"""Options of reading instructions, and the reader that they ask for."""
+"""The options of reading instructions, and the reader that they select."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From an instruction to a structure, as a stream of events: read, look, imagine, choose, build, check.
+"""Carries out an instruction as a stream of events: read, look, propose, choose, build, check.
 
 Every known error ends the stream with `Failed` and the exit code that says whose error it was; what listeners do with
 the events is not known here.
@@ -35,14 +35,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RunOptions:
-    """What decides a run besides its instruction.
+    """The options of a run; with its instruction they decide its result.
 
     Attributes:
         scene: where the scene comes from: "simulated", "example", or the path of a scene file or a recording.
         objects: for a simulated scene "ycb", "procedural", "random_urdfs" or a folder of meshes.
         model: the planner's name, as `structdiffusion.planners.diffusion` has it.
         weights: the folder of its checkpoints, or `None` for those shipped.
-        seed: everything drawn at random follows from it.
+        seed: of everything drawn at random.
         execute: build with the arm, or stop at the imagined goal and only try it in physics.
         reading: how the instruction is read.
         recorded: how a recording is taken.
@@ -67,7 +67,7 @@ def run_instruction(
     on_step: Callable[[TableScene], None] | None = None,
     trajectories: Sequence[Path] = (),
 ) -> Iterator[Event]:
-    """Carries an instruction out; yields what happens, from `Started` to `Finished`.
+    """Carry out an instruction; yields its events, from `Started` to `Finished`.
 
     Args:
         text: the instruction.

@@ -194,7 +194,7 @@ def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
 
 
 def _limit_messages(reader: Reader1 | Reader2) -> None:
-    """Lets no database give a message larger than the limit: its tables can make up data of any size."""
+    """Let no database give a message larger than the limit: its tables can make up data of any size."""
     if isinstance(reader, Reader2):
         for storage in getattr(reader.storage, "storages", [reader.storage]):
             if (database := getattr(storage, "dbconn", None)) is not None:
@@ -202,7 +202,7 @@ def _limit_messages(reader: Reader1 | Reader2) -> None:
 
 
 def _check_metadata(path: Path) -> None:
-    """Refuses metadata that are too large, or stand for more than they say."""
+    """Refuse metadata that are too large, or stand for more than they say."""
     if (size := path.stat().st_size) > METADATA_BYTES:
         raise BadInput(f"its {path.name} has {size} bytes; at most {METADATA_BYTES} are read")
     try:
@@ -212,7 +212,7 @@ def _check_metadata(path: Path) -> None:
 
 
 def _cut_note(path: Path, header: bytes) -> list[str]:
-    """Says that a database is cut short where its header counts more pages than there are; SQLite does not mind."""
+    """Say that a database is cut short where its header counts more pages than there are; SQLite does not mind."""
     page, counted = int.from_bytes(header[16:18], "big"), int.from_bytes(header[28:32], "big")
     there, needed = path.stat().st_size, (65536 if page == 1 else page) * counted
     return [f"{path.name} is cut short at {there} of {needed} bytes; what is left was read"] if there < needed else []
@@ -250,7 +250,7 @@ def _known_types(ros1: bool) -> Typestore:
 
 @contextmanager
 def _as_bad_input(what: str, mended_by: str = "") -> Iterator[None]:
-    """Turns whatever the library raises on damaged data into one sentence that begins with `what`.
+    """Turn whatever the library raises on damaged data into one sentence that begins with `what`.
 
     It promises no kind of error: files cut short and bytes turned round were seen to raise nearly everything.
     """

@@ -36,7 +36,7 @@ _LATCHED = Qos(
 
 
 def check_new(path: Path, force: bool = False) -> None:
-    """Says early what would keep a bag from being written there.
+    """Say early what would keep a bag from being written there.
 
     Args:
         path: the file, or the folder of a ROS 2 bag.
@@ -124,7 +124,7 @@ class BagWriter:
             shutil.rmtree(self._folder, ignore_errors=True)
 
     def _put(self) -> None:
-        """Puts the finished bag where it belongs."""
+        """Put the finished bag where it belongs."""
         check_new(self._path, self._force)  # another program may have written there meanwhile
         finished = self._unfinished
         if finished.is_dir() and self._path.suffix:
@@ -135,7 +135,7 @@ class BagWriter:
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
-        """Tells in one sentence what cannot be written where."""
+        """Raise `BadInput`, in one sentence, for what cannot be written."""
         try:
             yield
         except OSError as error:
@@ -153,7 +153,7 @@ class BagWriter:
         return self.message("std_msgs/msg/Header", **count, stamp=stamp, frame_id=frame)
 
     def write(self, topic: str, message: Any, seconds: float, latched: bool = False) -> None:
-        """Writes a message.
+        """Write a message.
 
         Args:
             topic: where it was heard; all messages of a topic are of one type.

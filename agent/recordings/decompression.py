@@ -68,7 +68,7 @@ class Unpacking:
 
     @contextmanager
     def counted(self) -> Iterator[None]:
-        """Counts what is unpacked meanwhile."""
+        """Count what is unpacked meanwhile."""
         token = _CURRENT.set(self)
         try:
             yield
@@ -110,7 +110,7 @@ class Unpacking:
         return b"".join(pieces)
 
     def take_of_file(self, count: int) -> None:
-        """Counts bytes of an unpacked file.
+        """Count bytes of an unpacked file.
 
         Raises:
             BadInput: when it becomes too large.

@@ -53,7 +53,7 @@ class Frames:
     spoilt: list[str] = field(default_factory=list)
 
     def add(self, message: Any, recorded: int, static: bool) -> None:
-        """Takes in the transforms of a TFMessage."""
+        """Take in the transforms of a TFMessage."""
         for said in message.transforms:
             child, parent = frame_name(said.child_frame_id), frame_name(said.header.frame_id)
             pose, problem = _pose(said.transform)
@@ -172,7 +172,7 @@ def read_frames(bag: Bag, moment: int, ways: Iterable[tuple[str, str]] = ()) -> 
 
 
 def _take(bag: Bag, frames: Frames, streams: list[Stream], start: int | None, stop: int | None, static: bool) -> None:
-    """Takes in the messages of `streams` in a span of time."""
+    """Take in the messages of `streams` in a span of time."""
     for number, message in enumerate(bag.messages(streams, start, stop)):
         if static and number == _MOST_STATIC:
             frames.spoilt.append(f"of tf's static transforms the first {_MOST_STATIC} messages alone were read")

@@ -52,7 +52,7 @@ class Offer:
 
     @property
     def rank(self) -> tuple[bool, bool, int, bool, str]:
-        """Orders offers for the same role, the best first."""
+        """Order offers for the same role, the best first."""
         name = self.stream.topic.lower()
         liked = next((place for place, word in enumerate(_LIKED) if word in name), len(_LIKED))
         disliked = any(word in name for word in _DISLIKED)
@@ -186,7 +186,7 @@ def choose(bag: Bag, named: Mapping[str, str]) -> Choice:
 
 
 def check_named(bag: Bag, named: Mapping[str, str]) -> None:
-    """Sees that every topic that the user names is there and of a fitting type.
+    """See that every topic that the user names is there and of a fitting type.
 
     Raises:
         UsageError: for a role that there is none of, or for two that exclude each other.

@@ -130,7 +130,7 @@ class TrajectoryLog:
 
 
 def check_export(path: Path) -> None:
-    """Says early what would keep a trajectory from being written there; one that is there is replaced, nothing else.
+    """Say early what would keep a trajectory from being written there; one that is there is replaced, nothing else.
 
     Raises:
         UsageError: for a suffix that is not known, or something else that is there.
@@ -170,7 +170,7 @@ def _is_trajectory(path: Path) -> bool:
 
 @contextmanager
 def _writing(path: Path) -> Iterator[None]:
-    """Tells in one sentence what cannot be written where."""
+    """Raise `BadInput`, in one sentence, for what cannot be written."""
     try:
         yield
     except OSError as error:

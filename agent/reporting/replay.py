@@ -38,7 +38,7 @@ def records_of(session: Session) -> list[RunRecord]:
 
 
 def write_page(session: Path, page: Path) -> Path:
-    """Makes the page of a session file.
+    """Make the page of a session file.
 
     Args:
         session: the file.

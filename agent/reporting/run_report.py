@@ -142,7 +142,7 @@ class RunRecord:
         self.pictures[picture.name] = picture.content
 
     def write(self, folder: Path) -> Path:
-        """Writes `report.json`, the pictures and `report.html` into `folder`; the path of the page.
+        """Write `report.json`, the pictures and `report.html` into `folder`; returns the path of the page.
 
         Files of an earlier run are replaced when all of this one have found room on the disk, and its other pictures
         are removed, so that none of them is taken for one of this run.

@@ -79,7 +79,7 @@ class SessionWriter:
         self.close()
 
     def close(self) -> None:
-        """Closes the file; closing twice does nothing."""
+        """Close the file; closing twice does nothing."""
         if self._file is not None:
             self._file.close()
             self._file = None
@@ -95,7 +95,7 @@ class SessionWriter:
             self._open()
 
     def on_picture(self, picture: Picture) -> None:
-        """Writes one picture."""
+        """Write one picture."""
         data = base64.b64encode(picture.content).decode("ascii")
         self._write(
             {"picture": {"name": picture.name, "caption": picture.caption, "format": FORMAT, "data": data}}
@@ -171,7 +171,7 @@ def run_session(folder: Path, options: Mapping[str, Any]) -> SessionWriter:
 
 
 def _write(file: Any, content: bytes) -> None:
-    """Writes all of it at the end of an unbuffered file, or nothing."""
+    """Write all of it at the end of an unbuffered file, or nothing."""
     size = os.fstat(file.fileno()).st_size
     try:
         while content:  # a system takes part of it where the disk is nearly full

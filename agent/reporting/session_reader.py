@@ -50,7 +50,7 @@ class Session:
 
 
 def read_session(path: Path) -> Session:
-    """Reads a session file.
+    """Read a session file.
 
     A torn line is passed over where a process may have left one: at the end, and before another's first line.
 

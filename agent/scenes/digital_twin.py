@@ -231,7 +231,7 @@ class RecordedScene(TableScene):
         self.remember({each.name: _thinned(each.cloud, thinning) for each in ordered})
 
     def _come_to_rest(self) -> list[str]:
-        """Lets the bodies settle; a note for each that does not stay where it was seen."""
+        """Let the bodies settle; a note for each that does not stay where it was seen."""
         self.world.settle(_SETTLE_SECONDS)
         notes = []
         for name, before, now in zip(self.names, self.world_from_initial, self.world.poses(), strict=True):

@@ -292,7 +292,7 @@ def scene_text(objects: Sequence[PlacedObject], comment: str = "") -> str:
 
 
 def write_scene(objects: Sequence[PlacedObject], path: Path, comment: str = "") -> None:
-    """Writes a scene file whole or not at all; folders on the way are made.
+    """Write a scene file whole or not at all; folders on the way are made.
 
     Raises:
         OSError: when it cannot be written there.

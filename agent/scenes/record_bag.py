@@ -57,7 +57,7 @@ def record_session(
     rate: float = CAMERA_RATE,
     force: bool = False,
 ) -> None:
-    """Writes a bag of a table as it stands now.
+    """Write a bag of a table as it stands now.
 
     Args:
         table: the table, with the arm beside it.

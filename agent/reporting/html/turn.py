@@ -23,7 +23,7 @@ _NO = re.compile(r"(n|no|nope|never ?mind|cancel|stop)\b", re.IGNORECASE)  # how
 
 @dataclass(frozen=True)
 class Turn:
-    """What is known of one turn.
+    """The report and the pictures of one turn.
 
     Attributes:
         report: `agent.reporting.run_report`'s dictionary.

@@ -179,12 +179,12 @@ def test_a_question_that_cannot_be_answered_is_no_bad_instruction(chat_of, sent)
 
 def test_answers_are_kept_with_the_session(chat_of, sent):
     chat_of("where is the orange")
-    told = sent[0].to_dict()
-    assert told["kind"] == "answered" and complaint(told) is None
+    payload = sent[0].to_dict()
+    assert payload["kind"] == "answered" and complaint(payload) is None
     record = RunRecord()
     record.on_event(sent[0])
-    assert record.report["remarks"] == [told]
-    assert remark_sentence(told).startswith("The orange is on the left")
+    assert record.report["remarks"] == [payload]
+    assert remark_sentence(payload).startswith("The orange is on the left")
 
 
 def test_commands_in_words_before_anything_was_asked(chat_of, sent):

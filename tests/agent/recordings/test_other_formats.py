@@ -248,12 +248,12 @@ def test_ply_clouds(tmp_path, points, kind):
 def test_clouds_as_the_library_writes_them_with_colours(tmp_path, points, name, options):
     import open3d
 
-    told = np.random.default_rng(1).integers(0, 255, points.shape, dtype=np.uint8)
+    colors = np.random.default_rng(1).integers(0, 255, points.shape, dtype=np.uint8)
     cloud = open3d.t.geometry.PointCloud(open3d.core.Tensor(points))
-    cloud.point.colors = open3d.core.Tensor(told)
+    cloud.point.colors = open3d.core.Tensor(colors)
     open3d.t.io.write_point_cloud(str(tmp_path / name), cloud, **options)
     frame = read_other(tmp_path / name).frame
-    assert np.allclose(frame.points[0], points, atol=1e-5) and np.array_equal(frame.color[0], told)
+    assert np.allclose(frame.points[0], points, atol=1e-5) and np.array_equal(frame.color[0], colors)
 
 
 def test_colours_packed_into_a_float(tmp_path, points):
