@@ -87,7 +87,7 @@ def test_missing_fingers_are_open():
 
 
 @pytest.mark.parametrize("spoilt", [None, np.nan])
-def test_an_arm_that_is_not_fully_told(spoilt):
+def test_an_arm_that_is_not_fully_known(spoilt):
     angles = dict(state("j2s6s300").joints)
     angles.pop("joint_3")
     if spoilt is not None:

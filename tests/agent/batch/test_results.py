@@ -146,7 +146,7 @@ def test_forced_into_a_folder_of_somebody_else_a_batch_removes_nothing(tmp_path)
 def test_a_report_of_somebody_else_in_the_place_of_a_row_is_not_replaced(tmp_path):
     with Results(tmp_path) as results:
         before = foreign(tmp_path / "rows" / "a", **{"report.html": "mine"})
-        with pytest.raises(BadInput, match="rows/a/report.html' is there, and no batch wrote it"):
+        with pytest.raises(BadInput, match="rows/a/report.html' exists and was not written by a batch"):
             results.workplace("a")
     assert foreign(tmp_path / "rows" / "a") == before
 

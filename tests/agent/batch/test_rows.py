@@ -70,7 +70,7 @@ def test_keys_are_called_as_the_flags(read, tmp_path):
         ("[" * 100_000, 6, ("not JSON",)),
         ('{"text": "a", "seed": ' + "9" * 5000 + "}", 6, ("not JSON",)),
         ('["a"]', 6, ("must be an object", '["a"]')),
-        ('{"seed": 1}', 6, ('"text" is missing',)),
+        ('{"seed": 1}', 6, ('"text"', 'is missing')),
         ('{"text": 5}', 6, ("text must be a string", "5")),
         ('{"text": "half \\ud800"}', 6, ("surrogate",)),
         ('{"text": "a", "sceen": "x"}', 6, ('"sceen"', "legal: id, text, scene, objects")),
@@ -91,8 +91,8 @@ def test_keys_are_called_as_the_flags(read, tmp_path):
         ('{"text": "a", "id": ""}', 6, ('id cannot be ""',)),
         ('{"text": "a", "id": "../up"}', 6, ('id cannot be "../up"', "folder")),
         ('{"text": "a", "id": ".hidden"}', 6, ('id cannot be ".hidden"',)),
-        ('{"text": "a", "id": "line-007"}', 6, ('"line-007" is kept', '"line-002"')),
-        ('{"text": "a", "id": "First"}', 6, ('"First" is that of line 1',)),
+        ('{"text": "a", "id": "line-007"}', 6, ('"line-007" is reserved', '"line-002"')),
+        ('{"text": "a", "id": "First"}', 6, ('"First" is already that of line 1',)),
     ],
 )
 def test_a_bad_row_is_told_in_its_place(read, line, code, parts):
