@@ -64,7 +64,7 @@ def _abilities(act: Act, known: Knowledge) -> str:
 def _working(act: Act, known: Knowledge) -> str:
     return (
         "I read your sentence into a shape, a size, a position and a rotation, look at the table through a depth "
-        "camera, imagine 64 arrangements of the objects that you named, and rank them by how well they fit and how "
+        "camera, propose 64 arrangements of the objects that you named, and rank them by how well they fit and how "
         "safely they stand. You decide, then the arm builds the best one and I check what stands. "
         f"{invited(known)}"
     )

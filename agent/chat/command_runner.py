@@ -86,7 +86,7 @@ class CommandRunner:
             case "/clear":
                 talk.forget()
             case "/again":
-                screen.busy("imagining")
+                screen.busy("proposing arrangements")
                 if talk.again():
                     self._on_proposal()
             case "/undo" | "/redo" | "/back" | "/reset":
@@ -123,7 +123,7 @@ class CommandRunner:
         if self._conversation.question is None and self._conversation.situation.proposal is not None:
             self.build()
             return
-        self._screen.busy("imagining")
+        self._screen.busy("proposing arrangements")
         if self._conversation.resume():
             self._on_proposal()
 

@@ -176,7 +176,7 @@ class Chat:
             self._screen.note(_DROPPED)
         elif said in options or (said in _ANY and question.slot != "shape"):
             self._conversation.send(events.Commanded(line))
-            self._screen.busy("imagining")
+            self._screen.busy("proposing arrangements")
             if self._conversation.answer(options.get(said)):
                 self._proposed()
         elif said.isdecimal() or said in _YES:

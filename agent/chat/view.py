@@ -124,14 +124,14 @@ class ChatScreen:
     def candidates(self, count: int) -> None:
         """Show the best candidates from above, with their scores and what the lower ones lack; several side by side."""
         if self._imagined is None or self._scene is None:
-            self.note("nothing was imagined yet")
+            self.note("nothing was proposed yet")
             return
         payload = self._imagined
         shown = payload["candidates"][:count]
         several = len(shown) > 1
         which = ", the best first" if several else "; the best of them:"
         count = len(payload["candidates"])
-        self._text.title(f"{count} arrangement{'s' * (count != 1)} imagined{which}", payload["seconds"])
+        self._text.title(f"{count} arrangement{'s' * (count != 1)} proposed{which}", payload["seconds"])
         columns = self.maps.beside(len(shown))
         captions = [caption_of(one, payload["candidates"][0], columns) for one in shown]
         self.maps.show_candidates(self._scene, shown, captions)
@@ -142,7 +142,7 @@ class ChatScreen:
     def why(self) -> None:
         """Print the factors of the chosen candidate's score, and what the others lack."""
         if self._imagined is None:
-            self.note("nothing was imagined yet")
+            self.note("nothing was proposed yet")
             return
         candidates = self._imagined["candidates"]
         self._text.title(f"candidate {self._rank}: its score is the product of these factors")

@@ -48,7 +48,7 @@ def filter_viable(arrangements: Sequence[Arrangement]) -> list[Arrangement]:
     if not good:
         best = max((arrangement.scores["total"] for arrangement in arrangements), default=0.0)
         raise NoValidGoal(
-            f"none of {len(arrangements)} imagined arrangements is good enough: the best scores {best:.2g}, "
+            f"none of {len(arrangements)} proposed arrangements is good enough: the best scores {best:.2g}, "
             f"and at least {LEAST_SCORE} is needed"
         )
     return good

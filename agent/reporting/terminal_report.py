@@ -96,7 +96,7 @@ class TerminalReport:
             self._line(note)
 
     def _imagined(self, payload: Mapping[str, Any]) -> None:
-        self._step("Imagined", payload["seconds"])
+        self._step("Proposed", payload["seconds"])
         self._line(f"{len(payload['candidates'])} candidates by the model “{payload['model']}”, best first:")
         shown = payload["candidates"][:_CANDIDATES_SHOWN]
         names = list(shown[0]["scores"])

@@ -99,7 +99,7 @@ def test_a_circle_needs_three():
 def test_no_layout_is_no_valid_goal():
     """Two slabs that are each wider than the table."""
     slabs = [ObjectCloud(name, "slab", cube(name, 0.0, 0.0).points * (15.0, 15.0, 1.0)) for name in "ab"]
-    with pytest.raises(NoValidGoal, match="the model 'geometric' imagined no valid arrangement"):
+    with pytest.raises(NoValidGoal, match="the model 'geometric' proposed no valid arrangement"):
         propose_arrangements(GeometricPlanner(), "geometric", Scene(tuple(slabs)), Goal(StructureSpec("line")), 0)
 
 

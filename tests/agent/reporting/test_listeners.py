@@ -163,7 +163,7 @@ def test_what_was_tried_without_the_arm_is_shown_and_said(run_events, tmp_path):
     verdict = Checked(True, None, (), "everything stands as asked", "released", 0.4)
     record = record_of([*run_events[:5], tried, picture, verdict, Finished(True, 0, 3.0)])
     text = record.write(tmp_path).read_text(encoding="utf-8")
-    assert "What was tried without the arm" in text and "the goal as it came to rest" in text
+    assert "Tried without the arm" in text and "the goal as it came to rest" in text
     assert "stacked: 2 on 1" in text and "It stands as" not in text and "the table is unchanged" in text
     out = io.StringIO()
     terminal = TerminalReport(Console(file=out, width=100))
@@ -219,7 +219,7 @@ def test_page_is_well_formed_and_its_pictures_have_words(run_events, tmp_path):
 def test_page_shows_candidates_film_and_time(run_events, tmp_path):
     film = Filmed(0.8, np.zeros((3, 24, 32, 3), np.uint8))
     text = record_of([*run_events[:-3], film, *run_events[-3:]]).write(tmp_path).read_text(encoding="utf-8")
-    for part in ("candidate 1 from above", "5 times as fast", "Where the time went", "✗ failed", "Not built"):
+    for part in ("candidate 1 from above", "5 times as fast", "Time by step", "✗ failed", "Not built"):
         assert part in text, part
     assert text.count('<figure class="candidate') == 6
 
@@ -258,7 +258,7 @@ def test_session_page_has_every_turn(run_events):
 
 def test_page_of_a_run_that_saw_only_the_scene(run_events, tmp_path):
     text = record_of([*run_events[:3], run_events[-2], run_events[-1]]).write(tmp_path).read_text(encoding="utf-8")
-    assert "The scene before" in text and "What was imagined" not in text
+    assert "Scene before" in text and "Proposals" not in text
 
 
 def test_report_into_a_file_is_a_usage_error(run_events, tmp_path):

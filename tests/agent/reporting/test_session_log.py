@@ -244,7 +244,7 @@ def test_verbs_show_a_session_and_make_its_page(path, capsys):
     report_verb(path)
     assert capsys.readouterr().out == f"report: {path.with_suffix('.html')}\n"
     text = path.with_suffix(".html").read_text(encoding="utf-8")
-    assert "The scene before" in text and text.count("data:image/webp") >= 3
+    assert "Scene before" in text and text.count("data:image/webp") >= 3
 
 
 def test_verbs_refuse_what_makes_no_sense(path):
