@@ -72,12 +72,12 @@ def is_final(result: Mapping[str, Any]) -> bool:
     return result["exit_code"] != CRASHED and result["step"] != _REPORT
 
 
-def refused(row: BadRow) -> dict[str, Any]:
+def refused_result(row: BadRow) -> dict[str, Any]:
     """Return the result of a row that cannot be carried out."""
     return _blank(row.line, row.id, row.text) | _failure(row.exit_code, "row", row.message)
 
 
-def lost(row: Row, reason: str) -> dict[str, Any]:
+def lost_result(row: Row, reason: str) -> dict[str, Any]:
     """Return the result of a row whose worker died at it."""
     return failed(row, CRASHED, "crash", reason)
 

@@ -12,10 +12,10 @@ from typing import Any
 
 from agent.batch.index_page import index_page
 from agent.batch.results import PAGE, Results
-from agent.batch.row_task import is_final, refused
+from agent.batch.row_task import is_final, refused_result
 from agent.batch.rows import BadRow, Row, read_rows
 from agent.batch.summary import Summary, outcome_in_words
-from agent.batch.workers import Job, on_ray, on_this_machine
+from agent.batch.workers import Job, run_locally, run_on_ray
 from agent.pipeline.run import RunOptions
 from agent.rendering.text import duration
 from agent.runtime.progress import progress
@@ -61,8 +61,8 @@ def run_batch(
         page = _Page(rows, results)
         try:
             for number, row in enumerate(bad, start=1):
-                results.add(refused(row))
-                print(f"{number} of {count}: {_line(refused(row))}", file=sys.stderr, flush=True)
+                results.add(refused_result(row))
+                print(f"{number} of {count}: {_line(refused_result(row))}", file=sys.stderr, flush=True)
             with closing(_ended(jobs, workers, ray)) as ended, progress("rows", count, len(bad), len(bad)) as tell:
                 for result in ended:
                     results.add(result)
@@ -82,7 +82,7 @@ def _is_known(row: Row | BadRow, results: Results, retry: bool) -> bool:
     if result is None or retry and not result["success"]:
         return False
     if isinstance(row, BadRow):
-        return result == refused(row)
+        return result == refused_result(row)
     return result["fingerprint"] == row.fingerprint and is_final(result) and results.has_report(result)
 
 
@@ -107,9 +107,9 @@ def _ended(jobs: Sequence[Job], workers: int | None, ray: str | None) -> Iterato
     if not jobs:
         return
     if ray is not None:
-        yield from on_ray(jobs, ray, workers)
+        yield from run_on_ray(jobs, ray, workers)
     else:
-        yield from on_this_machine(jobs, min(len(jobs), workers or os.cpu_count() or 1))
+        yield from run_locally(jobs, min(len(jobs), workers or os.cpu_count() or 1))
 
 
 class _Page:

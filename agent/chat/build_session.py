@@ -115,7 +115,7 @@ class BuildSession(TableSession):
         proposal = self._proposed()
         rng = np.random.default_rng(self.options.seed)
         kinematics = self.table.arm.kinematics
-        for event in plan_structure(proposal.scene, proposal.choice[:1], rng=rng, kinematics=kinematics):
+        for event in plan_structure(proposal.scene, proposal.arrangements_to_try[:1], rng=rng, kinematics=kinematics):
             self.send(replace(event, arrangement=proposal.rank - 1))
 
     def go(self) -> bool:
@@ -127,10 +127,10 @@ class BuildSession(TableSession):
         self._future.clear()
         try:
             with self._turn.part("build"):
-                arrangements = proposal.choice
+                arrangements = proposal.arrangements_to_try
                 if options.execute:
                     building = build_with_arm(
-                        self.table, proposal.scene, proposal.spec, arrangements, options.seed, ranks=proposal.ranks
+                        self.table, proposal.scene, proposal.spec, arrangements, options.seed, ranks=proposal.ranks_to_try
                     )
                 else:
                     building = release_in_physics(self.table, proposal.scene, proposal.spec, arrangements[0])

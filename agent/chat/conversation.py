@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from dataclasses import asdict, replace
 
 from agent import events
-from agent.chat.answers import answer, unanswerable
+from agent.chat.answers import answer, reply_to_unknown_question
 from agent.chat.build_session import BuildSession
 from agent.chat.knowledge import Knowledge
 from agent.chat.participants import Participants, UnclearObjectError, select_participants
-from agent.chat.state import answered, completed, with_a_shape
+from agent.chat.state import apply_answer, ask_for_shape, complete_spec
 from agent.errors import NotBuildable, UsageError
 from agent.event_base import Listener, json_value
 from agent.pipeline.resources import ResourceCache
@@ -52,7 +52,7 @@ class Conversation(BuildSession):
             revision = self._revised(last, text)
             if revision.status in ("refused", "unchanged"):
                 raise NotBuildable(revision.message)
-            self._apply(with_a_shape(revision, last))
+            self._apply(ask_for_shape(revision, last))
             return self.question is None
         return False
 
@@ -72,7 +72,7 @@ class Conversation(BuildSession):
                 self._resolved[self._unclear] = value or question.options[0]
                 self._apply(revision, objects)
                 return self.question is None
-            spec = answered(revision.spec, question.slot, value)
+            spec = apply_answer(revision.spec, question.slot, value)
             # The parser's guesses have become facts, and what it thought of them is of no interest any more.
             revision = replace(revision, spec=spec, status="ok", message="", question=None, parse=None)
             self._apply(revision.with_objects_of(None), objects)
@@ -100,7 +100,7 @@ class Conversation(BuildSession):
             return done
         if said.status in ("refused", "unchanged"):
             raise NotBuildable(f"{said.message}; {question.text}")
-        spec = completed(said.spec, revision.spec)
+        spec = complete_spec(said.spec, revision.spec)
         unanswered = question.slot == "shape" and spec.shape is None
         if unanswered or (said.kind == "edit" and said.objects_how and not said.changed):
             still_open: Question | None = question
@@ -181,7 +181,7 @@ class Conversation(BuildSession):
             text: what was said.
             acts: what it does; nothing for a question that is none of those that can be answered.
         """
-        self.send(events.Answered(text, answer(acts, self._known()) if acts else unanswerable(self._known())))
+        self.send(events.Answered(text, answer(acts, self._known()) if acts else reply_to_unknown_question(self._known())))
 
     def asks_for_nothing(self, text: str) -> bool:
         """Return whether the parser finds no goal in a line, so that it may be a question."""

@@ -18,7 +18,7 @@ _SHOW_CURSOR = "\x1b[?25h"
 
 
 @contextmanager
-def ended_by_interrupts(screen: TextIO) -> Iterator[Callable[[], None]]:
+def exit_on_repeated_interrupts(screen: TextIO) -> Iterator[Callable[[], None]]:
     """End the process with exit code 130 at the third Ctrl-C that stops nothing; gives what says that one did.
 
     The first two raise `KeyboardInterrupt` as usual. A library may catch one, or lose it in a callback, and waiting for

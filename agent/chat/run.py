@@ -16,7 +16,7 @@ from agent import events
 from agent.chat.commands import COMMANDS
 from agent.chat.conversation import Conversation
 from agent.chat.input import Lines, PlainLines, PromptedLines
-from agent.chat.interrupts import ended_by_interrupts
+from agent.chat.interrupts import exit_on_repeated_interrupts
 from agent.chat.repl import Chat
 from agent.chat.view import ChatScreen
 from agent.event_base import Event, json_value
@@ -27,7 +27,7 @@ from agent.reporting.session_log import SessionWriter
 from grounding.spec import LEGAL_VALUES
 
 
-def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, yes: bool) -> int:
+def run_chat(options: RunOptions, console: Console, session: Path, lines: TextIO, yes: bool) -> int:
     """Talk with the user until the lines end.
 
     Args:
@@ -46,7 +46,7 @@ def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, ye
     with SessionWriter(session, json_value(asdict(options)), owner="chat") as writer:
         with Conversation(options, cache, [screen, _TurnRecords(writer)]) as conversation:
             preloading = Thread(target=_preload, args=(cache, options), daemon=True)
-            with ended_by_interrupts(console.file) as stopped, _without_control_echo(lines):
+            with exit_on_repeated_interrupts(console.file) as stopped, _without_control_echo(lines):
                 preloading.start()
                 try:
                     source = _lines(lines, console, conversation)

@@ -28,14 +28,14 @@ class Proposal:
         spec: the goal in the world's frame.
         scene: what was seen.
         imagined: every arrangement.
-        worth: how many of them, the best first, are worth a try.
+        viable_count: how many of them, the best first, are worth a try.
         rank: of the chosen one, from 1.
     """
 
     spec: StructureSpec
     scene: Scene
     imagined: events.Imagined
-    worth: int
+    viable_count: int
     rank: int = 1
 
     @property
@@ -44,14 +44,14 @@ class Proposal:
         return chosen_event(self.rank, self.imagined.arrangements[self.rank - 1], self.scene)
 
     @property
-    def ranks(self) -> list[int]:
+    def ranks_to_try(self) -> list[int]:
         """What to try, in this order: the chosen arrangement, then the others that are worth it."""
-        return [self.rank, *(rank for rank in range(1, self.worth + 1) if rank != self.rank)]
+        return [self.rank, *(rank for rank in range(1, self.viable_count + 1) if rank != self.rank)]
 
     @property
-    def choice(self) -> list[Arrangement]:
+    def arrangements_to_try(self) -> list[Arrangement]:
         """The arrangements of these ranks."""
-        return [self.imagined.arrangements[rank - 1] for rank in self.ranks]
+        return [self.imagined.arrangements[rank - 1] for rank in self.ranks_to_try]
 
     @cached_property
     def realised(self) -> StructureSpec:
@@ -126,7 +126,7 @@ class Situation:
         return replace(self, goal=self.goal and self.goal.turned(), viewpoint=viewpoint, builds=builds)
 
 
-def answered(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec:
+def apply_answer(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec:
     """Return the goal with an answer in it; slots that the answered shape does not have are left out."""
     value = None if value == OPEN else value
     if slot == CORNER:
@@ -138,14 +138,14 @@ def answered(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec
     return StructureSpec(value, **kept)
 
 
-def completed(said: StructureSpec, before: StructureSpec) -> StructureSpec:
+def complete_spec(said: StructureSpec, before: StructureSpec) -> StructureSpec:
     """Return what was said, completed from before where it leaves open slots of its shape."""
     legal = ("shape", *SLOTS_OF_SHAPE[said.shape or before.shape])
     values = {slot: getattr(said, slot) or getattr(before, slot) for slot in SLOTS}
     return StructureSpec(**{slot: value for slot, value in values.items() if slot in legal})
 
 
-def with_a_shape(revision: Revision, last: StructureSpec) -> Revision:
+def ask_for_shape(revision: Revision, last: StructureSpec) -> Revision:
     """Return the revision, with a question where it was not said yet what is to be built, or anything at all.
 
     Args:

@@ -21,8 +21,8 @@ from agent.reporting.event_text import (
     TRIED,
     arm_sentence,
     check_sentence,
+    describe_row,
     parse_notes,
-    seen_row,
     verdict_sentence,
     verdict_title,
 )
@@ -119,7 +119,7 @@ class ChatScreen:
         """Print what stands where, in words; takes an event `Perceived` in its JSON form."""
         self.idle()
         self._scene = payload
-        self._text.block(aligned([seen_row(one) for one in payload["objects"]]))
+        self._text.block(aligned([describe_row(one) for one in payload["objects"]]))
 
     def candidates(self, count: int) -> None:
         """Show the best candidates from above, with their scores and what the lower ones lack; several side by side."""

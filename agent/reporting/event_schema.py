@@ -36,7 +36,7 @@ def event_classes() -> dict[str, type]:
     return {kind_of(object.__new__(one)): one for one in classes}  # a kind follows from the class alone
 
 
-def complaint(payload: object) -> str | None:
+def payload_error(payload: object) -> str | None:
     """Say what is wrong with an event's payload, in words that continue "line 3: "; `None` where nothing is."""
     if not isinstance(payload, Mapping) or not isinstance(payload.get("kind"), str):
         return 'an event must be an object with a "kind"'
@@ -46,8 +46,8 @@ def complaint(payload: object) -> str | None:
     return _misfit(payload, event, payload["kind"])
 
 
-def inconsistency(payload: Mapping[str, Any], part: int) -> str | None:
-    """Say what in a payload, in which `complaint` finds nothing, does not match what was seen before it.
+def payload_conflict(payload: Mapping[str, Any], part: int) -> str | None:
+    """Say what in a payload, in which `payload_error` finds nothing, does not match what was seen before it.
 
     Args:
         payload: the event.

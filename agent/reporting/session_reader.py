@@ -11,7 +11,7 @@ from typing import Any
 
 from agent.errors import BadInput
 from agent.rendering.image_files import FORMAT, Picture
-from agent.reporting.event_schema import complaint, inconsistency
+from agent.reporting.event_schema import payload_conflict, payload_error
 from agent.reporting.session_format import READABLE_VERSIONS, SCHEMA_VERSION, decode_line, is_start, upgrade_payload
 
 
@@ -91,7 +91,7 @@ def _lines(path: Path, entries: list[tuple[int, Any]]) -> Iterator[SessionLine]:
             line = _session_line(entry, where, version)
             latest = before + line.seconds
             if line.event is not None:
-                problem = inconsistency(line.event, part)
+                problem = payload_conflict(line.event, part)
                 if problem:
                     raise BadInput(f"{where}: {problem}")
                 if line.event["kind"] == "perceived":
@@ -105,7 +105,7 @@ def _session_line(entry: Any, where: str, version: int) -> SessionLine:
         raise BadInput(f'{where} must be an object with "seconds", a number from 0')
     if "event" in entry:
         payload = upgrade_payload(entry["event"], version)
-        problem = complaint(payload)
+        problem = payload_error(payload)
         if problem:
             raise BadInput(f"{where}: {problem}")
         return SessionLine(seconds, event=payload)

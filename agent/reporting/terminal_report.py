@@ -13,9 +13,9 @@ from agent.rendering.text import aligned, duration, number, place, slot_label
 from agent.reporting.event_text import (
     arm_sentence,
     check_sentence,
+    describe_row,
     parse_notes,
     remark_sentence,
-    seen_row,
     verdict_sentence,
     verdict_title,
 )
@@ -91,7 +91,7 @@ class TerminalReport:
         self._names = [one["name"] for one in seen]
         self._step("Looked at the table", payload["seconds"])
         self._line(f"{len(seen)} objects, {sum(one['takes_part'] for one in seen)} take part")
-        self._columns([seen_row(one) for one in seen])
+        self._columns([describe_row(one) for one in seen])
         for note in payload.get("notes", ()):
             self._line(note)
 

@@ -13,7 +13,7 @@ from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE
 from agent.rendering.image_files import FILM
 from agent.rendering.object_markers import markers_of_scene
 from agent.rendering.text import number, slot_label
-from agent.reporting.event_text import arm_sentence, described, parse_notes, remark_sentence, verdict_sentence
+from agent.reporting.event_text import arm_sentence, describe_object, parse_notes, remark_sentence, verdict_sentence
 from agent.reporting.html.charts import gauge, timing
 from agent.reporting.html.figures import candidates, legend, swatch, tried
 from agent.reporting.html.markup import album, bar, figure, film, paragraph, section, table
@@ -123,7 +123,7 @@ class Turn:
         marker_of = {marker.label: marker for marker in markers_of_scene(scene)}
         rows = [
             (
-                f"{swatch(marker_of[seen['name']])}{escape(described(seen))}",
+                f"{swatch(marker_of[seen['name']])}{escape(describe_object(seen))}",
                 escape(seen["category"]),
                 "takes part" if seen["takes_part"] else '<span class="soft">stays where it is</span>',
                 ", ".join(number(100 * value) for value in seen["position"]),

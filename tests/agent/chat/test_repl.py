@@ -14,7 +14,7 @@ from agent.chat.input import PlainLines
 from agent.chat.repl import Chat
 from agent.chat.view import ChatScreen
 from agent.event_base import kind_of
-from agent.reporting.event_schema import complaint
+from agent.reporting.event_schema import payload_error
 from agent.reporting.event_text import remark_sentence
 from agent.reporting.run_report import RunRecord
 
@@ -156,9 +156,9 @@ def test_small_talk_and_questions_are_answered_and_change_nothing(chat_of, conve
         situation, question = conversation.situation, conversation.question
         sent.clear()
         shown, _ = chat_of(line)
-        (answered,) = sent
-        assert isinstance(answered, events.Answered) and answered.question == line
-        assert " ".join(answered.answer.split()[:3]) in " ".join(shown.split())
+        (apply_answer,) = sent
+        assert isinstance(apply_answer, events.Answered) and apply_answer.question == line
+        assert " ".join(apply_answer.answer.split()[:3]) in " ".join(shown.split())
         assert conversation.situation is situation and conversation.question is question
 
 
@@ -171,8 +171,8 @@ def test_an_instruction_beside_a_greeting_is_an_instruction(chat_of, conversatio
 
 def test_a_question_that_cannot_be_answered_is_no_bad_instruction(chat_of, sent):
     shown, _ = chat_of("who won the football match?")
-    (answered,) = sent
-    assert answered.answer.startswith("I cannot answer that.") and "asks for no arrangement" not in shown
+    (apply_answer,) = sent
+    assert apply_answer.answer.startswith("I cannot answer that.") and "asks for no arrangement" not in shown
     shown, _ = chat_of("what a nice day")
     assert "asks for no arrangement" in shown
 
@@ -180,7 +180,7 @@ def test_a_question_that_cannot_be_answered_is_no_bad_instruction(chat_of, sent)
 def test_answers_are_kept_with_the_session(chat_of, sent):
     chat_of("where is the orange")
     payload = sent[0].to_dict()
-    assert payload["kind"] == "answered" and complaint(payload) is None
+    assert payload["kind"] == "answered" and payload_error(payload) is None
     record = RunRecord()
     record.on_event(sent[0])
     assert record.report["remarks"] == [payload]

@@ -10,7 +10,7 @@ from agent import events
 from agent.cli.report import replay as replay_verb
 from agent.cli.report import report as report_verb
 from agent.errors import BadInput, UsageError
-from agent.reporting.event_schema import complaint, event_classes
+from agent.reporting.event_schema import event_classes, payload_error
 from agent.reporting.replay import records_of, replay
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_format import READABLE_VERSIONS
@@ -175,16 +175,16 @@ def test_no_file_and_empty_file_are_bad_input(tmp_path):
 
 def test_told_events_are_told_from_others(run_events):
     for event in run_events:
-        assert complaint(event.to_dict()) is None
+        assert payload_error(event.to_dict()) is None
     assert {"started", "stopped", "restored", "plan_failed", "finished"} <= event_classes().keys()
     perceived = run_events[2].to_dict()
     perceived["objects"][1]["position"] = [0.1, "far", 0.0]
-    assert complaint(perceived) == "perceived.objects[1].position[1] must be a number"
+    assert payload_error(perceived) == "perceived.objects[1].position[1] must be a number"
     perceived["objects"][1]["position"] = [0.1, 0.0]
-    assert complaint(perceived) == "perceived.objects[1].position must have 3 entries"
-    assert complaint({"kind": "noted", "message": 3}) == "noted.message must be a string"
-    assert complaint({"kind": "failed", "step": "a", "message": "b", "exit_code": True}).endswith("a whole number")
-    assert "kind" in complaint(["noted"])
+    assert payload_error(perceived) == "perceived.objects[1].position must have 3 entries"
+    assert payload_error({"kind": "noted", "message": 3}) == "noted.message must be a string"
+    assert payload_error({"kind": "failed", "step": "a", "message": "b", "exit_code": True}).endswith("a whole number")
+    assert "kind" in payload_error(["noted"])
 
 
 @pytest.mark.parametrize(
