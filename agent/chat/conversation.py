@@ -14,7 +14,7 @@ from agent.chat.answers import answer, reply_to_unknown_question
 from agent.chat.build_session import BuildSession
 from agent.chat.knowledge import Knowledge
 from agent.chat.participants import Participants, UnclearObjectError, select_participants
-from agent.chat.state import apply_answer, ask_for_shape, complete_spec
+from agent.chat.state import apply_answer, with_a_shape, complete_spec
 from agent.errors import NotBuildable, UsageError
 from agent.event_base import Listener, json_value
 from agent.pipeline.resources import ResourceCache
@@ -52,7 +52,7 @@ class Conversation(BuildSession):
             revision = self._revised(last, text)
             if revision.status in ("refused", "unchanged"):
                 raise NotBuildable(revision.message)
-            self._apply(ask_for_shape(revision, last))
+            self._apply(with_a_shape(revision, last))
             return self.question is None
         return False
 

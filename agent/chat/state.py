@@ -145,7 +145,7 @@ def complete_spec(said: StructureSpec, before: StructureSpec) -> StructureSpec:
     return StructureSpec(**{slot: value for slot, value in values.items() if slot in legal})
 
 
-def ask_for_shape(revision: Revision, last: StructureSpec) -> Revision:
+def with_a_shape(revision: Revision, last: StructureSpec) -> Revision:
     """Return the revision, with a question where it was not said yet what is to be built, or anything at all.
 
     Args:

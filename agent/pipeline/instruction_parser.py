@@ -1,4 +1,4 @@
-"""The options of reading instructions, and the reader that they select."""
+"""Options of reading instructions, and the reader that they ask for."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The final verdict on what the arm built: the checks of the evaluation protocol on the true objects at rest."""
+"""The final verdict on what the arm built: the contract's checks of the true objects at rest."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from structdiffusion.simulation.world import TabletopWorld
 def judge_built(
     world: TabletopWorld, indices: Sequence[int], world_from_goal: np.ndarray, spec: StructureSpec
 ) -> tuple[str | None, tuple[Check, ...]]:
-    """Wait 2 s, then checks where the objects are and what they make.
+    """Wait 2 s, then check where the objects are and what they make.
 
     Args:
         world: the physics in which the arm has built.

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from agent.chat.participants import select_participants
-from agent.chat.state import Situation, ask_for_shape
+from agent.chat.state import Situation, with_a_shape
 from agent.errors import NotBuildable
 from agent.pipeline.instruction_parser import ReadingOptions
 from grounding.dialogue.revise import revise
@@ -40,7 +40,7 @@ def corrected(cache, stands, text):
     names = tuple(NAMES.values())
     table = SimpleNamespace(names=names, referents=[SceneObject(name) for name in names], fallen=(), out_of_reach=())
     before = Situation(goal, tuple(NAMES[word] for word in objects.split()), {})
-    revision = ask_for_shape(revise(goal, text, cache.reader(ReadingOptions()), stands=realised), goal)
+    revision = with_a_shape(revise(goal, text, cache.reader(ReadingOptions()), stands=realised), goal)
     if revision.status in ("refused", "unchanged"):
         raise NotBuildable(revision.message)
     return revision, set(select_participants(revision, table, before, cache.encoder).names)

@@ -139,8 +139,8 @@ def test_addresses_are_shown_without_what_is_secret(address, shown):
 @pytest.mark.parametrize(
     ("number", "line", "parts"),
     [
-        (1, "no JSON", ("not a session",)),
-        (1, '{"seconds": 0}', ("not a session",)),
+        (1, "no JSON", ("no session",)),
+        (1, '{"seconds": 0}', ("no session",)),
         (1, None, ("schema version 99", *map(str, READABLE_VERSIONS))),
         (3, "{", ("line 3", "not JSON")),
         (3, "\xff", ("line 3",)),
@@ -169,7 +169,7 @@ def test_no_file_and_empty_file_are_bad_input(tmp_path):
     with pytest.raises(BadInput, match="nowhere.jsonl.*No such file"):
         read_session(tmp_path / "nowhere.jsonl")
     (tmp_path / "empty.jsonl").write_text("\n")
-    with pytest.raises(BadInput, match="not a session"):
+    with pytest.raises(BadInput, match="no session"):
         read_session(tmp_path / "empty.jsonl")
 
 
@@ -190,13 +190,13 @@ def test_told_events_are_told_from_others(run_events):
 @pytest.mark.parametrize(
     ("kind", "change", "part"),
     [
-        ("imagined", lambda run_events: run_events["candidates"][2]["positions"].pop(), "[2].positions must have 3 entries"),
-        ("imagined", lambda run_events: run_events["candidates"][1]["turns"].pop(), "candidates[1].turns must have 3 entries"),
-        ("imagined", lambda run_events: run_events.update(seconds=None), "imagined.seconds must be a number"),
-        ("imagined", lambda run_events: run_events.update(seconds=1e300), "imagined.seconds must be a number"),
-        ("chosen", lambda run_events: run_events["goals"][0].pop("name"), "chosen.goals[0].name must be a string"),
-        ("planned", lambda run_events: run_events["order"].append(1), "planned.grasps must have as many entries"),
-        ("planned", lambda run_events: run_events["order"].__setitem__(0, 3), "planned.order must have numbers from 0"),
+        ("imagined", lambda payload: payload["candidates"][2]["positions"].pop(), "[2].positions must have 3 entries"),
+        ("imagined", lambda payload: payload["candidates"][1]["turns"].pop(), "candidates[1].turns must have 3 entries"),
+        ("imagined", lambda payload: payload.update(seconds=None), "imagined.seconds must be a number"),
+        ("imagined", lambda payload: payload.update(seconds=1e300), "imagined.seconds must be a number"),
+        ("chosen", lambda payload: payload["goals"][0].pop("name"), "chosen.goals[0].name must be a string"),
+        ("planned", lambda payload: payload["order"].append(1), "planned.grasps must have as many entries"),
+        ("planned", lambda payload: payload["order"].__setitem__(0, 3), "planned.order must have numbers from 0"),
     ],
 )
 def test_what_does_not_go_with_the_scene_is_refused(path, kind, change, part):
