@@ -96,18 +96,8 @@ class CommandRunner:
                 if proposal is not None:  # shown again, not sent: nothing new was proposed
                     screen.on_event(proposal.imagined)
                     screen.on_event(proposal.chosen)
-            case "/parser":
-                if rest:
-                    talk.read_with(one_of(name, rest, PARSERS))
-                screen.note(f"parser: {talk.options.reading.parser}")
-            case "/viewpoint":
-                if rest:
-                    talk.speak_from(one_of(name, rest, VIEWPOINTS))
-                screen.note(f"viewpoint: {talk.options.reading.viewpoint}")
-            case "/seed":
-                if rest:
-                    talk.seed_with(whole_number(name, rest, 0, MOST_SEED))
-                screen.note(f"seed: {talk.options.seed}")
+            case "/parser" | "/viewpoint" | "/seed":
+                self._set_option(name, rest)
             case "/save":
                 self._save(_path(rest))
             case "/load":
@@ -118,6 +108,23 @@ class CommandRunner:
                 screen.note(f"report: {write_page(self._session, page)}")
             case "/help":
                 self._help()
+
+    def _set_option(self, name: str, value: str) -> None:
+        """Change an option where a value is given, and show it."""
+        talk = self._conversation
+        match name:
+            case "/parser":
+                if value:
+                    talk.read_with(one_of(name, value, PARSERS))
+                self._screen.note(f"parser: {talk.options.reading.parser}")
+            case "/viewpoint":
+                if value:
+                    talk.speak_from(one_of(name, value, VIEWPOINTS))
+                self._screen.note(f"viewpoint: {talk.options.reading.viewpoint}")
+            case "/seed":
+                if value:
+                    talk.seed_with(whole_number(name, value, 0, MOST_SEED))
+                self._screen.note(f"seed: {talk.options.seed}")
 
     def _continue(self) -> None:
         if self._conversation.question is None and self._conversation.situation.proposal is not None:

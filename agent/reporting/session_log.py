@@ -51,13 +51,13 @@ class SessionWriter:
         path: Path,
         options: Mapping[str, Any],
         *,
-        anew: bool = False,
+        replace: bool = False,
         from_kind: str | None = None,
         owner: str | None = None,
     ) -> None:
         self.path, self._owner = path, owner
         self._began = time.perf_counter()
-        self._anew, self._from_kind = anew, from_kind
+        self._replace, self._from_kind = replace, from_kind
         self._file: Any = None
         first = {
             "schema_version": SCHEMA_VERSION,
@@ -113,7 +113,7 @@ class SessionWriter:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             if self._owner is not None:
                 mark(self.path.parent, self._owner, files_written(self.path.parent, self._owner) | {self.path.name})
-            self._file = self._replaced() if self._anew else self._continued()
+            self._file = self._replaced() if self._replace else self._continued()
         except BlockingIOError as error:
             raise UsageError(f"another process writes the session {str(self.path)!r}; choose another folder") from error
         except OSError as error:
@@ -167,7 +167,7 @@ def run_session(folder: Path, options: Mapping[str, Any]) -> SessionWriter:
         folder: made, with the file, when the run has seen something; before that there is nothing worth a folder.
         options: of the run.
     """
-    return SessionWriter(folder / RUN_SESSION, options, anew=True, from_kind="perceived", owner="run")
+    return SessionWriter(folder / RUN_SESSION, options, replace=True, from_kind="perceived", owner="run")
 
 
 def _write(file: Any, content: bytes) -> None:
