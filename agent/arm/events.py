@@ -109,7 +109,7 @@ class PlaceFailed(ArmEvent):
 
 @dataclass(frozen=True)
 class Stopped(ArmEvent):
-    """Somebody stopped the arm while it was at work.
+    """The arm was stopped while it was at work.
 
     Attributes:
         object, name: what was in the hand then, or `None` and empty.

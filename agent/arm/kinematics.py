@@ -1,4 +1,4 @@
-"""Where the hand of a Jaco is: forward and inverse kinematics of an arm as it is mounted, and its PyBullet body.
+"""Forward and inverse kinematics of a Jaco as it is mounted, and its PyBullet body.
 
 By default the arm's base stands at the world origin and is turned by 90 degrees about z, so that its usual
 workspace (the base's -y side) lies at world +x. In the `end_effector` frame the approach direction is +z and the hand
@@ -34,7 +34,7 @@ WORLD_FROM_BASE = pose_from_xyz_yaw(0.0, 0.0, 0.0, math.pi / 2)
 
 @dataclass(frozen=True, eq=False)
 class Kinematics:
-    """An arm and where it is mounted.
+    """The kinematics of an arm at its mounting place.
 
     Attributes:
         model: which arm it is.

@@ -1,4 +1,4 @@
-"""In which order objects can be placed, and where to put one that stands in another's way."""
+"""Orders in which objects can be placed, and free places for objects that block others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which of the ranked arrangements the arm can build: the first one with a plan for every object."""
+"""Selects the first of the ranked arrangements with a plan for every object."""
 
 from __future__ import annotations
 

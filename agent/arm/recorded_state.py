@@ -1,4 +1,4 @@
-"""An arm that stands as it was recorded: names and unwrapped angles become a configuration of its model."""
+"""Converts the recorded state of an arm, names and unwrapped angles, to a configuration of its model."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ BEYOND = math.radians(2.0)  # what an encoder may report beyond a limit: the joi
 
 @dataclass(frozen=True)
 class Standing:
-    """How a recorded arm stands, as its model counts.
+    """The configuration of a recorded arm, in the joints of its model.
 
     Attributes:
         joints: (n,) rad, within the model's limits.

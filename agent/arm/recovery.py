@@ -1,4 +1,4 @@
-"""What the arm does after it was stopped: it sets down what it holds, and draws its hand out of the way."""
+"""Recovery after the arm was stopped: it sets down what it holds, and moves its hand out of the way."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How near points are to an arm that stands as recorded, which finds what a camera saw of the arm itself."""
+"""Distances of points to an arm that stands as recorded, to find what a camera saw of the arm itself."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ArmState:
-    """How the arm stood.
+    """The joint state of the arm.
 
     Attributes:
         model: "j2s7s300", "j2n6s300" or "j2s6s300", by the number of joints and the prefix.

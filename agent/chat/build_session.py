@@ -32,7 +32,7 @@ class BuildSession(TableSession):
         super().__init__(options, cache, listeners)
         self._turn = Turn(self.send)
 
-    # --- what is proposed --------------------------------------------------------------------
+    # --- proposals --------------------------------------------------------------------
 
     def _propose(self, situation: Situation) -> None:
         self._turn.step, began = "scene", time.perf_counter()
@@ -106,7 +106,7 @@ class BuildSession(TableSession):
             raise UsageError("there is no proposal; say what to build, or /again")
         return proposal
 
-    # --- what is built -----------------------------------------------------------------------
+    # --- building -----------------------------------------------------------------------
 
     def plan(self) -> None:
         """Plan the chosen arrangement, send the events of the plan, and move nothing."""

@@ -39,7 +39,7 @@ class Conversation(BuildSession):
         self._unclear = ""  # the words of an object that is asked about
         self._resolved: dict[str, str] = {}  # such words -> the object that an answer said they mean
 
-    # --- what is said ------------------------------------------------------------------------
+    # --- instructions and answers ------------------------------------------------------------------------
 
     def say(self, text: str) -> bool:
         """Read an instruction or a correction, up to a proposal or a question; returns whether there is a proposal."""
@@ -172,7 +172,7 @@ class Conversation(BuildSession):
         )
         self._propose(situation)
 
-    # --- what is answered --------------------------------------------------------------------
+    # --- questions --------------------------------------------------------------------
 
     def reply(self, text: str, acts: Sequence[Act]) -> None:
         """Answer small talk and questions; what is proposed or asked stands.

@@ -69,7 +69,7 @@ class TableSession:
         """Send an event to every listener."""
         send(event, self.listeners)
 
-    # --- the way back ------------------------------------------------------------------------
+    # --- history ------------------------------------------------------------------------
 
     def _remember(self, situation: Situation) -> None:
         self._past.append(self.situation)

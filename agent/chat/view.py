@@ -91,7 +91,7 @@ class ChatScreen:
         lines = self.maps.previews(self._scene, payload, _PREVIEW_COLUMNS)
         self._live.draw(Group(Text(f"denoising: step {step} of {steps}", "dim"), *lines))
 
-    # --- what there is to see ----------------------------------------------------------------
+    # --- views ----------------------------------------------------------------
 
     def scene(self, payload: Mapping[str, Any] | None = None) -> None:
         """Show the table from above, with the names of what stands on it.

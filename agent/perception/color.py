@@ -1,4 +1,4 @@
-"""Colours as people see them apart, and how much each point's colour differs from that of the table about it."""
+"""Colours in CIELAB, and how much the colour of each point differs from that of the table around it."""
 
 from __future__ import annotations
 

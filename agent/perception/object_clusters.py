@@ -1,4 +1,4 @@
-"""Which points above the table are objects: what stands out from it, and hangs together, and stands on it.
+"""Finds the objects among the points above the table: connected regions that stand on it.
 
 What rises more than a centimetre is clustered first, then what is lower: a table's waves are never that high, and the
 low points between two objects would join them.

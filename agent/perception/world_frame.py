@@ -1,4 +1,4 @@
-"""From the table's plane, and whatever is known of the camera's pose, to the project's world frame.
+"""Determines the world frame from the table's plane and what is known of the camera's pose.
 
 World: z = 0 is the table's surface, x points from the arm across the table, y to its left; the arm's base stands at
 x = y = 0, as high above or below the table as it is.

@@ -1,4 +1,4 @@
-"""Bags of every kind behind one door: ROS 1 files, ROS 2 folders, .db3 and .mcap files, read as a stream.
+"""Reads bags of every kind as a stream: ROS 1 files, ROS 2 folders, .db3 and .mcap files.
 
 Whatever a damaged file does to the library that reads it ends here, in one sentence. Messages are decoded by the
 definitions that ROS itself publishes and never by those in the bag: the types that are used have not changed in any

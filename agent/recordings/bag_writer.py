@@ -1,4 +1,4 @@
-"""Bags are written here: messages go to a new file or folder, which is whole at the end or not there at all."""
+"""Writes bags: messages go to a new file or folder, which is complete at the end or not there at all."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a camera's lens is, found in the files that data sets put beside their pictures."""
+"""Finds the intrinsics of a camera in the files that data sets put beside their pictures."""
 
 from __future__ import annotations
 

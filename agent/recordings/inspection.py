@@ -1,4 +1,4 @@
-"""What a bag holds: topics, times, frames, what a run needs of it, and how it would be used."""
+"""The content of a bag: topics, times, frames, what a run needs of it, and how it would be used."""
 
 from __future__ import annotations
 

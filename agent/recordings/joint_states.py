@@ -1,4 +1,4 @@
-"""How the arm stood: the Jaco's joints among all joints of a recording."""
+"""Finds the joint angles of the Jaco among all joints of a recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One moment of a recorded session, taken out of whatever it was recorded in."""
+"""Loads one moment of a recorded session from any format."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ROS messages say, as arrays: clouds, camera infos, stamps; every length is checked before it is believed."""
+"""Decodes ROS messages into arrays: clouds, camera infos, stamps; every length is checked before it is used."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Clouds on disk: .ply and .pcd files, whose headers are checked before anything is believed."""
+"""Clouds on disk: .ply and .pcd files, whose headers are checked before they are used."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _PLY_BYTES = {
 
 @dataclass(frozen=True)
 class _Header:
-    """What a file says of itself.
+    """The header of a cloud file.
 
     Attributes:
         height, width: rows and columns of its points.

@@ -1,4 +1,4 @@
-"""What is taken from a recording, documented once: every input's frame, unit and shape.
+"""The data that is taken from a recording, with the frame, unit and shape of every input.
 
 | input | dtype, shape | frame, unit | range |
 |---|---|---|---|
@@ -75,7 +75,7 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class ReadingOf:
-    """What decides how a recording is read.
+    """Options of how a recording is read.
 
     Attributes:
         at: seconds after the first message; by default the first moment at which everything is there.
@@ -92,7 +92,7 @@ class ReadingOf:
 
 @dataclass(frozen=True, eq=False)
 class RecordedOptions:
-    """What decides how a recorded scene is taken.
+    """Options of how a recorded scene is used.
 
     Attributes:
         reading: how it is read.

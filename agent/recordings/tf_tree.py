@@ -1,4 +1,4 @@
-"""Where frames stood to each other, from /tf and /tf_static of either generation."""
+"""Transforms between frames, from /tf and /tf_static of ROS 1 and ROS 2."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _MOST_STATIC = 10_000  # messages; a bag with more of them on a static topic is 
 
 
 class TransformLoop(BadInput):
-    """A tf tree that is none; the message has the frames."""
+    """A tf tree with a loop; the message has its frames."""
 
 
 @dataclass(frozen=True)
 class Transform:
-    """How one frame stands in its parent.
+    """The pose of one frame in its parent.
 
     Attributes:
         parent_from_child: (4, 4).

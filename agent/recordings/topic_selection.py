@@ -1,4 +1,4 @@
-"""Which topic is used for what: found by type, name and a first look, unless the user names it."""
+"""Selects the topic for each role by type, name and a first look, unless the user names it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _DISLIKED = ("infra", "/ir/", "confidence", "fisheye", "mask", "marker", "debug"
 
 @dataclass(frozen=True)
 class Offer:
-    """What a stream has to give.
+    """What a stream could be used for.
 
     Attributes:
         stream: the stream.
@@ -61,7 +61,7 @@ class Offer:
 
 @dataclass(frozen=True)
 class Choice:
-    """What the camera's picture is made of: `points`, or `depth` with `depth_info`.
+    """The streams that make up the camera's picture: `points`, or `depth` with `depth_info`.
 
     Attributes:
         points: a cloud, or `None`.

@@ -82,7 +82,7 @@ class _Sample:
 
 
 class TrajectoryLog:
-    """Listens to an arm at work: give it to `agent.arm.executor.build_structure`, of which several may follow."""
+    """Records the commands of an arm at work: pass it to `agent.arm.executor.build_structure`, to several in turn."""
 
     def __init__(self) -> None:
         self._begun: list[tuple[str, list[_Sample]]] = []

@@ -1,4 +1,4 @@
-"""Scene files: YAML in, checked line by line, and YAML out. What is wrong with a file is said with its line.
+"""Scene files: YAML in, checked line by line, and YAML out. Errors name the line of the file.
 
     version: 1                # of this schema; needed
     objects:                  # needed; at most 40
@@ -71,14 +71,14 @@ class PlacedObject:
 
 @dataclass(frozen=True)
 class Problem:
-    """Something that is wrong with a scene file, and the line, counted from 1."""
+    """An error in a scene file, and its line, counted from 1."""
 
     line: int
     message: str
 
 
 class SceneFileError(BadInput):
-    """A scene file that cannot be used; it says the first problem, and `problems` has them all."""
+    """A scene file that cannot be used; its message is the first problem, and `problems` has them all."""
 
     def __init__(self, path: Path, problems: Sequence[Problem]) -> None:
         self.problems = tuple(sorted(problems, key=lambda problem: problem.line))
@@ -132,7 +132,7 @@ def parse_scene(text: str) -> tuple[tuple[PlacedObject, ...], list[Problem]]:
 
 
 class _Reader:
-    """Reads YAML nodes and notes what is wrong."""
+    """Reads YAML nodes and collects problems."""
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []

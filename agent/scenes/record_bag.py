@@ -1,4 +1,4 @@
-"""A recorded session of the simulated arm and its camera: what a kinova-ros driver and a RealSense would have said.
+"""A recorded session of the simulated arm and its camera: what a kinova-ros driver and a RealSense would have published.
 
 | topic | type | frame | rate |
 |---|---|---|---|
@@ -116,7 +116,7 @@ def _mounted(base_from_optical: np.ndarray) -> dict[tuple[str, str], np.ndarray]
 
 
 class _Driver:
-    """What the arm's driver and the publisher of its links say of an arm that stands still."""
+    """The messages of the arm's driver and of the publisher of its links, for an arm that stands still."""
 
     def __init__(self, table: TableScene) -> None:
         model = table.arm.kinematics.model

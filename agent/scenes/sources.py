@@ -1,4 +1,4 @@
-"""Where the pipeline gets its table from: drawn for the instruction, placed by a file, or recorded."""
+"""Sources of tables for the pipeline: drawn for the instruction, placed by a file, or recorded."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ RECORDINGS = (".bag", ".db3", ".mcap", ".ply", ".pcd")
 
 
 class SceneSource(Protocol):
-    """Whatever opens a table for an instruction.
+    """Anything that opens a table for an instruction.
 
     Attributes:
         referents: what an instruction can refer to: the objects that there are, or those that can be drawn.
