@@ -80,12 +80,12 @@ def chat(
         console = console_on(results)
         console.print(_AT_ONCE, style="dim", highlight=False)  # before what follows is imported, which takes seconds
         import_pybullet_silently()
-        from agent.chat.run import talk
+        from agent.chat.run import run_chat
         from agent.pipeline.run import RunOptions
 
         options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
         session = folder / "session.jsonl"
-        code = talk(options, console, session, sys.stdin, yes)
+        code = run_chat(options, console, session, sys.stdin, yes)
     print(f"session: {session}", file=sys.stderr)
     if code:
         raise typer.Exit(code)
