@@ -1,4 +1,4 @@
-"""How soon the chat reacts to a line, and proposes: `python -m agent.chat.latency [--runs N] [--scene SCENE] [--json]`.
+"""How soon the chat reacts to a line, and proposes, as `structagent evaluate chat` measures it.
 
 An instruction and corrections of it, one after another, after one that warms up. "reaction" is the time from Enter
 until words are shown, "proposal" until the ranked arrangements are; a terminal's own time is not in it.
@@ -6,9 +6,7 @@ until words are shown, "proposal" until the ranked arrangements are; a terminal'
 
 from __future__ import annotations
 
-import argparse
 import io
-import json
 import re
 import statistics
 import tempfile
@@ -16,7 +14,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from agent.runtime.stdio import import_pybullet_silently
+from agent.event_base import Event
 
 _CORRECTIONS = ("bigger", "now as a line", "on the right", "smaller", "now as a circle", "on the left")
 LEAST_RUNS = 5
@@ -40,7 +38,7 @@ class _Watched(io.StringIO):
 
 
 def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Result:
-    """Median seconds to the reaction and to the proposal.
+    """Return median seconds to the reaction and to the proposal.
 
     Args:
         runs: how many lines, after the one that warms up.
@@ -58,7 +56,7 @@ def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Re
     from agent.chat.repl import Chat
     from agent.chat.view import ChatScreen
     from agent.errors import NotBuildable
-    from agent.pipeline.resources import Loaded
+    from agent.pipeline.resources import ResourceCache
     from agent.pipeline.run import RunOptions
 
     torch.set_num_threads(1)  # as in a chat
@@ -66,25 +64,25 @@ def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Re
     screen = ChatScreen(Console(file=screen_file, force_terminal=True, width=100))
     proposed: list[float] = []
 
-    def tell(event: events.Event) -> None:
-        screen(event)
-        if isinstance(event, events.Imagined):
-            proposed.append(time.perf_counter())
+    class ProposalTimes:
+        def on_event(self, event: Event) -> None:
+            if isinstance(event, events.Imagined):
+                proposed.append(time.perf_counter())
 
     reactions, proposals = [], []
     options, folder = RunOptions(scene, model=model), tempfile.TemporaryDirectory()
-    with folder as out, Conversation(options, Loaded(), tell) as conversation:
+    with folder as out, Conversation(options, ResourceCache(), [screen, ProposalTimes()]) as conversation:
         example = conversation.example()
         if example is None:
             raise NotBuildable(f"nothing can be built of what stands on the table of {scene!r}")
         lines = PlainLines(io.StringIO(), screen_file.write)
-        chat = Chat(conversation, screen, lines, tell, Path(out) / "session.jsonl")
+        chat = Chat(conversation, screen, lines, Path(out) / "session.jsonl")
         said = [example.text, *(_CORRECTIONS[run % len(_CORRECTIONS)] for run in range(runs))]
         for line in said:
             screen_file.first = None
             proposed.clear()
             began = time.perf_counter()
-            chat.take(line)
+            chat.handle(line)
             if not proposed or screen_file.first is None:
                 raise NotBuildable(f"{line!r} ended in no proposal")
             reactions.append(screen_file.first - began)
@@ -97,35 +95,3 @@ def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Re
         "proposal_seconds_median": statistics.median(proposals[1:]),
         "proposal_seconds_max": max(proposals[1:]),
     }
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m agent.chat.latency", description=__doc__)
-    parser.add_argument("--runs", type=int, default=6)
-    parser.add_argument("--scene", default="simulated")
-    parser.add_argument("--model", default="diffusion")
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
-    if options.runs < LEAST_RUNS:
-        parser.error(f"--runs cannot be {options.runs}; legal: {LEAST_RUNS} or more")
-    import_pybullet_silently()
-    from agent.errors import exit_code_of, one_sentence
-
-    try:
-        result = measure(options.runs, options.scene, options.model)
-    except Exception as error:
-        if exit_code_of(error) is None:
-            raise
-        parser.error(one_sentence(error))
-    if options.json:
-        print(json.dumps(result))
-        return
-    print(
-        f"from Enter to the first reaction {result['reaction_seconds_median']:.3f} s, to ranked candidates "
-        f"{result['proposal_seconds_median']:.2f} s (medians of {result['runs']}; at most "
-        f"{result['proposal_seconds_max']:.2f} s) by {result['model']} on {result['scene']}"
-    )
-
-
-if __name__ == "__main__":
-    main()

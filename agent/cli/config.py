@@ -20,8 +20,9 @@ config_app = typer.Typer(rich_markup_mode=None)
 
 # Verbs that work, and tell what is wrong, where the configuration does not.
 _WITHOUT = ("doctor", "config", "completion")
-# Options that share a setting's name and mean something else: the nouns on the table, and what is trained on.
-_NOT_CONFIGURED = {("parse", "objects"), ("generate", "objects")}
+# Options that share a setting's name and mean something else: nouns on the table, the library of the training data, and
+# a number of objects.
+_NOT_CONFIGURED = {("parse", "objects"), ("generate", "objects"), ("benchmark", "objects")}
 DEFAULT = "default"
 _CONFIGURATION = "structagent.configuration"  # where a command's context has it
 
@@ -60,7 +61,12 @@ def defaults_of(group: Any, configuration: Configuration) -> dict[str, Any]:
 
 
 def reading_options(
-    ctx: typer.Context, parser: str, viewpoint: str, llm_model: str | None, llm_url: str | None
+    ctx: typer.Context,
+    parser: str,
+    viewpoint: str,
+    llm_model: str | None,
+    llm_url: str | None,
+    encoder: str | None = None,
 ) -> ReadingOptions:
     """How a command reads instructions; a key is kept for the endpoint that the user named, and not the project."""
     from agent.pipeline.instruction_parser import ReadingOptions
@@ -70,7 +76,8 @@ def reading_options(
     source = ctx.get_parameter_source("llm_url")
     by_flag = source is not None and source.name == "COMMANDLINE"
     by_project = not by_flag and configured is not None and configured.layer == PROJECT
-    return ReadingOptions(parser, viewpoint, llm_model, llm_url, key_url=None if by_project else llm_url)
+    key_url = None if by_project else llm_url
+    return ReadingOptions(parser, viewpoint, llm_model, llm_url, key_url=key_url, encoder=encoder)
 
 
 def configurable(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:

@@ -11,13 +11,14 @@ import typer
 
 from agent.cli.config import reading_options
 from agent.cli.options import (
+    EncoderOption,
     LLMModelOption,
     LLMUrlOption,
     ParserOption,
     Parsers,
     Viewpoint,
     ViewpointOption,
-    complain,
+    print_error,
 )
 from agent.errors import NOT_BUILDABLE, UsageError
 from agent.rendering.text import number, slot_label
@@ -32,8 +33,9 @@ if TYPE_CHECKING:
     from agent.pipeline.instruction_parser import ReadingOptions
     from grounding.interpreter import Interpretation
 
-# How many instructions are read at once: 32 are read four times as fast as one by one, and take 0.2 s.
-AT_ONCE = 32
+# How many instructions are read at once: among 128 there are enough of one length to be read together without
+# padding, and they take less than a second.
+AT_ONCE = 128
 
 
 def parse(
@@ -47,6 +49,7 @@ def parse(
     objects: Annotated[
         str | None, typer.Option(metavar="NAMES", help='What is on the table, as "mug,bowl,plate,fork".')
     ] = None,
+    encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     json_output: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
@@ -62,9 +65,9 @@ def parse(
     names = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]
     if names == []:
         raise UsageError(f'--objects must name objects, as "mug,bowl,plate", and {objects!r} names none')
-    options = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
+    options = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     with results_stream() as results:
-        read, refused = read_instructions(given, options, names, json_output, results, complain)
+        read, refused = read_instructions(given, options, names, json_output, results, print_error)
     if not read:
         raise UsageError("parse needs an instruction, and standard input had none")
     if refused:
@@ -77,7 +80,7 @@ def read_instructions(
     names: Sequence[str] | None,
     as_json: bool,
     results: TextIO,
-    complain: Callable[[str], None],
+    print_error: Callable[[str], None],
 ) -> tuple[int, int]:
     """Reads every instruction, tells what was read as soon as it is, and goes on after one that is refused.
 
@@ -88,7 +91,7 @@ def read_instructions(
         names: of the objects on the table, where they are known.
         as_json: one JSON object a line.
         results: where to tell.
-        complain: takes one sentence for every instruction that was refused, and one for a fallback.
+        print_error: takes one sentence for every instruction that was refused, and one for a fallback.
 
     Returns:
         How many were read, and how many were refused.
@@ -106,12 +109,12 @@ def read_instructions(
             for goal in interpreter.interpret_many(given[start : start + at_once], names):
                 if goal.fallback and goal.fallback != told:
                     told = goal.fallback
-                    complain(told)
+                    print_error(told)
                 print(json.dumps(goal.to_dict(), ensure_ascii=False) if as_json else _as_text(goal), file=results)
                 read += 1
                 if goal.status == "refused":
                     refused += 1
-                    complain(goal.message)
+                    print_error(goal.message)
             results.flush()
     return read, refused
 

@@ -1,4 +1,4 @@
-"""The reference of the command line, `reference.md`, made from the commands themselves.
+"""The reference of the command line, `docs/cli.md`, made from the commands themselves.
 
 `python -m agent.cli.reference` writes it; with `--check` it says whether it is still what the commands would give, and
 ends with 1 where it is not. The same on every machine, whatever is configured there.
@@ -14,12 +14,13 @@ from pathlib import Path
 
 import typer
 
+import agent
 from agent.cli.app import app
 from agent.cli.command_tree import Command, Parameter, command_tree
 from agent.cli.config import configurable
 from agent.runtime.settings import KEY_VARIABLE, PROJECT_FILE, SETTINGS
 
-FILE = Path(__file__).parents[1] / "reference.md"
+FILE = Path(agent.__file__).resolve().parents[1] / "docs" / "cli.md"
 
 # Defaults that follow from the machine: command and option -> what stands for the number.
 _OF_THE_MACHINE = {
@@ -34,9 +35,9 @@ _EXAMPLE = "Example: "
 _DEFAULT = re.compile(r"\s*\[default: (.*)\]$")  # in a help text, where the code's own default is not the whole story
 
 _TITLE = """\
-# structagent: reference of the command line
+# Command-line reference
 
-Made from the commands by `python -m agent.cli.reference`.
+This page is generated from the commands by `python -m agent.cli.reference`; do not edit it by hand.
 """
 
 _EXIT_CODES = """\
@@ -80,8 +81,8 @@ def reference() -> str:
     return "\n".join([_TITLE, *_section(program, configured), _EXIT_CODES, _environment(), _FILES])
 
 
-def _section(command: Command, configured: set[tuple[str, str]]) -> Iterator[str]:
-    """A command, then those in it."""
+def _section(command: Command, configured: set[tuple[str, str]], alike: Command | None = None) -> Iterator[str]:
+    """Describe a command, then its subcommands; the options are left to `alike`, a command that has the same."""
     about, example = _described(command.help)
     name = " ".join(command.path)
     yield f"## {name}\n"
@@ -89,8 +90,11 @@ def _section(command: Command, configured: set[tuple[str, str]]) -> Iterator[str
     yield from about
     arguments = [each for each in command.parameters if not each.flags]
     options = [each for each in command.parameters if each.flags]
+    if alike is not None:
+        other = " ".join(alike.path)
+        yield f"**Options**: those of [`{other}`](#{other.replace(' ', '-')}).\n"
     for title, parameters in (("Arguments", arguments), ("Options", options)):
-        if parameters:
+        if parameters and alike is None:
             yield f"**{title}**\n"
             yield "\n".join(_item(command, each, configured) for each in parameters) + "\n"
     if command.commands:
@@ -101,8 +105,11 @@ def _section(command: Command, configured: set[tuple[str, str]]) -> Iterator[str
         ) + "\n"
     if example:
         yield f"**Example**\n\n```sh\n{example}\n```\n"
+    described: list[Command] = []
     for inner in command.commands.values():
-        yield from _section(inner, configured)
+        alike = next((one for one in described if one.parameters and one.parameters == inner.parameters), None)
+        yield from _section(inner, configured, alike)
+        described.append(inner)
 
 
 def _described(text: str) -> tuple[list[str], str]:

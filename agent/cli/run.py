@@ -18,6 +18,7 @@ from agent.cli.options import (
     CameraPoseOption,
     ForceOutOption,
     JsonOption,
+    EncoderOption,
     LLMModelOption,
     LLMUrlOption,
     ModelOption,
@@ -31,7 +32,7 @@ from agent.cli.options import (
     Viewpoint,
     ViewpointOption,
     WeightsOption,
-    complain,
+    print_error,
     recorded_options,
 )
 from agent.errors import DONE, INTERRUPTED, BadInput, UsageError
@@ -61,6 +62,7 @@ def run(
     json_output: JsonOption = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
+    encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     execute: Annotated[
@@ -88,6 +90,7 @@ def run(
     Example: structagent run "put the cups in a small circle on the left" --seed 3 --out out/cups
     """
     import_pybullet_silently()
+    from agent.event_base import Listener, send
     from agent.events import Failed
     from agent.pipeline.run import RunOptions, run_instruction
     from agent.reporting.rerun_log import RerunLog
@@ -100,7 +103,7 @@ def run(
         raise BadInput(f"the instruction {text!r} has a byte that is no UTF-8 text, where {NO_TEXT} stands")
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-seed{seed}"
     check_own_folder(folder, "run", force)
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     trajectories = export_trajectory or []
     if trajectories and not execute:
         raise UsageError("--export-trajectory needs the arm at work, and --no-execute stops before it")
@@ -115,14 +118,14 @@ def run(
         results = open_files.enter_context(results_stream())
         record = RunRecord(open_files.enter_context(run_session(folder, asdict(options))))
         viewer = open_files.enter_context(RerunLog(rerun)) if rerun is not None else None
-        tell = TerminalReport(console_on(sys.stderr if json_output else results))
-        listeners = [record, tell] + ([viewer] if viewer is not None else [])
+        terminal = TerminalReport(console_on(sys.stderr if json_output else results))
+        listeners: list[Listener] = [record, terminal, *([viewer] if viewer is not None else [])]
         try:
-            for event in run_instruction(text, options, watch=viewer and viewer.watch, trajectories=trajectories):
-                for listener in listeners:
-                    listener(event)
+            on_step = None if viewer is None else viewer.on_physics_step
+            for event in run_instruction(text, options, on_step=on_step, trajectories=trajectories):
+                send(event, listeners)
         except (KeyboardInterrupt, ReaderGone):
-            record(Failed("run", "interrupted", INTERRUPTED))
+            record.on_event(Failed("run", "interrupted", INTERRUPTED))
             raise
         finally:
             page = record.write(folder) if record.saw_something else None
@@ -132,5 +135,5 @@ def run(
                 print(f"report: {page}", file=sys.stderr if json_output else results)
     outcome = record.report["outcome"]
     if outcome["exit_code"] != DONE:
-        complain(outcome["message"])
+        print_error(outcome["message"])
         raise typer.Exit(outcome["exit_code"])

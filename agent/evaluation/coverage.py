@@ -18,7 +18,7 @@ import torch
 from scipy.stats import t as student_t
 
 from agent.evaluation.common import LOST, Row, left_out_note, parted, report_of, row_of_lost, spoken_scenes
-from agent.pipeline.candidates import checked_planner, worth_a_try
+from agent.pipeline.candidates import checked_planner, is_viable
 from agent.rendering.text import aligned, number, slot_label
 from agent.runtime.progress import followed
 from grounding.spec import SHAPES, SLOTS_OF_SHAPE, X_POSITIONS, StructureSpec
@@ -26,13 +26,13 @@ from structdiffusion.benchmark.scenes import ANY_SHAPE, EvaluationScene, draw_ev
 from structdiffusion.completion.estimate import estimate, imagined_bodies
 from structdiffusion.data.scene_sampling import layout_item
 from structdiffusion.geometry import yaw_of
-from structdiffusion.layouts import LayoutError
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Arrangement, Goal, Scene
 from structdiffusion.parallel import in_parallel
 from structdiffusion.planners.factory import Planner
 from structdiffusion.protocol.slot_measurement import distinct_values, evenness, fitting_values, realised_spec
+from structdiffusion.structures.structure import LayoutError
 
 BEST = 5  # of the ranked samples: as many as success@k tries
 # Which samples: all of them, those that the ranking calls worth a try, the best of these.
@@ -40,20 +40,21 @@ SAMPLED, WORTHWHILE, RANKED = "sampled", "worth a try", f"best {BEST}"
 
 
 def measure_coverage(
-    objects: str, name: str, weights: Path | None, count: int, seed: int, candidates: int, workers: int
+    objects: str, name: str, weights: Path | None, count: int, seed: int, candidates: int, workers: int,
+    allow_unverified: bool = False,
 ) -> Row:
     """How evenly samples spread over the values of open slots, over `count` scenes of each kind, JSON-ready.
 
     The kinds are the four shapes with all other slots open, and an open shape of which only the x position is said.
 
-    Args: as `measure_success`.
+    Args: as `measure_arm`.
     """
-    checked_planner(name, weights)
+    checked_planner(name, weights, allow_unverified)
     models = tuple(load_objects(objects))
     jobs = [(shape, place) for shape in (*SHAPES, None) for place in range(count)]
     drawn = in_parallel(partial(_drawn, seed), tuple, (models,), jobs, workers)
     scenes, lost = parted(followed("scenes drawn", drawn, len(jobs)))
-    load = partial(checked_planner, name, weights)
+    load = partial(checked_planner, name, weights, allow_unverified)
     covered = in_parallel(partial(_covered, candidates), load, (), spoken_scenes(scenes, heard=False), workers)
     found, more = parted(followed("scenes sampled", covered, len(scenes)))
     rows = [row for rows in found for row in rows]
@@ -61,7 +62,7 @@ def measure_coverage(
     left_out += [row_of_lost((one.job.structure, one.job.number), seed, one.reason) for one in more]
     command = f"structagent evaluate coverage --objects {objects} --scenes {count} --seed {seed} --model {name}"
     command += f" --weights {weights}" if weights else ""
-    command += f" --candidates {candidates}"
+    command += f" --candidates {candidates}" + (" --allow-unverified" if allow_unverified else "")
     return report_of(command, rows, _spread) | {LOST: left_out}
 
 
@@ -89,8 +90,8 @@ def _covered(candidates: int, planner: Planner, scene: EvaluationScene) -> list[
     except LayoutError:
         arrangements = []
     realised = _realised(seen, spec, arrangements)
-    worthwhile = [found for found, one in zip(realised, arrangements) if worth_a_try(one)]
-    groups = {SAMPLED: realised, WORTHWHILE: worthwhile, RANKED: realised[:BEST]}
+    viable = [found for found, one in zip(realised, arrangements) if is_viable(one)]
+    groups = {SAMPLED: realised, WORTHWHILE: viable, RANKED: realised[:BEST]}
     poses = drawn.world_from_initial[: drawn.count]
     items = [layout_item(model, yaw_of(pose)) for model, pose in zip(drawn.models, poses)]
     rows = []
