@@ -11,7 +11,7 @@ of which only `text` must be there; a value that is `null` counts as not given:
 | `id` | 1 to 80 letters, digits, ".", "_" and "-", the first a letter or a digit; by default "line-007" for line 7 |
 | `text` | the instruction |
 | `scene`, `objects`, `model`, `weights`, `seed`, `execute` | as the flags of `run`; by default the batch's own flags |
-| `parser`, `viewpoint`, `llm_model`, `llm_url` | likewise |
+| `parser`, `viewpoint`, `encoder`, `llm_model`, `llm_url` | likewise |
 
 Relative paths in a row are seen from the file's folder; from the current one where the rows come from standard input.
 """
@@ -38,7 +38,7 @@ LARGEST_SEED = 2**63 - 1  # what torch takes
 _SETTINGS = {setting.name: setting for setting in SETTINGS if setting.name != "workers"}
 KEYS = ("id", "text", *_SETTINGS)
 _PLACES = ("scene", "objects", "weights")  # what is not there is bad input; any other illegal value is wrong usage
-_READING = ("parser", "viewpoint", "llm_model", "llm_url")
+_READING = ("parser", "viewpoint", "encoder", "llm_model", "llm_url")
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,79}")
 _DEFAULT_ID = re.compile(r"line-\d+", re.IGNORECASE)
 _KIND = {str: "a string", int: "a whole number", bool: "true or false"}
