@@ -41,10 +41,10 @@ from grounding.spec import SHAPES
 from structdiffusion.benchmark.scenes import EvaluationScene
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.observation import Goal
-from structdiffusion.parallel import WORKER_DIED
 from structdiffusion.planners.factory import Planner
 from structdiffusion.simulation.world import TabletopWorld
 from structdiffusion.structures.structure import LayoutError
+from structdiffusion.worker_process import WORKER_DIED
 
 REPORT = "eval.json"  # beside the rows
 

@@ -16,8 +16,9 @@ from grounding.parsers.embedding import EmbeddingParser
 from structdiffusion.benchmark.scenes import EvaluationScene, draw_evaluation_scene
 from structdiffusion.benchmark.success import wilson_interval
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.parallel import WORKER_DIED, Lost, WorkerError
+from structdiffusion.parallel import Lost, WorkerError
 from structdiffusion.planners.registry import PLANNERS
+from structdiffusion.worker_process import WORKER_DIED
 
 SCHEMA_VERSION = 1
 LOST = "lost"  # what a row has, beside its scene, whose worker died at it: why

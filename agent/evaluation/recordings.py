@@ -57,8 +57,8 @@ from grounding.spec import SHAPES
 from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_scene, full_spec
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.parallel import WORKER_DIED
-from structdiffusion.simulation.world import MIN_POINTS
+from structdiffusion.simulation.visible_points import MIN_POINTS
+from structdiffusion.worker_process import WORKER_DIED
 
 _MATCHED = 0.5  # of intersection over union: a mask that has less in common with an object is none of it
 _DRAWS = 200

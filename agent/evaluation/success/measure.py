@@ -27,8 +27,9 @@ from structdiffusion.benchmark.scenes import EvaluationScene, draw_evaluation_sc
 from structdiffusion.benchmark.success import Evaluation, Row, lost_row, solve
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.parallel import WORKER_DIED, Lost
+from structdiffusion.parallel import Lost
 from structdiffusion.planners.registry import PLANNERS
+from structdiffusion.worker_process import WORKER_DIED
 
 
 def measure_success(
