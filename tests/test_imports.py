@@ -23,7 +23,7 @@ LAYERS = (
     ("grounding.benchmark", "grounding.parsers", "structdiffusion.objects", "structdiffusion.structures"),
     ("grounding.references", "grounding.training", "structdiffusion.layouts", "structdiffusion.simulation"),
     ("grounding.dialogue", "grounding.foreign_languages", "grounding.unsupported"),
-    ("grounding.interpreter", "structdiffusion.parallel_imports", "structdiffusion.protocol"),
+    ("grounding.interpreter", "structdiffusion.parallel_imports", "structdiffusion.protocol", "structdiffusion.worker_process"),
     ("structdiffusion.parallel",),
     ("structdiffusion.completion", "structdiffusion.data"),
     ("structdiffusion.models",),

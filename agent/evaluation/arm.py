@@ -38,10 +38,11 @@ from agent.runtime.worker_pool import Workforce
 from structdiffusion.benchmark.scenes import EvaluationScene
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.observation import Arrangement, Goal
-from structdiffusion.parallel import WORKER_DIED, Lost
+from structdiffusion.parallel import Lost
 from structdiffusion.planners.factory import Planner
 from structdiffusion.simulation.world import TabletopWorld
 from structdiffusion.structures.structure import LayoutError
+from structdiffusion.worker_process import WORKER_DIED
 
 
 def measure_arm(

@@ -36,8 +36,9 @@ from structdiffusion.benchmark.success import solve
 from structdiffusion.data.scene_sampling import SceneError
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.parallel import WORKER_DIED, Lost
+from structdiffusion.parallel import Lost
 from structdiffusion.planners.factory import Planner
+from structdiffusion.worker_process import WORKER_DIED
 
 NO_SCENE = "no scene could be drawn"
 NOT_BUILT = "not understood"  # refused, or asked back: nothing is built, as with `structagent run`

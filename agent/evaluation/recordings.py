@@ -55,8 +55,9 @@ from grounding.spec import SHAPES
 from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_scene, full_spec
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.parallel import WORKER_DIED, Lost
-from structdiffusion.simulation.world import MIN_POINTS
+from structdiffusion.parallel import Lost
+from structdiffusion.simulation.visible_points import MIN_POINTS
+from structdiffusion.worker_process import WORKER_DIED
 
 _MATCHED = 0.5  # intersection over union above which a found mask counts as that object's
 _DRAWS = 200

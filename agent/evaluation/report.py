@@ -13,7 +13,7 @@ from agent.evaluation.result_store import checksum_of_code
 from agent.rendering.text import aligned
 from agent.runtime.output_paths import write_report
 from structdiffusion.benchmark.success import wilson_interval
-from structdiffusion.parallel import WORKER_DIED
+from structdiffusion.worker_process import WORKER_DIED
 
 SCHEMA_VERSION = 2
 REPORT = "eval.json"  # beside the rows

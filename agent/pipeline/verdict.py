@@ -10,7 +10,7 @@ import numpy as np
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import FINAL_SECONDS, MAX_DISPLACEMENT, MAX_TILT, MAX_TILT_DEGREES
 from structdiffusion.geometry import tilt_between
-from structdiffusion.protocol.physical_stability import semantic_checks
+from structdiffusion.protocol.world_checks import semantic_checks
 from structdiffusion.simulation.world import TabletopWorld
 from structdiffusion.structures.checks import Check
 

@@ -19,11 +19,11 @@ from agent.scenes.object_attributes import attributes_of
 from agent.scenes.object_placement import lowest_point
 from grounding.references.attributes import ObjectAttributes, SceneObject
 from structdiffusion.geometry import tilt_between, transform_points
-from structdiffusion.objects.model import ObjectModel
+from structdiffusion.objects.model import ObjectModel, unique_names
 from structdiffusion.observation import ObjectCloud, Scene, Table
 from structdiffusion.simulation.depth_camera import VIEWS, DepthCamera
 from structdiffusion.simulation.scenery import Backdrop, backdrop
-from structdiffusion.simulation.world import FALLEN, TabletopWorld, unique_names
+from structdiffusion.simulation.world import FALLEN, TabletopWorld
 
 SHOULDER = "shoulder"  # the view in which the arm is seen at work
 MOVED = 0.002  # m, and of a rotation's entries: less is how things settle while others are moved

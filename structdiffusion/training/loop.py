@@ -106,16 +106,13 @@ def train(
     """
     folder, rank = Path(folder), distributed.rank if distributed else 0
     folder.mkdir(parents=True, exist_ok=True)
-    state = TrainingState(model, options.learning_rate, options.weight_decay)
-    state.resume(folder, device)
+    state = TrainingState.resumed(model, options.learning_rate, options.weight_decay, folder, device)
     generator = _batch_generator(options.seed, state.step, rank, device)
     losses_of = distributed.averaged(model, loss) if distributed else loss
-    record = None
+    record: TrainingRecord | None = None
     if metadata is not None and rank == 0:
-        count = distributed.count if distributed else 1
-        record = TrainingRecord(
-            folder, model, asdict(options), metadata, device, count, state.step, state.seconds
-        )
+        told = asdict(options), metadata, device, distributed.count if distributed else 1
+        record = TrainingRecord(folder, model, *told, state.step, state.seconds)
     model.train()
     started = last_saved = time.monotonic()
     means = _RunningMeans()
@@ -126,11 +123,8 @@ def train(
         means.add(losses)
         now, last = time.monotonic(), state.step == options.steps
         if state.step % options.log_every == 0 or last:
-            row = means.take()
-            row = distributed.mean(row) if distributed else row
+            row = _finite_means(means, distributed, state.step)
             progress = Progress(state.step, options.steps, state.seconds + now - started, rate, row)
-            if not all(math.isfinite(value) for value in row.values()):
-                raise FloatingPointError(f"the loss is {row} at step {state.step}; lower the learning rate")
             if rank == 0:
                 _log(folder / "log.csv", progress)
             # Only here, where the loss is known to be a number still.
@@ -142,6 +136,19 @@ def train(
             yield progress
     model.load_state_dict(state.average)
     model.eval()
+
+
+def _finite_means(means: _RunningMeans, distributed: DistributedContext | None, step: int) -> dict[str, float]:
+    """Take the mean losses, of all processes where there are several.
+
+    Raises:
+        FloatingPointError: when one is not finite.
+    """
+    row = means.take()
+    row = distributed.mean(row) if distributed else row
+    if not all(math.isfinite(value) for value in row.values()):
+        raise FloatingPointError(f"the loss is {row} at step {step}; lower the learning rate")
+    return row
 
 
 def _batch_generator(seed: int, step: int, rank: int, device: torch.device) -> torch.Generator:

@@ -33,13 +33,20 @@ class TrainingState:
         self.average = {name: tensor.detach().clone() for name, tensor in model.state_dict().items()}
         self.step, self.seconds = 0, 0.0
 
-    def resume(self, folder: Path, device: torch.device) -> None:
-        """Continue the run that was saved in `folder`, if there is one.
+    @classmethod
+    def resumed(
+        cls, model: Checkpointed, learning_rate: float, weight_decay: float, folder: Path, device: torch.device
+    ) -> TrainingState:
+        """Continue the run that was saved in `folder`; where there is none, begin.
 
         Raises:
             CheckpointError: for a state that is torn, or that of another network.
         """
-        path = folder / STATE_NAME
+        state = cls(model, learning_rate, weight_decay)
+        state._load(folder / STATE_NAME, device)
+        return state
+
+    def _load(self, path: Path, device: torch.device) -> None:
         if not path.is_file():
             return
         try:

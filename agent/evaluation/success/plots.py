@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from structdiffusion.benchmark.success import NO_ARRANGEMENT
-from structdiffusion.parallel import WORKER_DIED
 from structdiffusion.protocol.semantic import FAILURE_CLASSES
+from structdiffusion.worker_process import WORKER_DIED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

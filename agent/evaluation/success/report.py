@@ -13,7 +13,7 @@ from agent.evaluation.success.results_folder import RESULTS
 from agent.evaluation.success.tables import markdown_of
 from agent.rendering.text import number
 from agent.runtime.atomic_files import write_all_whole
-from structdiffusion.parallel import WORKER_DIED
+from structdiffusion.worker_process import WORKER_DIED
 
 
 def print_success(report: Mapping[str, Any], results: TextIO) -> None:

@@ -21,7 +21,7 @@ from agent.runtime.jsonl_journal import Journal
 from agent.runtime.output_ownership import check_subfolder
 from structdiffusion.benchmark.scenes import EvaluationScene
 from structdiffusion.benchmark.success import Row
-from structdiffusion.parallel import WORKER_DIED
+from structdiffusion.worker_process import WORKER_DIED
 
 SCENES = "scenes.jsonl"
 FAILURES = "failures"  # a folder of pictures

@@ -11,9 +11,9 @@ from typing import Any
 
 from agent.evaluation.success import paper_results
 from structdiffusion.benchmark.success import NO_ARRANGEMENT, Row
-from structdiffusion.parallel import WORKER_DIED
 from structdiffusion.planners.registry import PLANNERS, PlannerParts
 from structdiffusion.protocol.semantic import FAILURE_CLASSES
+from structdiffusion.worker_process import WORKER_DIED
 
 Report = Mapping[str, Any]
 _ALL = "all"

@@ -60,7 +60,7 @@ def trained(tmp_path) -> tuple[Path, Path]:
     run = tmp_path / "runs" / "mine"
     here = RunMetadata("1.0", {"name": "toys", "pairs": 40, "seed": 3}, 4, "pairs")
     options = TrainingOptions(steps=4, log_every=2, seed=11)
-    list(train(model, loss, run, options, torch.device("cpu"), surroundings=here))
+    list(train(model, loss, run, options, torch.device("cpu"), metadata=here))
     weights = tmp_path / "weights"
     (weights / "collision").mkdir(parents=True)
     for name in ("config.json", "model.safetensors"):

@@ -15,7 +15,7 @@ from agent.scenes.sources import DrawnSource, FileSource
 from agent.scenes.table_scene import TableScene
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, transform_points
 from structdiffusion.objects.procedural import procedural_object, procedural_objects
-from structdiffusion.simulation.world import ObservationError
+from structdiffusion.simulation.visible_points import ObservationError
 
 BLOCKS = [procedural_object("block", index) for index in range(3)]
 FOLDED = arm_model(DEFAULT_MODEL).folded
