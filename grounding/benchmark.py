@@ -49,12 +49,12 @@ class Row:
 
 
 def free_rows() -> list[Row]:
-    """The benchmark's hand-written sentences."""
+    """Load the benchmark's hand-written sentences."""
     return _shipped_rows("free")
 
 
 def development_rows() -> list[Row]:
-    """Hand-written sentences to choose and to calibrate with; none of them is in the benchmark."""
+    """Load the hand-written sentences for model choice and calibration; none of them is in the benchmark."""
     return _shipped_rows("development")
 
 
@@ -64,7 +64,7 @@ def _shipped_rows(name: str) -> list[Row]:
 
 
 def templated_rows() -> list[Row]:
-    """Every sentence of the grammar; the strata are its splits."""
+    """List every sentence of the grammar; the strata are its splits."""
     return [
         Row(text, {slot: (value,) for slot, value in spec.to_dict().items()}, stratum=split_of(text))
         for text, spec in all_sentences()
@@ -72,7 +72,7 @@ def templated_rows() -> list[Row]:
 
 
 def load_rows(path: str | Path) -> list[Row]:
-    """The rows of a JSON-lines file.
+    """Load the rows of a JSON-lines file.
 
     Raises:
         BenchmarkError: for a line that is not a row; OSError for a file that cannot be read.
@@ -139,14 +139,14 @@ def _values(entry: Mapping[str, Any], slot: str, where: str) -> tuple[str | None
 
 
 def is_exact(row: Row, parse: Parse) -> bool:
-    """Whether the instruction was refused as it must be, or every slot has an acceptable value."""
+    """Tell whether the instruction was refused as it must be, or every slot has an acceptable value."""
     if row.refuse or parse.status == "refused":
         return row.refuse and parse.status == "refused"
     return all(value in row.acceptable[slot] for slot, value in parse.spec.to_dict().items())
 
 
 def rate(hits: int, n: int) -> dict[str, float | int | None]:
-    """A share with its 95 % Wilson interval (shares of nothing are `None`)."""
+    """Compute a share with its 95 % Wilson interval (shares of nothing are `None`)."""
     from scipy.stats import binomtest
 
     if n == 0:
@@ -156,7 +156,7 @@ def rate(hits: int, n: int) -> dict[str, float | int | None]:
 
 
 def score(rows: Sequence[Row], parses: Sequence[Parse]) -> dict[str, Any]:
-    """All rates of one parser on the rows, as JSON values.
+    """Compute all rates of one parser on the rows, as JSON values.
 
     Returns:
         "exact"; "slots": each of the five, over instructions that neither must be nor were refused;
@@ -193,7 +193,7 @@ def score(rows: Sequence[Row], parses: Sequence[Parse]) -> dict[str, Any]:
         "calibration_error": _calibration_error(read),
         "strata": {name: rate(sum(hits), len(hits)) for name, hits in strata.items()},
         "confusion": {slot: _confusion(slot, read) for slot in SLOTS},
-        "wrong": [_told(row, parse) for row, parse in pairs if not is_exact(row, parse)],
+        "wrong": [_wrong_row(row, parse) for row, parse in pairs if not is_exact(row, parse)],
     }
 
 
@@ -223,7 +223,7 @@ def _confusion(
     return table
 
 
-def _told(row: Row, parse: Parse) -> dict[str, Any]:
+def _wrong_row(row: Row, parse: Parse) -> dict[str, Any]:
     return {
         "text": row.text,
         "stratum": row.stratum,

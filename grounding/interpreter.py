@@ -108,7 +108,7 @@ class Interpretation:
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
-        """The row of `structagent parse --json`."""
+        """Return the row of `structagent parse --json`."""
         parse = self.parse
         question = self.question
         return {

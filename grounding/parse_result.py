@@ -68,7 +68,7 @@ class Parse:
         question: only with "ask".
         confidence: slot -> probability of what `spec` says of it; empty if the parser cannot say.
         evidence: slot -> the words that the answer rests on, for the specified slots.
-        dropped: slot -> value that was heard but cannot go with the rest, such as a tower's size.
+        dropped: slot -> value that was parsed but cannot go with the rest, such as a tower's size.
         prompt_sha256: checksum of the prompt, where there is one.
     """
 
@@ -90,20 +90,20 @@ class Parser(Protocol):
     name: str
 
     def parse(self, text: str) -> Parse:
-        """What one instruction says."""
+        """Parse one instruction."""
 
     def parse_batch(self, texts: Sequence[str]) -> list[Parse]:
-        """What each of many instructions says."""
+        """Parse each of many instructions."""
 
 
 def refusal(text: str, reason: str, parser: str, **more: object) -> Parse:
-    """The parse of an instruction that is refused for one of `REFUSALS`."""
+    """Make the parse of an instruction that is refused for one of `REFUSALS`."""
     message = f"{shortened(text)!r} {REFUSALS[reason]}; {_SAY_INSTEAD[reason]}"
     return Parse(text, StructureSpec(), parser, "refused", message, **more)  # type: ignore[arg-type]
 
 
 def unreadable(text: str, why: str, parser: str) -> Parse:
-    """The parse of a text that no parser should be troubled with: empty, too long, without a word."""
+    """Make the parse of a text that no parser can take: empty, too long, without a word."""
     return Parse(text, StructureSpec(), parser, "refused", why)
 
 
@@ -115,7 +115,7 @@ def decide(
     parser: str,
     prompt_sha256: str | None = None,
 ) -> Parse:
-    """The parse that the probabilities speak for.
+    """Choose the parse that the probabilities support.
 
     Args:
         text: the instruction.
@@ -128,8 +128,8 @@ def decide(
     reason = max(refusals, key=refusals.__getitem__, default=None)
     if reason is not None and sum(refusals.values()) >= LEAST_CERTAINTY:
         return refusal(text, reason, parser, prompt_sha256=prompt_sha256)
-    heard = {slot: max(probabilities[slot], key=probabilities[slot].__getitem__) for slot in SLOTS}
-    kept = make_legal(heard, {slot: probabilities[slot][heard[slot]] for slot in SLOTS})
+    answers = {slot: max(probabilities[slot], key=probabilities[slot].__getitem__) for slot in SLOTS}
+    kept = make_legal(answers, {slot: probabilities[slot][answers[slot]] for slot in SLOTS})
     question = _question(text, kept, probabilities)
     return Parse(
         text=text,
@@ -140,14 +140,14 @@ def decide(
         question=question,
         confidence={slot: float(probabilities[slot][kept[slot]]) for slot in SLOTS},
         evidence={slot: evidence[slot] for slot in SLOTS if kept[slot] is not None and slot in evidence},
-        dropped={slot: value for slot in SLOTS if (value := heard[slot]) is not None and value != kept[slot]},
+        dropped={slot: value for slot in SLOTS if (value := answers[slot]) is not None and value != kept[slot]},
         prompt_sha256=prompt_sha256,
     )
 
 
-def make_legal(heard: Mapping[str, str | None], certainty: Mapping[str, float]) -> dict[str, str | None]:
-    """The answers without those that cannot go together: the less certain gives way, a shape last."""
-    kept = dict(heard)
+def make_legal(answers: Mapping[str, str | None], certainty: Mapping[str, float]) -> dict[str, str | None]:
+    """Drop answers that exclude each other: the less certain gives way, a shape last."""
+    kept = dict(answers)
     illegal = [
         slot for slot in SLOTS[1:] if kept[slot] is not None and slot not in SLOTS_OF_SHAPE[kept["shape"]]
     ]
@@ -159,7 +159,7 @@ def make_legal(heard: Mapping[str, str | None], certainty: Mapping[str, float]) 
 
 
 def shortened(text: str, limit: int = 80) -> str:
-    """The text on one line, cut where it is long."""
+    """Put the text on one line, cut where it is long."""
     text = " ".join(text.split())
     return text if len(text) <= limit else text[: limit - 3] + "..."
 

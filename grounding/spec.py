@@ -85,22 +85,22 @@ class StructureSpec:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> StructureSpec:
-        """The spec of a mapping slot -> value (missing slots are unspecified)."""
+        """Make the spec of a mapping slot -> value (missing slots are unspecified)."""
         unknown = sorted(set(values) - set(SLOTS))
         if unknown:
             raise SpecError(f"unknown slot {unknown[0]!r}; legal slots: {', '.join(SLOTS)}")
         return cls(**values)
 
     def to_dict(self) -> dict[str, str | None]:
-        """Slot -> value, `None` where unspecified, in the order of `SLOTS`."""
+        """Return slot -> value, `None` where unspecified, in the order of `SLOTS`."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def tokens(self) -> tuple[tuple[str, str], ...]:
-        """The specified (slot, value) pairs: the paper's word tokens."""
+        """List the specified (slot, value) pairs: the paper's word tokens."""
         return tuple((slot, value) for slot, value in self.to_dict().items() if value is not None)
 
     def turned(self) -> StructureSpec:
-        """The same wish, spoken by a person who sits across: positions and rotation turned by 180 degrees."""
+        """Turn positions and rotation by 180 degrees: the same goal, spoken from the opposite side."""
         return StructureSpec(
             self.shape,
             self.size,

@@ -1,7 +1,7 @@
-"""Recognise wishes that the five slots cannot hold, so that they are refused or asked about and never dropped.
+"""Recognise requests that the five slots cannot hold, so that they are refused or asked about and never dropped.
 
 A parser that knows five slots bends what it hears into them: "tallest at the bottom" became a position on the table.
-Patterns over the sentence find such wishes: an order of the objects, lengths and angles, how single objects are turned,
+Patterns over the sentence find such requests: an order of the objects, lengths and angles, how single objects are turned,
 lines along an edge, corners without a name.
 """
 
@@ -12,22 +12,27 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from grounding.parse_result import OPEN, Parse, Question, shortened
-from grounding.references.attributes import COMPARATIVES, SUPERLATIVES
 from grounding.references.function_words import SHAPE_WORDS
 from grounding.references.lexicon import FORMS, GROUPS
+from grounding.references.pattern_parts import (
+    ALPHABETICAL,
+    ALTERNATING,
+    GRADED,
+    MORE,
+    MOST,
+    NUMBER,
+    ORDER_KEY,
+    POSE,
+    UNIT,
+    any_of,
+)
 from grounding.spec import StructureSpec
 from grounding.structure_words import STRUCTURES
 
 _TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_]+(?:['’][^\W\d_]+)*|[,.;:!?°\"]")
 
 
-def _any(words: object) -> str:
-    return "(?:" + "|".join(sorted(words, key=len, reverse=True)) + ")"  # type: ignore[call-overload]
-
-
-_MOST = _any((*SUPERLATIVES, "heaviest", "lightest", "darkest", "brightest"))
-_MORE = _any((*COMPARATIVES, "heavier", "lighter", "darker", "brighter"))
-_NOUN = _any(word for word in FORMS if word.isalpha())
+_NOUN = any_of(word for word in FORMS if word.isalpha())
 _THING = rf"(?:ones?|objects?|things?|items?|{_NOUN})"
 _PLACE = (
     r"(?:(?:at|on|in|to|towards?) (?:the )?(?:very )?(?:bottom|top|left|right|front|back|middle|cent(?:er|re)|ends?"
@@ -39,11 +44,6 @@ _WITHIN = (
     r"(?:on (?:the )?(?:very )?top(?! of (?:each|one an))|at the (?:very )?(?:top|bottom)|underneath|at (?:the|each|either|one|both) ends?"
     r"|on (?:the|each|either|both) ends?|first|last|in (?:the|its) (?:very )?(?:middle|cent(?:er|re)))"
 )
-_NUMBER = (
-    r"(?:an?|one|two|three|four|five|six|seven|eight|nine|ten|twelve|fifteen|twenty|thirty|forty|fifty"
-    r"|half an?|a few|several)"
-)
-_UNIT = r"(?:mm|cm|millimet(?:re|er)s?|centimet(?:re|er)s?|inch(?:es)?|feet|foot|met(?:re|er)s?)"
 # Not labels or noses: a row whose labels face me is a row that faces me.
 _PARTS = r"(?:handles?|spouts?|lids?|blades?|nozzles?|caps?|tines?)"
 
@@ -54,21 +54,20 @@ _REFUSED: tuple[tuple[str, re.Pattern[str]], ...] = tuple(
         (
             "an order of the objects",
             r"\b(?:by|according to|in order of|sorted|ordered|ranked|graded)(?: by| on)?(?: their| its)?"
-            r" (?:height|size|colou?r|width|weight|length|volume|shape|type|kind|name|age|price|diameter)s?\b",
+            rf" {ORDER_KEY}s?\b",
         ),
-        ("an order of the objects", r"\b(?:ascending|descending|increasing|decreasing|alphabetical(?:ly)?)\b"),
+        ("an order of the objects", rf"\b(?:ascending|descending|increasing|decreasing|{ALPHABETICAL})\b"),
         ("an order of the objects", r"\bin (?:this |that |the following |reverse |the same )?order\b(?! to\b)"),
         (
             "an order of the objects",
-            rf"\bfrom (?:the )?(?:{_MOST}|{_MORE}|small|large|big|short|tall|low|high|thin|thick|wide|narrow|light|dark)"
-            rf"(?: {_THING})? (?:to|up to|down to) (?:the )?(?:{_MOST}|{_MORE}|small|large|big|short|tall|low|high|thin"
-            r"|thick|wide|narrow|light|dark)\b",
+            rf"\bfrom (?:the )?(?:{MOST}|{MORE}|{GRADED})"
+            rf"(?: {_THING})? (?:to|up to|down to) (?:the )?(?:{MOST}|{MORE}|{GRADED})\b",
         ),
-        ("an order of the objects", rf"(?:^|[,;:.] |\b(?:with|and|but|have|having|so) )(?:the )?{_MOST}(?: {_THING})?{_GOES} {_PLACE}\b"),
-        ("an order of the objects", rf"[,;:] (?:the )?{_MOST}(?: {_THING})? (?:left|right|front|back|top|bottom)\b"),
-        ("an order of the objects", rf"\b{_MOST}(?: {_THING})? (?:first|last|lowest|underneath)\b"),
+        ("an order of the objects", rf"(?:^|[,;:.] |\b(?:with|and|but|have|having|so) )(?:the )?{MOST}(?: {_THING})?{_GOES} {_PLACE}\b"),
+        ("an order of the objects", rf"[,;:] (?:the )?{MOST}(?: {_THING})? (?:left|right|front|back|top|bottom)\b"),
+        ("an order of the objects", rf"\b{MOST}(?: {_THING})? (?:first|last|lowest|underneath)\b"),
         ("an order of the objects", rf"\b(?:starting|beginning|ending) (?:with|on) (?:the|a|one) (?:\w+ ){{0,2}}{_THING}\b"),
-        ("an order of the objects", r"\b(?:alternat(?:e|es|ing|ingly|ely)|interleav(?:e|ed|ing)|every other (?:one|object|cup|can|block|mug|box))\b"),
+        ("an order of the objects", rf"\b(?:{ALTERNATING}|interleav(?:e|ed|ing)|every other (?:one|object|cup|can|block|mug|box))\b"),
         (
             "a place next to single objects",
             rf"\b(?:left|right|north|south|east|west|in front|on top) of (?:the |a |an |my |your )?(?:\w+ ){{0,2}}?{_NOUN}\b",
@@ -77,9 +76,9 @@ _REFUSED: tuple[tuple[str, re.Pattern[str]], ...] = tuple(
             "a choice of objects by their place",
             rf"\b{_THING} (?:that (?:is|are) |which (?:is|are) )?(?:nearest|closest|farthest|furthest)\b",
         ),
-        ("a length in units", rf"\b(?:\d+(?:[.,]\d+)? ?(?:{_UNIT}|m|ft|in|\")|{_NUMBER} {_UNIT})(?![\w'])"),
+        ("a length in units", rf"\b(?:\d+(?:[.,]\d+)? ?(?:{UNIT}|m|in|\")|{NUMBER} {UNIT})(?![\w'])"),
         ("an angle in degrees", r"\b\d+ ?(?:degrees?|deg|°)"),
-        ("how single objects are turned", r"\b(?:upside down|face down|rim down|lying down|on (?:its|their) (?:sides?|heads?|backs?)|inverted)\b"),
+        ("how single objects are turned", rf"\b{POSE}\b"),
         ("how single objects are turned", rf"\b{_PARTS} (?:all )?(?:facing|pointing|turned|towards?|to the (?:left|right|front|back)|inwards?|outwards?)\b"),
     )
 )  # fmt: skip
@@ -109,13 +108,13 @@ _CARRIERS = frozenset("table tables board tray mat placemat cloth napkin shelf".
 _TABLETOP = re.compile(r"\b(?:table|desk|bench|counter) top\b")
 # Words of rotations, and pieces with places of their own, for the shapes that have them.
 _ROTATIONS = {
-    shape: re.compile(rf"\b{_any(structure.rotations)}\b")
+    shape: re.compile(rf"\b{any_of(structure.rotations)}\b")
     for shape, structure in STRUCTURES.items()
     if structure.rotations
 }
 _PIECES = {
     shape: re.compile(
-        rf"\bwith (?:the|a|an|its|my|your) {_any(structure.pieces)} (?:on|to|at) (?:the|its|my|your)"
+        rf"\bwith (?:the|a|an|its|my|your) {any_of(structure.pieces)} (?:on|to|at) (?:the|its|my|your)"
         r" (?:left|right|top|bottom|back|front)\b"
     )
     for shape, structure in STRUCTURES.items()
@@ -132,7 +131,7 @@ CORNERS: Mapping[str, tuple[str, str]] = {
 
 
 @dataclass(frozen=True)
-class _Wish:
+class _Unsupported:
     """What cannot be built, and the words that ask for it."""
 
     what: str
@@ -149,10 +148,10 @@ def checked(parse: Parse, mended: Callable[[], str] | None = None) -> Parse:
     if parse.status == "refused":
         return parse
     sentence = _normalized(parse.text)
-    wish = _unsupported(sentence, parse)
-    if wish is not None:
+    found = _unsupported(sentence, parse)
+    if found is not None:
         message = (
-            f"{shortened(parse.text)!r} asks for {wish.what} ({wish.words!r}), which cannot be built yet; "
+            f"{shortened(parse.text)!r} asks for {found.what} ({found.words!r}), which cannot be built yet; "
             "leave it out, and the rest can be built"
         )
         return replace(
@@ -169,12 +168,12 @@ def _normalized(text: str) -> str:
     return " ".join(match.replace("’", "'") for match in _TOKEN.findall(text.lower().replace("-", " ")))
 
 
-def _unsupported(sentence: str, parse: Parse) -> _Wish | None:
+def _unsupported(sentence: str, parse: Parse) -> _Unsupported | None:
     structure = STRUCTURES.get(parse.spec.shape or "")
     on_each_other = structure is not None and structure.stacked
     for what, pattern in _REFUSED:
         if match := pattern.search(sentence):
-            return _Wish(what, match.group().strip(" ,;:."))
+            return _Unsupported(what, match.group().strip(" ,;:."))
     for match in _INSIDE.finditer(sentence):
         words = match.group("what").split()
         # "A circle with the cups in the middle" says where the circle is; "with the bowl in the middle" where the bowl is.
@@ -183,13 +182,13 @@ def _unsupported(sentence: str, parse: Parse) -> _Wish | None:
         single = words[-1] in ("one", "object", "thing", "item") or not FORMS.get(words[-1], ("", True))[1]
         stacked = on_each_other and "middle" not in match.group() and "cent" not in match.group()
         if words[-1] not in SHAPE_WORDS and others and (single or stacked) and words[-1] not in GROUPS:
-            return _Wish("a place of one object within the structure", match.group().strip(" ,"))
+            return _Unsupported("a place of one object within the structure", match.group().strip(" ,"))
     if on_each_other and (match := _ONTO.search(sentence)) and _OTHERS.search(sentence[: match.start()]):
         if (match.group("noun") or "") not in _CARRIERS:
-            return _Wish("an order of the objects", match.group())
+            return _Unsupported("an order of the objects", match.group())
     pieces = _PIECES.get(parse.spec.shape or "")
     if pieces and (match := pieces.search(sentence)):
-        return _Wish("a place of one object within the structure", match.group())
+        return _Unsupported("a place of one object within the structure", match.group())
     return None
 
 

@@ -5,13 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from grounding.parse_result import Parse
 from grounding.spec import SLOTS, StructureSpec
 
-if TYPE_CHECKING:
-    pass
 VIEWPOINTS = ("robot", "opposite")
 _TURNED_SLOTS = ("x_position", "y_position", "rotation")
 # "Close to you", "on your left", "away from the robot"; but not "could you put them on the left, robot".
@@ -28,7 +25,7 @@ class ViewpointError(ValueError):
 
 
 def turned(parse: Parse) -> StructureSpec:
-    """The spec in the world's frame of somebody who sits across from the robot."""
+    """Convert the spec of a speaker on the opposite side into the world's frame."""
     across = parse.spec.turned()
     kept = {
         slot: getattr(parse.spec, slot)

@@ -76,7 +76,7 @@ HELD_OUT_COMBINATION_EVERY = 10
 
 
 def legal_specs() -> list[StructureSpec]:
-    """Every legal combination of tokens with at least one token: 1055 specs, shapes in vocabulary order.
+    """List every legal combination of at least one token: 1055 specs, shapes in vocabulary order.
 
     Circle and line: 4 sizes x 4 x 4 positions x 5 rotations, "unspecified" counted, are 320 each;
     tower 4 x 4 = 16; table setting 4 x 4 x 5 = 80; without a shape 320, less the empty one: 319.
@@ -92,7 +92,7 @@ def legal_specs() -> list[StructureSpec]:
 
 
 def sentences(spec: StructureSpec) -> list[str]:
-    """Distinct English sentences, at least five, that say exactly what the spec says.
+    """List distinct English sentences, at least five, that say exactly what the spec says.
 
     Raises:
         ValueError: for a spec with nothing specified, which no sentence can say.
@@ -132,7 +132,7 @@ def _splits() -> Mapping[str, str]:
 
 
 def split_of(text: str) -> str:
-    """Whether a sentence of the grammar may be trained on: "seen", or the split that it is held out for.
+    """Name the split of a sentence of the grammar: "seen" may be trained on, the others are held out.
 
     "held-out template": one noun template and one action template are never seen with any spec;
     "held-out combination": every tenth spec with two tokens or more is never seen in any template.
@@ -144,12 +144,12 @@ def split_of(text: str) -> str:
 
 
 def all_sentences() -> list[tuple[str, StructureSpec]]:
-    """Every sentence with its spec, in the order of `legal_specs`; no sentence occurs twice."""
+    """List every sentence with its spec, in the order of `legal_specs`; no sentence occurs twice."""
     return list(_table())
 
 
 def sentence_table() -> tuple[list[str], list[StructureSpec]]:
-    """`all_sentences` as two lists of equal length."""
+    """Return `all_sentences` as two lists of equal length."""
     return [text for text, _ in _table()], [spec for _, spec in _table()]
 
 

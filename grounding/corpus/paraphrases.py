@@ -41,7 +41,7 @@ class LabelledText:
 
 
 def paraphrase(rng: np.random.Generator, frame: Frame | None = None) -> LabelledText:
-    """One labelled sentence; of a given frame, or of any."""
+    """Draw one labelled sentence, of a given frame or of any."""
     if frame is None:
         frames = _weighted_frames()
         frame = frames[rng.integers(len(frames))]
@@ -67,7 +67,7 @@ def _one_of(phrases: tuple[str, ...], rng: np.random.Generator) -> str:
 
 
 def _draw_values(frame: Frame, rng: np.random.Generator) -> dict[str, str | None]:
-    """A value for every slot, those that the frame says included; which of them are labels is told by the holes."""
+    """A value for every slot, those that the frame says included; the holes decide which of them are labels."""
     values: dict[str, str | None] = {slot: _one_of(LEGAL_VALUES[slot], rng) for slot in SLOTS}
     holes = {hole.name for hole in frame.holes if not hole.negated}
     needed = {slot for name in holes for slot in SLOTS_OF_HOLE.get(name, ())} | set(frame.labels)
@@ -133,7 +133,7 @@ def _other(name: str, rng: np.random.Generator) -> str:
 
 
 def _adjective(rng: np.random.Generator) -> str:
-    """An adjective of the objects: their size and shape are no wish about the structure."""
+    """An adjective of the objects: their size and shape say nothing of the structure."""
     return f"{_one_of(all_phrases()['objects']['adjective'], rng)} " if rng.random() < 0.25 else ""
 
 

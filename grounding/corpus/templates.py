@@ -76,7 +76,7 @@ class Frame:
 
 
 def read_frame(line: str, where: str) -> Frame:
-    """The frame of one line; `where` names the line in errors.
+    """Read the frame of one line; `where` names the line in errors.
 
     Raises:
         FrameError: for a line without an arrow, an unknown label, value or hole.
@@ -117,7 +117,7 @@ def _pieces(text: str, where: str) -> tuple[str | Hole, ...]:
 
 @lru_cache(maxsize=1)
 def all_frames() -> Mapping[str, tuple[Frame, ...]]:
-    """File -> its frames."""
+    """Read all frames: file -> frames."""
     folder = resources.files("grounding") / "language"
     frames = {}
     for name in FRAME_FILES:

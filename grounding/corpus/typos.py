@@ -23,7 +23,7 @@ _SHORTER = {
 
 
 def roughen(text: str, rng: np.random.Generator) -> str:
-    """The text with small faults: most sentences have none, some have one, a few have many."""
+    """Add small faults to a text: most sentences get none, some get one, a few get many."""
     kind = rng.random()
     if kind < 0.14:
         text = _slip(text, rng, 1)

@@ -88,7 +88,7 @@ _QUESTION = re.compile(
 
 
 def acts_of(text: str) -> tuple[Act, ...]:
-    """What a line does besides asking for a structure; nothing where it, or any part of it, may be an instruction."""
+    """Find what a line does besides asking for a structure; nothing where any part of it may be an instruction."""
     if len(text) > _LONGEST:
         return ()
     said = text.lower()
@@ -106,12 +106,12 @@ def acts_of(text: str) -> tuple[Act, ...]:
 
 
 def bare(text: str) -> str:
-    """A line in lower case, without punctuation and the polite words about it: "Ok, stop it, please!" -> "stop it"."""
+    """Strip a line of capitals, punctuation and polite words: "Ok, stop it, please!" -> "stop it"."""
     return _peeled(" ".join(re.sub(r"[^\w\s',/-]", " ", text.lower().replace("’", "'")).split()))
 
 
 def is_question(text: str) -> bool:
-    """Whether a line has the form of a question; many instructions have it too ("can you stack the cans?")."""
+    """Tell whether a line has the form of a question; many instructions have it too ("can you stack the cans?")."""
     said = bare(text)
     return text.rstrip().endswith("?") or _QUESTION.match(_ASKING.sub("", said, count=1)) is not None
 

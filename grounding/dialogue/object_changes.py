@@ -120,13 +120,13 @@ class ObjectChange:
 
 
 def clauses(text: str) -> list[str]:
-    """The clauses of a text in small letters, split where a verb follows a comma or "and"."""
+    """Split a text into clauses in small letters, where a verb follows a comma or "and"."""
     said = " ".join(text.lower().replace("’", "'").replace("-", " ").split(" "))
     return [part for clause in _CLAUSE.split(said) if (part := " ".join(clause.strip(" ,").split()))]
 
 
 def named_in(clause: str) -> list[Mention]:
-    """The noun phrases that can choose objects."""
+    """Find the noun phrases that can choose objects."""
     masked = _ADVERBS.sub(lambda match: ",".ljust(len(match.group())), clause)
     found = read_mentions(masked, Vocabulary(FORMS)).mentions
     choosing = [
@@ -138,7 +138,7 @@ def named_in(clause: str) -> list[Mention]:
 
 
 def phrase(clause: str, mentions: Sequence[Mention]) -> str:
-    """The noun phrases joined for `select_objects`; singulars with their article, lest "can" is read as a verb."""
+    """Join noun phrases for `select_objects`; singulars get an article, so that "can" is not taken for a verb."""
     words = [(" ".join(clause[slice(*m.span)].split()), m) for m in mentions]
     return " and ".join(
         dict.fromkeys(w if m.plural or _COUNTED.match(w) else f"{'the' if m.definite else 'a'} {w}" for w, m in words)
@@ -146,7 +146,7 @@ def phrase(clause: str, mentions: Sequence[Mention]) -> str:
 
 
 def object_change(text: str, edited: bool = False, shape: str | None = None) -> ObjectChange | None:
-    """What the sentence does to the objects; `None` where they stay as they are.
+    """Find what the sentence does to the objects; `None` where they stay as they are.
 
     Args:
         text: a correction, any string.
@@ -186,9 +186,9 @@ def _of_clause(clause: str, edited: bool) -> ObjectChange | None:
     if _KEPT.match(clause):
         return ObjectChange("add", phrase(clause, named))
     left_out = [m for m in named if m.role == "left out"]
-    meant = [m for m in named if m.role == "meant"]
+    meant = [m for m in named if m.role == "target"]
     if not meant and (_ADDING.search(clause) or _REMOVING.search(clause)):
-        meant = [m for m in named if m.role == "told" and m.known]  # "add the mug and we are done"
+        meant = [m for m in named if m.role == "narrated" and m.known]  # "add the mug and we are done"
     if left_out and not meant:
         return _left_out(clause, left_out)
     if not meant:

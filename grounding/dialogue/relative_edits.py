@@ -36,7 +36,7 @@ class Edit:
     words: str = ""
 
     def seen_from_across(self) -> Edit:
-        """The same in the words of somebody across, if it was said of the robot ("closer to you")."""
+        """Reverse what was said of the robot ("closer to you"), for a speaker on the opposite side."""
         of_the_robot = self.slot in ("x_position", "y_position") and _OF_THE_ROBOT.search(self.words)
         return replace(self, by=-(self.by or 0)) if of_the_robot and self.how in ("step", "most") else self
 
@@ -62,12 +62,12 @@ _NEGATED = re.compile(r"(?:\b(?:don't|do not|never|not|no)(?: \w+){0,2}) $")
 
 
 def normalized(text: str) -> str:
-    """The sentence as the patterns expect it: small letters, single spaces, commas as words."""
+    """Normalize a sentence for the patterns: small letters, single spaces, commas as words."""
     return " ".join(match.replace("’", "'") for match in _TOKEN.findall(text.lower().replace("-", " ")))
 
 
 def relative_edits(sentence: str) -> tuple[list[Edit], str]:
-    """The relative changes in a normalized sentence, in its order, and the sentence without their words."""
+    """Find the relative changes in a normalized sentence, in its order; return also the sentence without their words."""
     found: list[tuple[int, Edit]] = []
     turn = _turn(sentence)
     if turn:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
+from grounding.references.pattern_parts import COUNT
 from grounding.references.phrases import ANY, Mention
 from grounding.structure_words import STRUCTURES
 
@@ -23,16 +24,15 @@ IMPOSSIBLE: Mapping[str, str] = {
     "mug', 'without "
     "the mug' or 'replace the mug with the bowl'",
 }
-# Verbs that are told of the structure; of some of its objects alone they cannot be carried out.
+# Verbs that fit the structure as a whole; for some of its objects alone they cannot be carried out.
 PLACING = re.compile(
     r"\b(?:move|shift|slide|push|pull|turn|rotate|spin|swivel|twist|flip|nudge|scoot|drag|point)\b"
     r"|\bthe other way (?:a)?round\b"
 )
-_NUMBER = r"(?:one|two|three|four|five|six|seven|eight|nine|ten|\d+)"
 _WHICH = re.compile(
-    rf"\b(?:fewer|less|more|some(?: more)?|a few(?: more)?|several|{_NUMBER}(?: more)?) "
+    rf"\b(?:fewer|less|more|some(?: more)?|a few(?: more)?|several|{COUNT}(?: more)?) "
     r"(?:objects|things|items|of (?:them|these|those))\b(?! (?:like|that|which|you))"
-    rf"|\b(?:add|remove|drop|lose|include|take away|take out|use)(?: just| only)? (?:{_NUMBER}|some|another|a few)"
+    rf"|\b(?:add|remove|drop|lose|include|take away|take out|use)(?: just| only)? (?:{COUNT}|some|another|a few)"
     r"(?: more| less| fewer| of (?:them|these|those))?$"
     r"|\b(?:remove|drop|clear|delete) (?:everything|all(?: of (?:them|it))?|them(?: all)?|it all)$|^none(?: "
     r"of (?:them|these))?$"
@@ -88,8 +88,7 @@ _PRONOUNS = re.compile(r"^(?:it|them|these|those|that|this|everything|all of the
 
 
 def impossible(clause: str, named: Sequence[Mention], shape: str | None) -> str:
-    """Why the clause asks for something that cannot be done with objects, a key of `IMPOSSIBLE`; empty "
-    "where not."""
+    """Find why the clause asks for what cannot be done with objects, a key of `IMPOSSIBLE`; empty where it does not."""
     if _PLACES.search(clause):
         return "places"
     if _WHICH.search(clause) and all(m.noun == ANY for m in named):
@@ -114,7 +113,7 @@ def impossible(clause: str, named: Sequence[Mention], shape: str | None) -> str:
 
 
 def goes_and_comes(clause: str, named: Sequence[Mention]) -> tuple[list[Mention], list[Mention], str] | None:
-    """(what goes, what comes, "exchange" or "swap") where the clause exchanges objects for others.
+    """Find (what goes, what comes, "exchange" or "swap") where the clause exchanges objects for others.
 
     Nothing goes in particular where "them" are replaced. "swap" is what may ask for an exchange of places.
     """

@@ -1,4 +1,4 @@
-"""Corrections in conversation: what "a bit bigger", "now as a line" or "the other side" make of a wish.
+"""Corrections in conversation: how "a bit bigger", "now as a line" or "the other side" change a goal.
 
 Relative parts are read here, absolute parts ("on the left", "as a line") by a parser. Everything is as
 spoken: left is the speaker's left, and "clockwise" is as seen from above.
@@ -84,7 +84,7 @@ class Revision:
     Attributes:
         spec: what is wanted now: the last one where nothing changes or all is refused, what is sure so far
             (for a new instruction the best reading) where there is a question.
-        status: "ok", "ask" (`question` says what), "refused" (no wish in it) or "unchanged" (a correction
+        status: "ok", "ask" (`question` says what), "refused" (it asks for nothing) or "unchanged" (a correction
             that changes nothing; `message` says why).
         kind: "edit" for a correction, "new" for an instruction of its own.
         message: what has to be said to the speaker: why not, the question, what gave way; may be empty.
@@ -115,7 +115,7 @@ class Revision:
     words: tuple[str, ...] = ()
 
     def with_objects_of(self, other: Revision | None) -> Revision:
-        """The same with what another revision says of objects, or with nothing said of them."""
+        """Take over what another revision says of objects, or nothing where there is none."""
         if other is None:
             return replace(self, objects_text=None, objects_how="", objects_out_text="", objects_about="")
         return replace(
@@ -134,7 +134,7 @@ def revise(
     viewpoint: str = "robot",
     stands: StructureSpec | None = None,
 ) -> Revision:
-    """What the next sentence of a conversation asks for.
+    """Interpret the next sentence of a conversation.
 
     Args:
         last: what was asked for before, as spoken.
@@ -202,10 +202,10 @@ def _new(last: StructureSpec, text: str, parse: Parse) -> Revision:
 
 @dataclass
 class _Correction:
-    """A sentence that changes the last wish.
+    """A sentence that changes the last goal.
 
     Attributes:
-        last: the wish.
+        last: the goal that it changes.
         text: the sentence.
         edits: its relative changes.
         rest: the normalized sentence without their words.
@@ -221,7 +221,7 @@ class _Correction:
     stands: StructureSpec | None
 
     def revision(self, read: Read) -> Revision:
-        """What the sentence makes of the wish."""
+        """Apply the sentence to the goal."""
         last, edits, sentence = self.last, self.edits, normalized(self.text)
         about = ""
         if self.change is not None and self.change.how == "replace" and self._speaks_of_objects(sentence):

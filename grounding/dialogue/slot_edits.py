@@ -26,7 +26,7 @@ _ENDS = {
 
 
 def changed_slots(last: StructureSpec, spec: StructureSpec) -> tuple[str, ...]:
-    """The slots in which two specifications differ."""
+    """List the slots in which two specifications differ."""
     return tuple(slot for slot in SLOTS if getattr(last, slot) != getattr(spec, slot))
 
 
@@ -52,7 +52,7 @@ class Editing:
         self.question: Question | None = None
 
     def absolute(self, parse: Parse) -> None:
-        """Takes over what the parser read, the shape first."""
+        """Apply what the parser found, the shape first."""
         values = {slot: value for slot, value in parse.spec.to_dict().items() if value is not None}
         shape = values.pop("shape", self.spec.shape)
         legal = SLOTS_OF_SHAPE[shape]
@@ -65,7 +65,7 @@ class Editing:
         self.notes += [f"a {shape} has no {slot}" for slot in parse.dropped if slot not in legal]
 
     def relative(self, edits: list[Edit]) -> None:
-        """Applies the relative changes; of several to one slot the last one counts."""
+        """Apply the relative changes; of several to one slot the last one counts."""
         latest = {edit.slot: edit for edit in edits if edit.how == "keep"}
         latest |= {edit.slot: edit for edit in edits if edit.how != "keep"}
         for edit in latest.values():
@@ -94,7 +94,7 @@ class Editing:
                 self._step(edit)
 
     def keep_ends(self, objects_change: bool) -> None:
-        """Asks for what was "already the smallest" where something else changes, so that it stays so.
+        """Specify what was "already the smallest" where something else changes, so that it stays so.
 
         Args:
             objects_change: whether other objects take part.
@@ -122,7 +122,7 @@ class Editing:
         return getattr(self.spec, slot) is None and self._now(slot) is not None
 
     def _change(self, slot: str, value: str) -> None:
-        """Sets a slot, and tells what was shown where nobody had asked for it."""
+        """Set a slot, and note what was shown where nobody had asked for it."""
         if self._unsaid(slot):
             name, was, now = _SLOT_NAMES.get(slot, slot), _SAID[self._now(slot) or ""], _SAID[value]
             self.notes.append(f"no {name} was asked for, and the proposal was {was}; now asked for: {now}")

@@ -1,6 +1,6 @@
 """What of a correction nobody read: "bigger and purple", "5 cm to the left", "the other side and sort them by height".
 
-A correction may be chatty, so that most words that nobody read are harmless. Those are told that certainly ask for
+A correction may be chatty, so that most words that nobody read are harmless. Those are reported that certainly ask for
 something: lengths, colours of no object, words for an order or a look, single words in a list of changes, and clauses
 that begin with a verb and of which no word was understood.
 """
@@ -14,33 +14,35 @@ from grounding.dialogue.object_changes import clauses, named_in, object_change
 from grounding.dialogue.relative_edits import Edit, normalized
 from grounding.parse_result import Parse
 from grounding.references.lexicon import COLOURS
+from grounding.references.pattern_parts import (
+    ALPHABETICAL,
+    ALTERNATING,
+    GRADED,
+    MORE,
+    MOST,
+    NUMBER,
+    ORDER_KEY,
+    POSE,
+    UNIT,
+)
 from grounding.structure_words import words_of_all
 
 NOT_UNDERSTOOD = "{} was not understood, so nothing was changed; say the correction without it"
-_NUMBER = (
-    r"(?:\d+(?: , \d+)?|a|an|one|two|three|four|five|six|seven|eight|nine|ten|twenty|half an?|a few|some|a couple of"
-    r"|several)"
-)
-_UNIT = (
-    r"(?:cm|mm|dm|centi ?met(?:er|re)s?|milli ?met(?:er|re)s?|met(?:er|re)s?|inch(?:es)?|feet|foot|ft"
-    r"|fingers?|hands?"
-    r"|hand ?widths?|percent|%)"
-)
-_LENGTH = re.compile(rf"\b{_NUMBER} {_UNIT}(?!\w)|\b\d+ ?(?:m|in|x)\b(?! a row)")
-_SUPERLATIVE = r"(?:tall|high|big|larg|small|short|heavi|light|thick|thin|wid|narrow)est"
+# Units that only a correction uses: "two fingers to the left", "10 percent".
+_OTHER_UNIT = r"(?:fingers?|hands?|hand ?widths?|percent|%)"
+_LENGTH = re.compile(rf"\b(?:\d+(?: , \d+)?|{NUMBER}) (?:{UNIT}|{_OTHER_UNIT})(?!\w)|\b\d+ ?(?:m|in|x)\b(?! a row)")
 _ARRANGED = re.compile(
     rf"\b(?:(?:sort|order|arrange|line up|rank|group)(?:ed|ing|s)?(?: (?:it|them|these|those|everything))? by \w+"
-    r"|sort(?:ed|ing)?|alphabetical(?:ly)?(?: order)?|shuffled?|alternat(?:e|ing)|upside down|mirror(?:ed)?"
-    r"|tilt(?:ed)?"
-    r"|lean(?:ing)?|diagonal(?:ly)?|on (?:its|their) sides?|lying down|by (?:height|colou?r|weight|name|size)"
+    rf"|sort(?:ed|ing)?|{ALPHABETICAL}(?: order)?|shuffled?|{ALTERNATING}|{POSE}|mirror(?:ed)?|tilt(?:ed)?"
+    rf"|lean(?:ing)?|diagonal(?:ly)?|by {ORDER_KEY}"
     r"|(?:in )?\w+ colou?rs?|(?:multi)?colou?red|(?:in )?(?:a |the )?(?:different|other|reverse[d]?"
     r"|opposite|right|new|random|any) order"
-    r"|from (?:the )?(?:small|short|big|larg|tall|low|high|light|dark|wid|thin|thick)\w* to (?:the )?\w+"
+    rf"|from (?:the )?(?:{MOST}|{MORE}|{GRADED}) to (?:the )?\w+"
     r"|(?:from )?(?:left to right|right to left|front to back|top to bottom|bottom to top)"
     r"|zig ?zag|wav(?:e|y)|oval|ellipse|(?:penta|hexa|octa)gon|arch|curved?|(?:letter|shape of an?) \w|[a-z] shape"
     r"|vertical(?:ly)?|horizontal(?:ly)?|lengthwise|crosswise|sideways"
-    r"|order of (?:size|height|colou?r)"
-    rf"|(?:the )?{_SUPERLATIVE}(?: \w+)? (?:at|on|in|first|last|to|outside|inside)(?: the)?(?: \w+)?)\b"
+    rf"|order of {ORDER_KEY}"
+    rf"|(?:the )?{MOST}(?: \w+)? (?:at|on|in|first|last|to|outside|inside)(?: the)?(?: \w+)?)\b"
 )
 _COLOUR = re.compile(rf"\b(?:{'|'.join(sorted(COLOURS))})\b")
 _ASKING = (
@@ -62,7 +64,7 @@ _LISTED = re.compile(
 def unread_words(
     text: str, edits: Sequence[Edit], parse: Parse | None, harmless: Collection[str], absolute: re.Pattern[str]
 ) -> tuple[str, ...]:
-    """The parts of a correction that ask for something and were not read, in its order; none where all were.
+    """Find the parts of a correction that ask for something and were not parsed, in its order.
 
     Args:
         text: the correction.

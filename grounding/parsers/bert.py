@@ -24,7 +24,7 @@ _NAMES = {
 
 
 def encoder_layer(width: int, heads: int, inner: int, dropout: float = 0.1) -> nn.TransformerEncoderLayer:
-    """One layer of a BERT: attention, then two linear maps, each followed by its normalisation."""
+    """Make one layer of a BERT: attention, then two linear maps, each followed by its normalisation."""
     return nn.TransformerEncoderLayer(
         width, heads, inner, dropout=dropout, activation="gelu", layer_norm_eps=1e-12, batch_first=True
     )
@@ -52,7 +52,7 @@ class Bert(nn.Module):
         )
 
     def forward(self, ids: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
-        """The hidden states (B, T, width) of word pieces `ids` (B, T) int64 where `mask` (B, T) bool is true."""
+        """Compute the hidden states (B, T, width) of word pieces `ids` (B, T) int64 where `mask` (B, T) bool is true."""
         states = self.words(ids) + self.positions.weight[: ids.shape[1]] + self.sentence
         states = self.normalise(states)
         for layer in self.layers:
@@ -61,7 +61,7 @@ class Bert(nn.Module):
 
     @classmethod
     def from_pretrained(cls, path: Path, config: Mapping[str, Any], layers: int | None = None) -> Bert:
-        """The network of a checkpoint in safetensors format, in float32; only what is needed of it is read.
+        """Load the network of a checkpoint in safetensors format, in float32; only what is needed of it is read.
 
         Raises:
             KeyError: for a tensor that the checkpoint does not have; the message is its name.

@@ -68,7 +68,7 @@ class EmbeddingParser:
     def from_pretrained(
         cls, folder: str | Path = WEIGHTS, encoder: SentenceEncoder | NamedEncoder | None = None
     ) -> EmbeddingParser:
-        """The trained parser.
+        """Load the trained parser.
 
         Args:
             folder: of the `config.json` and `model.safetensors` that `grounding.training.embedding_parser` writes.
@@ -108,11 +108,11 @@ class EmbeddingParser:
         return cls(encoder, reader, layer, temperatures, config.get("name", cls.name))
 
     def parse(self, text: str) -> Parse:
-        """What one instruction says; see `Parse.status` for whether it can be built."""
+        """Parse one instruction; see `Parse.status` for whether it can be built."""
         return self.parse_batch([text])[0]
 
     def parse_batch(self, texts: Sequence[str]) -> list[Parse]:
-        """What each of many instructions says; much faster than one by one."""
+        """Parse each of many instructions, much faster than one by one."""
         found: dict[int, Parse] = {}
         readable = []
         for place, text in enumerate(map(_sound, texts)):

@@ -40,7 +40,7 @@ class LLMParser:
         self._cache = cache
 
     def parse(self, text: str) -> Parse:
-        """What one instruction says.
+        """Parse one instruction.
 
         Raises:
             LLMError: if the language model cannot be used. No text alone can bring that about.
@@ -71,7 +71,7 @@ class LLMParser:
         return parse if self.backend.gives_probabilities else replace(parse, confidence={})
 
     def parse_batch(self, texts: Sequence[str]) -> list[Parse]:
-        """What each of many instructions says; errors as in `parse`."""
+        """Parse each of many instructions; errors as in `parse`."""
         return [self.parse(text) for text in texts]
 
     def _reply(self, quoted: str) -> Reply:

@@ -44,11 +44,11 @@ class ReplyCache:
         return len(self._replies)
 
     def get(self, identity: str, prompt_sha256: str, text: str) -> Reply | None:
-        """The reply that was given before, or `None`."""
+        """Find the reply that was given before, or `None`."""
         return self._replies.get(_key(identity, prompt_sha256, text))
 
     def put(self, identity: str, prompt_sha256: str, text: str, reply: Reply) -> None:
-        """Keeps a reply, in the file at once.
+        """Store a reply, in the file at once.
 
         Raises:
             LLMError: if the file cannot be written.

@@ -80,7 +80,7 @@ class EndpointLLM:
         self._knows_schema = True
 
     def ask(self, prompt: str, text: str) -> Reply:
-        """The model's answers to one instruction; an answer that is not legal is asked for once more."""
+        """Ask the model about one instruction; an answer that is not legal is asked for once more."""
         problem = ""
         for _ in range(TRIES):
             content = self._answer(prompt, text)
@@ -139,7 +139,7 @@ class EndpointLLM:
 
 
 def key_variable(url: str | None) -> str | None:
-    """The environment variable whose key is for an address (`None`: any that is not OpenAI's), if it is set."""
+    """Name the environment variable whose key is for an address (`None`: any that is not OpenAI's), if it is set."""
     if os.environ.get(KEY_VARIABLE, "").strip():
         return KEY_VARIABLE
     at_openai = url is not None and same_host(url, OPENAI)
@@ -147,7 +147,7 @@ def key_variable(url: str | None) -> str | None:
 
 
 def same_host(url: str, other: str) -> bool:
-    """Whether two addresses have the same scheme, host and port, as the client that asks them understands them."""
+    """Tell whether two addresses have the same scheme, host and port, as the client that asks them understands them."""
     import httpx
 
     try:
@@ -177,7 +177,7 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def read_answers(content: str, secrets: Collection[str] = ()) -> dict[str, str]:
-    """Question -> legal answer, from what a model said: one JSON object, whatever is around it.
+    """Read question -> legal answer from a model's reply: one JSON object, whatever is around it.
 
     Args:
         content: what it said.

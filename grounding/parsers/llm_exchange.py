@@ -48,7 +48,7 @@ class Exchange:
         self._sockets: list[socket.socket] = []
 
     def post(self, body: dict[str, Any]) -> tuple[int, bytes]:
-        """The status, and the bytes of the answer where that is 200.
+        """Post a request; return the status, and the bytes of the answer where that is 200.
 
         Raises:
             ExchangeError: for a server that cannot be reached, is not trusted, is too slow or says too much.
@@ -125,7 +125,7 @@ class Exchange:
 
 
 def why_not(error: BaseException) -> str:
-    """What a failed connection means, without the error's own words, which could hold a key."""
+    """Explain a failed connection without the error's own words, which could hold a key."""
     kinds: list[str] = []
     cause: BaseException | None = error
     while cause is not None:

@@ -44,7 +44,7 @@ class Layout:
 
 
 def lay_out(instruction: list[int], questions: dict[str, list[int]]) -> Layout:
-    """The pass for the tokens of an instruction and of every question."""
+    """Lay out the pass for the tokens of an instruction and of every question."""
     import torch
 
     ids, positions, last = list(instruction), list(range(len(instruction))), {}
@@ -80,7 +80,7 @@ class Adapter:
 
 
 def read_adapter(path: Path) -> Adapter:
-    """The adapter in a safetensors file.
+    """Read the adapter in a safetensors file.
 
     Raises:
         LLMError: for a file that is missing or is no adapter.
@@ -149,7 +149,7 @@ class LocalLLM:
                 )
 
     def ask(self, prompt: str, text: str) -> Reply:
-        """The probabilities of all legal answers to one instruction."""
+        """Compute the probabilities of all legal answers to one instruction."""
         import torch
 
         if prompt != self._prompt:
@@ -179,12 +179,12 @@ class LocalLLM:
         return dict(zip(ANSWERS[question], logits.softmax(dim=0).tolist(), strict=True))
 
     def lay_out(self, text: str) -> Layout:
-        """The pass over an instruction and all questions; typing errors are mended first."""
+        """Lay out the pass over an instruction and all questions; typing errors are mended first."""
         mended = mend(text, self._words).text
         return lay_out(self._tokens(INSTRUCTION.format(text=mended)), self._questions)
 
     def run_prompt(self, prompt: str) -> tuple[Any, int]:
-        """The keys and values of a prompt's tokens, and how many tokens it has.
+        """Compute the keys and values of a prompt's tokens; return also how many tokens it has.
 
         Raises:
             LLMError: for an empty prompt.
@@ -214,7 +214,7 @@ class LocalLLM:
 
 
 def add_adapter(network: PreTrainedModel, adapter: Adapter) -> None:
-    """Adds the low-rank weights to the network's matrices, in place.
+    """Add the low-rank weights to the network's matrices, in place.
 
     Raises:
         LLMError: for a matrix that the network does not have, or has in another shape.

@@ -29,7 +29,7 @@ CHECKSUMS = "checksums.json"  # of a converted folder: file -> SHA-256
 
 
 def default_folder() -> Path:
-    """The folder of the default model, converted from the package's GGUF file where that is still to be done.
+    """Find the folder of the default model; convert it from the package's GGUF file first where needed.
 
     The conversion takes about half a minute and 270 MB in the user's cache folder, once. A folder that is incomplete,
     or whose files are not those that were converted, is converted anew.
@@ -54,7 +54,7 @@ def _is_whole(folder: Path) -> bool:
 
 
 def default_gguf() -> Path:
-    """The GGUF file of the default model, as llama.cpp's server takes it.
+    """Find the GGUF file of the default model, as llama.cpp's server takes it.
 
     Raises:
         LLMError: if the package that carries it is not installed.
@@ -68,18 +68,18 @@ def default_gguf() -> Path:
 
 
 def cache_folder() -> Path:
-    """Where converted models are kept: `structagent` in `XDG_CACHE_HOME`, or in `~/.cache`."""
+    """Name the folder of converted models: `structagent` in `XDG_CACHE_HOME`, or in `~/.cache`."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "structagent"
 
 
 def checksum(path: Path) -> str:
-    """The SHA-256 checksum of a file, in hexadecimal."""
+    """Compute the SHA-256 checksum of a file, in hexadecimal."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def find_folder(model: str) -> Path:
-    """The folder of a model that the user named: a folder, or a name on the model hub.
+    """Find the folder of a model that the user named: a folder, or a name on the model hub.
 
     Raises:
         LLMError: if there is no such folder, or the hub cannot give it.
@@ -100,7 +100,7 @@ def find_folder(model: str) -> Path:
 
 
 def load_model(folder: Path) -> tuple[PreTrainedModel, Tokenizer]:
-    """The network, in the quicker of bfloat16 and float32, and its tokenizer.
+    """Load the network, in the quicker of bfloat16 and float32, and its tokenizer.
 
     A folder may come from anybody: no code of its own is run, and its weights are read as safetensors alone.
 
@@ -130,7 +130,7 @@ def load_model(folder: Path) -> tuple[PreTrainedModel, Tokenizer]:
 
 
 def quick_dtype() -> torch.dtype:
-    """bfloat16 where the processor computes with it (twice as fast there), else float32."""
+    """Choose bfloat16 where the processor computes with it (twice as fast there), else float32."""
     import torch
 
     names = ("_is_avx512_bf16_supported", "_is_amx_tile_supported")

@@ -44,7 +44,7 @@ class Backend(Protocol):
     gives_probabilities: bool
 
     def ask(self, prompt: str, text: str) -> Reply:
-        """The reply to one instruction.
+        """Ask about one instruction.
 
         Args:
             prompt: what the model is told first: the task, the legal answers, examples.
@@ -56,7 +56,7 @@ class Backend(Protocol):
 
 
 def quotable(text: str) -> str:
-    """The text on one line and without quotation marks, so that it cannot leave the quotes of a prompt."""
+    """Put the text on one line without quotation marks, so that it cannot leave the quotes of a prompt."""
     # Control characters and surrogates end words, invisible marks do not.
     kinds = ((char, unicodedata.category(char)) for char in text)
     readable = "".join(" " if kind[0] == "C" else char for char, kind in kinds if kind != "Cf")
@@ -67,7 +67,7 @@ _QUOTES = str.maketrans({'"': "'", "“": "'", "”": "'", "„": "'", "`": "'"}
 
 
 def certain(answers: Mapping[str, str]) -> Reply:
-    """The reply that names one answer per question."""
+    """Make the reply that names one answer per question."""
     return {
         question: {answer: float(answer == answers[question]) for answer in legal}
         for question, legal in ANSWERS.items()

@@ -48,7 +48,7 @@ def names_code(folder: Path) -> bool:
 
 
 def first_line(error: Exception) -> str:
-    """The first line of an error's message, or its kind where it has none."""
+    """Return the first line of an error's message, or its kind where it has none."""
     return next(iter(str(error).strip().splitlines()), "") or type(error).__name__
 
 

@@ -83,7 +83,7 @@ class NamedEncoder:
         return self.token_states(["a"]).hidden.shape[-1]
 
     def token_states(self, texts: list[str], layer: int | None = None) -> TokenStates:
-        """The last hidden states of one batch of texts; of whole texts where the encoder has none of words.
+        """Compute the last hidden states of one batch of texts; of whole texts where the encoder has none of words.
 
         Args:
             texts: B texts.

@@ -76,7 +76,7 @@ class SentenceEncoder:
             )
 
     def encode(self, texts: list[str], batch_size: int = 64) -> np.ndarray:
-        """The unit-norm sentence embeddings (n, 384) float32; texts beyond 256 word pieces are cut there."""
+        """Embed sentences: (n, 384) float32, at unit norm; texts beyond 256 word pieces are cut there."""
         import torch
 
         embeddings = np.zeros((len(texts), EMBEDDING_WIDTH), dtype=np.float32)
@@ -95,7 +95,7 @@ class SentenceEncoder:
         return hashlib.sha256((self.folder / "model.safetensors").read_bytes()).hexdigest()
 
     def token_states(self, texts: list[str], layer: int | None = None) -> TokenStates:
-        """The hidden states of one batch of texts, for readers that look at single words.
+        """Compute the hidden states of one batch of texts, for readers that look at single words.
 
         Args:
             texts: B texts.
@@ -134,7 +134,7 @@ class SentenceEncoder:
         return frozenset(word for word in self._tokenizer.get_vocab() if word.isalpha() and len(word) > 2)
 
     def network(self, layers: int | None = None) -> Bert:
-        """The network up to so many layers (`None` for all), loaded when it is first asked for."""
+        """Return the network up to a layer (`None` for all), loaded at its first use."""
         if layers not in self._networks:
             self._networks[layers] = self._load(layers)
         return self._networks[layers]

@@ -49,7 +49,7 @@ class SlotReader(nn.Module):
         self.votes = nn.Linear(hidden, sum(_COUNTS))
 
     def forward(self, states: torch.Tensor, mask: torch.Tensor) -> list[torch.Tensor]:
-        """What every word piece contributes to every answer.
+        """Compute what every word piece contributes to every answer.
 
         Args:
             states: (B, T, width) float32 hidden states.

@@ -70,13 +70,13 @@ class Mended:
     words: tuple[tuple[int, int, int, int], ...]
 
     def original_span(self, first: int, last: int) -> tuple[int, int] | None:
-        """The characters of the original text that characters of the mended text stand for."""
+        """Find the characters of the original text that characters of the mended text stand for."""
         touched = [word for word in self.words if word[0] < last and first < word[1]]
         return (touched[0][2], touched[-1][3]) if touched else None
 
 
 def mend(text: str, known: Collection[str]) -> Mended:
-    """The text with typing errors mended.
+    """Mend the typing errors of a text.
 
     Args:
         text: the instruction.

@@ -117,7 +117,7 @@ TELLING_ADJECTIVES = ADJECTIVES | frozenset((*SAME_WORDS, *COLOR_WORDS, *MEASURE
 
 
 def is_color(word: str) -> bool:
-    """Whether the word names a colour."""
+    """Tell whether the word names a colour."""
     return _plain_color(word) in COLOR_WORDS
 
 
@@ -128,7 +128,7 @@ def _plain_color(word: str) -> str:
 
 
 def of_color(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] | None:
-    """The objects that the colour word fits: by their best name, else by another that fits; `None` if one has no colour.
+    """Find the objects that a colour word fits, by their best name, else by another; `None` if one has no colour.
 
     Args:
         word: one that names a colour.
@@ -142,7 +142,7 @@ def of_color(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int]
 
 
 def of_size(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] | None:
-    """The objects that an adjective of size fits, compared with each other.
+    """Find the objects that an adjective of size fits, compared with each other.
 
     They are those beyond the widest step in the sorted measures; none where no step can be seen.
 
@@ -163,7 +163,7 @@ def of_size(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] 
 
 
 def by_size(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] | None:
-    """The objects sorted by a measure, the one that the superlative means first; `None` where one has no size.
+    """Sort objects by a measure, the one that the superlative means first; `None` where one has no size.
 
     Args:
         word: one of `MEASURES`: "tall" for "the tallest".
@@ -176,7 +176,7 @@ def by_size(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] 
 
 
 def alike(word: str, one: ObjectAttributes, other: ObjectAttributes) -> bool:
-    """Whether two objects are too alike in a measure to say which has more of it."""
+    """Tell whether two objects are too alike in a measure to say which has more of it."""
     values = _values(word, (one, other))
     exponent = 3 if MEASURES[word].noun == "sizes" else 1
     return values is not None and _ratio(*values) < TIED_RATIO**exponent

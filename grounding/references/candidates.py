@@ -54,7 +54,7 @@ class Candidates:
         self._judged: set[tuple[object, ...]] = set()
 
     def matching(self, mention: Mention) -> list[int]:
-        """The objects that the phrase fits: ascending, or the best first where it says "the largest"."""
+        """Find the objects that the phrase fits: ascending, or the best first where it says "the largest"."""
         key = _key(mention)
         if key not in self._found:
             found = self._described(mention, self.kinds_of(mention))
@@ -68,32 +68,32 @@ class Candidates:
         return self._found[key]
 
     def chooses(self, mention: Mention) -> bool:
-        """Whether a mention without a noun says more than "everything"."""
+        """Tell whether a mention without a noun says more than "everything"."""
         if mention.exact or mention.numbers or mention.ordinal or self._telling(mention):
             return True
         self.matching(mention)
         return self.judged(mention)
 
     def judged(self, mention: Mention) -> bool:
-        """Whether a colour or a size took part in the choice."""
+        """Tell whether a colour or a size took part in the choice."""
         self.matching(mention)
         return _key(mention) in self._judged
 
     def sized(self, mention: Mention) -> bool:
-        """Whether the phrase has an adjective of size."""
+        """Tell whether the phrase has an adjective of size."""
         return any(map(_measure, mention.modifiers))
 
     def superlative(self, mention: Mention) -> bool:
-        """Whether the phrase says "the tallest" or the like."""
+        """Tell whether the phrase says "the tallest" or the like."""
         return any(word in SUPERLATIVES for word in mention.modifiers)
 
     def unjudged(self, mention: Mention) -> list[str]:
-        """The adjectives of a phrase that nothing here can judge."""
+        """List the adjectives of a phrase that nothing here can judge."""
         self.matching(mention)
         return self._unjudged.get(_key(mention), [])
 
     def notes(self, mentions: Sequence[Mention]) -> tuple[str, ...]:
-        """What has to be said of adjectives that nothing in the scene can judge, a sentence each."""
+        """Say which adjectives nothing in the scene can judge, a sentence each."""
         notes = []
         for mention in mentions:
             for word in self._unjudged.get(_key(mention), ()):
@@ -104,12 +104,12 @@ class Candidates:
         return tuple(dict.fromkeys(notes))
 
     def label(self, mention: Mention) -> str:
-        """The noun with the adjectives that told its objects apart."""
+        """Name the noun with the adjectives that told its objects apart."""
         words = [w for w in mention.modifiers if _measure(w) or is_color(w)] if self.judged(mention) else []
         return " ".join((*words, mention.noun))
 
     def description(self, index: int) -> str:
-        """An object with its colour, where that is known and its name does not say it."""
+        """Describe an object with its colour, where that is known and its name does not say it."""
         attributes, name = self._attributes[index], self.names[index]
         color = attributes.colors[0] if attributes is not None and attributes.colors else ""
         return name if not color or color in self._read[index].words else f"{name} ({color})"
@@ -117,7 +117,7 @@ class Candidates:
     # What is not there
 
     def missing(self, mention: Mention, how: str) -> str:
-        """Why the phrase fits nothing, or too little, with what is there."""
+        """Explain why the phrase fits nothing, or too little, with what is there."""
         telling = [w for w in mention.modifiers if w in self._telling(mention) or _measure(w) or is_color(w)]
         noun = mention.noun if mention.noun != ANY or not telling else "one"
         asked = " ".join((*telling, noun))
@@ -135,7 +135,7 @@ class Candidates:
         return f"the instruction {how} {said}; there is only: {self.inventory()}"
 
     def inventory(self) -> str:
-        """Everything that is there, counted."""
+        """List everything that is there, counted."""
         if self._unnamed:
             return ", ".join(f"object {number}" for number in range(1, len(self.names) + 1)) or "nothing"
         counted = Counter(self.names)
@@ -155,7 +155,7 @@ class Candidates:
     # By noun
 
     def kinds_of(self, mention: Mention) -> list[int]:
-        """The objects that the noun of a phrase can mean, whatever its adjectives."""
+        """Find the objects that the noun of a phrase can mean, whatever its adjectives."""
         if mention.noun == ANY:
             return list(range(len(self.names)))
         if mention.known:

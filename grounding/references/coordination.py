@@ -28,7 +28,7 @@ class Partial:
 
 
 def partial_phrases(said: Sentences, start: int, head: int, plural: bool, after: int) -> list[Partial]:
-    """The phrases that share the noun at `head`, in the order of the text, without the noun's own.
+    """Find the phrases that share the noun at `head`, in the order of the text, without the noun's own.
 
     Args:
         said: the words.

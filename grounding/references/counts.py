@@ -9,7 +9,7 @@ JOINTS = (",", "and", "&", "plus")
 
 
 def numbers_after(said: Sentences, place: int) -> tuple[tuple[int, ...], int]:
-    """The numbers of "cups 1 and 3", from this place on, and the place after them."""
+    """Read the numbers of "cups 1 and 3", from this place on; return also the place after them."""
     numbers: list[int] = []
     while said.word(place).isdecimal() and len(said.word(place)) < 4:
         numbers.append(int(said.word(place)))
@@ -22,7 +22,7 @@ def numbers_after(said: Sentences, place: int) -> tuple[tuple[int, ...], int]:
 
 
 def count_before(said: Sentences, start: int) -> tuple[int | None, bool, int]:
-    """(number or None, whether it was given, place of the first word) of a phrase."""
+    """Read (number or None, whether it was given, place of the first word) of a phrase."""
     first, count, exact = start, None, False
     while first > 0 and start - first < 6:
         word = said.word(first - 1)

@@ -63,6 +63,8 @@ TELLING = frozenset(
 SIDES = frozenset(
     "left right front side back top edge rim end bottom behind ahead middle center centre".split()
 )
+# Words that say which objects by where they stand: "the left cups", "the nearer two".
+PLACE_ADJECTIVES = frozenset("left right front back rear near far middle nearer farther closer".split())
 LANDMARK_PREPOSITIONS = frozenset(
     "for before after like than mind careful near by beside behind around round under over above below "
     "between among amongst toward towards into onto inside in on at against past via about off as during per "

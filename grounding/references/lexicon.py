@@ -253,7 +253,7 @@ _IRREGULAR = {
 
 
 def plural(noun: str) -> str:
-    """The plural of an English noun, as far as rules and a short list of exceptions go."""
+    """Form the plural of an English noun, as far as rules and a short list of exceptions go."""
     if noun in _IRREGULAR:
         return _IRREGULAR[noun]
     if noun.endswith("y") and len(noun) > 1 and noun[-2] not in "aeiou":
@@ -262,7 +262,7 @@ def plural(noun: str) -> str:
 
 
 def singular(word: str) -> str:
-    """The singular that an unknown plural probably has; a word that looks like none is returned as it is."""
+    """Form the probable singular of a plural; a word that looks like no plural is returned as it is."""
     if word in _FORMS:
         return _FORMS[word][0]
     if len(word) > 4 and word.endswith("ies"):
@@ -289,7 +289,7 @@ FORMS: Mapping[str, tuple[str, bool]] = _FORMS  # word -> (singular, whether it 
 
 
 def meanings(noun: str) -> list[tuple[str, ...]]:
-    """What a noun can mean, best first; each alternative is a set of kinds."""
+    """List what a noun can mean, best first; each alternative is a set of kinds."""
     if noun in USE_GROUPS:
         return [USE_GROUPS[noun]]
     found: list[tuple[str, ...]] = [(noun,)]

@@ -1,7 +1,7 @@
 """Where an instruction speaks of objects: noun phrases, their number and adjectives, and their role.
 
-Rules over words, without a grammar: a noun counts as meant unless the words before it say otherwise ("for
-the cups", "next to the box"), leave it out ("all but the bowl"), or its sentence only tells something ("the
+Rules over words, without a grammar: a noun is a target unless the words before it say otherwise ("for
+the cups", "next to the box"), leave it out ("all but the bowl"), or its sentence only reports something ("the
 mugs came in a parcel").
 """
 
@@ -24,6 +24,7 @@ from grounding.references.function_words import (
     NOT_OBJECTS,
     NUMBERS,
     ORDINALS,
+    PLACE_ADJECTIVES,
     PRONOUNS,
     WHAT_FOLLOWS_OBJECTS,
 )
@@ -43,7 +44,6 @@ _ANYTHING = frozenset(GENERIC) | {"what", "whatever", "anything"}
 # With one of these a singular means one particular object.
 _DEFINITE = frozenset("the that this my your our his her their".split())
 _INDEFINITE = frozenset("a an any one some another of".split())
-_PLACES = frozenset("left right front back rear near far middle".split())
 _ALL = ALL_WORDS - {"only", "just"}
 _UNSAID = frozenset(
     "the a an my your our his her their these those this that teh da whatever just only".split()
@@ -51,7 +51,7 @@ _UNSAID = frozenset(
 
 
 def read_mentions(text: str, vocabulary: Vocabulary) -> References:
-    """All noun phrases of objects in any string; takes time in proportion to the string's length."""
+    """Find all noun phrases of objects in any string, in time proportional to its length."""
     return _MentionReader(text, vocabulary).read()
 
 
@@ -73,7 +73,7 @@ class _MentionReader:
             head = self._head(place, last)
             if head is None:
                 if self.words[place] in PRONOUNS and self.said.word(place + 1) != "of":
-                    self.pronoun = self.pronoun or not self.said.told[place]
+                    self.pronoun = self.pronoun or not self.said.narrated[place]
                 place += 1
                 continue
             mention, end = self._mention(*head, last)
@@ -202,7 +202,7 @@ class _MentionReader:
 
     def _listed(self, place: int, last: tuple[int, Mention] | None) -> str:
         """The "," or "and" that joins this to the objects before it; empty where nothing does."""
-        if not last or last[1].role != "meant" or self.words[place] in FUNCTION_WORDS - DETERMINERS:
+        if not last or last[1].role != "target" or self.words[place] in FUNCTION_WORDS - DETERMINERS:
             return ""
         between = self.words[last[0] + 1 : place]
         return between[-1] if 0 < len(between) < 3 and all(w in (",", "and", "&") for w in between) else ""
@@ -226,7 +226,7 @@ class _MentionReader:
         if self.said.word(first - 1) in SUPERLATIVES:  # "the tallest three cans"
             modifiers = (self.said.word(first - 1), *modifiers)
             first -= 1 + (self.said.word(first - 2) in DETERMINERS)
-        elif self.said.word(first - 1) in _PLACES and first < start and self.said.word(first - 2) in DETERMINERS:
+        elif self.said.word(first - 1) in PLACE_ADJECTIVES and first < start and self.said.word(first - 2) in DETERMINERS:
             modifiers = (self.said.word(first - 1), *modifiers)  # "the left three cups"
             first -= 2
         elif self.said.word(first - 1) == "of" and self.said.word(first - 2) in SUPERLATIVES:
@@ -250,7 +250,7 @@ class _MentionReader:
         if first < start and any(w in _DENIALS for w in self.words[first:start]):
             role = "left out"  # "what you don't eat with"
         clause = self.said.word(end) in ("that", "which", "that's")
-        if noun == ANY and not (numbers or modifiers or ordinal or (exact and role == "meant") or clause):
+        if noun == ANY and not (numbers or modifiers or ordinal or (exact and role == "target") or clause):
             return None, end  # everything, or "not everything"
         shown = first
         while shown < head and self.words[shown] in _UNSAID:
@@ -260,7 +260,7 @@ class _MentionReader:
         definite = any(w in _DEFINITE for w in said) and not any(w in _INDEFINITE for w in said)
         return Mention(
             noun, modifiers, count, exact, role, known, many or (count or 2) > 1, numbers, ordinal, span, definite,
-            self.said.word(first - 1) if role == "landmark" and not self.said.told[first] else "",
+            self.said.word(first - 1) if role == "landmark" and not self.said.narrated[first] else "",
         ), end
 
     def _filling(self, place: int) -> str:
@@ -309,4 +309,4 @@ class _MentionReader:
         if self.said.landmark(first):
             return "landmark"
         denied = self.said.word(first - 2) in _DENIALS and self.said.word(first - 1) in ARRANGING
-        return "told" if denied or self.said.told[first] else "meant"
+        return "narrated" if denied or self.said.narrated[first] else "target"

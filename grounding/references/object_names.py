@@ -57,7 +57,7 @@ class Name:
 
 @lru_cache(maxsize=4096)
 def read_name(name: str) -> Name:
-    """The parts of a name, of whatever kind."""
+    """Split a name of any kind into its parts."""
     name = name.lower().replace("_", " ")
     described = name.split(",")[0]
     nouns = [singular(word) for word in _WORD.findall(_BEHIND_THE_NOUN.split(described)[0])]
@@ -68,18 +68,18 @@ def read_name(name: str) -> Name:
 
 
 def adjective(word: str) -> str:
-    """The one spelling of an adjective, or the singular of a noun that describes."""
+    """Return the one spelling of an adjective, or the singular of a noun that describes."""
     word = SAME_WORDS.get(word, word)
     return word if word in _RIVALS else singular(word)
 
 
 def rivals(word: str) -> tuple[str, ...]:
-    """The adjectives that exclude this one and each other; empty if there are none."""
+    """List the adjectives that exclude this one and each other; empty if there are none."""
     return _RIVALS.get(word, ())
 
 
 def vocabulary(names: Sequence[str | None]) -> Vocabulary:
-    """The nouns of the tables and the names, and other words of the names that can stand for the object."""
+    """Collect the nouns of the tables and the names, and other words of the names that can stand for the object."""
     forms, heads, compounds = dict(FORMS), set(), set()
     for name in map(read_name, {name or "" for name in names}):
         for word in (name.head, *name.words):
@@ -93,7 +93,7 @@ def vocabulary(names: Sequence[str | None]) -> Vocabulary:
 
 
 def guesses(noun: str, heads: Sequence[str], encoder: SentenceEncoder | None) -> list[str]:
-    """The known noun that an unknown one may be, misspelt or of the same meaning, if there is one."""
+    """Find the known noun that an unknown one may be, misspelt or of the same meaning, if there is one."""
     for known in (*heads, *_NOUNS):
         if _nearly(noun, known) or _nearly(plural(noun), plural(known)):
             return [known]

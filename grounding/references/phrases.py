@@ -17,7 +17,7 @@ class Mention:
         modifiers: the words before the noun that may describe it: "red", "soup".
         count: how many are meant, `None` for all; negative for all but as many.
         exact: whether the speaker gave the number, so that fewer will not do.
-        role: "meant", "left out", "told" (of which something is said, no more) or "landmark".
+        role: "target" (to be arranged), "left out", "narrated" (mentioned in passing) or "landmark".
         known: whether a table or the scene knows the noun.
         plural: whether several may be meant.
         numbers: of "object 3", "cups 1 and 2".
@@ -56,7 +56,7 @@ class References:
     pronoun: bool
 
     def by_role(self, role: str) -> list[Mention]:
-        """The mentions of one role, in the order of the text."""
+        """List the mentions of one role, in the order of the text."""
         return [mention for mention in self.mentions if mention.role == role]
 
 

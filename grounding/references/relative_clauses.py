@@ -11,14 +11,14 @@ from grounding.references.sentence_roles import Sentences
 
 
 def says_more(mention: Mention) -> bool:
-    """Whether a phrase without a noun says more than "everything"."""
+    """Tell whether a phrase without a noun says more than "everything"."""
     return bool(mention.numbers or mention.modifiers or mention.ordinal or mention.exact)
 
 
 def with_clause(
     said: Sentences, spans: Sequence[tuple[int, int]], mention: Mention, end: int
 ) -> tuple[Mention, list[Mention], int]:
-    """The mention with what a clause after it says: "the cups that are red", "the cups which aren't red".
+    """Add what a clause after a mention says: "the cups that are red", "the cups which aren't red".
 
     Args:
         said: the words.

@@ -106,7 +106,7 @@ def mentioned(text: str) -> tuple[str, ...]:
     an empty tuple.
     """
     references = read_mentions(text[:_MOST_CHARACTERS], Vocabulary(FORMS))
-    meant = [m for m in _meant(references) if m.noun != ANY or m.exact or any(map(rivals, m.modifiers))]
+    meant = [m for m in _targets(references) if m.noun != ANY or m.exact or any(map(rivals, m.modifiers))]
     left_out = references.by_role("left out")
 
     def words(mention: Mention) -> str:
@@ -130,12 +130,12 @@ def _with_article(words: str) -> str:
     return f"the {words}" if bare else words
 
 
-def _meant(references: References) -> list[Mention]:
+def _targets(references: References) -> list[Mention]:
     """The mentions that choose; none where everything is meant."""
-    if meant := references.by_role("meant"):
-        return meant
-    told = [replace(m, count=None, exact=False) if m.plural else m for m in references.by_role("told") if m.known]
-    several = [m for m in told if m.plural] or (told if len(told) > 1 else [])
+    if targets := references.by_role("target"):
+        return targets
+    narrated = [replace(m, count=None, exact=False) if m.plural else m for m in references.by_role("narrated") if m.known]
+    several = [m for m in narrated if m.plural] or (narrated if len(narrated) > 1 else [])
     if references.pronoun:
         return several
     return []
@@ -156,7 +156,7 @@ class _Choice:
                 raise SelectionError(self.there.missing(mention, "leaves out"))
             # Of several bowls, "the bowl" that must not be touched may be any of them.
             left_out.update(found[: mention.count] if mention.exact and (mention.count or 0) > 0 else found)
-        said = _meant(self.references)
+        said = _targets(self.references)
         meant = [m for m in said if m.noun != ANY or self.there.chooses(m)]
         chosen: set[int] = set()
         required: set[int] = set()
@@ -191,7 +191,7 @@ class _Choice:
             if mention.role != "landmark" or mention.preposition not in SPATIAL_PREPOSITIONS or mention.noun == ANY:
                 continue
             found = set(self.there.matching(mention)) if mention.known else set()
-            if found and (not self.references.by_role("meant") or not found & chosen):
+            if found and (not self.references.by_role("target") or not found & chosen):
                 words = " ".join(self.references.text[slice(*mention.span)].split())
                 raise SelectionError(
                     f"the instruction speaks of a place {mention.preposition!r} {words!r}, and a structure cannot be placed "

@@ -1,4 +1,4 @@
-"""What part the words of an instruction play: what is asked for, left out, or only told."""
+"""What part the words of an instruction play: what is asked for, left out, or only mentioned in passing."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from grounding.references.function_words import (
     LANDMARK_PREPOSITIONS,
     NOT_OBJECTS,
     NUMBERS,
+    PLACE_ADJECTIVES,
     SHAPE_WORDS,
     SIDES,
     STAYING,
@@ -26,7 +27,6 @@ from grounding.references.function_words import (
 )
 from grounding.references.lexicon import ADJECTIVES
 
-_SIDES = frozenset("left right front back rear near far middle nearer farther closer".split())
 STOPS = frozenset(".;!?\n")
 
 
@@ -38,25 +38,25 @@ class Sentences:
         forms: word -> (singular, whether it means all of its kind), for the nouns that are known.
 
     Attributes:
-        told: for each word, whether its sentence only tells something, such as "the mugs came in a parcel".
+        narrated: for each word, whether its sentence only reports something, such as "the mugs came in a parcel".
     """
 
     def __init__(self, words: list[str], forms: Mapping[str, tuple[str, bool]]) -> None:
         self.words, self.forms = words, forms
-        self.told = self._told_words()
+        self.narrated = self._narrated_words()
 
     def word(self, place: int) -> str:
-        """The word at a place; empty before the first and after the last."""
+        """Return the word at a place; empty before the first and after the last."""
         return self.words[place] if 0 <= place < len(self.words) else ""
 
     def describes(self, place: int) -> bool:
-        """Whether this word may stand between an article and a noun."""
+        """Tell whether this word may stand between an article and a noun."""
         word = self.words[place]
         if word in ADJECTIVES or (word in self.forms and self.forms[word][0] == word):
             return word not in SHAPE_WORDS
         if word in COMPARATIVES and self.word(place - 1) in ("the", "two", "both"):
             return True  # "the taller cans"; but "make it taller"
-        if word in _SIDES and self.word(place - 1) in DETERMINERS and self.word(place - 2) not in LANDMARK_PREPOSITIONS:
+        if word in PLACE_ADJECTIVES and self.word(place - 1) in DETERMINERS and self.word(place - 2) not in LANDMARK_PREPOSITIONS:
             after = self.word(place + 1 + (self.word(place + 1) in NUMBERS))  # "the left cups", "the left three cups"
             return after in self.forms or after in GENERIC
         if word == "sized" and self.word(place - 1) in TELLING_ADJECTIVES:
@@ -68,7 +68,7 @@ class Sentences:
         return content and word not in self.forms and word not in GENERIC and word not in TELLING
 
     def landmark(self, first: int) -> bool:
-        """Whether the words before a noun only say where, when, how or for whom."""
+        """Tell whether the words before a noun only say where, when, how or for whom."""
         before, earlier = self.word(first - 1), self.word(first - 2)
         if before == "of":
             return earlier in SIDES
@@ -87,7 +87,7 @@ class Sentences:
         return before in LANDMARK_PREPOSITIONS
 
     def exception(self, first: int) -> str:
-        """The words right before `first` that leave out what follows; empty where there are none."""
+        """Find the words right before `first` that leave out what follows; empty where there are none."""
         for length in (4, 3, 2, 1):
             said = " ".join(self.words[max(0, first - length) : first])
             if first < length or said not in EXCEPTIONS:
@@ -104,7 +104,7 @@ class Sentences:
         return ""
 
     def left_alone(self, end: int, kept: bool) -> bool:
-        """Whether the words after a noun leave it out: "the bowl stays where it is", "leave the bowl alone".
+        """Tell whether the words after a noun leave it out: "the bowl stays where it is", "leave the bowl alone".
 
         Args:
             end: the place after the noun.
@@ -125,16 +125,16 @@ class Sentences:
             return False
         return any(w in ("needed", "wanted", "required", "included", "part", "necessary") for w in after[1:3])
 
-    # Sentences that only tell something
+    # Sentences that only report something
 
-    def _told_words(self) -> list[bool]:
-        told = [False] * len(self.words)
+    def _narrated_words(self) -> list[bool]:
+        narrated = [False] * len(self.words)
         start = 0
         for place in range(len(self.words) + 1):
             if place == len(self.words) or self.words[place] in STOPS or self._new_thought(place):
-                self._tell(start, place, told)
+                self._mark_narrated(start, place, narrated)
                 start = place + 1
-        return told
+        return narrated
 
     def _new_thought(self, place: int) -> bool:
         return self.words[place] == "," and self.word(place + 1) in (
@@ -145,21 +145,21 @@ class Sentences:
             "because",
         )
 
-    def _tell(self, start: int, end: int, told: list[bool]) -> None:
+    def _mark_narrated(self, start: int, end: int, narrated: list[bool]) -> None:
         reason = False
         for place in range(start, end):
             reason = (reason and self.words[place] != ",") or self._reason(place)
-            told[place] = told[place] or reason
+            narrated[place] = narrated[place] or reason
         if not self._telling(start, end):
             return
         if not self._cued(start, end):
-            told[start:end] = [True] * (end - start)
+            narrated[start:end] = [True] * (end - start)
             return
         first = start
         for place in range(start, end + 1):
             if place == end or self.words[place] == ",":
                 if self._telling(first, place) and not self._cued(first, place):
-                    told[first:place] = [True] * (place - first)
+                    narrated[first:place] = [True] * (place - first)
                 first = place + 1
 
     def _reason(self, place: int) -> bool:

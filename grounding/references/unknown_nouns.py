@@ -28,7 +28,7 @@ _POSSESSIVE = re.compile(r"(?:'s|s')$")
 
 
 def unknown_phrase(said: Sentences, place: int, listed: str) -> tuple[int, int, str, bool, bool] | None:
-    """A phrase that starts at `place`, of a noun that nobody knows, where only objects can stand.
+    """Find a phrase at `place` with a noun that is in no table and no name, where only objects can stand.
 
     Args:
         said: the words.
@@ -90,7 +90,7 @@ def _opens(said: Sentences, place: int) -> bool:
         and earlier not in ("i", "he", "she", "they", "we", "to")
         and earlier not in DETERMINERS
     ):
-        return not said.told[place]
+        return not said.narrated[place]
     if previous in ("want", "need") or (previous == "like" and earlier in ("i'd", "would", "we'd")):
         return word in DETERMINERS and _shape_follows(said, place)
     if previous in ("of", "from", "using"):

@@ -22,7 +22,7 @@ class LowRank(nn.Module):
         self.b = nn.Parameter(torch.zeros(outputs, RANK))
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """(..., inputs) to (..., outputs)."""
+        """Map (..., inputs) to (..., outputs)."""
         return self.layer(x) + SCALE * (x @ self.a.to(x.dtype).T @ self.b.to(x.dtype).T)
 
 
