@@ -10,14 +10,20 @@ PACKAGES = ("agent", "grounding", "structdiffusion")
 # From the bottom up. What stands in one row does not import each other.
 LAYERS = (
     ("agent", "grounding", "structdiffusion"),  # docstring and version of each package
-    ("agent.errors", "grounding.spec", "structdiffusion.geometry", "structdiffusion.limits"),
-    ("structdiffusion.rotations", "structdiffusion.tableware", "structdiffusion.temporary_folders"),
+    ("agent.errors", "agent.event_base", "grounding.spec", "structdiffusion.geometry", "structdiffusion.limits"),
+    (
+        "structdiffusion.evaluation_protocol",
+        "structdiffusion.rotations",
+        "structdiffusion.tableware",
+        "structdiffusion.temporary_folders",
+    ),
     ("grounding.parse_result", "structdiffusion.observation", "structdiffusion.word_tokens"),
     ("grounding.corpus", "grounding.viewpoint", "structdiffusion.footprints"),
-    ("grounding.benchmark", "grounding.parsers", "structdiffusion.layouts", "structdiffusion.objects"),
-    ("grounding.references", "grounding.training", "structdiffusion.simulation"),
+    ("grounding.benchmark", "grounding.parsers", "structdiffusion.objects", "structdiffusion.structures"),
+    ("grounding.references", "grounding.training", "structdiffusion.layouts", "structdiffusion.simulation"),
     ("grounding.dialogue", "grounding.foreign_languages", "grounding.unsupported"),
-    ("grounding.interpreter", "structdiffusion.parallel", "structdiffusion.protocol"),
+    ("grounding.interpreter", "structdiffusion.parallel_imports", "structdiffusion.protocol"),
+    ("structdiffusion.parallel",),
     ("structdiffusion.completion", "structdiffusion.data"),
     ("structdiffusion.models",),
     ("structdiffusion.postprocessing", "structdiffusion.training"),

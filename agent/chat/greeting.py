@@ -17,9 +17,11 @@ from grounding.references.lexicon import plural
 from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import eligible, layout_item
-from structdiffusion.footprints import CLEARANCE, clear_gap, turned
+from structdiffusion.evaluation_protocol import CLEARANCE
+from structdiffusion.footprints import clear_gap, turned
 from structdiffusion.geometry import tilt_between, yaw_of
-from structdiffusion.layouts import LayoutError, lay_out
+from structdiffusion.layouts import lay_out
+from structdiffusion.structures.structure import LayoutError
 
 if TYPE_CHECKING:
     from agent.scenes.table_scene import TableScene
@@ -59,7 +61,7 @@ class Suggestion:
 
 
 def suggestion(table: TableScene, scene: Scene) -> Suggestion | None:
-    """An instruction that suits the table as it stands; `None` where there is none.
+    """Return an instruction that suits the table as it stands; `None` where there is none.
 
     Three or more objects of a noun go into a circle or a line, two onto each other; where no noun is shared, everything
     takes part. It is checked that the words mean these objects, that the hand can grasp each of them, that nothing
@@ -100,9 +102,9 @@ def _groups(table: TableScene) -> Iterator[tuple[tuple[str, ...], str, tuple[tup
 
 def _means(table: TableScene, text: str, objects: tuple[str, ...]) -> bool:
     gone = {*table.fallen, *table.out_of_reach}
-    there = [(name, called) for name, called in zip(table.names, table.called, strict=True) if name not in gone]
+    there = [(name, words) for name, words in zip(table.names, table.display_names, strict=True) if name not in gone]
     try:
-        selection = select_objects(text, [called for _, called in there])
+        selection = select_objects(text, [words for _, words in there])
     except SelectionError:
         return False
     return {there[index][0] for index in selection.indices} == set(objects)

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TextIO
 
+from agent.runtime.stdio import LONGEST_LINE
+
 if TYPE_CHECKING:
     from prompt_toolkit.completion import CompleteEvent, Completion
     from prompt_toolkit.document import Document
@@ -25,7 +27,7 @@ class Lines(Protocol):
     typed: bool
 
     def ask(self, prompt: str) -> str | None:
-        """The next line; `None` after the last.
+        """Return the next line; `None` after the last.
 
         Raises:
             KeyboardInterrupt: when somebody interrupts it.
@@ -49,9 +51,12 @@ class PlainLines:
         """See `Lines`."""
         if self.typed:
             self._show(prompt)
-        line = self._file.readline()
+        line = self._file.readline(LONGEST_LINE)
         if not line:
             return None
+        rest = line
+        while len(rest) == LONGEST_LINE and not rest.endswith("\n"):  # of a longer line the beginning is kept
+            rest = self._file.readline(LONGEST_LINE)
         line = "".join(char if char.isprintable() else " " for char in line.rstrip("\r\n"))
         if not self.typed:
             self._show(f"{prompt}{line}\n")
@@ -107,7 +112,7 @@ class PromptedLines:
 
 
 def completions(text: str, commands: dict[str, Sequence[str]], words: Sequence[str]) -> Iterator[Completion]:
-    """What can stand where the cursor is.
+    """Yield what can stand where the cursor is.
 
     Args:
         text: before the cursor.
@@ -144,7 +149,8 @@ def _history():  # noqa: ANN202
 
 
 def history_file() -> Path | None:
-    """Where earlier lines are kept: structagent/history in XDG_STATE_HOME or ~/.local/state; `None` without a home."""
+    """Return where earlier lines are kept: structagent/history in XDG_STATE_HOME or ~/.local/state; `None` without a
+    home."""
     state = os.environ.get("XDG_STATE_HOME", "")
     if state:
         return Path(state) / "structagent" / "history"

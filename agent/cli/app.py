@@ -29,7 +29,7 @@ from agent.cli.run import run
 from agent.cli.scene import scene_app
 from agent.cli.shell_completion import completion
 from agent.cli.train import train_app
-from agent.errors import DONE, INTERRUPTED, USAGE, exit_code_of, one_sentence
+from agent.errors import BAD_INPUT, DONE, INTERRUPTED, USAGE, exit_code_of, one_sentence
 
 # Typer carries its own copy of click in some versions and uses the installed one in others; its public
 # BadParameter is a usage error in both, and that is the general click error.
@@ -123,6 +123,14 @@ def command_line(arguments: list[str] | None = None) -> int:
     except (KeyboardInterrupt, typer.Abort):
         print_error("interrupted")
         return INTERRUPTED
+    except MemoryError:
+        print_error("there is not enough memory; end other programs, or raise the limit of this one (ulimit -v)")
+        return BAD_INPUT
+    except ImportError as error:
+        if (error.name or "").partition(".")[0] in ("agent", "grounding", "structdiffusion"):
+            raise
+        print_error(f"cannot load a library: {one_sentence(error)}; `structagent doctor` names what would mend it")
+        return BAD_INPUT
     except Exception as error:
         code = exit_code_of(error)
         if code is None:

@@ -31,17 +31,17 @@ from agent.evaluation.report import (
 from agent.evaluation.result_store import fingerprint
 from agent.evaluation.rows import Place, Row, lost_count, measured, stored_scene_rows
 from agent.evaluation.scenes import SENTENCE_PLANNERS, draw_scenes, with_sentences
-from agent.pipeline.candidates import checked_planner, worthwhile
+from agent.pipeline.candidates import checked_planner, filter_viable
 from agent.pipeline.verdict import judge_built
 from agent.rendering.text import number
 from agent.runtime.worker_pool import Workforce
 from structdiffusion.benchmark.scenes import EvaluationScene
-from structdiffusion.layouts import LayoutError
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.observation import Arrangement, Goal
 from structdiffusion.parallel import WORKER_DIED, Lost
 from structdiffusion.planners.factory import Planner
 from structdiffusion.simulation.world import TabletopWorld
+from structdiffusion.structures.structure import LayoutError
 
 
 def measure_arm(
@@ -133,7 +133,7 @@ def _build_scene(candidates: int, planner: Planner, scene: EvaluationScene) -> R
         initial = np.array(world.poses()[: drawn.count])
         try:
             goal = Goal(scene.heard or scene.spec, scene.words, scene.embedding)
-            arrangements = worthwhile(planner.propose(observed, goal, count=candidates, generator=generator))
+            arrangements = filter_viable(planner.propose(observed, goal, count=candidates, generator=generator))
         except (LayoutError, NoValidGoal) as error:
             return {**row, "trouble": [str(error)], "seconds": round(time.perf_counter() - started, 1)}
         rank, placed = 0, set()  # what was pushed away may be placed twice

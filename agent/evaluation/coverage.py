@@ -28,20 +28,20 @@ from agent.evaluation.report import (
 )
 from agent.evaluation.rows import LOST, Row, collect, lost_scene_row
 from agent.evaluation.scenes import with_sentences
-from agent.pipeline.candidates import checked_planner, worth_a_try
+from agent.pipeline.candidates import checked_planner, is_viable
 from agent.rendering.text import number, slot_label
 from grounding.spec import SHAPES, SLOTS_OF_SHAPE, X_POSITIONS, StructureSpec
 from structdiffusion.benchmark.scenes import EvaluationScene, draw_evaluation_scene
 from structdiffusion.completion.estimate import estimate, imagined_bodies
 from structdiffusion.data.scene_sampling import layout_item
 from structdiffusion.geometry import yaw_of
-from structdiffusion.layouts import LayoutError
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Arrangement, Goal, Scene
 from structdiffusion.parallel import in_parallel
 from structdiffusion.planners.factory import Planner
 from structdiffusion.protocol.slot_measurement import distinct_values, evenness, fitting_values, realised_spec
+from structdiffusion.structures.structure import LayoutError
 
 BEST = 5  # of the ranked samples: as many as success@k tries
 # Groups of samples: all, those that the ranking calls viable, and the best of them.
@@ -101,7 +101,7 @@ def _coverage_rows(candidates: int, planner: Planner, scene: EvaluationScene) ->
     except LayoutError:
         arrangements = []
     realised = _realised(seen, spec, arrangements)
-    viable = [found for found, one in zip(realised, arrangements) if worth_a_try(one)]
+    viable = [found for found, one in zip(realised, arrangements) if is_viable(one)]
     groups = {SAMPLED: realised, VIABLE: viable, RANKED: realised[:BEST]}
     poses = drawn.world_from_initial[: drawn.count]
     items = [layout_item(model, yaw_of(pose)) for model, pose in zip(drawn.models, poses)]

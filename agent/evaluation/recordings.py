@@ -39,7 +39,7 @@ from agent.evaluation.report import (
 from agent.evaluation.result_store import fingerprint
 from agent.evaluation.rows import LOST, Place, Row, lost_count, measured, stored_scene_rows
 from agent.pipeline.candidates import checked_planner
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions, run_instruction
 from agent.recordings.recording import RecordedOptions
 from agent.rendering.text import number
@@ -106,7 +106,7 @@ def measure_recordings(
 
     def compute(force: Workforce, missing: Sequence[Place]) -> Iterable[Row | Lost]:
         jobs = [_draw_job(library, objects, place, seed) for place in missing]
-        return force.do(partial(_compare_runs, run), Loaded, (), jobs)
+        return force.do(partial(_compare_runs, run), ResourceCache, (), jobs)
 
     rows = stored_scene_rows(
         compute, config, count, seed, what="scenes recorded", files=(REPORT,), workers=workers, out=out
@@ -144,7 +144,7 @@ def _draw_job(library: Sequence[ObjectModel], objects: str, place: Place, seed: 
     raise SceneError(f"no {structure} could be drawn from {objects} in {_DRAWS} attempts")
 
 
-def _compare_runs(options: RunOptions, loaded: Loaded, job: _Job) -> Row:
+def _compare_runs(options: RunOptions, cache: ResourceCache, job: _Job) -> Row:
     """Record one scene, perceive it, and build it in simulation and on the recording; return its row."""
     drawn, seed = job.drawn, job.seed * 10_000 + job.number
     options = replace(options, seed=seed)
@@ -159,7 +159,7 @@ def _compare_runs(options: RunOptions, loaded: Loaded, job: _Job) -> Row:
     }
     with TemporaryDirectory() as name:
         recording = _record(job, options.objects, seed, Path(name))
-        row["simulated"] = _failure(words, replace(options, scene=str(recording.scene)), loaded)
+        row["simulated"] = _failure(words, replace(options, scene=str(recording.scene)), cache)
         began = time.perf_counter()
         try:
             source = RecordedSource(recording.bag)
@@ -173,7 +173,7 @@ def _compare_runs(options: RunOptions, loaded: Loaded, job: _Job) -> Row:
         found, nouns = _compare_masks(recording, source)
         recorded = RecordedOptions(nouns=nouns if job.structure == "table setting" else {})
         options = replace(options, scene=str(recording.bag), recorded=recorded)
-        row |= {**found, "recorded": _failure(words, options, loaded)}
+        row |= {**found, "recorded": _failure(words, options, cache)}
     return row | {"same": (row["simulated"] is None) == (row["recorded"] is None)}
 
 
@@ -221,9 +221,9 @@ def _compare_masks(recording: _Recording, source: RecordedSource) -> tuple[Row, 
     return row, nouns
 
 
-def _failure(words: str, options: RunOptions, loaded: Loaded) -> str | None:
+def _failure(words: str, options: RunOptions, cache: ResourceCache) -> str | None:
     """Carry out an instruction; return why it failed, or `None` if it succeeded."""
-    for event in run_instruction(words, options, loaded):
+    for event in run_instruction(words, options, cache):
         if isinstance(event, events.Failed):
             return event.message
     return None

@@ -25,6 +25,7 @@ from agent.runtime.atomic_files import write_whole
 from agent.runtime.jsonl_journal import Journal, locked
 from agent.runtime.output_ownership import check_own_folder, mark
 from structdiffusion.benchmark.success import Row
+from structdiffusion.limits import ABOUT_BYTES, read_at_most
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.planners.factory import WEIGHTS
 from structdiffusion.planners.registry import networks_of
@@ -94,11 +95,11 @@ class ResultStore:
         networks: dict[str, str] = {}
         if path.exists():
             try:
-                stored = json.loads(path.read_text(encoding="utf-8"))
+                stored = json.loads(read_at_most(path, ABOUT_BYTES))
                 networks = dict(stored["networks"])
                 keys = [key for key in config if key != "networks"]
                 differing = next((key for key in keys if stored.get(key, _ABSENT) != config[key]), None)
-            except (ValueError, KeyError, TypeError, AttributeError) as error:
+            except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
                 raise BadInput(f"{str(path)!r} is not that of an evaluation; choose another --out") from error
             if differing is not None:
                 raise self._refusal(_difference(differing, stored.get(differing), config[differing]))

@@ -8,23 +8,23 @@ from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING
 
-from agent.pipeline.instruction_parser import ReadingOptions, make_reader
+from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from agent.recordings.recording import RecordedOptions
 
 if TYPE_CHECKING:
     from agent.model_cards.provenance import Provenance
     from agent.scenes.sources import SceneSource
-    from grounding.interpreter import Reader
+    from grounding.interpreter import Interpreter
     from grounding.parsers.sentence_encoder import SentenceEncoder
     from structdiffusion.planners.factory import Planner
 
 
-class Loaded:
+class ResourceCache:
     """Loads on demand, and keeps what cannot change; a run with it ends as a run without. Threads may share it."""
 
     def __init__(self) -> None:
         self._lock = RLock()
-        self._readers: dict[ReadingOptions, Reader] = {}
+        self._interpreters: dict[ReadingOptions, Interpreter] = {}
         self._planners: dict[tuple[str, Path | None, bool], Planner] = {}
         self._provenance: dict[tuple[str, Path | None], Mapping[str, Provenance]] = {}
         self._libraries: dict[str, SceneSource] = {}
@@ -40,16 +40,16 @@ class Loaded:
 
         return SentenceEncoder()
 
-    def reader(self, options: ReadingOptions) -> Reader:
-        """The reader that the options ask for; one that had to fall back is not kept: the next run tries anew."""
+    def interpreter(self, options: ReadingOptions) -> Interpreter:
+        """Return the interpreter for the options; one that had to fall back is not kept: the next run tries again."""
         with self._lock:
-            reader = self._readers.get(options)
-            if reader is None or reader.fallback:
-                reader = self._readers[options] = make_reader(options, self.encoder)
-            return reader
+            interpreter = self._interpreters.get(options)
+            if interpreter is None or interpreter.fallback:
+                interpreter = self._interpreters[options] = make_interpreter(options, self.encoder)
+            return interpreter
 
     def planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
-        """As `agent.pipeline.candidates.checked_planner`."""
+        """Return a planner, as `agent.pipeline.candidates.checked_planner`."""
         from agent.model_cards.provenance import provenance_of
         from agent.pipeline.candidates import checked_planner
 
@@ -61,10 +61,11 @@ class Loaded:
             return self._planners[key]
 
     def provenance(self, model: str, weights: Path | None) -> Mapping[str, Provenance]:
-        """What is known of the files of a planner's networks, by network; of a planner that was loaded before."""
+        """Return what is known of the files of a planner's networks, by network; the planner must have been loaded
+        before."""
         return self._provenance[model, weights]
 
-    def warm(
+    def preload(
         self, reading: ReadingOptions, model: str, weights: Path | None, allow_unverified: bool = False
     ) -> None:
         """Loads what these options will need, and tries the parser once, whose first answer takes longer.
@@ -72,11 +73,12 @@ class Loaded:
         Raises: as the parts do.
         """
         with self._lock:  # whoever needs them meanwhile waits, and does not load them twice
-            self.reader(reading).parse("a circle")
+            self.interpreter(reading).parse("a circle")
             self.planner(model, weights, allow_unverified)
 
     def source(self, scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
-        """As `agent.scenes.sources.scene_source`; files are read anew, because they can be edited."""
+        """Return a scene source, as `agent.scenes.sources.scene_source`; files are read anew, because they can be
+        edited."""
         from agent.scenes.sources import SIMULATED, scene_source
 
         if scene != SIMULATED or recorded.given:

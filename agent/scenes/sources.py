@@ -16,12 +16,12 @@ from agent.scenes.limits import check_count
 from agent.scenes.object_attributes import attributes_of
 from agent.scenes.object_placement import drawn_objects, load_scene, saved_objects
 from agent.scenes.random_scenes import assortment
-from agent.scenes.simulated import Select, SimulatedScene
+from agent.scenes.simulated import SimulatedScene
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
+from grounding.interpreter import Interpretation
 from grounding.parse_result import shortened
 from grounding.references.attributes import SceneObject
-from grounding.spec import StructureSpec
 from structdiffusion.limits import SLOW_BYTES
 from structdiffusion.objects.libraries import load_objects
 
@@ -42,22 +42,22 @@ class SceneSource(Protocol):
     catalogue: bool
     hint: str
 
-    def open(self, spec: StructureSpec, select: Select, seed: int) -> TableScene:
-        """The table, with the objects that `select` picks; close it.
+    def open(self, goal: Interpretation, seed: int) -> TableScene:
+        """Open the table, on which the objects that the goal selected among the referents take part; close it.
 
         Raises:
             SceneError: when these objects cannot make such a structure.
         """
 
     def set_out(self, seed: int) -> TableScene:
-        """A table to talk about, on which everything takes part until somebody says otherwise; close it."""
+        """Return a table to talk about, on which everything takes part until somebody says otherwise; close it."""
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
-        """The table as it stands now, as the lines of a scene file in `folder`."""
+        """Return the table as it stands now, as the lines of a scene file in `folder`."""
 
 
 def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
-    """The source that a run asks for.
+    """Return the source that a run asks for.
 
     Args:
         scene: "simulated", "example", or the path of a scene file or a recording.
@@ -96,7 +96,7 @@ def _has_much_to_read(folder: Path) -> bool:
 
 
 class DrawnSource:
-    """Scenes drawn from a library so that the wish can come true."""
+    """Scenes drawn from a library so that the goal can come true."""
 
     catalogue = True
     hint = ""
@@ -106,9 +106,9 @@ class DrawnSource:
         self._library = load_objects(objects)
         self.referents = [SceneObject(model.category, attributes_of(model)) for model in self._library]
 
-    def open(self, spec: StructureSpec, select: Select, seed: int) -> TableScene:
+    def open(self, goal: Interpretation, seed: int) -> TableScene:
         """See `SceneSource`."""
-        return SimulatedScene(self._library, self.referents, spec, select, seed)
+        return SimulatedScene(self._library, goal, seed)
 
     def set_out(self, seed: int) -> TableScene:
         """See `SceneSource`.
@@ -121,7 +121,7 @@ class DrawnSource:
         return TableScene(drawn.models, drawn.world_from_initial, len(drawn.models), noise, drawn.table)
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
-        """See `SceneSource`."""
+        """Return the table as it stands now, as the lines of a scene file in `folder`."""
         poses = table.world.poses()
         return saved_objects(drawn_objects(table.models, poses, self._name, table.names), poses, folder)
 
@@ -134,21 +134,21 @@ class FileSource:
 
     def __init__(self, path: Path) -> None:
         self.standing = load_scene(path)
-        self.referents = [SceneObject(entry.called, attributes_of(entry.model)) for entry in self.standing]
+        self.referents = [SceneObject(entry.display_name, attributes_of(entry.model)) for entry in self.standing]
 
-    def open(self, spec: StructureSpec, select: Select, seed: int) -> FileScene:
+    def open(self, goal: Interpretation, seed: int) -> FileScene:
         """See `SceneSource`; from the seed follows the sensor's noise."""
-        return FileScene(self.standing, self.referents, spec, select, seed)
+        return FileScene(self.standing, goal, seed)
 
     def set_out(self, seed: int) -> TableScene:
         """See `SceneSource`; from the seed follows the sensor's noise."""
         _, noise = drawing_and_noise(seed)
         poses = np.array([entry.world_from_object for entry in self.standing])
         models, names = [entry.model for entry in self.standing], [entry.name for entry in self.standing]
-        return TableScene(models, poses, len(models), noise, names=names, called=[each.name for each in self.referents])
+        return TableScene(models, poses, len(models), noise, names=names, display_names=[each.name for each in self.referents])
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
-        """See `SceneSource`; in the order of the file."""
+        """Return the table as it stands now, as the lines of a scene file in `folder`."""
         pose_of = dict(zip(table.names, table.world.poses(), strict=True))
         return saved_objects(self.standing, [pose_of[entry.name] for entry in self.standing], folder)
 
@@ -158,32 +158,23 @@ class FileScene(TableScene):
 
     Args:
         standing: the objects, in the order of the file.
-        referents: the same, as an instruction can refer to them.
-        spec: what will be asked for.
-        select: finds the objects that the instruction means.
+        goal: what will be asked for, with those of the objects that it selected.
         seed: the sensor's noise follows from it.
 
     Raises:
         SceneError: when too few or too many take part.
     """
 
-    def __init__(
-        self,
-        standing: Sequence[StandingObject],
-        referents: Sequence[SceneObject],
-        spec: StructureSpec,
-        select: Select,
-        seed: int,
-    ) -> None:
-        meant = sorted(set(select(referents).indices))
-        check_count([standing[index].name for index in meant], len(standing), spec)
-        ordered = [standing[index] for index in (*meant, *(k for k in range(len(standing)) if k not in meant))]
+    def __init__(self, standing: Sequence[StandingObject], goal: Interpretation, seed: int) -> None:
+        selected = sorted(goal.selection.indices)
+        check_count([standing[index].name for index in selected], len(standing), goal.spec)
+        ordered = [standing[index] for index in (*selected, *(k for k in range(len(standing)) if k not in selected))]
         _, noise = drawing_and_noise(seed)
         super().__init__(
             [entry.model for entry in ordered],
             np.array([entry.world_from_object for entry in ordered]),
-            len(meant),
+            len(selected),
             noise,
             names=[entry.name for entry in ordered],
-            called=[entry.called for entry in ordered],
+            display_names=[entry.display_name for entry in ordered],
         )

@@ -17,9 +17,9 @@ from agent.evaluation.scenes import SENTENCE_PLANNERS, with_sentences
 from agent.evaluation.success.config import SuccessConfig
 from agent.evaluation.success.failure_images import failure_picture, pictured
 from agent.evaluation.success.results_folder import EvaluationFolder
-from agent.events import json_value
+from agent.event_base import json_value
 from agent.pipeline.candidates import checked_planner
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.runtime.atomic_files import write_whole
 from agent.runtime.progress import progress
 from agent.runtime.worker_pool import Workforce, workforce
@@ -112,7 +112,7 @@ def _add_missing_rows(work: _Work, missing: Sequence[tuple[str, Place]]) -> tupl
     jobs = [(name, scenes[place]) for name, place in missing if place in scenes]
     # A worker's current folder may be another one.
     absolute = replace(config, weights=config.weights and config.weights.absolute())
-    results = work.force.do(partial(_solve_scene, absolute), Loaded, (), jobs)
+    results = work.force.do(partial(_solve_scene, absolute), ResourceCache, (), jobs)
     add_rows(work.store.add_row, results, partial(_lost_job_row, config), "rows", len(jobs))
     for name, place in missing:
         if place in undrawn:
@@ -156,11 +156,11 @@ def _draw_scene(
     return draw_evaluation_scene(library, shape, number, seed=seed, conditions=conditions, accepted=accepted)
 
 
-def _solve_scene(config: SuccessConfig, loaded: Loaded, job: tuple[str, EvaluationScene]) -> Row:
+def _solve_scene(config: SuccessConfig, cache: ResourceCache, job: tuple[str, EvaluationScene]) -> Row:
     """Let a planner solve a scene; return its row. A planner that gets no sentence gets the true slots."""
     name, scene = job
     scene = scene if name in SENTENCE_PLANNERS else replace(scene, heard=None)
-    planner = loaded.planner(name, config.weights, config.allow_unverified)
+    planner = cache.planner(name, config.weights, config.allow_unverified)
     result = solve(planner, scene, candidates=config.candidates_of(name), top_k=config.top_k)
     return json_value({"model": name, **result.to_dict()})
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from agent.evaluation.success import paper_results
 from structdiffusion.benchmark.success import NO_ARRANGEMENT, Row
+from structdiffusion.evaluation_protocol import MAX_PENETRATION
 from structdiffusion.parallel import WORKER_DIED
 from structdiffusion.planners.registry import PLANNERS, PlannerParts
 from structdiffusion.protocol.semantic import FAILURE_CLASSES
@@ -95,7 +96,8 @@ def _failures_of_methods(found: Mapping[str, Any]) -> Table:
     rows += [(*_paper_row(f"paper: {name}", values), *none) for name, values in paper_results.FAILURES_OF_METHODS.items()]
     about = (
         "The first failure of the best-ranked arrangement, in percent of all scenes. The last column is the share of scenes "
-        "in which it intersects the table by more than the allowed 2 mm; it is part of the intersections."
+        f"in which it intersects the table by more than the allowed {1000 * MAX_PENETRATION:g} mm; it is part of the "
+        "intersections."
     )
     return Table("Failure modes per method", about, ("model", "n", *_CAUSES, *died, "into the table"), tuple(rows))
 

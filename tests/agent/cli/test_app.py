@@ -13,6 +13,7 @@ import torch
 import trimesh
 
 from agent import __version__
+from agent.cli import app as cli
 from agent.cli.app import command_line
 
 ROOT = Path(__file__).parents[3]
@@ -186,16 +187,16 @@ def test_models_that_know_nothing_have_no_valid_goal(checkpoints, tmp_path, caps
 
 def test_candidates_that_score_next_to_nothing_are_no_goal():
     from agent.errors import NoValidGoal
-    from agent.pipeline.candidates import LEAST_SCORE, worthwhile
+    from agent.pipeline.candidates import LEAST_SCORE, filter_viable
     from structdiffusion.observation import Arrangement
 
     good, bad = (Arrangement(np.eye(4)[None], {"total": score}) for score in (LEAST_SCORE, LEAST_SCORE / 2))
-    assert worthwhile([good, bad]) == [good]
+    assert filter_viable([good, bad]) == [good]
     stood = Arrangement(np.eye(4)[None], {"total": LEAST_SCORE / 9, "imagined": 1.0})
     fell = Arrangement(np.eye(4)[None], {"total": LEAST_SCORE / 9, "imagined": 0.1})
-    assert worthwhile([stood, good, bad, fell]) == [stood, good]
+    assert filter_viable([stood, good, bad, fell]) == [stood, good]
     with pytest.raises(NoValidGoal, match="none of 2 imagined arrangements is valid"):
-        worthwhile([bad, bad])
+        filter_viable([bad, bad])
 
 
 def test_checkpoint_of_another_model(fails, checkpoints, tmp_path):
@@ -409,3 +410,30 @@ def test_evaluation_measures_every_model_on_the_same_scenes(tmp_path, capsys):
     assert 0 <= rates["all"]["success"]["low"] <= rates["all"]["success"]["rate"] <= rates["all"]["success"]["high"] <= 1
     assert all(row["words"] for row in report["evaluations"][0]["scenes"])
     assert "table setting" in table and "intersection" in table and report["command"] in table
+
+
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [
+        (MemoryError(), "there is not enough memory"),
+        (ImportError("libtorch_cpu.so: failed to map segment"), "cannot load a library: libtorch_cpu.so: failed to map"),
+        (ModuleNotFoundError("No module named 'ompl'", name="ompl"), "cannot load a library: No module named 'ompl'"),
+    ],
+)
+def test_a_machine_that_lacks_something_is_one_sentence(error, sentence, monkeypatch, capsys):
+    def fails(**_):
+        raise error
+
+    monkeypatch.setattr(cli, "app", fails)
+    assert cli.command_line(["parse", "make a line"]) == 6
+    told = capsys.readouterr().err
+    assert told.startswith(f"structagent: {sentence}") and told.count("\n") == 1
+
+
+def test_a_module_of_our_own_that_is_missing_is_a_defect(monkeypatch):
+    def fails(**_):
+        raise ModuleNotFoundError("No module named 'agent.x'", name="agent.x")
+
+    monkeypatch.setattr(cli, "app", fails)
+    with pytest.raises(ModuleNotFoundError):
+        cli.command_line(["parse", "make a line"])

@@ -42,7 +42,7 @@ def test_arguments_choices_switches_and_nested_commands():
     assert "- `--execute, --no-execute`: " in section(text, "structagent run")
     assert "- `--shape circle|line|tower|table setting`: " in section(text, "structagent scene new")
     group, command = section(text, "structagent evaluate"), section(text, "structagent evaluate success")
-    assert "- [`structagent evaluate arm`](#structagent-evaluate-arm): How often" in group
+    assert "- [`structagent evaluate arm`](#structagent-evaluate-arm): Measure how often" in group
     assert "`structagent models list` names all 43). Repeatable. Default: diffusion." in command
     other = section(text, "structagent train cvae")  # the same options as the command before
     assert "**Options**: those of [`structagent train diffusion`](#structagent-train-diffusion).\n" in other
@@ -68,7 +68,7 @@ def test_same_on_every_machine(tmp_path):
 
 
 def test_check_tells_what_drifted(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(reference, "FILE", tmp_path / "reference.md")
+    monkeypatch.setattr(reference, "FILE", tmp_path / "cli.md")
     assert reference.main(["--check"]) == 1
     assert reference.main([]) == 0
     capsys.readouterr()

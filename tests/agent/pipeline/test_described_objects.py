@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from agent import events
+from agent.event_base import Event
 from agent.pipeline.run import RunOptions, run_instruction
 from agent.recordings.recording import ReadingOf, RecordedOptions
 from agent.scenes.digital_twin import RecordedSource
@@ -13,7 +14,8 @@ from agent.scenes.record_bag import record_session
 from agent.scenes.simulated import draw_meant_scene
 from agent.scenes.sources import DrawnSource
 from agent.scenes.table_scene import TableScene
-from grounding.references.selection import select_objects
+from grounding.interpreter import Interpretation
+from grounding.parse_result import Parse
 from grounding.spec import StructureSpec
 from structdiffusion.geometry import pose_from_xyz_yaw
 from tests.agent.scenes.test_digital_twin import GREEN, RED, block
@@ -21,11 +23,11 @@ from tests.agent.scenes.test_digital_twin import GREEN, RED, block
 BLUE = (0.15, 0.3, 0.7)
 
 
-def told(text: str, **options) -> list[events.Event]:
+def told(text: str, **options) -> list[Event]:
     return list(run_instruction(text, RunOptions(model="geometric", execute=False, **options)))
 
 
-def only(kind: type, happened: list[events.Event]):
+def only(kind: type, happened: list[Event]):
     return next(event for event in happened if isinstance(event, kind))
 
 
@@ -50,12 +52,10 @@ def test_a_colour_chooses_in_simulation(text, seed, colour):
     "text", ["put the small cups in a circle", "put the three tallest objects in a line", "line up the big cups"]
 )
 def test_sizes_compare_what_stands_on_the_table(text):
-    source = DrawnSource("ycb")
-
-    def select(objects, catalogue=False):
-        return select_objects(text, objects, catalogue=catalogue)
-
-    drawn = draw_meant_scene(source._library, source.referents, StructureSpec("line"), select, np.random.default_rng(0))
+    source, spec = DrawnSource("ycb"), StructureSpec("line")
+    goal = Interpretation(Parse(text, spec, "by hand"), spec, "ok", "", "robot", None, 0.0)
+    goal = goal.among(source.referents, catalogue=True)
+    drawn = draw_meant_scene(source._library, goal, np.random.default_rng(0))
     meant, others = drawn.models[: drawn.count], drawn.models[drawn.count :]
     assert others
     if "tallest" in text:

@@ -16,8 +16,7 @@ from agent.reporting.run_report import RunRecord
 from agent.scenes.files import PlacedObject, SceneFileError, parse_scene, read_text, write_scene
 from agent.scenes.object_placement import load_scene, placement_of, pose_of
 from agent.scenes.sources import FileSource, scene_source
-from grounding.references.selection import Selection
-from grounding.spec import StructureSpec
+from tests.agent.scenes.goals import a_line
 
 CUPS = """\
 version: 1
@@ -229,9 +228,9 @@ def test_own_meshes_are_found_from_the_file_and_take_its_noun_and_colour(tmp_pat
         "- {mesh: parts/thing_1.stl, x: 0.4, y: -0.1, name: left one}\n"
     )
     block, thing = load_scene(written(tmp_path / "scene.yaml", text))
-    assert (block.name, block.model.category, block.called) == ("block", "block", "block")
+    assert (block.name, block.model.category, block.display_name) == ("block", "block", "block")
     assert block.model.color == pytest.approx((0, 128 / 255, 1))
-    assert (thing.name, thing.model.category, thing.called) == ("left one", "thing", "left one thing")
+    assert (thing.name, thing.model.category, thing.display_name) == ("left one", "thing", "left one thing")
     assert block.model.height == pytest.approx(0.06, abs=1e-3)
 
 
@@ -259,7 +258,7 @@ def test_a_drawn_scene_is_valid_and_loads_again_bit_for_bit(scene, tmp_path):
     looks = []
     for file in (path, again):
         source = FileSource(file)
-        with source.open(StructureSpec("line"), everything, seed=1) as table:
+        with source.open(a_line(source), 1) as table:
             looks.append((table.world_from_initial, table.look()))
             write_scene(source.saved(table, file.parent), again)
         assert again.read_text() == path.read_text().split("\n", 1)[1]  # but for the comment
@@ -275,7 +274,7 @@ def test_a_scene_that_was_drawn_for_an_instruction_can_be_saved(tmp_path):
     for number in range(4):
         trimesh.creation.box((0.05, 0.05, 0.05 + 0.01 * number)).export(folder / f"box_{number}.stl")
     source = scene_source("simulated", str(folder))
-    with source.open(StructureSpec("line"), everything, seed=2) as table:
+    with source.open(a_line(source), 2) as table:
         poses, names = table.world_from_initial, table.names
         write_scene(source.saved(table, tmp_path), tmp_path / "saved.yaml")
     standing = load_scene(tmp_path / "saved.yaml")
@@ -284,13 +283,9 @@ def test_a_scene_that_was_drawn_for_an_instruction_can_be_saved(tmp_path):
     assert np.abs(np.array([entry.world_from_object for entry in standing]) - poses).max() < 3e-6
 
 
-def everything(referents, catalogue=False):
-    return Selection(tuple(range(len(referents))))
-
-
 def test_what_has_fallen_off_the_table_is_not_saved(tmp_path):
     source = FileSource(written(tmp_path / "scene.yaml", CUPS))
-    with source.open(StructureSpec("line"), lambda referents: Selection((0, 1)), seed=0) as table:
+    with source.open(a_line(source, (0, 1)), 0) as table:
         fallen = table.world.pose(0)
         fallen[2, 3] = -0.5
         table.world.set_pose(0, fallen)
@@ -335,7 +330,7 @@ def test_help_has_an_example(scene, verb):
 def run(text: str, where: Path | str) -> dict:
     record = RunRecord()
     for event in run_instruction(text, RunOptions(scene=str(where), model="geometric", execute=False)):
-        record(event)
+        record.on_event(event)
     return record.report
 
 
