@@ -16,6 +16,7 @@ from agent.cli.options import (
     CameraPoseOption,
     ForceOutOption,
     JsonOption,
+    EncoderOption,
     LLMModelOption,
     LLMUrlOption,
     ModelOption,
@@ -54,6 +55,7 @@ def batch(
     json_output: JsonOption = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
+    encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     execute: Annotated[
@@ -75,8 +77,8 @@ def batch(
       {"text": "make a line", "id": "mine", "seed": 3, "scene": "desk.yaml"}
     Only text is required. id is unique and names the folder of the row's report. The
     other keys are named like the options below, which are their defaults: scene, objects,
-    model, weights, seed, execute, parser, viewpoint, llm_model, llm_url. Paths in a row
-    are relative to the folder of FILE. An invalid row fails; the others are carried out.
+    model, weights, seed, execute, parser, viewpoint, encoder, llm_model, llm_url. Paths
+    in a row are relative to the folder of FILE. An invalid row fails; the others run.
 
     \b
     DIR gets results.jsonl with a line per row, written as the rows end: a batch that is
@@ -95,7 +97,7 @@ def batch(
     from agent.batch.run import run_batch
     from agent.pipeline.run import RunOptions
 
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     recorded = recorded_options(at, topic, camera_pose, call)
     defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
     with results_stream() as results:

@@ -11,7 +11,6 @@ import pytest
 
 from agent.cli.app import command_line
 from agent.evaluation import coverage
-from agent.evaluation.report import report_by_structure, report_frame
 from agent.evaluation.coverage import (
     RANKED,
     SAMPLED,
@@ -23,6 +22,7 @@ from agent.evaluation.coverage import (
     open_slots,
     print_coverage,
 )
+from agent.evaluation.report import report_by_structure, report_frame
 from grounding.spec import StructureSpec
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object

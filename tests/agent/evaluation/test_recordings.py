@@ -11,8 +11,8 @@ import pytest
 from agent.cli.app import command_line
 from agent.errors import UsageError
 from agent.evaluation import recordings
+from agent.evaluation.recordings import _compare_runs, _Job, _overlaps, _rates, print_recordings
 from agent.evaluation.report import report_by_structure, report_frame
-from agent.evaluation.recordings import _Job, _overlaps, _rates, _compare_runs, print_recordings
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from grounding.spec import StructureSpec
