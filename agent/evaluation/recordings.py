@@ -145,7 +145,7 @@ def _draw_job(library: Sequence[ObjectModel], objects: str, place: Place, seed: 
     raise SceneError(f"no {structure} could be drawn from {objects} in {_DRAWS} attempts")
 
 
-def _compare_runs(options: RunOptions, loaded: ResourceCache, job: _Job) -> Row:
+def _compare_runs(options: RunOptions, cache: ResourceCache, job: _Job) -> Row:
     """Record one scene, perceive it, and build it in simulation and on the recording; return its row."""
     drawn, seed = job.drawn, job.seed * 10_000 + job.number
     options = replace(options, seed=seed)
@@ -160,7 +160,7 @@ def _compare_runs(options: RunOptions, loaded: ResourceCache, job: _Job) -> Row:
     }
     with TemporaryDirectory() as name:
         recording = _record(job, options.objects, seed, Path(name))
-        row["simulated"] = _failure(words, replace(options, scene=str(recording.scene)), loaded)
+        row["simulated"] = _failure(words, replace(options, scene=str(recording.scene)), cache)
         began = time.perf_counter()
         try:
             source = RecordedSource(recording.bag)
@@ -174,7 +174,7 @@ def _compare_runs(options: RunOptions, loaded: ResourceCache, job: _Job) -> Row:
         found, nouns = _compare_masks(recording, source)
         recorded = RecordedOptions(nouns=nouns if job.structure == "table setting" else {})
         options = replace(options, scene=str(recording.bag), recorded=recorded)
-        row |= {**found, "recorded": _failure(words, options, loaded)}
+        row |= {**found, "recorded": _failure(words, options, cache)}
     return row | {"same": (row["simulated"] is None) == (row["recorded"] is None)}
 
 
@@ -222,9 +222,9 @@ def _compare_masks(recording: _Recording, source: RecordedSource) -> tuple[Row, 
     return row, nouns
 
 
-def _failure(words: str, options: RunOptions, loaded: ResourceCache) -> str | None:
+def _failure(words: str, options: RunOptions, cache: ResourceCache) -> str | None:
     """Carry out an instruction; return why it failed, or `None` if it succeeded."""
-    for event in run_instruction(words, options, loaded):
+    for event in run_instruction(words, options, cache):
         if isinstance(event, events.Failed):
             return event.message
     return None

@@ -94,11 +94,11 @@ class ResultStore:
         networks: dict[str, str] = {}
         if path.exists():
             try:
-                stored = json.loads(path.read_text(encoding="utf-8"))
+                stored = json.loads(read_at_most(path, ABOUT_BYTES))
                 networks = dict(stored["networks"])
                 keys = [key for key in config if key != "networks"]
                 differing = next((key for key in keys if stored.get(key, _ABSENT) != config[key]), None)
-            except (ValueError, KeyError, TypeError, AttributeError) as error:
+            except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
                 raise BadInput(f"{str(path)!r} is not that of an evaluation; choose another --out") from error
             if differing is not None:
                 raise self._refusal(_difference(differing, stored.get(differing), config[differing]))

@@ -1,4 +1,4 @@
-"""`structagent train`: its progress in the terminal, around `structdiffusion`'s own loop."""
+"""`structagent train` for the networks: their losses and data, and the progress of the training loop."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ _DISCRIMINATORS = ("structure", "collision")
 
 @dataclass(frozen=True)
 class TrainingRun:
-    """What is trained on what, and where.
+    """A training run.
 
     Attributes:
         kind: one of `RECIPES`.
-        data: a folder that `structagent generate` made.
-        out: receives the checkpoint, the training state, `log.csv` and `training.json`.
-        recipe: how long, how fast, and on how much at once; steps of earlier runs are included.
+        data: folder that `structagent generate` wrote.
+        out: folder for the checkpoint, the training state, `log.csv` and `training.json`.
+        recipe: steps (earlier runs included), learning rate and batch size.
         device: one of `DEVICES`.
-        devices: how many train together; each draws batches of its own.
+        devices: how many train together, each on its own batches.
         precision: one of `PRECISIONS`.
         seed: of initial weights, batches and noise.
     """
@@ -58,19 +58,19 @@ class TrainingRun:
 
 
 def train_model(run: TrainingRun) -> None:
-    """Trains a model, or goes on where it stopped; tells every row of the log.
+    """Train a network, or resume its training; print every row of the log.
 
     Raises:
-        UsageError: for a device or a precision that cannot be had.
-        FileNotFoundError: where the data lack a file.
-        DataFolderError: where a file of the data is torn.
-        CheckpointError: where what an earlier run left in the folder cannot be gone on with.
-        FloatingPointError: when the loss is no number any more.
+        UsageError: for a device or a precision that is not available.
+        FileNotFoundError: when a file of the data is missing.
+        DataFolderError: when a file of the data is torn.
+        CheckpointError: when the earlier run in the folder cannot be resumed.
+        FloatingPointError: when the loss is not finite.
     """
     device = _device(run)
     if run.precision != FLOAT32 and run.kind in _DISCRIMINATORS:
         raise UsageError(
-            f"--precision cannot be {run.precision!r} for {run.kind!r}, which tells millimetres; legal: {FLOAT32}"
+            f"--precision cannot be {run.precision!r} for {run.kind!r}, which resolves millimetres; legal: {FLOAT32}"
         )
     if run.devices == 1:
         _train(run, device)
@@ -93,12 +93,12 @@ def _device(run: TrainingRun) -> torch.device:
     most = torch.cuda.device_count() if device.type == "cuda" else os.cpu_count() or 1
     if run.devices > most:
         what = "CUDA devices" if device.type == "cuda" else "processor cores"
-        raise UsageError(f"--devices cannot be {run.devices} here; legal: 1 to {most}, as many as there are {what}")
+        raise UsageError(f"--devices cannot be {run.devices} here; legal: 1 to {most}, the number of {what}")
     return device
 
 
 def _train_together(run: TrainingRun, device_type: str) -> None:
-    """The life of one process among several."""
+    """Train in one of several processes."""
     from structdiffusion.training.distributed import DistributedContext
 
     distributed = DistributedContext(cpu=device_type == "cpu")

@@ -33,7 +33,7 @@ def success(
     allow_unverified: UnverifiedOption = False,
     structure: Annotated[
         list[str] | None,
-        typer.Option(metavar="|".join(SHAPES), help="Structure to measure. Repeatable.  [default: all four]"),
+        typer.Option(metavar="|".join(SHAPES), help="Structure to measure. Repeatable.  [default: all]"),
     ] = None,
     scenes: ScenesOption = 50,
     seed: SeedOption = 0,

@@ -156,11 +156,11 @@ def _draw_scene(
     return draw_evaluation_scene(library, shape, number, seed=seed, conditions=conditions, accepted=accepted)
 
 
-def _solve_scene(config: SuccessConfig, loaded: ResourceCache, job: tuple[str, EvaluationScene]) -> Row:
+def _solve_scene(config: SuccessConfig, cache: ResourceCache, job: tuple[str, EvaluationScene]) -> Row:
     """Let a planner solve a scene; return its row. A planner that gets no sentence gets the true slots."""
     name, scene = job
     scene = scene if name in SENTENCE_PLANNERS else replace(scene, heard=None)
-    planner = loaded.planner(name, config.weights, config.allow_unverified)
+    planner = cache.planner(name, config.weights, config.allow_unverified)
     result = solve(planner, scene, candidates=config.candidates_of(name), top_k=config.top_k)
     return json_value({"model": name, **result.to_dict()})
 

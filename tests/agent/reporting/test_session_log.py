@@ -249,7 +249,7 @@ def test_verbs_show_a_session_and_make_its_page(path, capsys):
 
 
 def test_verbs_refuse_what_makes_no_sense(path):
-    with pytest.raises(UsageError, match="--speed must be a number above 0, got 0"):
+    with pytest.raises(UsageError, match="--speed cannot be 0; legal: a number above 0"):
         replay_verb(path, speed=0.0)
     for target, what in ((path, "the session itself"), (path.parent, "a folder")):
         with pytest.raises(UsageError, match=what):

@@ -145,7 +145,7 @@ def through_the_shell(line: str, folder: Path) -> subprocess.CompletedProcess:
         ("structagent chat <&-", 2, "chat needs standard input, and it is closed"),
         ("structagent --version > /dev/full", 6, "'standard output': no space left on device"),
         ("structagent parse 'make a line' > /dev/full", 6, "'standard output': no space left on device"),
-        ("structagent run $'a line \\xff'", 6, f"the instruction 'a line {NO_TEXT}' has a byte that is no UTF-8 text"),
+        ("structagent run $'a line \\xff'", 6, f"the instruction 'a line {NO_TEXT}' has a byte that is not UTF-8 text"),
     ],
 )
 def test_a_stream_that_cannot_be_used_is_one_sentence(line, code, sentence, folder):

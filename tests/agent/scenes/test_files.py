@@ -252,7 +252,7 @@ def test_a_drawn_scene_is_valid_and_loads_again_bit_for_bit(scene, tmp_path):
     path, again = tmp_path / "new" / "scene.yaml", tmp_path / "new" / "again.yaml"
     code, _, output = scene("new", "--objects", "ycb", "--shape", "line", "--seed", 4, "--out", path)
     assert code == 0 and str(path) in output
-    assert scene("validate", path)[:2] == (0, f"{path}: {len(load_scene(path))} objects, nothing wrong\n")
+    assert scene("validate", path)[:2] == (0, f"{path}: {len(load_scene(path))} objects, no errors\n")
     assert scene("new", "--shape", "line", "--seed", 4)[1] == path.read_text()
 
     looks = []
