@@ -19,7 +19,7 @@ def test_every_line_is_measured():
         (["--scene", "nowhere.yaml"], "nowhere.yaml"),
     ],
 )
-def test_bad_options_are_reported_in_a_sentence(arguments, said, monkeypatch, capsys):
+def test_bad_options_are_told_in_a_sentence(arguments, said, monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["latency", *arguments])
     with pytest.raises(SystemExit) as ended:
         latency.main()
