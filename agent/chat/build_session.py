@@ -76,7 +76,7 @@ class BuildSession(TableSession):
     def again(self) -> bool:
         """Propose other arrangements, from the next seed; returns as `say`."""
         if self.situation.goal is None:
-            raise UsageError("nothing was asked for yet")
+            raise UsageError("nothing was asked for yet; say what to build")
         self.options = replace(self.options, seed=self.options.seed + 1)
         with self._turn.part("scene"):
             self._propose(replace(self.situation, poses=self.table.poses()))

@@ -40,7 +40,7 @@ class CommandRunner:
     def show_table(self) -> None:
         """Show the table from above, and an instruction that suits it."""
         self._screen.scene(self._conversation.look().to_dict())
-        self._screen.note(f"{invitation(self._conversation.example())} /help lists what else there is.")
+        self._screen.note(f"{invitation(self._conversation.example())} /help lists all commands.")
 
     def build(self) -> None:
         """Build what is proposed, and show the table afterwards."""
@@ -163,7 +163,7 @@ class CommandRunner:
             legal = " or ".join(suffixes)
             raise UsageError(f"{command} needs a file that ends in {legal}, got {shortened(str(path))!r}")
         if path.is_dir():
-            raise UsageError(f"{command} needs a file, and {str(path)!r} is a folder")
+            raise UsageError(f"{command} needs a file, but {str(path)!r} is a folder")
         known, self._overwrites = path == self._overwrites, path
         if path.exists() and not known:
             raise UsageError(f"there is already a file {str(path)!r}; the same command again overwrites it")

@@ -64,7 +64,7 @@ class Conversation(BuildSession):
         """Take the answer to the question: one of the slot's values, `None` to leave it open; returns as `say`."""
         question, asked = self.question, self._asked
         if question is None or asked is None:
-            raise UsageError("nothing was asked")
+            raise UsageError("there is no question to answer")
         self.question = None
         revision, objects = asked
         with self._turn.part("parse"):

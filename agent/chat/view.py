@@ -137,7 +137,7 @@ class ChatScreen:
         self.maps.show_candidates(self._scene, shown, captions)
         if not several and len(payload["candidates"]) > 1 and not self._hinted and not self._echo:
             self._hinted = True
-            self.note(f"/candidates shows the best {min(SHOWN, len(payload['candidates']))}, /why what decides")
+            self.note(f"/candidates shows the best {min(SHOWN, len(payload['candidates']))}, /why explains the ranking")
 
     def why(self) -> None:
         """Print the factors of the chosen candidate's score, and what the others lack."""
@@ -277,7 +277,7 @@ class ChatScreen:
         if payload["rank"] == self._rank:
             return
         self._rank = payload["rank"]
-        self._text.line(f"  candidate {self._rank} it is")
+        self._text.line(f"  candidate {self._rank} is chosen")
         if self._imagined is not None and self._scene is not None:
             one = self._imagined["candidates"][self._rank - 1]
             caption = caption_of(one, self._imagined["candidates"][0], self.maps.columns)

@@ -57,7 +57,7 @@ def propose_arrangements(
 
     began = time.perf_counter()
     if goal.spec.shape == "circle" and len(scene.objects) < FEWEST_IN_A_CIRCLE:
-        raise NotBuildable(f"a circle needs {FEWEST_IN_A_CIRCLE} objects or more, and {len(scene.objects)} take part")
+        raise NotBuildable(f"a circle needs at least {FEWEST_IN_A_CIRCLE} objects, but {len(scene.objects)} take part")
     _check_nothing_on_top(scene)
     # The models were taught with objects that stand on the table; what stands on others is lowered for them.
     flat = scene.on_the_table()

@@ -54,7 +54,7 @@ def write_page(session: Path, page: Path) -> Path:
     """
     if page.is_dir() or page.resolve() == session.resolve():
         what = "a folder" if page.is_dir() else "the session itself"
-        raise UsageError(f"the page needs a file of its own, and {str(page)!r} is {what}")
+        raise UsageError(f"the page needs a file of its own, but {str(page)!r} is {what}")
     read = read_session(session)
     content = session_page(read, [record.turn for record in records_of(read)])
     try:

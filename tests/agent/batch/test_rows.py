@@ -95,7 +95,7 @@ def test_keys_are_called_as_the_flags(read, tmp_path):
         ('{"text": "a", "id": "First"}', 6, ('"First" is already that of line 1',)),
     ],
 )
-def test_a_bad_row_is_told_in_its_place(read, line, code, parts):
+def test_a_bad_row_is_reported_in_its_place(read, line, code, parts):
     first, bad, last = read(f'{{"text": "make a line", "id": "first"}}\n{line}\n{GOOD}\n')
     assert isinstance(first, Row) and isinstance(last, Row)
     assert isinstance(bad, BadRow) and (bad.line, bad.id, bad.exit_code) == (2, "line-002", code)

@@ -55,7 +55,7 @@ def test_values():
         one_of("/parser", "gpt", ("embedding", "llm"))
 
 
-def test_help_tells_every_command():
+def test_help_lists_every_command():
     help_texts = dict(help_lines())
     assert len(help_texts) == len(COMMANDS) and all(help_texts.values())
 

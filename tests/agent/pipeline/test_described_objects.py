@@ -81,7 +81,7 @@ def test_what_is_not_there_or_cannot_be_built_ends_the_run(text, message):
     assert failed.exit_code == 3 and message in failed.message
 
 
-def test_a_word_that_cannot_be_judged_is_told():
+def test_a_word_that_cannot_be_judged_is_reported():
     happened = run_events("put the shiny cans in a line", seed=1)
     notes = [event.message for event in happened if isinstance(event, events.Noted)]
     assert notes == ["it is not known which of the cans here are 'shiny': that word was left out of the choice"]

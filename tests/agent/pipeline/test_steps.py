@@ -90,7 +90,7 @@ def test_a_distractor_that_stands_beside_does_not_matter():
 
 def test_a_circle_needs_three():
     scene = Scene((cube("a", 0.3, 0.0), cube("b", 0.5, 0.2)))
-    with pytest.raises(NotBuildable, match="a circle needs 3 objects or more, and 2 take part"):
+    with pytest.raises(NotBuildable, match="a circle needs at least 3 objects, but 2 take part"):
         propose_arrangements(GeometricPlanner(), "geometric", scene, Goal(StructureSpec("circle")), 0)
     three = Scene((*scene.objects, cube("c", 0.4, -0.2)))
     assert propose_arrangements(GeometricPlanner(), "geometric", three, Goal(StructureSpec("circle")), 0).candidates
@@ -127,7 +127,7 @@ def work(happened: list[str]) -> Iterator[Event]:
         happened.append("ended")
 
 
-def test_an_interruption_is_handed_on_and_what_it_tells_is_told():
+def test_an_interruption_is_handed_on_and_its_events_are_sent():
     happened: list[str] = []
     given = forward_events(work(happened), lambda event: iter((event, events.Noted("more"))))
     assert [next(given).message for _ in range(3)] == ["step 0", "more", "step 1"]
@@ -155,7 +155,7 @@ def test_an_interruption_while_more_is_made_of_an_event_is_handed_on_too():
     assert happened == ["stopping", "ended"]
 
 
-def test_undisturbed_everything_is_told_in_turn():
+def test_undisturbed_everything_is_forwarded_in_turn():
     happened: list[str] = []
     got = list(forward_events(work(happened), lambda event: iter((event,))))
     assert got == [events.Noted(f"step {number}") for number in range(3)]
@@ -165,7 +165,7 @@ def test_undisturbed_everything_is_told_in_turn():
 # --- building ------------------------------------------------------------------------------------
 
 
-def test_ranks_number_what_is_told_of_plans(table):
+def test_ranks_number_the_events_of_plans(table):
     """The first of two arrangements is out of reach; by their ranks they are the fourth and the second."""
     scene = table.look()
     start = np.array(table.world.poses())
@@ -204,7 +204,7 @@ def test_without_ranks_they_are_numbered_in_order(table):
 # --- trying without the arm ----------------------------------------------------------------------
 
 
-def test_what_was_tried_is_told_and_pictured_and_the_table_stays(table):
+def test_what_was_tried_is_sent_and_pictured_and_the_table_stays(table):
     scene, start = table.look(), np.array(table.world.poses())
     before = table.picture()
     goals = start.copy()

@@ -92,7 +92,7 @@ def test_no_temporary_file_is_left_of_a_folder_that_is_refused(tmp_path, monkeyp
     assert list((tmp_path / "temporary").iterdir()) == []
 
 
-def test_a_damaged_piece_is_told(tmp_path):
+def test_a_damaged_piece_is_reported(tmp_path):
     path = packed(tmp_path, "bz2")
     content = path.read_bytes()
     at = content.index(b"BZh9")

@@ -24,7 +24,7 @@ from tests.agent.recordings.bag_making import (
 
 
 @pytest.mark.parametrize("name", ["session.bag", "session.mcap", "session.db3", "session"])
-def test_a_whole_session_is_told_whole(tmp_path, name):
+def test_a_whole_session_is_listed(tmp_path, name):
     info = inspect_bag(write_bag(tmp_path / name, [*session(), transform("root", "hand", seconds=0.2, topic="/tf")]))
     assert info.seconds == pytest.approx(0.3)
     of = {topic.name: topic for topic in info.topics}
@@ -42,7 +42,7 @@ def test_a_whole_session_is_told_whole(tmp_path, name):
     assert "hand (moving)" in out.getvalue() and "camera to arm  yes" in out.getvalue()
 
 
-def test_what_is_missing_is_told(tmp_path):
+def test_what_is_missing_is_reported(tmp_path):
     info = inspect_bag(write_bag(tmp_path / "bare.bag", [depth_image(depths())]))
     assert not any(info.there.values()) and info.used == {}
     assert any("no sensor_msgs/CameraInfo" in note for note in info.notes)

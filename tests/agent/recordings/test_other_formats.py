@@ -263,7 +263,7 @@ def test_colours_packed_into_a_float(tmp_path, points):
     assert (read_other(path).frame.color == (0x10, 0x20, 0x30)).all()
 
 
-def test_millimetres_are_told(tmp_path, points):
+def test_millimetres_are_reported(tmp_path, points):
     found = read_other(pcd(tmp_path / "a.pcd", points * 1000))
     assert np.allclose(found.frame.points[0], points, atol=1e-6)
     assert any("millimetres" in note for note in found.notes)

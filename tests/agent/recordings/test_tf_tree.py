@@ -61,7 +61,7 @@ def test_a_gap_in_time_is_looked_across(tmp_path):
         ([Said("/tf", "tf2_msgs/msg/TFMessage", {}, raw=b"\xff" * 40)], "cannot decode a message on /tf"),
     ],
 )
-def test_what_is_broken_is_told_and_gives_no_pose(tmp_path, said, sentence):
+def test_what_is_broken_is_reported_and_gives_no_pose(tmp_path, said, sentence):
     other = Said("/else", "std_msgs/msg/String", {"data": ""})
     pose, notes = camera_pose(tmp_path, [*said, other])
     assert pose is None
@@ -89,7 +89,7 @@ def test_what_can_be_mended_is_mended_and_told(tmp_path):
     assert "a quaternion of length 2" in notes[0]
 
 
-def test_two_parents_are_told(tmp_path):
+def test_two_parents_are_reported(tmp_path):
     pose, notes = camera_pose(tmp_path, [transform(BASE, CAMERA, (1, 0, 0)), transform("world", CAMERA)])
     assert pose[0, 3] == 1 and "2 parents (j2s7s300_link_base, world)" in notes[0]
 

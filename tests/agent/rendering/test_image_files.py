@@ -139,7 +139,7 @@ def report(run_events):
     return record.report
 
 
-def test_candidates_are_drawn_from_what_was_told(report):
+def test_candidates_are_drawn_from_the_report(report):
     ranked = report["imagination"]["candidates"]
     ranked[1]["scores"] = ranked[1]["scores"] | {"total": 0.45, "collision": 0.48}
     ranked[1]["positions"] = [[0.4, 0.1, 0.03], [0.5, 0.2, 0.03], [0.6, 0.3, 0.03]]

@@ -177,7 +177,7 @@ def test_sixteen_colours_call_a_colour_what_people_call_it(color, code):
     assert str(code) in codes
 
 
-def test_stacks_are_told_from_bottom_to_top():
+def test_stacks_are_reported_from_bottom_to_top():
     tower = [told_object(name, 0.1 + 0.15 * i, 0.0) for i, name in enumerate(("can", "box", "cup"))]
     apart = told_object("mug", 0.5, -0.4, takes_part=False)
     markers = markers_of_candidate(run_events(*tower, apart), [[0.3, 0.2, 0.05], [0.3, 0.2, 0.25], [0.302, 0.2, 0.15]], [])

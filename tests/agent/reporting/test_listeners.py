@@ -224,7 +224,7 @@ def test_page_shows_candidates_film_and_time(run_events, tmp_path):
     assert text.count('<figure class="candidate') == 6
 
 
-def test_remarks_are_kept_and_told_in_order(run_events, tmp_path):
+def test_remarks_are_kept_and_shown_in_order(run_events, tmp_path):
     remarks = [
         Asked("shape", "A circle or a line?", ("circle", "line")),
         Noted("the bowl is ours <b>now</b>"),
@@ -267,7 +267,7 @@ def test_report_into_a_file_is_a_usage_error(run_events, tmp_path):
         record_of(run_events).write(tmp_path / "file" / "folder")
 
 
-def test_terminal_tells_plain_text_where_there_is_no_terminal(run_events):
+def test_terminal_prints_plain_text_where_there_is_no_terminal(run_events):
     out = io.StringIO()
     terminal = TerminalReport(Console(file=out))
     for event in run_events:

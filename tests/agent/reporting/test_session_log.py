@@ -49,7 +49,7 @@ def test_session_gives_back_the_report_and_every_picture(run_events, path):
         assert Image.open(io.BytesIO(content)).format == "WEBP"
 
 
-def test_every_line_is_in_the_file_as_soon_as_it_is_told(run_events, tmp_path):
+def test_every_line_is_in_the_file_as_soon_as_it_is_sent(run_events, tmp_path):
     path = tmp_path / "session.jsonl"
     session = SessionWriter(path, {})
     for number, event in enumerate(run_events, start=1):
@@ -72,7 +72,7 @@ def test_torn_last_line_is_passed_over(path, cut):
     assert read_session(path).lines in (whole.lines, whole.lines[:-1])
 
 
-def test_a_torn_session_is_gone_on_with(run_events, path):
+def test_a_torn_session_is_continued(run_events, path):
     before = read_session(path)
     path.write_bytes(path.read_bytes()[:-20])
     with SessionWriter(path, {"seed": 1}) as session:
@@ -103,8 +103,8 @@ def test_session_of_a_run_begins_with_what_it_saw_and_replaces_an_earlier_one(ru
         with run_session(tmp_path / "out", {}) as session:
             for event in run_events:
                 session.on_event(event)
-    kinds_told = [line.event["kind"] for line in read_session(tmp_path / "out" / "session.jsonl").lines]
-    assert kinds_told == [event.to_dict()["kind"] for event in run_events]
+    kinds = [line.event["kind"] for line in read_session(tmp_path / "out" / "session.jsonl").lines]
+    assert kinds == [event.to_dict()["kind"] for event in run_events]
 
 
 def test_keys_and_passwords_are_in_no_file(run_events, tmp_path):
@@ -174,7 +174,7 @@ def test_no_file_and_empty_file_are_bad_input(tmp_path):
         read_session(tmp_path / "empty.jsonl")
 
 
-def test_told_events_are_told_from_others(run_events):
+def test_payloads_of_events_are_distinguished_from_other_objects(run_events):
     for event in run_events:
         assert payload_error(event.to_dict()) is None
     assert {"started", "stopped", "restored", "plan_failed", "finished"} <= event_classes().keys()
@@ -225,7 +225,7 @@ def test_what_was_tried_goes_with_the_scene(run_events, path):
                 read_session(path)
 
 
-def test_replay_tells_every_event_with_the_pauses_as_they_were(run_events, path):
+def test_replay_sends_every_event_with_the_pauses_as_they_were(run_events, path):
     session, again, pauses = read_session(path), EventLog(), []
     replay(session, again, speed=2.0, sleep=pauses.append)
     assert [event.to_dict() for event in again] == [event.to_dict() for event in run_events]

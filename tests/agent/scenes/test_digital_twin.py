@@ -137,7 +137,7 @@ def test_a_run_over_a_recording_ends_as_a_run(bag):
     assert happened[-1].success
 
 
-def test_an_unknown_noun_is_told_with_what_would_help(bag):
+def test_an_unknown_noun_is_reported_with_what_would_help(bag):
     *_, failed, _ = run_instruction("stack the cups", RunOptions(str(bag), model="geometric", execute=False))
     assert "names 'cup'; there is only: object 1, red" in failed.message
     assert failed.message.endswith("--call 'object 1=cup' says what an object is")

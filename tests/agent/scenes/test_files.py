@@ -143,7 +143,7 @@ def test_what_would_fall_is_refused_and_what_is_stacked_is_not(tmp_path):
     assert "'mug' does not stay where it is put" in found[0][1] and "100 mm" in found[0][1]
 
 
-def test_everything_that_is_wrong_is_told_at_once(tmp_path):
+def test_everything_that_is_wrong_is_reported_at_once(tmp_path):
     found = problems(
         tmp_path,
         "mesh: ycb/mugg, x: 0.3, y: -0.3",  # line 3: no such mesh
@@ -207,7 +207,7 @@ def test_what_stands_on_an_object_that_is_off_the_table_or_in_another_is_not_jud
     assert [line for line, _ in found] == [3, 6]
 
 
-def test_the_same_object_twice_is_told_and_no_defect(tmp_path):
+def test_the_same_object_twice_is_reported_and_no_defect(tmp_path):
     line = "mesh: ycb/mug, x: 0.3, y: 0, name: a"
     found = problems(tmp_path, line, line)
     assert [line for line, _ in found] == [4, 4]
@@ -292,7 +292,7 @@ def test_what_has_fallen_off_the_table_is_not_saved(tmp_path):
         assert [line.name for line in source.saved(table, tmp_path)] == ["Bob", "cup 3", "banana"]
 
 
-def test_show_tells_the_table_and_json(scene, tmp_path):
+def test_show_prints_the_table_and_json(scene, tmp_path):
     path = written(tmp_path / "scene.yaml", CUPS)
     code, said, _ = scene("show", path)
     rows = said.splitlines()

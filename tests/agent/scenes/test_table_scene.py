@@ -42,7 +42,7 @@ def cloud_of(table: TableScene, name: str):
     return next(cloud for cloud in (*scene.objects, *scene.distractors) if cloud.name == name)
 
 
-def test_a_look_tells_what_each_object_stands_on(stacked):
+def test_a_look_shows_what_each_object_stands_on(stacked):
     scene = stacked.look()
     assert [cloud.name for cloud in scene.objects] == ["block 1", "block 2"]
     assert [cloud.name for cloud in scene.distractors] == ["block 3"]
