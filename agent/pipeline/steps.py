@@ -97,6 +97,7 @@ def imagine(
     goal: Goal,
     seed: int,
     on_preview: Callable[[events.Previewed], None] | None = None,
+    count: int = CANDIDATES,
 ) -> events.Imagined:
     """Proposes arrangements and ranks them.
 
@@ -107,6 +108,7 @@ def imagine(
         goal: what is asked for.
         seed: the samples follow from it.
         on_preview: told how the first samples come out of the noise, where the planner can show it.
+        count: how many arrangements are proposed.
 
     Raises:
         NotBuildable: when too few objects take part, or something that has to stay stands on one of them.
@@ -132,7 +134,7 @@ def imagine(
     more = {"preview": preview} if shows else {}
     generator = torch.Generator().manual_seed(seed)
     try:
-        arrangements = planner.propose(flat, goal, count=CANDIDATES, generator=generator, **more)
+        arrangements = planner.propose(flat, goal, count=count, generator=generator, **more)
     except LayoutError as error:
         raise NoValidGoal(f"the model {model!r} imagined no valid arrangement: {error}") from error
     lowering = np.tile(np.eye(4), (len(scene.objects), 1, 1))
