@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from structagent.instructions import ParsedInstruction, parse
     from structagent.proposals import Proposal, Proposals, propose
     from structagent.runs import RunResult, run
-    from structagent.scenes import Scene, load_scene
+    from structagent.scenes import Scene
+    from structagent.sources import load_scene
     from structdiffusion.observation import Table
 
 _HOME = {
@@ -39,7 +40,7 @@ _HOME = {
     "SuccessRate": "structagent.evaluations",
     "Table": "structdiffusion.observation",
     "evaluate": "structagent.evaluations",
-    "load_scene": "structagent.scenes",
+    "load_scene": "structagent.sources",
     "parse": "structagent.instructions",
     "propose": "structagent.proposals",
     "run": "structagent.runs",

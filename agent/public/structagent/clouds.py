@@ -33,7 +33,8 @@ def checked_clouds(clouds: Any) -> list[np.ndarray]:
     legal = "a list of (P, 3) arrays, one for each object, or one (N, P, 3) array"
     if not is_listing(clouds):
         raise bad_input(f"clouds cannot be {shown(clouds)}; legal: {legal}")
-    if getattr(clouds, "ndim", 3) != 3:
+    listed = getattr(clouds, "ndim", None) == 1 and clouds.dtype == object
+    if getattr(clouds, "ndim", 3) != 3 and not listed:
         raise bad_input(f"clouds is an array of shape {tuple(clouds.shape)}; legal: {legal}")
     if len(clouds) == 0:
         raise bad_input(f"clouds is empty; legal: {legal}, at least 2 clouds")
@@ -105,7 +106,7 @@ def check_places(clouds: Sequence[np.ndarray], table: Table, bottoms: Sequence[f
             raise bad_input(
                 f"{place} lies about x {x:.4g}, y {y:.4g}, which is {off:.2f} m off the table (x {table.x_min:g} to "
                 f"{table.x_max:g}, y {table.y_min:g} to {table.y_max:g}; m); legal: at most {FARTHEST_OFF_TABLE} m off; "
-                f"{WORLD_FRAME}, and table= names another rectangle"
+                f"{WORLD_FRAME}; another rectangle is given as table="
             )
         if not LOWEST <= low <= HIGHEST:
             raise bad_input(

@@ -152,11 +152,8 @@ def propose(
     if spec is None and objects is not None:
         raise wrong_argument("objects= goes with slots only: a sentence itself says which objects are meant")
     members = checked_members(objects, scene.names)
-    if model not in PLANNERS if isinstance(model, str) else True:
-        raise wrong_argument(f"model cannot be {shown(model)}; {legal_instead_of(str(model))}")
-    if weights is not None and not isinstance(weights, str | os.PathLike):
-        raise wrong_argument(f"weights cannot be {shown(weights)}; legal: a folder of checkpoints, or None")
-    count, folder = checked_integer("count", count, 1, MOST_PROPOSALS), None if weights is None else Path(weights)
+    check_model(model)
+    count, folder = checked_integer("count", count, 1, MOST_PROPOSALS), checked_weights(weights)
     number = _checked_seed(seed, generator)
     with computing() as loaded:
         if spec is None:
@@ -175,6 +172,27 @@ def _scene_of(clouds: Any, **given: Any) -> Scene:
         if value is not None:
             raise wrong_argument(f"{argument}= goes with arrays only: the Scene that was given has its own")
     return clouds
+
+
+def check_model(model: Any) -> None:
+    """Refuses what is no planner's name.
+
+    Raises:
+        StructagentError: with names that are.
+    """
+    if not isinstance(model, str) or model not in PLANNERS:
+        raise wrong_argument(f"model cannot be {shown(model)}; {legal_instead_of(str(model))}")
+
+
+def checked_weights(weights: Any) -> Path | None:
+    """The folder of checkpoints, or `None` for those shipped.
+
+    Raises:
+        StructagentError: for what is no path.
+    """
+    if weights is not None and (not isinstance(weights, str | os.PathLike) or not os.fspath(weights)):
+        raise wrong_argument(f"weights cannot be {shown(weights)}; legal: a folder of checkpoints, or None")
+    return None if weights is None else Path(weights)
 
 
 def _checked_seed(seed: Any, generator: Any) -> int:
