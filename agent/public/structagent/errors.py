@@ -8,10 +8,17 @@ from contextlib import contextmanager
 
 from agent.errors import DEFECT, USAGE, exit_code_of, one_sentence
 
-# Messages of the packages below name flags of the command line: here they are parameters.
-_CALL = re.compile(r"--call '([^'=]+)=([^'=]+)'")
-_FLAG = re.compile(r"--([a-z][a-z-]*[a-z])")
-_PARAMETERS = {"camera-pose": "world_from_camera", "call": "nouns", "topic": "topics"}
+# Messages of the packages below name flags of `structagent run`: here they are parameters. Flags of other commands, which
+# stand in messages as whole commands, stay.
+_PHRASES = (
+    (re.compile(r"--call '([^'=]+)=([^'=]+)'"), r"nouns={'\1': '\2'}"),
+    (re.compile(r"--topic (\w+)=TOPIC"), r"topics={'\1': TOPIC}"),
+    (re.compile(r"--camera-pose( X,Y,Z,ROLL,PITCH,YAW)?"), "world_from_camera"),
+    (re.compile(r"--call\b"), "nouns"),
+    (re.compile(r"--topic\b"), "topics"),
+    (re.compile(r"--allow-unverified\b"), "allow_unverified=True"),
+    (re.compile(r"--(at|model|objects|scene|seed|weights)\b"), r"\1"),
+)
 
 
 class StructagentError(ValueError):
@@ -43,6 +50,7 @@ def public_errors() -> Iterator[None]:
 
 
 def in_python(message: str) -> str:
-    """The message with flags of the command line as parameters: "--allow-unverified" as "allow_unverified"."""
-    message = _CALL.sub(r"nouns={'\1': '\2'}", message)
-    return _FLAG.sub(lambda flag: _PARAMETERS.get(flag[1], flag[1].replace("-", "_")), message)
+    """The message with flags of `structagent run` as parameters: "--allow-unverified" as "allow_unverified=True"."""
+    for flag, parameter in _PHRASES:
+        message = flag.sub(parameter, message)
+    return message

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import torch
     from agent.pipeline.resources import Loaded
     from numpy.typing import ArrayLike
+    from structdiffusion.planners.factory import Planner
 
 MOST_PROPOSALS = 1024
 FEWEST_OBJECTS, MOST_OBJECTS = 2, 12  # what makes a structure, and what the shipped networks know
@@ -118,6 +119,7 @@ def propose(
     parser: str = PARSERS[0],
     model: str = "diffusion",
     weights: str | os.PathLike[str] | None = None,
+    allow_unverified: bool = False,
     count: int = 64,
     seed: int | None = None,
     generator: torch.Generator | np.random.Generator | None = None,
@@ -135,6 +137,7 @@ def propose(
         parser: with a sentence, "embedding", or "llm" for the local language model.
         model: the planner's name; `structagent models list` names them all.
         weights: a folder of checkpoints; by default those shipped.
+        allow_unverified: take checkpoints that are not what their cards say.
         count: how many arrangements are proposed, 1 to 1024.
         seed: everything drawn at random follows from it, in [0, 2**63); 0 by default.
         generator: instead of a seed, a generator of torch (on the CPU) or NumPy, from which a seed is drawn.
@@ -161,8 +164,10 @@ def propose(
         else:
             check_choice("viewpoint", viewpoint, ("robot",))
             wish = Wish(spec, members)
-        _check_number(wish, scene, most_objects(model, folder))
-        return _proposed(loaded, scene, wish, model, folder, count, number, keep_invalid)
+        _check_number(wish, scene, model, most_objects(model, folder))
+        planner = loaded.planner(model, folder, allow_unverified)
+        arrangements = _arranged(loaded, planner, model, scene, wish, count, number)
+        return _ranked(arrangements, scene, wish, model, keep_invalid)
 
 
 def _scene_of(clouds: Any, **given: Any) -> Scene:
@@ -192,7 +197,7 @@ def checked_weights(weights: Any) -> Path | None:
     """
     if weights is not None and (not isinstance(weights, str | os.PathLike) or not os.fspath(weights)):
         raise wrong_argument(f"weights cannot be {shown(weights)}; legal: a folder of checkpoints, or None")
-    return None if weights is None else Path(weights)
+    return None if weights is None else Path(weights).absolute()
 
 
 def _checked_seed(seed: Any, generator: Any) -> int:
@@ -226,29 +231,38 @@ def most_objects(model: str, weights: Path | None) -> int:
     return min(most)
 
 
-def _check_number(wish: Wish, scene: Scene, most: int) -> None:
+def _check_number(wish: Wish, scene: Scene, model: str, most: int) -> None:
     """Refuses wishes for too few or too many objects."""
-    which = f"{len(wish.members)} of {len(scene)} objects ({', '.join(scene.names[index] for index in wish.members)})"
+    meant = f"{len(wish.members)} of {len(scene)} objects ({', '.join(scene.names[index] for index in wish.members)})"
     shape = wish.spec.shape or "structure"
     fewest = FEWEST_IN_A_CIRCLE if shape == "circle" else FEWEST_OBJECTS
-    if not fewest <= len(wish.members) <= most:
+    if len(wish.members) < fewest:
         raise StructagentError(
-            f"the instruction means {which}, and a {shape} takes {fewest} to {most}", NOT_BUILDABLE
+            f"the instruction means {meant}, and a {shape} takes {fewest} to {most}", NOT_BUILDABLE
+        )
+    if len(wish.members) > most:
+        raise StructagentError(
+            f"the instruction means {meant}, and the model {model!r} takes {most} at most", NOT_BUILDABLE
         )
 
 
-def _proposed(
-    loaded: Loaded, scene: Scene, wish: Wish, model: str, weights: Path | None, count: int, seed: int, keep_invalid: bool
-) -> Proposals:
-    from agent.pipeline.candidates import worth_a_try, worthwhile
+def _arranged(
+    loaded: Loaded, planner: Planner, model: str, scene: Scene, wish: Wish, count: int, seed: int
+) -> Sequence[Arrangement]:
+    """The arrangements that the pipeline would rank, best first."""
     from agent.pipeline.run import wished
     from agent.pipeline.steps import imagine
 
-    planner = loaded.planner(model, weights)
-    observation = scene.observation(wish.members)
     goal = wished(wish.spec, loaded.encoder)
-    arrangements = imagine(planner, model, observation, goal, seed, count=count).arrangements
-    kept = list(arrangements) if keep_invalid else worthwhile(arrangements)
+    return imagine(planner, model, scene.observation(wish.members), goal, seed, count=count).arrangements
+
+
+def _ranked(
+    arrangements: Sequence[Arrangement], scene: Scene, wish: Wish, model: str, keep_invalid: bool
+) -> Proposals:
+    from agent.pipeline.candidates import worth_a_try, worthwhile
+
+    kept = arrangements if keep_invalid else worthwhile(arrangements)
     items = tuple(_proposal(each, wish.members, len(scene), worth_a_try(each)) for each in kept)
     status = "ok" if any(each.valid for each in items) else "no valid arrangement"
     return Proposals(

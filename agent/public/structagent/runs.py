@@ -66,6 +66,7 @@ def run(
     objects: str = "ycb",
     model: str = "diffusion",
     weights: str | os.PathLike[str] | None = None,
+    allow_unverified: bool = False,
     seed: int = 0,
     execute: bool = True,
     viewpoint: str = "robot",
@@ -81,7 +82,7 @@ def run(
     Args:
         instruction: a sentence in English.
         scene, objects, at, topics, world_from_camera, nouns: as `load_scene` takes its source and options.
-        model, weights: the planner, as `propose` takes it.
+        model, weights, allow_unverified: the planner, as `propose` takes it.
         seed: everything drawn at random follows from it, in [0, 2**63).
         execute: build with the arm; `False` stops at the chosen arrangement and only tries it in physics.
         viewpoint: whose left and right is meant: "robot", or "opposite" for a person across the table.
@@ -108,7 +109,7 @@ def run(
     from agent.pipeline.run import RunOptions
 
     reading = ReadingOptions(parser, viewpoint)
-    options = RunOptions(os.fspath(scene), objects, model, folder, seed, execute, reading, recorded)
+    options = RunOptions(os.fspath(scene), objects, model, folder, seed, execute, reading, recorded, allow_unverified)
     log = _Log()
     for event in _events(instruction, options):
         log.take(event)

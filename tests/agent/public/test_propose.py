@@ -1,14 +1,17 @@
 """Proposals: rigid poses that do what was asked for, the same for the same seed, and one sentence where there are none."""
 
-import os
+import json
 import pickle
+import shutil
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 
 import structagent
+import structdiffusion
 from structagent import Scene, StructagentError, StructureSpec
 from tests.agent.public.conftest import PLACES, box_cloud
 
@@ -175,11 +178,11 @@ def test_what_stands_on_another_object_needs_its_bottom(clouds):
         ("bau einen Kreis aus den Tassen", ("German", "English"), 3),
         ("build a bridge", ("shapes that can be built",), 3),
         ("good morning", ("asks for no arrangement",), 3),
-        ("", ("",), 3),
-        ("   \n", ("",), 3),
+        ("", (), 3),
+        ("   \n", (), 3),
         ("put the forks in a line", ("fork",), 3),
-        ("do something nice with the cups", ("",), 3),
-        ("put the red cup and the banana in a line", ("",), 3),
+        ("do something nice with the cups", (), 3),
+        ("put the red cup and the banana in a line", (), 3),
         ("put them on the left", ("",), None),
         (b"a circle", ("the instruction cannot be b'a circle'", "legal: a sentence"), 2),
         (None, ("the instruction cannot be None",), 2),
@@ -216,7 +219,7 @@ def test_doubt_about_the_object_is_a_question(clouds):
         (2, {"shape": "circle"}, ("2 of 2 objects", "a circle takes 3 to 12")),
         (1, {"shape": "line"}, ("a line takes 2 to 12",)),
         (1, "put it on the left", ("a structure takes 2 to 12",)),
-        (13, {"shape": "line"}, ("13 of 13 objects", "a line takes 2 to 12")),
+        (13, {"shape": "line"}, ("13 of 13 objects", "the model 'geometric' takes 12 at most")),
     ],
 )
 def test_too_few_and_too_many_objects(number, instruction, parts):
@@ -231,20 +234,25 @@ def test_eleven_small_objects_are_taken():
     assert found.best.goal_from_initial.shape == (11, 4, 4)
 
 
-def test_networks_for_fewer_objects_say_so(clouds, tmp_path):
-    import json
-    import shutil
-
-    import structdiffusion
-
-    shipped = os.path.join(os.path.dirname(structdiffusion.__file__), "weights", "diffusion")
-    shutil.copytree(shipped, tmp_path / "diffusion")
-    config = tmp_path / "diffusion" / "config.json"
+@pytest.fixture
+def own_weights(tmp_path):
+    """A folder with a diffusion network alone, whose config says that it takes three objects."""
+    shipped = Path(structdiffusion.__file__).parent / "weights" / "diffusion"
+    shutil.copytree(shipped, tmp_path / "own" / "diffusion")
+    config = tmp_path / "own" / "diffusion" / "config.json"
     config.write_text(json.dumps(json.loads(config.read_text()) | {"max_objects": 3}))
-    message = refused(clouds, CIRCLE, model="diffusion", weights=tmp_path, exit_code=6)
-    assert "lacks structure, collision" in message
-    message = refused(clouds, CIRCLE, model="diffusion-tokens-unranked", weights=tmp_path, exit_code=7)
-    assert "--" not in message and "allow" in message
+    return tmp_path / "own"
+
+
+def test_networks_say_what_they_lack_and_take(clouds, own_weights):
+    plain = {"weights": own_weights, "model": "diffusion-tokens-unranked"}
+    assert "takes 3 at most" in refused(clouds, CIRCLE, **plain, exit_code=3)
+    message = refused(clouds[:3], CIRCLE, weights=own_weights, model="diffusion", exit_code=6)
+    assert "lacks structure, collision" in message and "--data SCENES" in message
+    message = refused(clouds[:3], CIRCLE, **plain, exit_code=7)
+    assert "allow_unverified=True" in message and "--" not in message
+    assert len(structagent.propose(clouds[:3], CIRCLE, **plain, count=2, allow_unverified=True)) == 2
+    assert "own2" in refused(clouds, CIRCLE, weights=own_weights.with_name("own2"), model="diffusion", exit_code=6)
 
 
 def test_no_valid_arrangement_is_an_error_unless_it_is_asked_for():
