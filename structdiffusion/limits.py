@@ -48,8 +48,14 @@ ROW_BYTES = 100_000
 
 # Bytes of a mesh: the largest scans of YCB have 70 MB.
 MESH_BYTES = 120_000_000
-# Faces of a mesh: the largest scans of YCB have 524,288, and take a minute.
+# Faces of a mesh: the largest scans of YCB have 524,288.
 MESH_FACES = 600_000
+# Faces that a mesh of the user's is prepared with: one that has more is made coarser first, which moves its surface by
+# less than a depth camera can tell. The hull of a round mesh has a corner at every vertex, and time and memory grow
+# with them: 327,680 faces took 25 s and 870 MB.
+MESH_FINE_FACES = 60_000
+# Seconds for preparing one mesh of more than `SLOW_BYTES` or `MESH_FINE_FACES`: one with the most faces takes 15.
+MESH_SECONDS = 60.0
 # Bytes of the text that begins a .glb file, which says what its numbers mean.
 GLB_TEXT_BYTES = 10_000_000
 # Distances that are held in memory at once: 32 MB of them.

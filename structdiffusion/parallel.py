@@ -185,6 +185,19 @@ def _busy(processes: dict[Connection, _Process]) -> int:
     return sum(process.job is not None for process in processes.values())
 
 
+def _context() -> multiprocessing.context.BaseContext:
+    """Return the way in which workers are started: forked off a server process that has imported the libraries.
+
+    Not forked off this process: torch and PyBullet do not survive that with their threads and clients. The server has
+    none of either, and importing takes longer (2.5 s) than most jobs.
+    """
+    if "forkserver" not in multiprocessing.get_all_start_methods():  # Windows
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["structdiffusion.parallel_imports"])
+    return context
+
+
 class _Process:
     """A worker process, for pickled `_Work`.
 
@@ -194,8 +207,7 @@ class _Process:
     """
 
     def __init__(self, work: bytes) -> None:
-        # Spawned, not forked: torch and PyBullet do not survive a fork with their threads and clients.
-        context = multiprocessing.get_context("spawn")
+        context = _context()
         self.pipe, theirs = context.Pipe()
         self.job: tuple[int, Any] | None = None
         self._process = context.Process(target=_serve, args=(theirs, work), daemon=True)

@@ -46,3 +46,33 @@ def counted_lines() -> Iterator[Steps]:
         yield steps
     finally:
         sys.settrace(before)
+
+
+class CountedBytes(bytes):
+    """Bytes that count, in `steps`, how many bytes are copied when they are divided or put together in Python."""
+
+    steps: Steps
+
+    @classmethod
+    def of(cls, content: bytes, steps: Steps) -> CountedBytes:
+        """These bytes, and all that is made of them, counted in `steps`."""
+        made = cls(content)
+        made.steps = steps
+        return made
+
+    def _copied(self, content: bytes) -> CountedBytes:
+        self.steps.count += len(content)
+        return self.of(content, self.steps)
+
+    def __add__(self, other: bytes) -> CountedBytes:  # type: ignore[override]
+        return self._copied(bytes(self) + bytes(other))
+
+    def __radd__(self, other: bytes) -> CountedBytes:
+        return self._copied(bytes(other) + bytes(self))
+
+    def __getitem__(self, key: Any) -> Any:
+        found = super().__getitem__(key)
+        return self._copied(found) if isinstance(found, bytes) else found
+
+    def split(self, *arguments: Any) -> list[bytes]:  # type: ignore[override]
+        return [self._copied(part) for part in super().split(*arguments)]

@@ -27,6 +27,7 @@ from agent.cli.options import (
     PoolOption,
     RayOption,
     SeedOption,
+    UnverifiedOption,
     WeightsOption,
 )
 from agent.runtime.output_ownership import claim_folder
@@ -58,6 +59,7 @@ def evaluate_success(
     objects: ObjectsOption = "ycb",
     model: PlannersOption = None,
     weights: WeightsOption = None,
+    allow_unverified: UnverifiedOption = False,
     structure: Annotated[
         list[str] | None,
         typer.Option(metavar="|".join(SHAPES), help="May be given several times.  [default: all four]"),
@@ -109,7 +111,7 @@ def evaluate_success(
     from agent.evaluation.success.report import tell_success, write_success
 
     most = min(TOP_K, candidates) if top_k is None else top_k
-    asked = Asked(objects, weights, seed, candidates, most, objects_per_scene, table, camera)
+    asked = Asked(objects, weights, seed, candidates, most, objects_per_scene, table, camera, allow_unverified)
     structures = checked_structures(structure)
     names = model or ["diffusion"]
     how = {"workers": workers, "ray": ray, "out": out, "pictures": pictures}
@@ -122,6 +124,7 @@ def evaluate_arm(
     objects: ObjectsOption = "ycb",
     model: PlannerOption = "diffusion",
     weights: WeightsOption = None,
+    allow_unverified: UnverifiedOption = False,
     scenes: ScenesOption = 5,
     seed: SeedOption = 0,
     candidates: CandidatesOption = 64,
@@ -142,7 +145,8 @@ def evaluate_arm(
     import_pybullet_silently()
     from agent.evaluation.arm import measure_arm, tell_arm, write_evaluation
 
-    measured = partial(measure_arm, objects, model, weights, scenes, seed, candidates, workers=workers, out=out)
+    how = {"workers": workers, "out": out, "allow_unverified": allow_unverified}
+    measured = partial(measure_arm, objects, model, weights, scenes, seed, candidates, **how)
     _report(measured, tell_arm, out, json_output, write_evaluation)
 
 
@@ -151,6 +155,7 @@ def evaluate_recordings(
     objects: ObjectsOption = "ycb",
     model: PlannerOption = "diffusion",
     weights: WeightsOption = None,
+    allow_unverified: UnverifiedOption = False,
     scenes: ScenesOption = 8,
     seed: SeedOption = 0,
     execute: Annotated[
@@ -174,7 +179,8 @@ def evaluate_recordings(
     from agent.evaluation.arm import write_evaluation
     from agent.evaluation.recordings import measure_recordings, tell_recordings
 
-    measured = partial(measure_recordings, objects, model, weights, scenes, seed, execute, workers=workers, out=out)
+    how = {"workers": workers, "out": out, "allow_unverified": allow_unverified}
+    measured = partial(measure_recordings, objects, model, weights, scenes, seed, execute, **how)
     _report(measured, tell_recordings, out, json_output, write_evaluation)
 
 
@@ -249,6 +255,7 @@ def evaluate_language(
     objects: ObjectsOption = "ycb",
     model: PlannerOption = "diffusion",
     weights: WeightsOption = None,
+    allow_unverified: UnverifiedOption = False,
     parser: ParserOption = Parsers.embedding,
     as_said: Annotated[
         bool,
@@ -274,7 +281,7 @@ def evaluate_language(
     import_pybullet_silently()
     from agent.evaluation.language import LanguageAsked, measure_language, tell_language, write_language
 
-    asked = LanguageAsked(data, objects, model, weights, parser.value, seed, candidates, as_said)
+    asked = LanguageAsked(data, objects, model, weights, parser.value, seed, candidates, as_said, allow_unverified)
     measured = partial(measure_language, asked, limit, workers=workers, ray=ray, out=out)
     _report(measured, tell_language, out, json_output, write_language)
 
@@ -285,6 +292,7 @@ def evaluate_discriminators(
         Path, typer.Option(metavar="DIR", help="Scenes and pairs of `structagent generate`, none of them trained on.")
     ],
     weights: WeightsOption = None,
+    allow_unverified: UnverifiedOption = False,
     examples: Annotated[int, typer.Option(min=1, help="How many, of each discriminator.")] = 3000,
     seed: SeedOption = 0,
     out: ReportOption = None,
@@ -298,7 +306,8 @@ def evaluate_discriminators(
     import_pybullet_silently()
     from agent.evaluation.discriminators import measure_discriminators, tell_discriminators
 
-    _report(partial(measure_discriminators, data, weights, examples, seed), tell_discriminators, out, json_output)
+    measured = partial(measure_discriminators, data, weights, examples, seed, allow_unverified)
+    _report(measured, tell_discriminators, out, json_output)
 
 
 @evaluate_app.command("coverage")
@@ -306,6 +315,7 @@ def evaluate_coverage(
     objects: ObjectsOption = "ycb",
     model: PlannerOption = "diffusion",
     weights: WeightsOption = None,
+    allow_unverified: UnverifiedOption = False,
     scenes: ScenesOption = 10,
     seed: SeedOption = 0,
     candidates: Annotated[int, typer.Option(min=2, help="Arrangements imagined per scene.")] = 64,
@@ -321,7 +331,7 @@ def evaluate_coverage(
     import_pybullet_silently()
     from agent.evaluation.coverage import measure_coverage, tell_coverage
 
-    measured = partial(measure_coverage, objects, model, weights, scenes, seed, candidates, workers)
+    measured = partial(measure_coverage, objects, model, weights, scenes, seed, candidates, workers, allow_unverified)
     _report(measured, tell_coverage, out, json_output)
 
 

@@ -1,4 +1,4 @@
-"""The reference of the command line, `reference.md`, made from the commands themselves.
+"""The reference of the command line, `docs/cli.md`, made from the commands themselves.
 
 `python -m agent.cli.reference` writes it; with `--check` it says whether it is still what the commands would give, and
 ends with 1 where it is not. The same on every machine, whatever is configured there.
@@ -14,12 +14,13 @@ from pathlib import Path
 
 import typer
 
+import agent
 from agent.cli.app import app
 from agent.cli.command_tree import Command, Parameter, command_tree
 from agent.cli.config import configurable
 from agent.runtime.settings import KEY_VARIABLE, PROJECT_FILE, SETTINGS
 
-FILE = Path(__file__).parents[1] / "reference.md"
+FILE = Path(agent.__file__).resolve().parents[1] / "docs" / "cli.md"
 
 # Defaults that follow from the machine: command and option -> what stands for the number.
 _OF_THE_MACHINE = {
@@ -34,9 +35,9 @@ _EXAMPLE = "Example: "
 _DEFAULT = re.compile(r"\s*\[default: (.*)\]$")  # in a help text, where the code's own default is not the whole story
 
 _TITLE = """\
-# structagent: reference of the command line
+# Command-line reference
 
-Made from the commands by `python -m agent.cli.reference`.
+This page is generated from the commands by `python -m agent.cli.reference`; do not edit it by hand.
 """
 
 _EXIT_CODES = """\

@@ -59,6 +59,7 @@ def measure_arm(
     *,
     workers: int | None = None,
     out: Path | None = None,
+    allow_unverified: bool = False,
 ) -> dict[str, Any]:
     """Plans found and structures standing, over `count` scenes of each of the four structures, JSON-ready.
 
@@ -72,14 +73,16 @@ def measure_arm(
         workers: processes; `None` for one per core, 0 for this one alone.
         out: a folder that keeps the rows as they come, in which the same command goes on where it was stopped, and
             another one may ask for more scenes. `None` keeps nothing.
+        allow_unverified: take checkpoints that are not what their cards say.
 
     Raises:
         UsageError: for an unknown planner, or a folder that was made with other options.
         BadInput: for a folder that cannot be written to.
         SceneError: when there is no scene to be drawn of these objects.
         CheckpointError: for a checkpoint that is missing or does not fit.
+        NotVerified: for checkpoints that are not what their cards say, unless that is allowed.
     """
-    checked_planner(name, weights)
+    checked_planner(name, weights, allow_unverified)
     library = load_objects(objects)
     options = {"objects": objects, "model": name, "seed": seed, "candidates": candidates}
     asked = {"evaluation": "arm"} | fingerprint(options, library, [name], weights, (agent.arm,))
@@ -94,12 +97,13 @@ def measure_arm(
         missing = [place for place in places if place not in rows]
         scenes, lost = drawn_scenes(force, library, missing, seed)
         spoken = spoken_scenes(scenes, heard=name in SPOKEN_TO) if scenes else []
-        built = force.do(partial(_built, candidates), partial(checked_planner, name, weights), (), spoken)
+        load = partial(checked_planner, name, weights, allow_unverified)
+        built = force.do(partial(_built, candidates), load, (), spoken)
         with progress("scenes built", len(places), len(places) - len(missing)) as tell:
             rows |= keep_as_they_end(kept, chain(lost, built), tell, seed)
     command = f"structagent evaluate arm --objects {objects} --scenes {count} --seed {seed} --model {name}"
     command += f" --weights {weights}" if weights else ""
-    command += f" --candidates {candidates}"
+    command += f" --candidates {candidates}" + (" --allow-unverified" if allow_unverified else "")
     return report_of(command, [rows[shape, k] for shape in SHAPES for k in range(count)], _rates)
 
 

@@ -40,20 +40,21 @@ SAMPLED, WORTHWHILE, RANKED = "sampled", "worth a try", f"best {BEST}"
 
 
 def measure_coverage(
-    objects: str, name: str, weights: Path | None, count: int, seed: int, candidates: int, workers: int
+    objects: str, name: str, weights: Path | None, count: int, seed: int, candidates: int, workers: int,
+    allow_unverified: bool = False,
 ) -> Row:
     """How evenly samples spread over the values of open slots, over `count` scenes of each kind, JSON-ready.
 
     The kinds are the four shapes with all other slots open, and an open shape of which only the x position is said.
 
-    Args: as `measure_success`.
+    Args: as `measure_arm`.
     """
-    checked_planner(name, weights)
+    checked_planner(name, weights, allow_unverified)
     models = tuple(load_objects(objects))
     jobs = [(shape, place) for shape in (*SHAPES, None) for place in range(count)]
     drawn = in_parallel(partial(_drawn, seed), tuple, (models,), jobs, workers)
     scenes, lost = parted(followed("scenes drawn", drawn, len(jobs)))
-    load = partial(checked_planner, name, weights)
+    load = partial(checked_planner, name, weights, allow_unverified)
     covered = in_parallel(partial(_covered, candidates), load, (), spoken_scenes(scenes, heard=False), workers)
     found, more = parted(followed("scenes sampled", covered, len(scenes)))
     rows = [row for rows in found for row in rows]
@@ -61,7 +62,7 @@ def measure_coverage(
     left_out += [row_of_lost((one.job.structure, one.job.number), seed, one.reason) for one in more]
     command = f"structagent evaluate coverage --objects {objects} --scenes {count} --seed {seed} --model {name}"
     command += f" --weights {weights}" if weights else ""
-    command += f" --candidates {candidates}"
+    command += f" --candidates {candidates}" + (" --allow-unverified" if allow_unverified else "")
     return report_of(command, rows, _spread) | {LOST: left_out}
 
 

@@ -53,6 +53,8 @@ class LanguageAsked:
         seed: of scenes, sensor noise and sampling.
         candidates: arrangements that the planner imagines; the best is tried.
         as_said: tell sentence models the instruction itself, and not what was heard in the corpus's words.
+        allow_unverified: take checkpoints that are not what their cards say; a folder's rows are told apart by the
+            checksums of the networks, whatever this says.
     """
 
     data: str = "free"
@@ -63,6 +65,7 @@ class LanguageAsked:
     seed: int = 0
     candidates: int = 64
     as_said: bool = False
+    allow_unverified: bool = False
 
     def command(self, limit: int | None) -> str:
         """The command that makes these rows."""
@@ -71,14 +74,15 @@ class LanguageAsked:
         words += ["--objects", self.objects, "--seed", str(self.seed), "--model", self.model]
         words += ["--weights", str(self.weights)] if self.weights else []
         words += ["--parser", self.parser, "--candidates", str(self.candidates)]
-        return shlex.join(words + ["--as-said"] * self.as_said)
+        words += ["--as-said"] * self.as_said + ["--allow-unverified"] * self.allow_unverified
+        return shlex.join(words)
 
     def fingerprint(self, library: Sequence[ObjectModel]) -> Row:
         """What two commands have in common whose rows may stand in one table.
 
         The sentences and what was heard are compared row by row.
         """
-        options = {key: value for key, value in asdict(self).items() if key != "weights"}
+        options = {key: value for key, value in asdict(self).items() if key not in ("weights", "allow_unverified")}
         return fingerprint(options, library, [self.model], self.weights)
 
 
@@ -107,7 +111,7 @@ def measure_language(
         CheckpointError: for a checkpoint that is missing or does not fit.
     """
     # A broken checkpoint, or a folder without meshes, is known before anything is read.
-    checked_planner(asked.model, asked.weights)
+    checked_planner(asked.model, asked.weights, asked.allow_unverified)
     models = tuple(load_objects(asked.objects))
     rows = thinned(list(enumerate(benchmark_rows(asked.data))), limit)
     with (
@@ -121,7 +125,8 @@ def measure_language(
         # A worker's current folder may be another one.
         weights = asked.weights and asked.weights.absolute()
         task = partial(_carried_out, asked.seed, asked.candidates)
-        carried_out = force.do(task, partial(_loaded, models, asked.model, weights), (), missing)
+        load = partial(_loaded, models, asked.model, weights, asked.allow_unverified)
+        carried_out = force.do(task, load, (), missing)
         with progress("sentences", len(instructions), len(instructions) - len(missing)) as tell:
             for row in carried_out:
                 if isinstance(row, Lost):
@@ -144,9 +149,9 @@ def measure_language(
 
 
 def _loaded(
-    models: tuple[ObjectModel, ...], name: str, weights: Path | None
+    models: tuple[ObjectModel, ...], name: str, weights: Path | None, allow_unverified: bool
 ) -> tuple[tuple[ObjectModel, ...], Planner]:
-    return models, checked_planner(name, weights)
+    return models, checked_planner(name, weights, allow_unverified)
 
 
 def _carried_out(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -83,6 +83,7 @@ def measure_recordings(
     *,
     workers: int | None = None,
     out: Path | None = None,
+    allow_unverified: bool = False,
 ) -> dict[str, Any]:
     """Masks and verdicts over `count` scenes of each of the four structures, JSON-ready.
 
@@ -94,11 +95,12 @@ def measure_recordings(
         seed: of scenes, sensor noise, sampling and planning.
         execute: build with the arm, or only try each goal without it.
         workers: processes; `None` for one per core, 0 for this one alone.
-        out: as `measure_arm` has it.
+        out, allow_unverified: as `measure_arm` has them.
 
     Raises: as `measure_arm`.
     """
-    checked_planner(model, weights)  # an unknown name or a broken checkpoint is known before any scene is drawn
+    # An unknown name or a broken checkpoint is known before any scene is drawn.
+    checked_planner(model, weights, allow_unverified)
     library = load_objects(objects)
     options = {"objects": objects, "model": model, "seed": seed, "execute": execute}
     asked = {"evaluation": "recordings"} | fingerprint(options, library, [model], weights, _CODE)
@@ -111,12 +113,16 @@ def measure_recordings(
     ):
         rows = rows_by_place(kept.rows)
         jobs = [_job(library, objects, place, seed) for place in places if place not in rows]
-        recorded = force.do(partial(_round_trip, objects, model, weights, execute), Loaded, (), jobs)
+        run = RunOptions(
+            objects=objects, model=model, weights=weights, execute=execute, allow_unverified=allow_unverified
+        )
+        recorded = force.do(partial(_round_trip, run), Loaded, (), jobs)
         with progress("scenes recorded", len(places), len(places) - len(jobs)) as tell:
             rows |= keep_as_they_end(kept, recorded, tell, seed)
     command = f"structagent evaluate recordings --objects {objects} --scenes {count} --seed {seed} --model {model}"
     command += f" --weights {weights}" if weights else ""
     command += "" if execute else " --no-execute"
+    command += " --allow-unverified" if allow_unverified else ""
     return report_of(command, [rows[shape, k] for shape in SHAPES for k in range(count)], _rates)
 
 
@@ -159,9 +165,7 @@ def _job(library: Sequence[ObjectModel], objects: str, place: Place, seed: int) 
     raise SceneError(f"no {structure} could be drawn from {objects} in {_DRAWS} attempts")
 
 
-def _round_trip(
-    objects: str, model: str, weights: Path | None, execute: bool, loaded: Loaded, job: _Job
-) -> dict[str, Any]:
+def _round_trip(options: RunOptions, loaded: Loaded, job: _Job) -> dict[str, Any]:
     """One scene, recorded, perceived, and built twice; the row of the report."""
     drawn, seed = job.drawn, job.seed * 10_000 + job.number
     wordings = [words for words in sentences(drawn.spec) if not mentioned(words)]
@@ -170,7 +174,7 @@ def _round_trip(
         folder = Path(name)
         scene, bag = folder / "scene.yaml", folder / "recording.bag"
         poses = list(drawn.world_from_initial)
-        write_scene(saved_objects(drawn_objects(drawn.models, poses, objects), poses, folder), scene)
+        write_scene(saved_objects(drawn_objects(drawn.models, poses, options.objects), poses, folder), scene)
         with FileSource(scene).set_out(seed) as table:
             record_session(table, bag, np.random.default_rng(seed))
             truth = table.world.look().segmentation
@@ -184,8 +188,8 @@ def _round_trip(
             "words": words,
             "objects": [each.name for each in drawn.models],
         }
-        options = RunOptions(str(scene), model=model, weights=weights, seed=seed, execute=execute)
-        row["simulated"] = _ended(words, options, loaded)
+        options = replace(options, seed=seed)
+        row["simulated"] = _ended(words, replace(options, scene=str(scene)), loaded)
         began = time.perf_counter()
         try:
             source = RecordedSource(bag)
@@ -206,10 +210,7 @@ def _round_trip(
             each.name: nouns[names[int(overlaps[:, k].argmax())]] for k, each in enumerate(source.segments.objects)
         }
         recorded = RecordedOptions(nouns=called if job.structure == "table setting" else {})
-        options = RunOptions(
-            str(bag), model=model, weights=weights, seed=seed, execute=execute, recorded=recorded
-        )
-        row["recorded"] = _ended(words, options, loaded)
+        row["recorded"] = _ended(words, replace(options, scene=str(bag), recorded=recorded), loaded)
     return row | {"same": (row["simulated"] is None) == (row["recorded"] is None)}
 
 

@@ -63,8 +63,8 @@ def require_cards(found: Mapping[str, Provenance]) -> None:
     for one in found.values():
         if not one.verified:
             raise NotVerified(
-                f"{one.card}; if they are yours, `structagent models card` writes the card anew, and run, chat and "
-                "batch take --allow-unverified"
+                f"{one.card}; if they are yours, `structagent models card` writes the card anew, and run, chat, "
+                "batch and evaluate take --allow-unverified"
             )
 
 

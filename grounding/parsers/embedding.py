@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 WEIGHTS = Path(__file__).parents[1] / "weights"
 # A word is evidence if it carries at least this share of what the strongest word carries.
 EVIDENCE_SHARE = 0.3
-BATCH = 64
+# Sentences of about one length that the network reads together. Larger batches have more padding, which costs as much
+# as words: of 128 sentences in batches of 16, a fifth is padding; in the order in which they come, in batches of 32, 43 %.
+BATCH = 16
 _ARTICLES = ("the", "a", "an", "of")
 # No word piece is longer than this; a text beyond is too long, whatever its words.
 MAX_CHARACTERS = 20 * MAX_TOKENS
@@ -138,10 +140,8 @@ class EmbeddingParser:
                 question: dict(zip(ANSWERS[question], shares[question][row], strict=True)) for question in QUESTIONS
             }
             refusals = {reason: share for reason, share in probabilities.pop(REFUSE).items() if reason is not None}
-            evidence = {
-                slot: _telling_words(text, mended[row], states.spans[row], self._added(votes[slot][row], slot))
-                for slot in SLOTS
-            }
+            words = _words_of_pieces(mended[row], states.spans[row])
+            evidence = {slot: _telling_words(text, words, self._added(votes[slot][row], slot)) for slot in SLOTS}
             parses.append(decide(text, probabilities, evidence, refusals, self.name))
         return parses
 
@@ -173,13 +173,17 @@ def _too_long(text: str) -> str:
     )
 
 
+def _words_of_pieces(mended: Mended, spans: Sequence[tuple[int, int]]) -> list[tuple[int, int] | None]:
+    """The word of the original text that each word piece belongs to, (first, last); `None` for marks and padding."""
+    return [mended.original_span(first, last) if last > first else None for first, last in spans]
+
+
 def _telling_words(
-    text: str, mended: Mended, spans: Sequence[tuple[int, int]], added: Sequence[float]
+    text: str, pieces: Sequence[tuple[int, int] | None], added: Sequence[float]
 ) -> tuple[str, ...]:
     """The words of the text that add most, in the order of the text."""
     words: dict[tuple[int, int], float] = {}
-    for (first, last), amount in zip(spans, added, strict=False):
-        span = mended.original_span(first, last) if last > first else None
+    for span, amount in zip(pieces, added, strict=False):
         if span is not None:
             words[span] = words.get(span, 0.0) + amount
     strongest = max(words.values(), default=0.0)

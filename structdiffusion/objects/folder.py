@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from structdiffusion.limits import MESH_BYTES, MESH_FACES, glb_faces
-from structdiffusion.objects.meshes import object_from_mesh
+from structdiffusion.limits import MESH_BYTES, MESH_FACES, MESH_FINE_FACES, SLOW_BYTES, glb_faces
+from structdiffusion.objects.meshes import coarser, object_from_mesh
 from structdiffusion.objects.model import ObjectError, ObjectModel
+from structdiffusion.objects.preparation import prepared_apart
 
 FORMATS = (".obj", ".stl", ".ply", ".glb")
 SMALLEST, LARGEST = 0.005, 0.5
@@ -76,7 +77,7 @@ def folder_objects(folder: Path, *, alternatives: tuple[str, ...] = ()) -> list[
 
 
 def object_from_file(path: Path, name: str, category: str | None = None) -> ObjectModel:
-    """The object of one mesh file.
+    """The object of one mesh file. A large one is prepared in a process of its own, which is ended when it takes too long.
 
     Args:
         path: a .obj, .stl, .ply or .glb file in metres, z up.
@@ -84,8 +85,15 @@ def object_from_file(path: Path, name: str, category: str | None = None) -> Obje
         category: its noun; by default that in the file's name.
 
     Raises:
-        ObjectError: a mesh that cannot be used; the message says why.
+        ObjectError: a mesh that cannot be used, or takes more than `structdiffusion.limits.MESH_SECONDS` to prepare; the
+            message says why.
     """
+    category = category or category_of(path.stem)
+    return prepared_apart(path, name, category) if _is_large(path) else prepared(path, name, category)
+
+
+def prepared(path: Path, name: str, category: str) -> ObjectModel:
+    """As `object_from_file`, in this process and however long it takes."""
     mesh = _read(path)
     size = float(mesh.extents.max())
     if not SMALLEST <= size <= LARGEST:
@@ -99,7 +107,7 @@ def object_from_file(path: Path, name: str, category: str | None = None) -> Obje
         return object_from_mesh(
             mesh,
             name=name,
-            category=category or category_of(path.stem),
+            category=category,
             source="folder",
             mass=float(np.clip(_DENSITY * mesh.convex_hull.volume, 0.005, 2.0)),
             friction=_FRICTION,
@@ -114,6 +122,16 @@ def _reason(error: Exception) -> str:
     """The first line of an error's message, or its name where it says nothing."""
     lines = str(error).strip().splitlines()
     return lines[0] if lines else type(error).__name__
+
+
+def _is_large(path: Path) -> bool:
+    """Whether preparing the mesh may take more than seconds."""
+    if path.stat().st_size > SLOW_BYTES:
+        return True
+    try:
+        return path.suffix.lower() == ".glb" and glb_faces(path) > MESH_FINE_FACES
+    except ValueError:  # reading it says what is wrong
+        return False
 
 
 def _read(path: Path) -> trimesh.Trimesh:
@@ -133,7 +151,7 @@ def _read(path: Path) -> trimesh.Trimesh:
     _check_faces(path, len(mesh.faces))
     if not np.isfinite(mesh.vertices).all():
         raise ObjectError(f"the mesh {str(path)!r} cannot be used: some of its coordinates are not numbers")
-    return mesh
+    return coarser(mesh, MESH_FINE_FACES)
 
 
 def _check_faces(path: Path, faces: int) -> None:

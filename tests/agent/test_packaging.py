@@ -1,6 +1,12 @@
 """What the packages load at run time is in the wheel too."""
 
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
 import tomllib
+import zipfile
 from fnmatch import fnmatch
 from pathlib import Path
 
@@ -28,8 +34,6 @@ def test_every_data_file_matches_a_pattern(project):
 
 def test_every_imported_package_is_a_dependency(project):
     import ast
-    import re
-    import sys
     from importlib.metadata import packages_distributions
 
     extras = project["project"]["optional-dependencies"]
@@ -51,3 +55,44 @@ def test_every_imported_package_is_a_dependency(project):
                     if not distributions & wanted:
                         missing.add(f"{top} in {path.relative_to(ROOT)}")
     assert not missing
+
+
+@pytest.fixture(scope="module")
+def distributions(tmp_path_factory) -> Path:
+    """A wheel and a source distribution of the project without its data: what counts here is what goes beside the code."""
+    folder = tmp_path_factory.mktemp("project")
+    for name in ("pyproject.toml", "README.md", "LICENSE", "THIRD_PARTY.md"):
+        shutil.copy(ROOT / name, folder)
+    for package in PACKAGES:
+        (folder / package).mkdir()
+        shutil.copy(ROOT / package / "__init__.py", folder / package)
+    program = (
+        "from setuptools.build_meta import build_sdist, build_wheel; "
+        "print('made', build_wheel('dist')); print('made', build_sdist('dist'))"
+    )
+    subprocess.run([sys.executable, "-c", program], cwd=folder, check=True, capture_output=True, timeout=300)
+    return folder / "dist"
+
+
+@pytest.mark.parametrize("name", ["LICENSE", "THIRD_PARTY.md"])
+def test_wheel_and_source_distribution_contain_the_licences(distributions, name):
+    text = (ROOT / name).read_bytes()
+    with zipfile.ZipFile(next(distributions.glob("*.whl"))) as wheel:
+        stored = next(entry for entry in wheel.namelist() if entry.endswith(f".dist-info/licenses/{name}"))
+        assert wheel.read(stored) == text
+    with tarfile.open(next(distributions.glob("*.tar.gz"))) as source:
+        stored = next(entry for entry in source.getnames() if entry.count("/") == 1 and entry.endswith(f"/{name}"))
+        assert source.extractfile(stored).read() == text
+
+
+def test_metadata_names_the_licence(distributions):
+    with zipfile.ZipFile(next(distributions.glob("*.whl"))) as wheel:
+        metadata = wheel.read(next(entry for entry in wheel.namelist() if entry.endswith("/METADATA"))).decode()
+    assert "\nLicense-Expression: MIT\n" in metadata
+
+
+def test_every_dependency_is_listed_with_its_licence(project):
+    entries = project["project"]["dependencies"] + sum(project["project"]["optional-dependencies"].values(), [])
+    names = {re.split(r"[<>=~!\[; ]", entry)[0] for entry in entries}
+    table = (ROOT / "THIRD_PARTY.md").read_text(encoding="utf-8")
+    assert not {name for name in names if not re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", table)}

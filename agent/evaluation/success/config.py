@@ -29,6 +29,8 @@ class Asked:
         candidates: arrangements that a planner proposes per scene.
         top_k: how many of them are tried at most, no more than there are.
         objects_per_scene, table, camera: as `conditions_of` takes them.
+        allow_unverified: take checkpoints that are not what their cards say; a folder's rows are told apart by the
+            checksums of the networks, whatever this says.
     """
 
     objects: str
@@ -39,6 +41,7 @@ class Asked:
     objects_per_scene: str | None = None
     table: str | None = None
     camera: str = "robot"
+    allow_unverified: bool = False
 
     @property
     def conditions(self) -> Conditions:
@@ -73,9 +76,10 @@ class Asked:
         words += ["--objects-per-scene", self.objects_per_scene] if self.objects_per_scene else []
         words += ["--table", self.table] if self.table else []
         words += ["--camera", self.camera] if self.camera != "robot" else []
+        words += ["--allow-unverified"] * self.allow_unverified
         return shlex.join(words)
 
     def fingerprint(self, library: Sequence[ObjectModel], models: Sequence[str]) -> dict[str, Any]:
         """What two commands have in common whose rows may stand in one table."""
-        options = {key: value for key, value in asdict(self).items() if key != "weights"}
+        options = {key: value for key, value in asdict(self).items() if key not in ("weights", "allow_unverified")}
         return fingerprint(options, library, models, self.weights)

@@ -61,6 +61,7 @@ def measure_success(
         BadInput: for a folder that cannot be written to.
         SceneError: when there is no scene to be drawn of these objects.
         CheckpointError: for a checkpoint that is missing or does not fit.
+        NotVerified: for checkpoints that are not what their cards say, unless that is allowed.
     """
     if asked.top_k > asked.candidates:
         raise UsageError(
@@ -68,7 +69,7 @@ def measure_success(
         )
     models, structures = list(dict.fromkeys(models)), [shape for shape in SHAPES if shape in structures]
     for name in models:  # an unknown name or a broken checkpoint is known before any scene is drawn
-        checked_planner(name, asked.weights)
+        checked_planner(name, asked.weights, asked.allow_unverified)
     conditions, library = asked.conditions, load_objects(asked.objects)
     places = [(shape, number) for number in range(scenes) for shape in structures]
     started = time.perf_counter()
@@ -142,7 +143,7 @@ def _row(asked: Asked, loaded: Loaded, job: tuple[str, EvaluationScene]) -> Row:
     """A planner on a scene. One that is not spoken to is told the true slots."""
     name, scene = job
     scene = scene if name in SPOKEN_TO else replace(scene, heard=None)
-    planner = loaded.planner(name, asked.weights)
+    planner = loaded.planner(name, asked.weights, asked.allow_unverified)
     result = solve(planner, scene, candidates=asked.candidates_of(name), top_k=asked.top_k)
     return json_value({"model": name, **result.to_dict()})
 

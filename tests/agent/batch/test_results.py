@@ -2,12 +2,15 @@
 
 import json
 import os
+from pathlib import Path
 
 import pytest
 
 from agent.batch.results import RESULTS, Results
 from agent.cli.app import command_line
 from agent.errors import BadInput, UsageError
+from agent.runtime import jsonl_journal
+from tests.counting import CountedBytes, Steps
 
 
 def result(row_id: str, **more: object) -> dict:
@@ -212,3 +215,33 @@ def test_results_of_another_kind(key, value, tmp_path):
     (tmp_path / RESULTS).write_text(json.dumps(result("a") | {key: value}) + "\n")
     with pytest.raises(BadInput, match=f"line 1: {key} cannot be"):
         Results(tmp_path)
+
+
+def test_resuming_reads_every_result_once_and_copies_no_more_of_each_however_many_there_are(tmp_path, monkeypatch):
+    """On a file of so many rows the bytes copied per byte, files read and lines parsed per row stay the same."""
+    read, parse = Path.read_bytes, jsonl_journal.entry_of
+    copied, files, lines = Steps(), Steps(), Steps()
+
+    def counted_read(path):
+        content = read(path)
+        if path.name != RESULTS:
+            return content
+        files.count += 1
+        return CountedBytes.of(content, copied)
+
+    def counted_parse(line, keys):
+        lines.count += 1
+        return parse(line, keys)
+
+    monkeypatch.setattr(Path, "read_bytes", counted_read)
+    monkeypatch.setattr(jsonl_journal, "entry_of", counted_parse)
+    for rows in (50, 800):
+        copied.count = files.count = lines.count = 0
+        path = tmp_path / str(rows) / RESULTS
+        path.parent.mkdir()
+        path.write_text("".join(json.dumps(result(f"row_{number}")) + "\n" for number in range(rows)) + '{"id": "torn')
+        size = path.stat().st_size
+        with Results(path.parent) as results:
+            assert len(results.by_id) == rows
+        assert (files.count, lines.count) == (1, rows + 1)
+        assert 0 < copied.count <= 3 * size

@@ -65,7 +65,7 @@ def test_same_on_every_machine(tmp_path):
 
 
 def test_check_tells_what_drifted(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(reference, "FILE", tmp_path / "reference.md")
+    monkeypatch.setattr(reference, "FILE", tmp_path / "cli.md")
     assert reference.main(["--check"]) == 1
     assert reference.main([]) == 0
     capsys.readouterr()

@@ -14,11 +14,13 @@ from agent.evaluation import recordings
 from agent.evaluation.common import report_of
 from agent.evaluation.recordings import _Job, _overlaps, _rates, _round_trip, tell_recordings
 from agent.pipeline.resources import Loaded
+from agent.pipeline.run import RunOptions
 from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import draw_scene
 from structdiffusion.objects.libraries import load_objects
 
 LIBRARY = "procedural"
+RUN = RunOptions(objects=LIBRARY, model="geometric", execute=False)
 
 
 def test_masks_are_compared_by_what_they_share():
@@ -45,7 +47,7 @@ def test_a_planner_that_is_not_there_is_known_before_any_scene_is_drawn(monkeypa
 
 
 def test_a_scene_that_is_recorded_ends_as_it_does_in_simulation(job):
-    row = _round_trip(LIBRARY, "geometric", None, False, Loaded(), job)
+    row = _round_trip(RUN, Loaded(), job)
     assert row["found"] == 3 and row["exact"] and row["iou"] > 0.85
     assert row["simulated"] is None and row["recorded"] is None and row["same"]
 
@@ -58,7 +60,7 @@ def test_a_recording_that_cannot_be_used_is_a_row_of_its_own(job, monkeypatch):
             raise BadInput("no table")
 
     monkeypatch.setattr(recordings, "RecordedSource", Refused)
-    row = _round_trip(LIBRARY, "geometric", None, False, Loaded(), job)
+    row = _round_trip(RUN, Loaded(), job)
     assert (row["found"], row["exact"], row["recorded"], row["same"]) == (0, False, "no table", False)
 
 
@@ -73,22 +75,22 @@ def test_tables_count_rows():
     assert "0.800" in told.getvalue() and "structagent evaluate recordings" in told.getvalue()
 
 
-def quick(objects, model, weights, execute, loaded, job):
+def quick(options, loaded, job):
     """A scene that is recorded and built in no time."""
     row = {"structure": job.structure, "number": job.number, "seed": 0, "exact": True, "iou": 0.9}
     return row | {"simulated": None, "recorded": None, "same": True, "seconds": 1.0}
 
 
-def quick_but_for_lines(objects, model, weights, execute, loaded, job):
+def quick_but_for_lines(options, loaded, job):
     if job.structure == "line":
         os.kill(os.getpid(), signal.SIGKILL)
-    return quick(objects, model, weights, execute, loaded, job)
+    return quick(options, loaded, job)
 
 
-def only_lines(objects, model, weights, execute, loaded, job):
+def only_lines(options, loaded, job):
     if job.structure != "line":
         raise AssertionError("what is there is not recorded again")
-    return quick(objects, model, weights, execute, loaded, job)
+    return quick(options, loaded, job)
 
 
 def test_a_worker_that_dies_costs_its_scene_and_the_same_command_tries_it_again(objects, tmp_path, monkeypatch, capsys):

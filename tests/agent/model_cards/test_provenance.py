@@ -10,7 +10,9 @@ from safetensors.torch import load_file, save_file
 
 from agent.batch.rows import fingerprint
 from agent.cli.app import command_line
-from agent.errors import NotVerified
+from agent.errors import NotVerified, UsageError
+from agent.evaluation import arm, coverage, language, recordings
+from agent.evaluation.success import measure
 from agent.model_cards.catalogue import SHIPPED
 from agent.model_cards.provenance import MATCHES, NO_CARD, provenance_of
 from agent.pipeline.candidates import checked_planner
@@ -126,3 +128,44 @@ def test_discriminators_that_are_measured_are_held_to_their_cards(weights, tmp_p
     arguments = ["evaluate", "discriminators", "--data", str(tmp_path), "--weights", str(weights)]
     assert command_line(arguments) == 7
     assert "collision/model.safetensors is not the file" in capsys.readouterr().err
+    assert command_line([*arguments, "--allow-unverified"]) == 6  # and goes on to the data, of which there are none
+    assert "is not the file" not in capsys.readouterr().err
+
+
+EVALUATED = {
+    "success": ["--structure", "line", "--candidates", "2", "--top-k", "1", "--workers", "1"],
+    "arm": ["--candidates", "2", "--workers", "1"],
+    "recordings": ["--no-execute", "--workers", "1"],
+    "coverage": ["--candidates", "2", "--workers", "1"],
+    "language": ["--candidates", "2", "--limit", "2", "--workers", "1"],
+}
+
+
+@pytest.mark.parametrize("verb", EVALUATED)
+def test_an_evaluation_refuses_them_unless_told(verb, weights, tmp_path, capsys, monkeypatch):
+    change_a_weight(weights / "structure")
+    monkeypatch.chdir(tmp_path)
+    arguments = ["evaluate", verb, "--objects", "procedural", "--weights", str(weights), *EVALUATED[verb]]
+    arguments += ["--scenes", "1"] if verb != "language" else []
+    arguments += ["--out", "report.json" if verb == "coverage" else "out"]
+    assert command_line(arguments) == 7
+    told = capsys.readouterr().err
+    assert "structure/model.safetensors is not the file that its card tells of" in told and "Traceback" not in told
+    assert "run, chat, batch and evaluate take --allow-unverified" in told
+    for module in (arm, coverage, language, recordings, measure):
+        monkeypatch.setattr(module, "load_objects", objects_are_loaded)
+    assert command_line([*arguments, "--allow-unverified"]) == 2
+    assert capsys.readouterr().err == "structagent: the networks were taken\n"
+
+
+def objects_are_loaded(source):
+    raise UsageError("the networks were taken")
+
+
+def test_an_evaluation_that_is_told_to_has_a_result_and_says_so(weights, tmp_path, capsys):
+    change_a_weight(weights / "structure")
+    arguments = ["evaluate", "success", "--objects", "procedural", "--scenes", "1", *EVALUATED["success"]]
+    assert command_line([*arguments, "--weights", str(weights), "--allow-unverified", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["evaluations"][0]["aggregate"]["all"]["n"] == 1
+    assert report["command"].endswith(" --allow-unverified")

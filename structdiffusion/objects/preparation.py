@@ -1,0 +1,76 @@
+"""Prepares one mesh in a process of its own, which the system ends when its time is up.
+
+Reading, simplifying and decomposing a mesh runs in libraries that no signal handler and no thread can interrupt. The
+process sets an alarm for itself, so that it ends even where its parent does not live to end it.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from structdiffusion.limits import MESH_SECONDS
+
+if TYPE_CHECKING:
+    from structdiffusion.objects.model import ObjectModel
+
+
+def prepared_apart(path: Path, name: str, category: str) -> ObjectModel:
+    """The object of a mesh file, as `structdiffusion.objects.folder.prepared` makes it, from a process of its own.
+
+    Raises:
+        ObjectError: as `prepared`, and when it takes more than `MESH_SECONDS` or its process ends otherwise.
+    """
+    from structdiffusion.objects.model import ObjectError
+
+    # The same modules as in this process, and not those that happen to lie in the current folder.
+    modules = os.pathsep.join(entry for entry in sys.path if entry)
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", __name__, str(path), name, category, str(MESH_SECONDS)],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        env={**os.environ, "PYTHONPATH": modules},
+    )
+    if done.returncode == -signal.SIGALRM:
+        raise ObjectError(
+            f"preparing the mesh {str(path)!r} takes more than {MESH_SECONDS:g} s, and was stopped: simplify it"
+        )
+    if done.returncode != 0:
+        raise ObjectError(f"the mesh {str(path)!r} cannot be prepared: {_end_of_process(done)}")
+    result = pickle.loads(done.stdout)  # noqa: S301  written by this module
+    if isinstance(result, ObjectError):
+        raise result
+    return result  # type: ignore[no-any-return]
+
+
+def _end_of_process(done: subprocess.CompletedProcess[bytes]) -> str:
+    if done.returncode < 0:
+        return f"its process was ended by {signal.Signals(-done.returncode).name}"
+    last = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
+    return f"its process ended with exit code {done.returncode}" + "".join(f" ({line[:200]})" for line in last)
+
+
+def _main(path: str, name: str, category: str, seconds: str) -> None:
+    """Writes the object of a mesh file, or the `ObjectError` that it raises, to standard output, pickled."""
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.setitimer(signal.ITIMER_REAL, float(seconds))
+    results = os.dup(1)
+    os.dup2(2, 1)  # for what libraries print
+    from structdiffusion.objects.folder import prepared
+    from structdiffusion.objects.model import ObjectError
+
+    try:
+        result: ObjectModel | ObjectError = prepared(Path(path), name, category)
+    except ObjectError as error:
+        result = ObjectError(str(error))
+    with os.fdopen(results, "wb") as stream:
+        pickle.dump(result, stream)
+
+
+if __name__ == "__main__":
+    _main(*sys.argv[1:])
