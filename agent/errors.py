@@ -81,7 +81,7 @@ _EXIT_CODE_OF = {
     ("grounding.references.selection", "SelectionError"): NOT_BUILDABLE,
     ("grounding.parsers.sentence_encoder", "EncoderError"): BAD_INPUT,
     ("structdiffusion.data.scene_sampling", "SceneError"): NOT_BUILDABLE,
-    ("structdiffusion.layouts", "LayoutError"): NOT_BUILDABLE,
+    ("structdiffusion.structures.structure", "LayoutError"): NOT_BUILDABLE,
     ("structdiffusion.simulation.world", "ObservationError"): NOT_BUILDABLE,
     ("structdiffusion.objects.model", "ObjectError"): BAD_INPUT,
     ("structdiffusion.models.checkpoint", "CheckpointError"): BAD_INPUT,

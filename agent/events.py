@@ -18,7 +18,7 @@ import numpy as np
 
 from grounding.spec import StructureSpec
 from structdiffusion.observation import Arrangement, Scene
-from structdiffusion.protocol.semantic import Check
+from structdiffusion.structures.checks import Check
 
 
 class Event(Protocol):

@@ -19,6 +19,8 @@ from grounding.parse_result import Parse
 from grounding.spec import LEGAL_VALUES, SLOTS
 
 CALIBRATION_BINS = 10
+# Bytes of a file of rows: a row has 250.
+MOST_BYTES = 50_000_000
 
 
 class BenchmarkError(ValueError):
@@ -76,7 +78,11 @@ def load_rows(path: str | Path) -> list[Row]:
         BenchmarkError: for a line that is not a row; OSError for a file that cannot be read.
     """
     try:
-        lines = Path(path).read_text(encoding="utf-8").splitlines()
+        with Path(path).open("rb") as file:  # which may be a device, that has no size and no end
+            content = file.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise BenchmarkError(f"{path} has more than {MOST_BYTES} bytes, and no more are read; divide it")
+        lines = content.decode("utf-8").splitlines()
     except UnicodeDecodeError as error:
         raise BenchmarkError(f"{path} is not UTF-8 text: {error.reason} at byte {error.start}") from error
     rows = [
@@ -92,7 +98,7 @@ def load_rows(path: str | Path) -> list[Row]:
 def _row(line: str, where: str) -> Row:
     try:
         entry = json.loads(line)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise BenchmarkError(f"{where} is not valid JSON: {error}") from error
     if not isinstance(entry, dict) or not isinstance(entry.get("text"), str):
         raise BenchmarkError(

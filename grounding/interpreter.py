@@ -1,4 +1,4 @@
-"""From an instruction to what is to be built with which objects, in the world's frame.
+"""The one way in for language: an instruction and what is there -> what to build with which objects.
 
 Puts a parser, the selection of objects and the speaker's viewpoint together. Positions and headings
 are spoken from the robot's side, or from across the table ("opposite"): then they are turned by 180
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -17,30 +17,42 @@ from grounding.foreign_languages import foreign_language
 from grounding.parse_result import OBJECT, Parse, Parser, Question, shortened, unreadable
 from grounding.parsers.llm_reply import IllegalReplyError, LLMError
 from grounding.parsers.spelling import mend
-from grounding.references.selection import AmbiguousReferenceError, SelectionError, mentioned, select_objects
+from grounding.references.attributes import SceneObject
+from grounding.references.selection import (
+    AmbiguousReferenceError,
+    Selection,
+    SelectionError,
+    mentioned,
+    select_objects,
+)
 from grounding.spec import StructureSpec
 from grounding.unsupported import checked
 from grounding.viewpoint import VIEWPOINTS, ViewpointError, turned
 
 if TYPE_CHECKING:
+    from grounding.dialogue.revise import Revision
     from grounding.parsers.sentence_encoder import SentenceEncoder
 
 
 @dataclass(frozen=True)
-class Reading:
-    """What an instruction asks for.
+class Interpretation:
+    """What an instruction asks for: the goal, or why there is none.
 
     Attributes:
-        parse: what the parser said, in the speaker's own frame.
+        parse: what the parser made of it, in the speaker's own frame.
         spec: the slots in the world's frame.
         status: "ok", "ask" or "refused"; refused also where the objects that are named are not there.
         message: why it is refused, the question, or what else must be said.
-        viewpoint: whose left and right is meant, one of `VIEWPOINTS`.
-        objects: names of the selected objects, or the text's words for them where there is no scene;
+        viewpoint: whose left and right it speaks of, one of `VIEWPOINTS`.
+        objects: names of the selected objects, or the text's words for them where no objects are known;
             `None` for all.
-        seconds: how long reading took.
-        fallback: why another parser than the one that was asked for spoke, or empty.
+        seconds: how long it took.
+        fallback: why another parser than the configured one was used, or empty.
         question: what has to be known before building, with status "ask".
+        selection: the selected objects, as indices into those that are there, with the noun phrases that chose
+            them; `None` where no objects are known or none could be selected.
+        words: the text's own words for the objects; empty for everything.
+        named: the nouns that chose the objects, or else the words; empty where everything is selected.
     """
 
     parse: Parse
@@ -52,6 +64,48 @@ class Reading:
     seconds: float
     fallback: str = ""
     question: Question | None = None
+    selection: Selection | None = None
+    words: tuple[str, ...] = ()
+    named: tuple[str, ...] = ()
+    _encoder: SentenceEncoder | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What must be said about the selected objects, a sentence each: adjectives that could not be judged."""
+        return self.selection.notes if self.selection else ()
+
+    def among(self, objects: Sequence[SceneObject | str | None], catalogue: bool = False) -> Interpretation:
+        """Select the objects of a scene that the instruction means; no parser is asked again.
+
+        An interpretation that has selected objects of a library is applied to a scene drawn from it with the noun
+        phrases that it has found already.
+
+        Args:
+            objects: what is there, as `select_objects` takes it.
+            catalogue: whether it is a library that a scene can be drawn from.
+        """
+        if self.parse.status == "refused":
+            return self
+        started = time.perf_counter()
+        text = self.parse.text if self.selection is None else self.selection.references or self.parse.text
+        names = [each.name if isinstance(each, SceneObject) else each or "" for each in objects]
+        try:
+            selection = select_objects(text, objects, self._encoder, catalogue=catalogue)
+        except AmbiguousReferenceError as doubt:
+            question = Question(OBJECT, str(doubt), tuple(names[i] for i in doubt.indices))
+            status, message, selected, named, selection = "ask", str(doubt), None, (), None
+        except SelectionError as error:
+            status, message, question, selected, named, selection = "refused", str(error), None, None, (), None
+        else:
+            status, question = self.parse.status, self.parse.question
+            message = "; ".join(filter(None, (self.parse.message, *selection.notes)))
+            selected = tuple(names[i] for i in selection.indices)
+            some = len(selection.indices) < len(names)
+            named = selection.named or (self.words if some else ())
+        return replace(
+            self, status=status, message=message, question=question, objects=selected, selection=selection,
+            named=named, seconds=self.seconds + time.perf_counter() - started,
+        )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """The row of `structagent parse --json`."""
@@ -74,13 +128,13 @@ class Reading:
         }
 
 
-class Reader:
-    """Reads instructions with one parser, and with another when that one cannot be used.
+class Interpreter:
+    """Interprets instructions with one parser, and with another where that one cannot be used.
 
     Args:
-        parser: makes the parser that is asked for; an `LLMError` counts as "cannot be used", for good, and an
+        parser: makes the configured parser; an `LLMError` counts as "cannot be used", for good, and an
             `IllegalReplyError` for the one text.
-        fallback: makes the one that speaks instead; `None` lets the error out.
+        fallback: makes the one that is used instead; `None` raises the error.
         viewpoint: one of `VIEWPOINTS`.
         encoder: finds what nouns mean that the selection's tables do not know; `None` does without.
 
@@ -106,9 +160,35 @@ class Reader:
         self._substitute: Parser | None = None
         self.fallback = ""
 
+    def interpret(self, text: str, objects: Sequence[SceneObject | str | None] | None = None) -> Interpretation:
+        """Interpret one instruction.
+
+        Args:
+            text: any string.
+            objects: what is there, as `select_objects` takes it: names, or objects with what is known of them;
+                `None` where that is not known yet (`Interpretation.among` takes it later).
+        """
+        return self.interpret_many([text], objects)[0]
+
+    def interpret_many(
+        self, texts: Sequence[str], objects: Sequence[SceneObject | str | None] | None = None
+    ) -> list[Interpretation]:
+        """Interpret many instructions about the same objects, faster than one by one; see `interpret`."""
+        _ = self.parser  # loading it is not part of the time
+        started = time.perf_counter()
+        parses = self._parses(texts)
+        seconds = (time.perf_counter() - started) / max(1, len(texts))
+        return [self._interpretation(parse, objects, seconds, fallback) for parse, fallback in parses]
+
+    def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision:
+        """Interpret the next sentence of a conversation; see `grounding.dialogue.revise.revise`."""
+        from grounding.dialogue.revise import revise
+
+        return revise(last, text, self, self.viewpoint, stands)
+
     @property
     def parser(self) -> Parser:
-        """The parser that speaks at present."""
+        """The parser that is used at present."""
         if self._parser is None:
             try:
                 self._parser = self._make_parser()
@@ -116,25 +196,13 @@ class Reader:
                 self._parser = self._fall_back(error)
         return self._parser
 
-    def read(self, text: str, names: Sequence[str] | None = None) -> Reading:
-        """What one instruction asks for; `names` are those of the scene's objects, where there is a scene."""
-        return self.read_many([text], names)[0]
-
-    def read_many(self, texts: Sequence[str], names: Sequence[str] | None = None) -> list[Reading]:
-        """What each of many instructions asks for; together they are read faster."""
-        _ = self.parser  # loading it is no reading time
-        started = time.perf_counter()
-        heard = self._heard(texts)
-        seconds = (time.perf_counter() - started) / max(1, len(texts))
-        return [self._reading(parse, names, seconds, fallback) for parse, fallback in heard]
-
     @property
     def name(self) -> str:
-        """The name of the parser that speaks at present: a reader can stand in for it."""
+        """The name of the parser that is used at present: an interpreter is itself a `Parser`."""
         return self.parser.name
 
     def parse(self, text: str) -> Parse:
-        """What the parser says of one instruction."""
+        """Parse one instruction."""
         return self.parse_batch([text])[0]
 
     def parse_batch(self, texts: Sequence[str]) -> list[Parse]:
@@ -143,24 +211,24 @@ class Reader:
         Falls back where the parser cannot be used. Text that is not English is refused before any parser sees it, and
         what the slots cannot hold after.
         """
-        return [parse for parse, _ in self._heard(texts)]
+        return [parse for parse, _ in self._parses(texts)]
 
-    def _heard(self, texts: Sequence[str]) -> list[tuple[Parse, str]]:
-        """As `parse_batch`, each with why another parser than the one that was asked for spoke, or ""."""
+    def _parses(self, texts: Sequence[str]) -> list[tuple[Parse, str]]:
+        """As `parse_batch`, each with why another parser than the configured one was used, or ""."""
         foreign = [None if not text.strip() else foreign_language(text, partial(self._mended, text)) for text in texts]
         english = [text for text, language in zip(texts, foreign, strict=True) if language is None]
         answers = iter(self._answers(english))
-        heard = []
+        parses = []
         for text, language in zip(texts, foreign, strict=True):
             if language:
-                heard.append((unreadable(text, _not_english(text, language), self.name), self.fallback))
+                parses.append((unreadable(text, _not_english(text, language), self.name), self.fallback))
             else:
                 parse, fallback = next(answers)
-                heard.append((checked(parse, partial(self._mended, text)), fallback))
-        return heard
+                parses.append((checked(parse, partial(self._mended, text)), fallback))
+        return parses
 
     def _answers(self, texts: Sequence[str]) -> list[tuple[Parse, str]]:
-        """What the parser says of texts in English, or the other one where it cannot, with the reason."""
+        """Parse texts in English, with the other parser where the configured one cannot, and give the reason."""
         try:
             return [(parse, self.fallback) for parse in self.parser.parse_batch(texts)]
         except IllegalReplyError as error:
@@ -182,40 +250,25 @@ class Reader:
         return parser
 
     def _other(self, error: LLMError) -> Parser:
-        """The parser that speaks instead; where there is none, `error` is raised."""
+        """The parser that is used instead; where there is none, `error` is raised."""
         if self._make_fallback is None:
             raise error
         if self._substitute is None:
             self._substitute = self._make_fallback()
         return self._substitute
 
-    def _reading(self, parse: Parse, names: Sequence[str] | None, seconds: float, fallback: str) -> Reading:
+    def _interpretation(
+        self, parse: Parse, objects: Sequence[SceneObject | str | None] | None, seconds: float, fallback: str
+    ) -> Interpretation:
         started = time.perf_counter()
-        status, message, objects, question = parse.status, parse.message, None, parse.question
-        if status != "refused":
-            if names is None:
-                objects = mentioned(parse.text) or None
-            else:
-                try:
-                    selection = select_objects(parse.text, names, self._encoder)
-                    objects = tuple(names[i] for i in selection.indices)
-                    message = "; ".join(filter(None, (message, *selection.notes)))
-                except AmbiguousReferenceError as doubt:
-                    status, message = "ask", str(doubt)
-                    question = Question(OBJECT, message, tuple(names[i] for i in doubt.indices))
-                except SelectionError as error:
-                    status, message, question = "refused", str(error), None
-        return Reading(
-            parse,
-            turned(parse) if self.viewpoint == "opposite" else parse.spec,
-            status,
-            message,
-            self.viewpoint,
-            objects,
-            seconds + time.perf_counter() - started,
-            fallback,
-            question,
-        )
+        words = mentioned(parse.text) if parse.status != "refused" else ()
+        spec = turned(parse) if self.viewpoint == "opposite" else parse.spec
+        seconds += time.perf_counter() - started
+        found = Interpretation(
+            parse, spec, parse.status, parse.message, self.viewpoint, words or None, seconds, fallback,
+            parse.question, words=words, named=words, _encoder=self._encoder,
+        )  # fmt: skip
+        return found if objects is None else found.among(objects)
 
 
 def _not_english(text: str, language: str) -> str:

@@ -8,10 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from structdiffusion.evaluation_protocol import CLEARANCE
 from structdiffusion.observation import Table
-
-CLEARANCE = 0.01  # m; the clear gap of the tightest extent (conventions, slot "size")
-SIZE_BANDS = {"small": (0.0, 1.3), "medium": (1.3, 1.8), "large": (1.8, math.inf)}
 
 
 def turned(outline: np.ndarray, yaw: float) -> np.ndarray:

@@ -13,9 +13,10 @@ import typer
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
-# The documents that tell how to use the tool.
-GUIDES = [README, *sorted((ROOT / "docs").glob("*.md")), ROOT / "agent/recordings/example/README.md"]
-DOCUMENTS = [*GUIDES, *(ROOT / name for name in ("SECURITY.md", "CHANGELOG.md", "THIRD_PARTY.md", "grounding/benchmark_data/README.md"))]
+# The documents that tell how to use the tool, and all others whose links are checked.
+PAGES_OF_DATA = [ROOT / "agent/recordings/example/README.md", ROOT / "grounding/benchmark_data/README.md"]
+GUIDES = [README, *sorted((ROOT / "docs").glob("*.md")), *PAGES_OF_DATA]
+DOCUMENTS = [*GUIDES, *(ROOT / name for name in ("SECURITY.md", "CHANGELOG.md", "THIRD_PARTY.md"))]
 
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 INLINE = re.compile(r"`([^`]+)`")

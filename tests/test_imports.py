@@ -11,11 +11,11 @@ PACKAGES = ("agent", "grounding", "structdiffusion")
 LAYERS = (
     ("agent", "grounding", "structdiffusion"),  # docstring and version of each package
     ("agent.errors", "grounding.spec", "structdiffusion.geometry", "structdiffusion.limits"),
-    ("structdiffusion.rotations", "structdiffusion.tableware", "structdiffusion.temporary_folders"),
+    ("structdiffusion.evaluation_protocol", "structdiffusion.rotations", "structdiffusion.tableware", "structdiffusion.temporary_folders"),
     ("grounding.parse_result", "structdiffusion.observation", "structdiffusion.word_tokens"),
     ("grounding.corpus", "grounding.viewpoint", "structdiffusion.footprints"),
-    ("grounding.benchmark", "grounding.parsers", "structdiffusion.layouts", "structdiffusion.objects"),
-    ("grounding.references", "grounding.training", "structdiffusion.simulation"),
+    ("grounding.benchmark", "grounding.parsers", "structdiffusion.objects", "structdiffusion.structures"),
+    ("grounding.references", "grounding.training", "structdiffusion.layouts", "structdiffusion.simulation"),
     ("grounding.dialogue", "grounding.foreign_languages", "grounding.unsupported"),
     ("grounding.interpreter", "structdiffusion.parallel_imports", "structdiffusion.protocol"),
     ("structdiffusion.parallel",),

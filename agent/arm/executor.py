@@ -27,8 +27,9 @@ from agent.arm.motion_planner import PlanningScene
 from agent.arm.placement_order import bottom_at, precedence
 from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
 from agent.arm.recovery import SETTLE_SECONDS, fold, is_folded, leave_start, set_down_below, withdraw
-from agent.arm.task_planner import RELEASE_HEIGHT, SHORT_APPROACH, ObjectPlan, Search
+from agent.arm.task_planner import SHORT_APPROACH, ObjectPlan, Search
 from agent.arm.trajectories import straight_line
+from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
 from structdiffusion.geometry import raised, tilt_between, transform_points, turn_of
 from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.simulation.world import FALLEN, TabletopWorld

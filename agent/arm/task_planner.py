@@ -16,10 +16,10 @@ from agent.arm.grasps import Grasp, grasps_of, is_round
 from agent.arm.motion_planner import PlanningScene, solid_hull
 from agent.arm.placement_order import asides, bottom_at, precedence
 from agent.arm.trajectories import interpolate, straight_line
+from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
 from structdiffusion.geometry import pose_from_xyz_yaw, raised, transform_points
 from structdiffusion.observation import Table
 
-RELEASE_HEIGHT = 0.03  # m above the goal, the contract's
 APPROACH = 0.10  # m of straight line before a grasp, after it, and before and after a release
 SHORT_APPROACH = 0.05  # m, where the longer line is blocked or out of reach, as on top of a high tower
 TOUCHING = -0.001  # m of overlap with the floor that is allowed: in a grasp the fingers nearly touch it

@@ -28,9 +28,9 @@ from agent.pipeline.candidates import worthwhile
 from agent.pipeline.resources import Loaded
 from agent.pipeline.run import RunOptions, wished
 from grounding.dialogue.acts import Act
-from grounding.dialogue.revise import Revision, revise
+from grounding.dialogue.revise import Revision
 from grounding.parse_result import OBJECT, REFUSALS, Question
-from grounding.references.selection import SelectionError, mentioned, select_objects
+from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import StructureSpec
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class Conversation:
 
     def _revised(self, last: StructureSpec, text: str) -> Revision:
         reading = self.options.reading
-        return revise(last, text, self._loaded.reader(reading), reading.viewpoint, self.situation.stands)
+        return self._loaded.interpreter(reading).revise(last, text, self.situation.stands)
 
     def answer(self, value: str | None) -> bool:
         """The answer to the question: one of the slot's values, `None` to leave it open; as `say`."""
@@ -140,7 +140,7 @@ class Conversation:
             return self.answer(name)
         revision, objects = asked
         said = self._revised(revision.spec, text)
-        if said.kind == "new" and mentioned(text):
+        if said.kind == "new" and said.words:
             done = self.say(text)
             if not done and self.question is None:
                 self.question, self._asked = question, asked
@@ -213,7 +213,7 @@ class Conversation:
                 taking.names,
                 reading.viewpoint,
                 parse.prompt_sha256 if parse else None,
-                loaded.reader(reading).fallback,
+                loaded.interpreter(reading).fallback,
                 time.perf_counter() - began,
                 self.situation.spec if revision.kind == "edit" else None,
             )
@@ -470,7 +470,7 @@ class Conversation:
         """Whether the parser finds no wish in a line, so that it may be a question."""
         reading = self.options.reading
         last = self.situation.wish or StructureSpec()
-        revision = revise(last, text, self._loaded.reader(reading), reading.viewpoint)
+        revision = self._loaded.interpreter(reading).revise(last, text)
         return revision.status == "refused" and REFUSALS["idle"] in revision.message
 
     def _known(self) -> Knowledge:

@@ -17,9 +17,11 @@ from grounding.references.lexicon import plural
 from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import eligible, layout_item
-from structdiffusion.footprints import CLEARANCE, clear_gap, turned
+from structdiffusion.evaluation_protocol import CLEARANCE
+from structdiffusion.footprints import clear_gap, turned
 from structdiffusion.geometry import tilt_between, yaw_of
-from structdiffusion.layouts import LayoutError, lay_out
+from structdiffusion.layouts import lay_out
+from structdiffusion.structures.structure import LayoutError
 
 if TYPE_CHECKING:
     from agent.scenes.table_scene import TableScene

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TextIO
 
+from agent.runtime.stdio import LONGEST_LINE
+
 if TYPE_CHECKING:
     from prompt_toolkit.completion import CompleteEvent, Completion
     from prompt_toolkit.document import Document
@@ -49,9 +51,12 @@ class PlainLines:
         """See `Lines`."""
         if self.typed:
             self._show(prompt)
-        line = self._file.readline()
+        line = self._file.readline(LONGEST_LINE)
         if not line:
             return None
+        rest = line
+        while len(rest) == LONGEST_LINE and not rest.endswith("\n"):  # of a longer line the beginning is kept
+            rest = self._file.readline(LONGEST_LINE)
         line = "".join(char if char.isprintable() else " " for char in line.rstrip("\r\n"))
         if not self.typed:
             self._show(f"{prompt}{line}\n")

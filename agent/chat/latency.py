@@ -1,4 +1,4 @@
-"""How soon the chat reacts to a line, and proposes: `python -m agent.chat.latency [--runs N] [--scene SCENE] [--json]`.
+"""How soon the chat reacts to a line, and proposes, as `structagent evaluate chat` measures it.
 
 An instruction and corrections of it, one after another, after one that warms up. "reaction" is the time from Enter
 until words are shown, "proposal" until the ranked arrangements are; a terminal's own time is not in it.
@@ -6,17 +6,13 @@ until words are shown, "proposal" until the ranked arrangements are; a terminal'
 
 from __future__ import annotations
 
-import argparse
 import io
-import json
 import re
 import statistics
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
-
-from agent.runtime.stdio import import_pybullet_silently
 
 _CORRECTIONS = ("bigger", "now as a line", "on the right", "smaller", "now as a circle", "on the left")
 LEAST_RUNS = 5
@@ -97,35 +93,3 @@ def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Re
         "proposal_seconds_median": statistics.median(proposals[1:]),
         "proposal_seconds_max": max(proposals[1:]),
     }
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m agent.chat.latency", description=__doc__)
-    parser.add_argument("--runs", type=int, default=6)
-    parser.add_argument("--scene", default="simulated")
-    parser.add_argument("--model", default="diffusion")
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
-    if options.runs < LEAST_RUNS:
-        parser.error(f"--runs cannot be {options.runs}; legal: {LEAST_RUNS} or more")
-    import_pybullet_silently()
-    from agent.errors import exit_code_of, one_sentence
-
-    try:
-        result = measure(options.runs, options.scene, options.model)
-    except Exception as error:
-        if exit_code_of(error) is None:
-            raise
-        parser.error(one_sentence(error))
-    if options.json:
-        print(json.dumps(result))
-        return
-    print(
-        f"from Enter to the first reaction {result['reaction_seconds_median']:.3f} s, to ranked candidates "
-        f"{result['proposal_seconds_median']:.2f} s (medians of {result['runs']}; at most "
-        f"{result['proposal_seconds_max']:.2f} s) by {result['model']} on {result['scene']}"
-    )
-
-
-if __name__ == "__main__":
-    main()

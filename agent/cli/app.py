@@ -13,21 +13,23 @@ import typer
 from agent import __version__
 from agent.cli.bag import bag_app
 from agent.cli.batch import batch
+from agent.cli.benchmark import benchmark
 from agent.cli.chat import chat
 from agent.cli.config import ConfiguredGroup, config_app
 from agent.cli.doctor import doctor
 from agent.cli.evaluate import evaluate_app
+from agent.cli.generate import generate
 from agent.cli.models import models_app
 from agent.cli.options import (
-    complain,
+    print_error,
 )
 from agent.cli.parse import parse
 from agent.cli.report import replay, report
 from agent.cli.run import run
 from agent.cli.scene import scene_app
 from agent.cli.shell_completion import completion
-from agent.cli.train import generate, train
-from agent.errors import DONE, INTERRUPTED, USAGE, exit_code_of, one_sentence
+from agent.cli.train import train_app
+from agent.errors import BAD_INPUT, DONE, INTERRUPTED, USAGE, exit_code_of, one_sentence
 
 # Typer carries its own copy of click in some versions and uses the installed one in others; its public
 # BadParameter is a usage error in both, and that is the general click error.
@@ -84,7 +86,8 @@ app.command("replay")(replay)
 app.command("report")(report)
 app.command("parse")(parse)
 app.command("generate")(generate)
-app.command("train")(train)
+app.add_typer(train_app, name="train")
+app.command("benchmark")(benchmark)
 app.command("doctor")(doctor)
 app.command("completion")(completion)
 
@@ -112,17 +115,25 @@ def command_line(arguments: list[str] | None = None) -> int:
         code = app(args=arguments, prog_name="structagent", standalone_mode=False)
         sys.stdout.flush()
         if code == INTERRUPTED:  # typer swallows the interruption itself
-            complain("interrupted")
+            print_error("interrupted")
         return code if isinstance(code, int) else DONE
     except _ClickError as error:
-        complain(_usage_sentence(error))
+        print_error(_usage_sentence(error))
         return USAGE
     except (KeyboardInterrupt, typer.Abort):
-        complain("interrupted")
+        print_error("interrupted")
         return INTERRUPTED
+    except MemoryError:
+        print_error("there is not enough memory; end other programs, or raise the limit of this one (ulimit -v)")
+        return BAD_INPUT
+    except ImportError as error:
+        if (error.name or "").partition(".")[0] in ("agent", "grounding", "structdiffusion"):
+            raise
+        print_error(f"cannot load a library: {one_sentence(error)}; `structagent doctor` names what would mend it")
+        return BAD_INPUT
     except Exception as error:
         code = exit_code_of(error)
         if code is None:
             raise
-        complain(one_sentence(error))
+        print_error(one_sentence(error))
         return code

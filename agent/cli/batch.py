@@ -31,7 +31,7 @@ from agent.cli.options import (
     Viewpoint,
     ViewpointOption,
     WeightsOption,
-    complain,
+    print_error,
     recorded_options,
 )
 from agent.runtime.stdio import results_stream
@@ -103,5 +103,5 @@ def batch(
         else:
             summary.tell(results, shutil.get_terminal_size().columns if results.isatty() else None)
     if summary.failures:
-        complain(f"{len(summary.failures)} of {len(summary.results)} rows failed")
+        print_error(f"{len(summary.failures)} of {len(summary.results)} rows failed")
         raise typer.Exit(summary.exit_code)

@@ -1,6 +1,6 @@
-"""The commands as they are declared, for what is made from them: shell completion and the reference.
+"""The commands as they are declared; shell completion and the reference are generated from them.
 
-Read from the verbs' own signatures where that is possible, because typer's inner classes change between versions.
+The signatures of the command functions are read where possible, because typer's inner classes change between versions.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 FILES, FOLDERS = "files", "folders"
-_CALLED = {int: "INTEGER", float: "NUMBER", Path: "PATH"}
+_METAVARS = {int: "N", float: "X", Path: "FILE"}
 
 
 @dataclass(frozen=True)
@@ -24,13 +24,13 @@ class Parameter:
     Attributes:
         name: in the configuration and in the code.
         flags: such as "--execute", "--no-execute"; empty for an argument.
-        metavar: what stands for its value, such as "FILE"; empty for a switch, which takes none.
-        values: the words that are legal; others may be too.
-        paths: `FILES` or `FOLDERS` when it may be a path, else empty.
-        default: as it is written on the command line; `None` where there is none.
+        metavar: placeholder of its value, such as "FILE"; empty for a switch, which takes none.
+        values: legal words; others may be legal too.
+        paths: `FILES` or `FOLDERS` if it may be a path, else empty.
+        default: as written on the command line; `None` if it has none.
         required, repeated: whether it must be given, and may be given several times.
-        least: the least legal number, where there is one.
-        help: what it does.
+        least: the smallest legal number, or `None`.
+        help: its help text.
     """
 
     name: str
@@ -50,10 +50,10 @@ class Command:
     """A command, or a group of commands.
 
     Attributes:
-        path: the words that call it, the program first.
-        help: its paragraphs.
-        parameters: options and arguments, in order; hidden ones are left out.
-        commands: those of a group, by name; hidden ones are left out.
+        path: the words that call it, starting with the program.
+        help: its help text, in paragraphs.
+        parameters: options and arguments, in order, without hidden ones.
+        commands: the commands of a group by name, without hidden ones.
     """
 
     path: tuple[str, ...]
@@ -63,7 +63,7 @@ class Command:
 
 
 def command_tree(root: Any, program: str = "structagent") -> Command:
-    """The program and every command in it, from the command that typer makes of it."""
+    """Read the program and all of its commands from the click command that typer makes."""
     return _command(root, (program,))
 
 
@@ -92,11 +92,13 @@ def _parameter(parameter: Any, hint: Any) -> Parameter:
     switch = bool(flags) and kind is bool
     metavar = "" if switch else parameter.metavar or _metavar(kind, parameter.name, bool(flags))
     choices = metavar.split("|")
+    complete = getattr(declared, "autocompletion", None)
+    values = complete() if complete else [choice for choice in choices if choice == choice.lower() and not switch]
     return Parameter(
         parameter.name,
         flags,
         metavar,
-        tuple(choice for choice in choices if choice == choice.lower() and not switch),
+        tuple(values),
         _paths(kind, choices),
         _written(parameter.default, parameter),
         parameter.required,
@@ -107,7 +109,7 @@ def _parameter(parameter: Any, hint: Any) -> Parameter:
 
 
 def _value_type(kind: Any) -> Any:
-    """The type of one value: `list[int] | None` is `int`."""
+    """Return the type of one value: `int` for `list[int] | None`."""
     if get_origin(kind) in (Union, types.UnionType):
         kind = next(each for each in get_args(kind) if each is not type(None))
     return get_args(kind)[0] if get_origin(kind) in (list, tuple) else kind
@@ -116,7 +118,7 @@ def _value_type(kind: Any) -> Any:
 def _metavar(kind: Any, name: str, option: bool) -> str:
     if isinstance(kind, type) and issubclass(kind, Enum):
         return "|".join(str(member.value) for member in kind)
-    return _CALLED.get(kind, "TEXT") if option else name.upper()
+    return _METAVARS.get(kind, "TEXT") if option else name.upper()
 
 
 def _paths(kind: Any, choices: list[str]) -> str:

@@ -20,8 +20,9 @@ config_app = typer.Typer(rich_markup_mode=None)
 
 # Verbs that work, and tell what is wrong, where the configuration does not.
 _WITHOUT = ("doctor", "config", "completion")
-# Options that share a setting's name and mean something else: the nouns on the table, and what is trained on.
-_NOT_CONFIGURED = {("parse", "objects"), ("generate", "objects")}
+# Options that share a setting's name and mean something else: nouns on the table, the library of the training data, and
+# a number of objects.
+_NOT_CONFIGURED = {("parse", "objects"), ("generate", "objects"), ("benchmark", "objects")}
 DEFAULT = "default"
 _CONFIGURATION = "structagent.configuration"  # where a command's context has it
 

@@ -19,11 +19,11 @@ from agent.cli.options import (
     JsonOption,
     LLMModelOption,
     LLMUrlOption,
+    ModelOption,
+    ModelsOption,
     ObjectsOption,
     ParserOption,
     Parsers,
-    PlannerOption,
-    PlannersOption,
     PoolOption,
     RayOption,
     SeedOption,
@@ -57,7 +57,7 @@ def _evaluate() -> None:
 @evaluate_app.command("success")
 def evaluate_success(
     objects: ObjectsOption = "ycb",
-    model: PlannersOption = None,
+    model: ModelsOption = None,
     weights: WeightsOption = None,
     allow_unverified: UnverifiedOption = False,
     structure: Annotated[
@@ -122,7 +122,7 @@ def evaluate_success(
 @evaluate_app.command("arm")
 def evaluate_arm(
     objects: ObjectsOption = "ycb",
-    model: PlannerOption = "diffusion",
+    model: ModelOption = "diffusion",
     weights: WeightsOption = None,
     allow_unverified: UnverifiedOption = False,
     scenes: ScenesOption = 5,
@@ -153,7 +153,7 @@ def evaluate_arm(
 @evaluate_app.command("recordings")
 def evaluate_recordings(
     objects: ObjectsOption = "ycb",
-    model: PlannerOption = "diffusion",
+    model: ModelOption = "diffusion",
     weights: WeightsOption = None,
     allow_unverified: UnverifiedOption = False,
     scenes: ScenesOption = 8,
@@ -253,7 +253,7 @@ def evaluate_language(
         int | None, typer.Option(min=1, help="Take so many rows, evenly spaced; by default all.")
     ] = None,
     objects: ObjectsOption = "ycb",
-    model: PlannerOption = "diffusion",
+    model: ModelOption = "diffusion",
     weights: WeightsOption = None,
     allow_unverified: UnverifiedOption = False,
     parser: ParserOption = Parsers.embedding,
@@ -313,7 +313,7 @@ def evaluate_discriminators(
 @evaluate_app.command("coverage")
 def evaluate_coverage(
     objects: ObjectsOption = "ycb",
-    model: PlannerOption = "diffusion",
+    model: ModelOption = "diffusion",
     weights: WeightsOption = None,
     allow_unverified: UnverifiedOption = False,
     scenes: ScenesOption = 10,

@@ -1,4 +1,4 @@
-"""Options that several verbs share."""
+"""Options that several commands share, and the parsing of their values."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
-from enum import Enum, StrEnum
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,7 +14,7 @@ import typer
 
 from agent.errors import UsageError
 from agent.runtime.settings import LIBRARIES, MOST_SEED
-from structdiffusion.planners.registry import PLANNERS, legal_instead_of
+from structdiffusion.planners.registry import LEGAL_NAMES, PLANNERS, legal_instead_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,38 +22,25 @@ if TYPE_CHECKING:
     from agent.recordings.recording import ReadingOf, RecordedOptions
 
 
-class ModelKind(StrEnum):
-    """Which network is trained."""
-
-    diffusion = "diffusion"
-    structure = "structure"
-    collision = "collision"
-    cvae = "cvae"
-    structformer_circle = "structformer_circle"
-    structformer_line = "structformer_line"
-    structformer_tower = "structformer_tower"
-    structformer_table_setting = "structformer_table_setting"
-
-
 class Parsers(str, Enum):
-    """Who reads the instruction."""
+    """The parsers of instructions."""
 
     embedding = "embedding"
     llm = "llm"
 
 
 class Viewpoint(str, Enum):
-    """From which side of the table the instruction is spoken."""
+    """The sides of the table from which an instruction can be spoken."""
 
     robot = "robot"
     opposite = "opposite"
 
 
 def _known_model(name: str) -> str:
-    """The name of a planner, before anything is loaded that could use it.
+    """Check the name of a planner before anything is loaded.
 
     Raises:
-        UsageError: for another name.
+        UsageError: for an unknown name.
     """
     if name not in PLANNERS:
         raise UsageError(f"--model cannot be {name!r}; {legal_instead_of(name)}")
@@ -67,7 +54,7 @@ def _known_models(names: list[str] | None) -> list[str] | None:
 
 
 def _known_objects(source: str) -> str:
-    """A library or a folder that is there, before anything is loaded from it.
+    """Check the name of an object library, or its folder, before anything is loaded.
 
     Raises:
         UsageError: for anything else.
@@ -75,11 +62,15 @@ def _known_objects(source: str) -> str:
     if source in LIBRARIES or source and Path(source).is_dir():
         return source
     near = get_close_matches(source.lower(), LIBRARIES, n=1)
-    meant = f"did you mean {near[0]!r}? " if near else ""
+    suggestion = f"did you mean {near[0]!r}? " if near else ""
     raise UsageError(
-        f"--objects cannot be {source!r}, which is neither a library nor a folder that is there; {meant}"
+        f"--objects cannot be {source!r}, which is neither a library nor an existing folder; {suggestion}"
         f"legal: {', '.join(LIBRARIES)}, or a folder of meshes"
     )
+
+
+def _model_names() -> list[str]:
+    return list(PLANNERS)
 
 
 ObjectsOption = Annotated[
@@ -87,100 +78,115 @@ ObjectsOption = Annotated[
     typer.Option(
         callback=_known_objects,
         metavar="ycb|procedural|training|validation|random_urdfs|DIR",
-        help="The objects: a library, or a folder of meshes.",
+        help="Object library, or a folder of meshes.",
     ),
 ]
 SceneOption = Annotated[
     str,
     typer.Option(
         metavar="simulated|example|FILE|DIR",
-        help="Drawn from the objects; the recording that comes along; a scene file (.yaml); or a recording: a bag "
-        "(.bag, .db3, .mcap, a ROS 2 folder), a cloud (.ply, .pcd) or a folder of colour and depth pictures.",
+        help="What is on the table: objects drawn at random (simulated); the included recording (example); a scene file "
+        "(.yaml); a recording: a bag (.bag, .db3, .mcap, a ROS 2 folder), a point cloud (.ply, .pcd) or a folder of "
+        "colour and depth images.",
     ),
 ]
 ModelOption = Annotated[
-    str, typer.Option(callback=_known_model, metavar="|".join(PLANNERS), help="Who imagines.")
+    str,
+    typer.Option(
+        callback=_known_model, autocompletion=_model_names, metavar="NAME", help=f"Planner to use: {LEGAL_NAMES}."
+    ),
 ]
-PlannerOption = Annotated[str, typer.Option(callback=_known_model, metavar="NAME", help="The planner.")]
-PlannersOption = Annotated[
+ModelsOption = Annotated[
     list[str] | None,
-    typer.Option(callback=_known_models, metavar="NAME", help="May be given several times.  [default: diffusion]"),
+    typer.Option(
+        callback=_known_models,
+        autocompletion=_model_names,
+        metavar="NAME",
+        help=f"Planner to measure: {LEGAL_NAMES}. Repeatable.  [default: diffusion]",
+    ),
 ]
 WeightsOption = Annotated[
     Path | None,
-    typer.Option(metavar="DIR", help="Checkpoints of the networks, one folder each; by default those shipped."),
+    typer.Option(metavar="DIR", help="Folder with a checkpoint folder per network; by default the shipped ones."),
 ]
 UnverifiedOption = Annotated[
-    bool,
-    typer.Option("--allow-unverified", help="Take networks whose files are not those that their cards tell of."),
+    bool, typer.Option("--allow-unverified", help="Use networks whose files differ from their model cards.")
 ]
-_WHAT = ("points", "depth", "depth_info", "color", "joints")  # that a recording is read from
+_SOURCES = ("points", "depth", "depth_info", "color", "joints")  # that a recording is read from
 PoolOption = Annotated[
-    int | None, typer.Option(min=1, help="Processes; by default one per core, of this machine or the cluster.")
+    int | None,
+    typer.Option(metavar="N", min=1, help="Worker processes; by default one per core of this machine or the cluster."),
 ]
 RayOption = Annotated[
-    str | None,
-    typer.Option(metavar="ADDRESS", help='A Ray cluster that does the work, or "local" for one that is started.'),
+    str | None, typer.Option(metavar="ADDRESS", help='Ray cluster that does the work, or "local" to start one here.')
 ]
-SeedOption = Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Everything drawn at random follows from it.")]
-ParserOption = Annotated[Parsers, typer.Option(help="Who reads the instruction.")]
+SeedOption = Annotated[
+    int, typer.Option(metavar="SEED", min=0, max=MOST_SEED, help="Seed of everything that is drawn at random.")
+]
+ParserOption = Annotated[Parsers, typer.Option(metavar="|".join(Parsers), help="Parser that reads the instruction.")]
 ViewpointOption = Annotated[
-    Viewpoint, typer.Option(help="Whose left and right is meant: the robot's, or that of somebody across the table.")
+    Viewpoint,
+    typer.Option(
+        metavar="|".join(Viewpoint),
+        help="Whose left and right the instruction uses: the robot's, or those of a person on the opposite side.",
+    ),
 ]
 LLMModelOption = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="A model folder or name; with --llm-url, the endpoint's name for it."),
+    typer.Option(
+        metavar="NAME", help="Language model: a folder or a name; with --llm-url, its name at the endpoint."
+    ),
 ]
 LLMUrlOption = Annotated[
     str | None,
-    typer.Option(metavar="URL", help="An OpenAI-compatible endpoint; its key is read from STRUCTAGENT_LLM_KEY."),
+    typer.Option(metavar="URL", help="OpenAI-compatible endpoint; its key is read from STRUCTAGENT_LLM_KEY."),
 ]
 AtOption = Annotated[
     float | None,
-    typer.Option(metavar="SECONDS", help="The moment of a recording; by default the first with everything there."),
+    typer.Option(
+        metavar="SECONDS",
+        help="Time in the recording, from its start; by default the first at which everything needed has arrived.",
+    ),
 ]
 TopicOption = Annotated[
     list[str] | None,
     typer.Option(
         metavar="WHAT=TOPIC",
-        help="Which topic has a recording's points, depth, depth_info, color or joints; may be given several times.",
+        help="Topic of a recording to read WHAT from: points, depth, depth_info, color or joints. Repeatable.",
     ),
 ]
 CameraPoseOption = Annotated[
     str | None,
     typer.Option(
         metavar="X,Y,Z,ROLL,PITCH,YAW",
-        help="Where the recording's camera stood: its optical frame (z forward, x right, y down) in the world; m, rad.",
+        help="Pose of the recording's camera in the world: of its optical frame (z forward, x right, y down); m, rad.",
     ),
 ]
 CallOption = Annotated[
     list[str] | None,
     typer.Option(
-        metavar="OBJECT=NOUN",
-        help="What an object of a recording is, as 'object 3=mug'; may be given several times.",
+        metavar="OBJECT=NOUN", help="Noun for an object of a recording, such as 'object 3=mug'. Repeatable."
     ),
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON to standard output, and nothing else.")]
-
-
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else, to standard output.")]
 ForceOutOption = Annotated[
     bool,
     typer.Option(
         "--force",
-        help="Write into --out even if it holds other files: those of the same names are replaced, the rest stays.",
+        help="Write to --out even if it holds other files: files with the same names are replaced, the rest is kept.",
     ),
 ]
 
 
-def complain(message: str) -> None:
-    """One sentence on standard error."""
+def print_error(message: str) -> None:
+    """Print one sentence to standard error."""
     print(f"structagent: {message}", file=sys.stderr)
 
 
 def reading_of(
     at: float | None = None, topics: Sequence[str] | None = None, camera_pose: str | None = None
 ) -> ReadingOf:
-    """How a recording is read, from the options that say it.
+    """Return how a recording is to be read, from the values of the options.
 
     Args:
         at: seconds after the first message.
@@ -189,7 +195,7 @@ def reading_of(
             and yaw turn about the world's x, then y, then z, as in a URDF.
 
     Raises:
-        UsageError: for a value that is not legal.
+        UsageError: for an illegal value.
     """
     from agent.recordings.recording import ReadingOf
 
@@ -198,9 +204,9 @@ def reading_of(
     chosen: dict[str, str] = {}
     for text in topics or ():
         what, _, topic = text.partition("=")
-        if what not in _WHAT or not topic.strip() or what in chosen:
+        if what not in _SOURCES or not topic.strip() or what in chosen:
             again = f", and {what} only once" if what in chosen else ""
-            raise UsageError(f"--topic cannot be {text!r}; legal: {'=/TOPIC, '.join(_WHAT)}=/TOPIC{again}")
+            raise UsageError(f"--topic cannot be {text!r}; legal: {'=/TOPIC, '.join(_SOURCES)}=/TOPIC{again}")
         chosen[what] = topic.strip()
     return ReadingOf(at, chosen, world_from_camera=None if camera_pose is None else _pose(camera_pose))
 
@@ -208,14 +214,14 @@ def reading_of(
 def recorded_options(
     at: float | None, topics: Sequence[str] | None, camera_pose: str | None, calls: Sequence[str] | None
 ) -> RecordedOptions:
-    """How a recorded scene is taken, from the options that say it.
+    """Return how a recorded scene is to be read and named, from the values of the options.
 
     Args:
         at, topics, camera_pose: as `reading_of`.
         calls: each "OBJECT=NOUN"; the object by its name, "object 3", or its number alone.
 
     Raises:
-        UsageError: for a value that is not legal.
+        UsageError: for an illegal value.
     """
     from agent.recordings.recording import RecordedOptions
 
@@ -234,7 +240,7 @@ def recorded_options(
 
 
 def _pose(text: str) -> np.ndarray:
-    """The pose (4, 4) of `--camera-pose`."""
+    """Return the pose (4, 4) that `--camera-pose` gives."""
     from structdiffusion.geometry import pose_from_xyz_rpy
 
     numbers = numbers_of(text, 6)
@@ -247,7 +253,7 @@ def _pose(text: str) -> np.ndarray:
 
 
 def numbers_of(text: str, count: int) -> list[float] | None:
-    """So many finite numbers, separated by commas; `None` where the text is anything else."""
+    """Parse `count` finite numbers separated by commas; `None` for any other text."""
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:

@@ -17,7 +17,7 @@ from agent.cli.options import (
     Parsers,
     Viewpoint,
     ViewpointOption,
-    complain,
+    print_error,
 )
 from agent.errors import NOT_BUILDABLE, UsageError
 from agent.rendering.text import number, slot_label
@@ -30,7 +30,7 @@ from grounding.spec import SLOTS
 
 if TYPE_CHECKING:
     from agent.pipeline.instruction_parser import ReadingOptions
-    from grounding.interpreter import Reading
+    from grounding.interpreter import Interpretation
 
 # How many instructions are read at once: among 128 there are enough of one length to be read together without
 # padding, and they take less than a second.
@@ -65,7 +65,7 @@ def parse(
         raise UsageError(f'--objects must name objects, as "mug,bowl,plate", and {objects!r} names none')
     options = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     with results_stream() as results:
-        read, refused = read_instructions(given, options, names, json_output, results, complain)
+        read, refused = read_instructions(given, options, names, json_output, results, print_error)
     if not read:
         raise UsageError("parse needs an instruction, and standard input had none")
     if refused:
@@ -78,7 +78,7 @@ def read_instructions(
     names: Sequence[str] | None,
     as_json: bool,
     results: TextIO,
-    complain: Callable[[str], None],
+    print_error: Callable[[str], None],
 ) -> tuple[int, int]:
     """Reads every instruction, tells what was read as soon as it is, and goes on after one that is refused.
 
@@ -89,14 +89,14 @@ def read_instructions(
         names: of the objects on the table, where they are known.
         as_json: one JSON object a line.
         results: where to tell.
-        complain: takes one sentence for every instruction that was refused, and one for a fallback.
+        print_error: takes one sentence for every instruction that was refused, and one for a fallback.
 
     Returns:
         How many were read, and how many were refused.
     """
-    from agent.pipeline.instruction_parser import make_reader
+    from agent.pipeline.instruction_parser import make_interpreter
 
-    reader, read, refused, told = make_reader(options), 0, 0, ""
+    interpreter, read, refused, told = make_interpreter(options), 0, 0, ""
     at_once = 1 if options.parser == "llm" else AT_ONCE  # a language model reads one by one, and takes seconds
     if options.parser == "embedding":
         import torch
@@ -104,33 +104,33 @@ def read_instructions(
         torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
     for given in texts:
         for start in range(0, len(given), at_once):
-            for reading in reader.read_many(given[start : start + at_once], names):
-                if reading.fallback and reading.fallback != told:
-                    told = reading.fallback
-                    complain(told)
-                print(json.dumps(reading.to_dict(), ensure_ascii=False) if as_json else _as_text(reading), file=results)
+            for goal in interpreter.interpret_many(given[start : start + at_once], names):
+                if goal.fallback and goal.fallback != told:
+                    told = goal.fallback
+                    print_error(told)
+                print(json.dumps(goal.to_dict(), ensure_ascii=False) if as_json else _as_text(goal), file=results)
                 read += 1
-                if reading.status == "refused":
+                if goal.status == "refused":
                     refused += 1
-                    complain(reading.message)
+                    print_error(goal.message)
             results.flush()
     return read, refused
 
 
-def _as_text(reading: Reading) -> str:
-    lines = [f"“{reading.parse.text}”"]
-    if reading.status == "refused":
+def _as_text(goal: Interpretation) -> str:
+    lines = [f"“{goal.parse.text}”"]
+    if goal.status == "refused":
         return "\n".join([*lines, "  refused"])
     for slot in SLOTS:
-        value = getattr(reading.spec, slot)
-        sure = reading.parse.confidence.get(slot)
-        words = reading.parse.evidence.get(slot, ())
+        value = getattr(goal.spec, slot)
+        sure = goal.parse.confidence.get(slot)
+        words = goal.parse.evidence.get(slot, ())
         note = f"{number(100 * sure, 0)} % sure" if sure is not None else ""
         note += f", by {' '.join(words)!r}" if words else ""
         lines.append(f"  {slot_label(slot):<11} {value or 'left open':<14} {note.removeprefix(', ')}".rstrip())
-    lines.append(f"  {'objects':<11} {'everything' if reading.objects is None else ', '.join(reading.objects)}")
-    if reading.viewpoint != "robot":
-        lines.append(f"  {'viewpoint':<11} {reading.viewpoint}")
-    if reading.message:
-        lines.append(f"  {'question' if reading.status == 'ask' else 'note':<11} {reading.message}")
+    lines.append(f"  {'objects':<11} {'everything' if goal.objects is None else ', '.join(goal.objects)}")
+    if goal.viewpoint != "robot":
+        lines.append(f"  {'viewpoint':<11} {goal.viewpoint}")
+    if goal.message:
+        lines.append(f"  {'question' if goal.status == 'ask' else 'note':<11} {goal.message}")
     return "\n".join(lines)

@@ -81,8 +81,8 @@ def reference() -> str:
     return "\n".join([_TITLE, *_section(program, configured), _EXIT_CODES, _environment(), _FILES])
 
 
-def _section(command: Command, configured: set[tuple[str, str]]) -> Iterator[str]:
-    """A command, then those in it."""
+def _section(command: Command, configured: set[tuple[str, str]], alike: Command | None = None) -> Iterator[str]:
+    """Describe a command, then its subcommands; the options are left to `alike`, a command that has the same."""
     about, example = _described(command.help)
     name = " ".join(command.path)
     yield f"## {name}\n"
@@ -90,8 +90,11 @@ def _section(command: Command, configured: set[tuple[str, str]]) -> Iterator[str
     yield from about
     arguments = [each for each in command.parameters if not each.flags]
     options = [each for each in command.parameters if each.flags]
+    if alike is not None:
+        other = " ".join(alike.path)
+        yield f"**Options**: those of [`{other}`](#{other.replace(' ', '-')}).\n"
     for title, parameters in (("Arguments", arguments), ("Options", options)):
-        if parameters:
+        if parameters and alike is None:
             yield f"**{title}**\n"
             yield "\n".join(_item(command, each, configured) for each in parameters) + "\n"
     if command.commands:
@@ -102,8 +105,11 @@ def _section(command: Command, configured: set[tuple[str, str]]) -> Iterator[str
         ) + "\n"
     if example:
         yield f"**Example**\n\n```sh\n{example}\n```\n"
+    described: list[Command] = []
     for inner in command.commands.values():
-        yield from _section(inner, configured)
+        alike = next((one for one in described if one.parameters and one.parameters == inner.parameters), None)
+        yield from _section(inner, configured, alike)
+        described.append(inner)
 
 
 def _described(text: str) -> tuple[list[str], str]:

@@ -31,7 +31,7 @@ from agent.cli.options import (
     Viewpoint,
     ViewpointOption,
     WeightsOption,
-    complain,
+    print_error,
     recorded_options,
 )
 from agent.errors import DONE, INTERRUPTED, BadInput, UsageError
@@ -132,5 +132,5 @@ def run(
                 print(f"report: {page}", file=sys.stderr if json_output else results)
     outcome = record.report["outcome"]
     if outcome["exit_code"] != DONE:
-        complain(outcome["message"])
+        print_error(outcome["message"])
         raise typer.Exit(outcome["exit_code"])

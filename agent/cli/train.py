@@ -1,79 +1,150 @@
-"""The verbs that make models: `structagent generate` and `structagent train`."""
+"""`structagent train`: a group whose commands are the models that can be trained."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from agent.cli.options import ModelKind, ObjectsOption, PoolOption, RayOption, SeedOption
-from agent.runtime.output_paths import check_folder
-from agent.runtime.stdio import import_pybullet_silently
+from agent.cli.options import SeedOption
+from agent.runtime.output_paths import check_file, check_folder
+from agent.training.parsers import LLM_LEARNING_RATE, LLM_STEPS, PARSER_SENTENCES
+from agent.training.recipes import RECIPES, TITLES
+
+train_app = typer.Typer(rich_markup_mode=None)
+
+ThreadsOption = Annotated[
+    int, typer.Option(metavar="N", min=1, help="Threads of PyTorch; only a run with 1 can be repeated exactly.")
+]
 
 
 class Precision(str, Enum):
-    """In which numbers a network computes while it is trained."""
+    """The number format of a network's computations during training."""
 
     float32 = "float32"
     bfloat16 = "bfloat16"
 
 
-def generate(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the scenes go; finished shards there are kept.")],
-    scenes: Annotated[int, typer.Option(min=1, help="How many, rounded up to whole shards of 500.")] = 10_000,
-    crowded: Annotated[
-        int, typer.Option(min=0, help="How many more in which 8 to 10 objects take part, rounded up likewise.")
-    ] = 0,
-    pairs: Annotated[int, typer.Option(min=1, help="Pairs of objects for the collision discriminator.")] = 100_000,
-    objects: ObjectsOption = "training",
-    seed: SeedOption = 0,
-    workers: PoolOption = None,
-    ray: RayOption = None,
-) -> None:
-    """Draw training scenes with the geometric planner, towers proven in physics; write a datasheet beside them.
+@train_app.callback()
+def _train() -> None:
+    """Train a pose generator, a discriminator or a parser.
 
-    Called again, it goes on where it was stopped; of a finished folder it writes the datasheet anew.
+    Generators and discriminators are trained on the data of `structagent generate`; the same command resumes a run that
+    was stopped. Parsers are trained on sentences of the included corpus.
 
-    Example: structagent generate --out data/train --scenes 20000 --workers 8
+    Example: structagent train diffusion --data data/train --out runs/diffusion
     """
-    check_folder(out)
-    import_pybullet_silently()
-    from agent.training.generate_data import DataWish, generate_data
-
-    generate_data(DataWish(out, scenes, crowded, pairs, objects, seed), workers, ray)
 
 
-def train(
-    kind: Annotated[ModelKind, typer.Argument(metavar="|".join(ModelKind), show_default=False)],
-    data: Annotated[Path, typer.Option(metavar="DIR", help="Scenes that `structagent generate` made.")],
+def _train_network(
+    ctx: typer.Context,
+    data: Annotated[Path, typer.Option(metavar="DIR", help="Training data, written by `structagent generate`.")],
     out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Checkpoint, training state, log.csv and training.json of this run.")
+        Path, typer.Option(metavar="DIR", help="Folder for the checkpoint, the training state, log.csv, training.json.")
     ],
     steps: Annotated[
-        int | None, typer.Option(min=1, help="In all, earlier runs included; by default what suits the model.")
+        int | None,
+        typer.Option(metavar="N", min=1, help="Optimiser steps in total, earlier runs included; by default as above."),
     ] = None,
-    device: Annotated[str, typer.Option(metavar="auto|cpu|cuda", help="Where to train.")] = "auto",
+    device: Annotated[str, typer.Option(metavar="auto|cpu|cuda", help="Device to train on.")] = "auto",
     devices: Annotated[
-        int, typer.Option(min=1, help="How many GPUs, or processor cores, train together, each on batches of its own.")
+        int,
+        typer.Option(
+            metavar="N", min=1, help="Number of GPUs, or CPU cores, that train together, each on its own batches."
+        ),
     ] = 1,
     precision: Annotated[
-        Precision, typer.Option(help="In which a generator's transformer computes; weights stay float32.")
+        Precision,
+        typer.Option(
+            metavar="float32|bfloat16", help="Precision of a generator's transformer; the weights stay float32."
+        ),
     ] = Precision.float32,
     seed: SeedOption = 0,
-    learning_rate: Annotated[float | None, typer.Option(min=0.0, help="Its peak; by default what suits.")] = None,
-    batch: Annotated[int | None, typer.Option(min=3, help="Scenes, or pairs, per step and device; likewise.")] = None,
+    learning_rate: Annotated[
+        float | None, typer.Option(metavar="X", min=0.0, help="Peak learning rate; by default as above.")
+    ] = None,
+    batch: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=3, help="Scenes, or pairs, per step and device; by default as above."),
+    ] = None,
 ) -> None:
-    """Train a generator of poses or a discriminator; a run that was stopped goes on where it stopped.
+    check_folder(out)
+    from agent.training.train import TrainingRun, train_model
 
-    Example: structagent train diffusion --data data/train --out runs/diffusion --steps 12000
+    kind = ctx.command.name
+    assert kind is not None
+    given = {"steps": steps, "learning_rate": learning_rate, "batch": batch}
+    recipe = replace(RECIPES[kind], **{name: value for name, value in given.items() if value is not None})
+    train_model(TrainingRun(kind, data, out, recipe, device, devices, precision.value, seed))
+
+
+def _network_help(kind: str) -> str:
+    recipe = RECIPES[kind]
+    unit = "pairs" if kind == "collision" else "scenes"
+    return (
+        f"Train {TITLES[kind]}.\n\n"
+        f"By default {recipe.steps:,} steps on {recipe.batch} {unit} each, with a peak learning rate of "
+        f"{recipe.learning_rate:g}. The same command resumes a run that was stopped.\n\n"
+        f"Example: structagent train {kind} --data data/train --out runs/{kind}"
+    )
+
+
+for _kind in RECIPES:
+    train_app.command(_kind, help=_network_help(_kind))(_train_network)
+
+
+@train_app.command("parser")
+def train_parser(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for config.json and model.safetensors.")],
+    sentences: Annotated[
+        int, typer.Option(metavar="N", min=32, help="Number of training sentences; each is read once.")
+    ] = PARSER_SENTENCES,
+    start: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Weights to start from; by default the layers of the sentence encoder."),
+    ] = None,
+    rate: Annotated[float, typer.Option(metavar="X", help="Factor on the learning rates.")] = 1.0,
+    seed: SeedOption = 0,
+    threads: ThreadsOption = 1,
+) -> None:
+    """Train the embedding parser.
+
+    It takes about 35 minutes on one core. At the end the share of the development sentences that the parser reads without
+    a mistake is printed.
+
+    Example: structagent train parser --out runs/parser
     """
     check_folder(out)
-    from dataclasses import replace
+    from agent.training.parsers import train_embedding_parser
 
-    from agent.training.train import RECIPES, TrainingRun, train_model
+    train_embedding_parser(out, sentences, start, rate, seed, threads)
 
-    given = {"steps": steps, "learning_rate": learning_rate, "batch": batch}
-    recipe = replace(RECIPES[kind.value], **{name: value for name, value in given.items() if value is not None})
-    train_model(TrainingRun(kind.value, data, out, recipe, device, devices, precision.value, seed))
+
+@train_app.command("llm")
+def train_llm(
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File for the adapter, in safetensors format.")],
+    steps: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Optimiser steps, each on 16 sentences.")
+    ] = LLM_STEPS,
+    start: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Adapter to start from; by default one that changes nothing."),
+    ] = None,
+    learning_rate: Annotated[float, typer.Option(metavar="X", help="Peak learning rate.")] = LLM_LEARNING_RATE,
+    seed: SeedOption = 0,
+    threads: ThreadsOption = 1,
+) -> None:
+    """Train the adapter of the local LLM.
+
+    `--parser llm` uses it on the SmolLM2 model on this machine. Training takes about an hour on one core. At the end the
+    results on the development sentences are printed as JSON.
+
+    Example: structagent train llm --out runs/llm_adapter.safetensors
+    """
+    check_file(out)
+    from agent.training.parsers import train_llm_adapter
+
+    train_llm_adapter(out, steps, start, learning_rate, seed, threads)

@@ -39,12 +39,12 @@ from agent.runtime.progress import progress
 from agent.runtime.worker_pool import workforce
 from grounding.spec import SHAPES
 from structdiffusion.benchmark.scenes import EvaluationScene
-from structdiffusion.layouts import LayoutError
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.observation import Goal
 from structdiffusion.parallel import WORKER_DIED
 from structdiffusion.planners.factory import Planner
 from structdiffusion.simulation.world import TabletopWorld
+from structdiffusion.structures.structure import LayoutError
 
 REPORT = "eval.json"  # beside the rows
 

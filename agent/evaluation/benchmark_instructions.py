@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.evaluation.common import Row
-from agent.pipeline.instruction_parser import ReadingOptions, make_reader
+from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from grounding import benchmark
 from grounding.corpus.grammar import sentences
 from grounding.parse_result import Parse
@@ -72,10 +72,10 @@ def understood(
     building = [(number, row) for number, row in rows if not row.refuse]
     left_out = {REFUSED: len(rows) - len(building), NO_WISH: 0}
     encoder = SentenceEncoder()
-    reader = make_reader(options, encoder, strict=True)
+    interpreter = make_interpreter(options, encoder, strict=True)
     instructions = []
     for number, row in building:
-        parse = reader.parse(row.text)
+        parse = interpreter.parse(row.text)
         meant = meaning(row, parse.spec if parse.status == "ok" else None)
         if meant is None or not meant.tokens():
             left_out[NO_WISH] += 1

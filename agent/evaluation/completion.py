@@ -26,13 +26,13 @@ from grounding.spec import SHAPES
 from structdiffusion.benchmark.scenes import EvaluationScene, draw_evaluation_scenes
 from structdiffusion.completion.bodies import body_of
 from structdiffusion.completion.methods import METHODS
+from structdiffusion.evaluation_protocol import MAX_PENETRATION
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects import meshes, solids
 from structdiffusion.objects.decomposition import signed_distance
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.parallel import in_parallel
-from structdiffusion.protocol.physical_stability import MAX_PENETRATION
 from structdiffusion.simulation.world import TabletopWorld
 
 _SURFACE = 4096  # points on each surface that is compared

@@ -26,13 +26,13 @@ from structdiffusion.benchmark.scenes import ANY_SHAPE, EvaluationScene, draw_ev
 from structdiffusion.completion.estimate import estimate, imagined_bodies
 from structdiffusion.data.scene_sampling import layout_item
 from structdiffusion.geometry import yaw_of
-from structdiffusion.layouts import LayoutError
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Arrangement, Goal, Scene
 from structdiffusion.parallel import in_parallel
 from structdiffusion.planners.factory import Planner
 from structdiffusion.protocol.slot_measurement import distinct_values, evenness, fitting_values, realised_spec
+from structdiffusion.structures.structure import LayoutError
 
 BEST = 5  # of the ranked samples: as many as success@k tries
 # Which samples: all of them, those that the ranking calls worth a try, the best of these.

@@ -18,16 +18,17 @@ from agent.rendering.text import aligned
 from agent.runtime.progress import followed
 from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.data.npz_files import SHEET_NAME
+from structdiffusion.evaluation_protocol import MAX_PENETRATION
 from structdiffusion.models.collision import CollisionDiscriminator
-from structdiffusion.models.collision.loss import PENETRATION, PairBatches
+from structdiffusion.models.collision.loss import PairBatches
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.loss import KINDS, draw_examples
 from structdiffusion.planners.factory import WEIGHTS
 
 _BATCH = 30  # scenes at a time, which make 70 examples; or twice as many pairs
 # Depths of penetration, m, between which pairs are told apart in the report: near the limit of 2 mm it is hard.
-_DEPTHS = {"apart by 5 mm or more": (-torch.inf, -0.005), "apart by less, or in by up to 2 mm": (-0.005, PENETRATION),
-           "in by 2 to 7 mm": (PENETRATION, 0.007), "in by more": (0.007, torch.inf)}  # fmt: skip
+_DEPTHS = {"apart by 5 mm or more": (-torch.inf, -0.005), "apart by less, or in by up to 2 mm": (-0.005, MAX_PENETRATION),
+           "in by 2 to 7 mm": (MAX_PENETRATION, 0.007), "in by more": (0.007, torch.inf)}  # fmt: skip
 
 
 def measure_discriminators(
@@ -91,7 +92,7 @@ def _collision(model: CollisionDiscriminator, data: PairBatches, examples: int, 
     rounds = range(-(-examples // (2 * _BATCH)))
     for _ in followed("batches of pairs", iter(rounds), len(rounds)):
         first, second, distance = data.draw(2 * _BATCH, generator)
-        right.append((model(first, second) > 0) == (distance < -PENETRATION))
+        right.append((model(first, second) > 0) == (distance < -MAX_PENETRATION))
         depths.append(-distance)
     depth = torch.cat(depths)
     groups = {name: (low < depth) & (depth <= high) for name, (low, high) in _DEPTHS.items()}

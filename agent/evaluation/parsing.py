@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 from rich.progress import Progress
 
 from agent import __version__
-from agent.pipeline.instruction_parser import ReadingOptions, make_reader
+from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from agent.rendering.text import aligned, number
 from agent.runtime.atomic_files import write_all_whole
 from agent.runtime.output_ownership import mark
@@ -26,7 +26,7 @@ from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import SLOTS
 
 if TYPE_CHECKING:
-    from grounding.interpreter import Reader
+    from grounding.interpreter import Interpreter
 
 SCHEMA_VERSION = 1
 T = TypeVar("T")
@@ -53,15 +53,15 @@ def measure_parsing(
     evaluations = []
     with Progress(console=console_on(sys.stderr), transient=True, disable=None) as progress:
         for parser in parsers:
-            reader = make_reader(replace(options, parser=parser), strict=True)
+            interpreter = make_interpreter(replace(options, parser=parser), strict=True)
             started = time.perf_counter()
-            reader.read("put the cups in a circle")
+            interpreter.interpret("put the cups in a circle")
             cold = time.perf_counter() - started
             for name, rows in sets.items():
                 task = progress.add_task(f"{parser}, {name}", total=len(rows))
                 evaluations.append(
                     {"parser": parser, "data": name, "rows": len(rows)}
-                    | _measured(reader, rows, lambda done, task=task: progress.update(task, completed=done))
+                    | _measured(interpreter, rows, lambda done, task=task: progress.update(task, completed=done))
                     | {"seconds_cold": cold}
                 )
     return {"schema_version": SCHEMA_VERSION, "version": __version__, "evaluations": evaluations}
@@ -79,15 +79,15 @@ def thinned(rows: Sequence[T], limit: int | None) -> Sequence[T]:
     return [rows[i * len(rows) // limit] for i in range(limit)]
 
 
-def _measured(reader: Reader, rows: Sequence[Row], progress: Callable[[int], None]) -> dict[str, Any]:
+def _measured(interpreter: Interpreter, rows: Sequence[Row], progress: Callable[[int], None]) -> dict[str, Any]:
     texts = [row.text for row in rows]
     every = max(1, len(texts) // TIMED)
-    single = [reader.read(text).seconds for text in texts[::every][:TIMED]]
+    single = [interpreter.interpret(text).seconds for text in texts[::every][:TIMED]]
     parses, seconds = [], 0.0
     for start in range(0, len(texts), 256):
-        readings = reader.read_many(texts[start : start + 256])
-        seconds += sum(reading.seconds for reading in readings)
-        parses += [reading.parse for reading in readings]
+        goals = interpreter.interpret_many(texts[start : start + 256])
+        seconds += sum(goal.seconds for goal in goals)
+        parses += [goal.parse for goal in goals]
         progress(len(parses))
     selecting = [row for row in rows if row.objects is not None]
     encoder = SentenceEncoder()

@@ -25,6 +25,7 @@ from agent.runtime.atomic_files import write_whole
 from agent.runtime.jsonl_journal import Journal, locked
 from agent.runtime.output_ownership import check_own_folder, mark
 from structdiffusion.benchmark.success import Row
+from structdiffusion.limits import ABOUT_BYTES, read_at_most
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.planners.factory import WEIGHTS
 from structdiffusion.planners.registry import networks_of
@@ -92,10 +93,10 @@ class KeptRows:
         networks: dict[str, str] = {}
         if path.exists():
             try:
-                kept = json.loads(path.read_text(encoding="utf-8"))
+                kept = json.loads(read_at_most(path, ABOUT_BYTES))
                 networks = dict(kept["networks"])
                 differing = next((key for key in asked if key != "networks" and kept[key] != asked[key]), None)
-            except (ValueError, KeyError, TypeError) as error:
+            except (ValueError, KeyError, TypeError, RecursionError) as error:
                 raise BadInput(f"{str(path)!r} is not that of an evaluation; choose another --out") from error
             if differing is not None:
                 raise self._refusal(_difference(differing, kept[differing], asked[differing]))

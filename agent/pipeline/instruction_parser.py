@@ -1,4 +1,4 @@
-"""Options of reading instructions, and the reader that they ask for."""
+"""How instructions are interpreted: the options, and the interpreter made from them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from grounding.interpreter import Reader
+from grounding.interpreter import Interpreter
 
 if TYPE_CHECKING:
     from grounding.parse_result import Parser
@@ -36,13 +36,15 @@ class ReadingOptions:
     key_url: str | None = None
 
 
-def make_reader(options: ReadingOptions, encoder: SentenceEncoder | None = None, strict: bool = False) -> Reader:
-    """The reader that the options ask for; nothing is loaded before it reads.
+def make_interpreter(
+    options: ReadingOptions, encoder: SentenceEncoder | None = None, strict: bool = False
+) -> Interpreter:
+    """Make the interpreter for the options; nothing is loaded before its first use.
 
     Args:
-        options: how to read.
+        options: how instructions are interpreted.
         encoder: share a loaded one.
-        strict: let the LLM's errors out instead of falling back to the embedding parser.
+        strict: raise the LLM's errors instead of falling back to the embedding parser.
     """
     from grounding.parsers.sentence_encoder import SentenceEncoder
 
@@ -69,5 +71,5 @@ def make_reader(options: ReadingOptions, encoder: SentenceEncoder | None = None,
         return LLMParser(backend, cache=ReplyCache(options.replies) if options.replies else None)
 
     if options.parser == "embedding":
-        return Reader(embedding, None, options.viewpoint, encoder)
-    return Reader(llm, None if strict else embedding, options.viewpoint, encoder)
+        return Interpreter(embedding, None, options.viewpoint, encoder)
+    return Interpreter(llm, None if strict else embedding, options.viewpoint, encoder)

@@ -8,13 +8,13 @@ from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING
 
-from agent.pipeline.instruction_parser import ReadingOptions, make_reader
+from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from agent.recordings.recording import RecordedOptions
 
 if TYPE_CHECKING:
     from agent.model_cards.provenance import Provenance
     from agent.scenes.sources import SceneSource
-    from grounding.interpreter import Reader
+    from grounding.interpreter import Interpreter
     from grounding.parsers.sentence_encoder import SentenceEncoder
     from structdiffusion.planners.factory import Planner
 
@@ -24,7 +24,7 @@ class Loaded:
 
     def __init__(self) -> None:
         self._lock = RLock()
-        self._readers: dict[ReadingOptions, Reader] = {}
+        self._interpreters: dict[ReadingOptions, Interpreter] = {}
         self._planners: dict[tuple[str, Path | None, bool], Planner] = {}
         self._provenance: dict[tuple[str, Path | None], Mapping[str, Provenance]] = {}
         self._libraries: dict[str, SceneSource] = {}
@@ -40,13 +40,13 @@ class Loaded:
 
         return SentenceEncoder()
 
-    def reader(self, options: ReadingOptions) -> Reader:
-        """The reader that the options ask for; one that had to fall back is not kept: the next run tries anew."""
+    def interpreter(self, options: ReadingOptions) -> Interpreter:
+        """Return the interpreter for the options; one that had to fall back is not kept: the next run tries again."""
         with self._lock:
-            reader = self._readers.get(options)
-            if reader is None or reader.fallback:
-                reader = self._readers[options] = make_reader(options, self.encoder)
-            return reader
+            interpreter = self._interpreters.get(options)
+            if interpreter is None or interpreter.fallback:
+                interpreter = self._interpreters[options] = make_interpreter(options, self.encoder)
+            return interpreter
 
     def planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
         """As `agent.pipeline.candidates.checked_planner`."""
@@ -72,7 +72,7 @@ class Loaded:
         Raises: as the parts do.
         """
         with self._lock:  # whoever needs them meanwhile waits, and does not load them twice
-            self.reader(reading).parse("a circle")
+            self.interpreter(reading).parse("a circle")
             self.planner(model, weights, allow_unverified)
 
     def source(self, scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from agent.recordings.trajectory_export import TrajectoryLog
     from agent.scenes.table_scene import TableScene
     from grounding.parsers.sentence_encoder import SentenceEncoder
-    from grounding.references.attributes import SceneObject
-    from grounding.references.selection import Selection
     from grounding.spec import StructureSpec
     from structdiffusion.observation import Arrangement, Goal, Scene
 
@@ -113,13 +111,11 @@ class _Run:
         import torch
 
         from agent.pipeline.candidates import worthwhile
-        from grounding.references.selection import AmbiguousReferenceError, SelectionError, mentioned, select_objects
 
         torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
-        encoder = loaded.encoder
-        reading = loaded.reader(options.reading).read(self.text)
-        if reading.status != "ok":
-            raise NotBuildable(reading.message)
+        goal = loaded.interpreter(options.reading).interpret(self.text)
+        if goal.status != "ok":
+            raise NotBuildable(goal.message)
         seconds = time.perf_counter() - began
         self.step = "model"  # early, because a wrong name or a broken checkpoint should not cost a minute
         planner = loaded.planner(options.model, options.weights, options.allow_unverified)
@@ -127,39 +123,32 @@ class _Run:
         self.step, began = "scene", time.perf_counter() - opening
         if source is None:
             source = loaded.source(options.scene, options.objects, options.recorded)
-        try:
-            selection = select_objects(self.text, source.referents, encoder, catalogue=source.catalogue)
-        except AmbiguousReferenceError as error:
-            raise NotBuildable(str(error)) from error
-        except SelectionError as error:
-            raise NotBuildable("; ".join(filter(None, (str(error), source.hint)))) from error
-        some = len(selection.indices) < len(source.referents)
-        yield steps.parsed(reading, selection.named or (mentioned(self.text) if some else ()), seconds)
+        goal = goal.among(source.referents, source.catalogue)
+        if goal.status != "ok":
+            hint = source.hint if goal.status == "refused" else ""
+            raise NotBuildable("; ".join(filter(None, (goal.message, hint))))
+        yield steps.parsed(goal, seconds)
 
-        for note in (*selection.notes, *(one.card for one in networks.values() if not one.verified)):
+        for note in (*goal.notes, *(one.card for one in networks.values() if not one.verified)):
             yield events.Noted(note)
 
-        def meant(objects: Sequence[SceneObject], catalogue: bool = False) -> Selection:
-            return select_objects(self.text, objects, encoder, catalogue=catalogue)
-
-        with source.open(reading.spec, meant, options.seed) as table:
+        with source.open(goal, options.seed) as table:
             scene = table.look()
             yield steps.perceived(scene, time.perf_counter() - began, table)
             if shortfall := steps.shortfall(table, "take part"):
                 yield events.Noted(shortfall)
             self.step = "imagination"
-            goal = wished(reading.spec, encoder)
-            imagined = steps.imagine(planner, options.model, scene, goal, options.seed)
+            imagined = steps.imagine(planner, options.model, scene, wished(goal.spec, loaded.encoder), options.seed)
             imagined = replace(imagined, networks=networks)
             yield imagined
             arrangements = worthwhile(imagined.arrangements)
             yield steps.chosen(1, arrangements[0], scene)
             if options.execute:
                 self.step = "build"
-                yield from self._built(table, scene, reading.spec, arrangements)
+                yield from self._built(table, scene, goal.spec, arrangements)
             else:
                 self.step = "check"
-                yield from steps.release(table, scene, reading.spec, arrangements[0])
+                yield from steps.release(table, scene, goal.spec, arrangements[0])
             if shortfall := steps.shortfall(table, "stand as asked"):
                 raise PartlyDone(shortfall)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,6 @@ from agent.pipeline.resources import Loaded
 from agent.scenes.files import PlacedObject
 from agent.scenes.sources import SIMULATED, SceneSource
 from agent.scenes.table_scene import TableScene, drawing_and_noise
-from grounding.references.attributes import SceneObject
 
 
 @dataclass(frozen=True)
@@ -61,8 +60,8 @@ def staged(staging: Staging) -> Iterator[Staged]:
     """The scene on its table, whose physics ends with the `with` block.
 
     Raises:
-        NotBuildable: for an instruction that is not understood.
-        SceneError, SelectionError: when these objects cannot make what it asks for.
+        NotBuildable: for an instruction that is not understood, or that names what is not there.
+        SceneError: when these objects cannot make what it asks for.
         UsageError, BadInput, ObjectError: for a scene, arm or objects that there are not.
     """
     model, loaded = arm_model(staging.arm), Loaded()
@@ -70,20 +69,14 @@ def staged(staging: Staging) -> Iterator[Staged]:
         source = loaded.source(staging.scene, staging.objects)
         drawn = source.set_out(staging.seed)
     else:
-        from grounding.references.selection import Selection, select_objects
-
-        text, encoder = staging.instruction, loaded.encoder
-        reading = loaded.reader(ReadingOptions()).read(text)
-        if reading.status != "ok":
-            raise NotBuildable(reading.message)
+        goal = loaded.interpreter(ReadingOptions()).interpret(staging.instruction)
+        if goal.status != "ok":
+            raise NotBuildable(goal.message)
         source = loaded.source(staging.scene, staging.objects)
-        # Says what is missing before anything is drawn.
-        select_objects(text, source.referents, encoder, catalogue=source.catalogue)
-
-        def meant(objects: Sequence[SceneObject], catalogue: bool = False) -> Selection:
-            return select_objects(text, objects, encoder, catalogue=catalogue)
-
-        drawn = source.open(reading.spec, meant, staging.seed)
+        goal = goal.among(source.referents, source.catalogue)  # says what is missing before anything is drawn
+        if goal.status != "ok":
+            raise NotBuildable(goal.message)
+        drawn = source.open(goal, staging.seed)
     with drawn:
         if staging.arm == DEFAULT_MODEL:
             yield Staged(drawn, source)

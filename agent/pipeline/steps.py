@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from agent.pipeline.film import Film
     from agent.recordings.trajectory_export import TrajectoryLog
     from agent.scenes.table_scene import TableScene
-    from grounding.interpreter import Reading
+    from grounding.interpreter import Interpretation
     from grounding.spec import StructureSpec
     from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene
     from structdiffusion.planners.factory import Planner
@@ -33,19 +33,19 @@ PREVIEWED = 3  # samples whose way out of the noise is shown
 _OUTLINE_DETAIL = 0.002  # m: finer than a character, and than most of the pictures
 
 
-def parsed(reading: Reading, named: Sequence[str], seconds: float) -> events.Parsed:
-    """What was read, with the nouns that name the objects."""
-    parse = reading.parse
+def parsed(goal: Interpretation, seconds: float) -> events.Parsed:
+    """Report what was parsed, with the nouns that name the objects."""
+    parse = goal.parse
     return events.Parsed(
-        reading.spec,
+        goal.spec,
         parse.confidence,
         parse.evidence,
         parse.parser,
         parse.dropped,
-        tuple(named),
-        reading.viewpoint,
+        goal.named,
+        goal.viewpoint,
         parse.prompt_sha256,
-        reading.fallback,
+        goal.fallback,
         seconds,
     )
 
@@ -116,8 +116,8 @@ def imagine(
     """
     import torch
 
-    from structdiffusion.layouts import LayoutError
     from structdiffusion.planners.diffusion import DiffusionPlanner
+    from structdiffusion.structures.structure import LayoutError
 
     def preview(step: int, steps: int, motions: np.ndarray) -> None:
         shown = motions[:PREVIEWED]
@@ -194,7 +194,7 @@ def chosen(rank: int, arrangement: Arrangement, scene: Scene) -> events.Chosen:
 def release(
     table: TableScene, scene: Scene, spec: StructureSpec, arrangement: Arrangement
 ) -> Generator[events.Event, None, None]:
-    """Tries a goal under the contract's physical protocol, without the arm, on a copy of the table.
+    """Tries a goal under the physical part of the evaluation protocol, without the arm, on a copy of the table.
 
     Args:
         table: where it would be built; it stays as it is.

@@ -1,4 +1,4 @@
-"""The final verdict on what the arm built: the contract's checks of the true objects at rest."""
+"""The final verdict on what the arm built: the checks of the evaluation protocol, on the true objects at rest."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from grounding.spec import StructureSpec
+from structdiffusion.evaluation_protocol import FINAL_SECONDS, MAX_DISPLACEMENT, MAX_TILT, MAX_TILT_DEGREES
 from structdiffusion.geometry import tilt_between
-from structdiffusion.protocol.physical_stability import FINAL_SECONDS, MAX_DISPLACEMENT, MAX_TILT, semantic_checks
-from structdiffusion.protocol.semantic import Check
+from structdiffusion.protocol.physical_stability import semantic_checks
 from structdiffusion.simulation.world import TabletopWorld
+from structdiffusion.structures.checks import Check
 
 
 def judge_built(
@@ -33,8 +34,10 @@ def judge_built(
     pairs = [(poses[index], goal) for index, goal in zip(indices, world_from_goal, strict=True)]
     displacement = max(float(np.linalg.norm(pose[:2, 3] - goal[:2, 3])) for pose, goal in pairs)
     tilt = max(tilt_between(pose, goal) for pose, goal in pairs)
-    in_place = Check("farthest from its goal (m)", displacement <= MAX_DISPLACEMENT, displacement, "at most 0.04")
-    upright = Check("most tilted from its goal (deg)", tilt <= MAX_TILT, math.degrees(tilt), "at most 15")
+    limit = f"at most {MAX_DISPLACEMENT:g}"
+    in_place = Check("farthest from its goal (m)", displacement <= MAX_DISPLACEMENT, displacement, limit)
+    limit = f"at most {MAX_TILT_DEGREES:g}"
+    upright = Check("most tilted from its goal (deg)", tilt <= MAX_TILT, math.degrees(tilt), limit)
     semantic = semantic_checks(world, indices, spec)
     failure = None
     if not in_place.passed:

@@ -37,6 +37,7 @@ from agent.reporting.event_schema import complaint, inconsistency
 from agent.runtime.atomic_files import unfinished_file
 from agent.runtime.output_ownership import files_written, mark
 from agent.runtime.redaction import without_credentials
+from structdiffusion.limits import SESSION_BYTES, SESSION_START_BYTES
 
 SCHEMA_VERSION = 1
 RUN_SESSION = "session.jsonl"
@@ -229,9 +230,14 @@ def read_session(path: Path) -> Session:
             broken; the message has the line's number.
     """
     try:
-        content = path.read_bytes()
+        with path.open("rb") as file:  # a pipe is read once
+            content = file.read(SESSION_START_BYTES)
+            if _is_start(_parsed(content.lstrip().partition(b"\n")[0])):
+                content += file.read(SESSION_BYTES + 1 - len(content))
     except OSError as error:
         raise BadInput(f"cannot read the session {str(path)!r}: {error.strerror}") from error
+    if len(content) > SESSION_BYTES:
+        raise BadInput(f"the session {str(path)!r} has more than {SESSION_BYTES} bytes, and no more are read")
     texts = content.split(b"\n")
     entries = [(number, _parsed(text)) for number, text in enumerate(texts, start=1) if text.strip()]
     if not entries or not _is_start(entries[0][1]):
@@ -327,7 +333,7 @@ def _is_torn(path: Path) -> bool:
         UsageError: when the file is something else, which must not be written into.
     """
     with path.open("rb") as file:
-        first = file.readline()
+        first = file.readline(SESSION_START_BYTES)
         if first and not _is_start(_parsed(first)):
             raise UsageError(f"{str(path)!r} is there already, and is no session that could be gone on with")
         file.seek(max(file.seek(0, 2) - 1, 0))

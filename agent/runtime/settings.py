@@ -12,15 +12,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import urlsplit
 
 from agent.errors import BadInput
+from structdiffusion.limits import SETTINGS_BYTES, read_at_most
 from structdiffusion.planners.registry import LEGAL_NAMES, PLANNERS
-
-if TYPE_CHECKING:
-
-    pass
 
 PROJECT_FILE = "structagent.toml"
 PREFIX = "STRUCTAGENT_"
@@ -207,7 +204,7 @@ def _is_file(path: Path) -> bool:
 
 def _read_file(path: Path, layer: str) -> dict[str, Value]:
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = read_at_most(path, SETTINGS_BYTES).decode("utf-8-sig")
         found = tomllib.loads(text)
     except OSError as error:
         raise ConfigError(f"{path} cannot be read: {error.strerror or error}") from error
@@ -218,6 +215,8 @@ def _read_file(path: Path, layer: str) -> dict[str, Value]:
         where = re.search(r"line (\d+)", str(error))
         line = int(where[1]) if where else text.count("\n") + 1
         raise ConfigError(f"{path}:{line}: {str(error).partition(' (at ')[0]}; expected lines as 'seed = 3'") from error
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits, or lists in lists
+        raise ConfigError(f"{path} cannot be read: {error}") from error
     lines = {name: _line_of(name, text) for name in found}
     values = {}
     for name in sorted(found, key=lines.__getitem__):

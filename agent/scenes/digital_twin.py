@@ -25,12 +25,11 @@ from agent.recordings.recording import RecordedOptions
 from agent.scenes.files import PlacedObject
 from agent.scenes.limits import check_count
 from agent.scenes.object_placement import placement_of, saved_objects
-from agent.scenes.simulated import Select
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
+from grounding.interpreter import Interpretation
 from grounding.references.attributes import COLOR_WORDS, ObjectAttributes, SceneObject
 from grounding.references.object_names import read_name
-from grounding.spec import StructureSpec
 from structdiffusion.completion.bodies import bodies_of
 from structdiffusion.data.scene_sampling import SceneError
 from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel
@@ -112,16 +111,16 @@ class RecordedSource:
         unnamed = next((each.name for each in self.objects if each.model.category == _UNKNOWN), None)
         return "; ".join(hints if unnamed is None else (*hints, f"--call '{unnamed}=cup' says what an object is"))
 
-    def open(self, spec: StructureSpec, select: Select, seed: int) -> RecordedScene:
+    def open(self, goal: Interpretation, seed: int) -> RecordedScene:
         """See `SceneSource`; from the seed follows the sensor's noise in later looks."""
-        selection = select(self.referents)
+        selection = goal.selection
         asked = [self.objects[index] for index in selection.indices]
         if refused := [self.objects[i] for i in selection.required if self.objects[i].trouble]:
             those = "; ".join(f"{each.name} cannot take part: {each.trouble}" for each in refused)
             raise NotBuildable(f"the instruction names what the arm cannot take: {those}")
         meant = [each for each in asked if not each.trouble]
         try:
-            check_count([each.name for each in meant], len(self.objects), spec)
+            check_count([each.name for each in meant], len(self.objects), goal.spec)
         except SceneError as error:
             raise SceneError("; ".join((str(error), *self._left_out()))) from error
         scene = RecordedScene(self, [*meant, *(each for each in self.objects if each not in meant)], len(meant), seed)

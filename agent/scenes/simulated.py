@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
 from agent.scenes.object_attributes import attributes_of
 from agent.scenes.table_scene import TableScene, drawing_and_noise
+from grounding.interpreter import Interpretation
 from grounding.references.attributes import SceneObject
-from grounding.references.selection import Selection, SelectionError
-from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_scene, eligible
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.simulation.world import unique_names
@@ -21,41 +19,21 @@ _DRAWS = 60  # a few suffice unless the instruction asks for a rare mixture, suc
 _OTHERS = 3  # objects of the same nouns that stand around at most where colours or sizes say which are meant
 
 
-class Select(Protocol):
-    """Finds the objects that an instruction means."""
-
-    def __call__(self, objects: Sequence[SceneObject], catalogue: bool = False) -> Selection:
-        """Select among the objects of a scene, or of the library (`catalogue`) that one is drawn from.
-
-        Raises:
-            SelectionError: when something is named that is not there.
-        """
-
-
 class SimulatedScene(TableScene):
     """A table with objects that were drawn for the instruction.
 
     Args:
         library: the objects to draw from.
-        referents: the same, as an instruction can refer to them.
-        spec: what will be asked for; open slots stay open.
-        select: finds the objects that the instruction means.
+        goal: what will be asked for, with the objects of the library that it selected; open slots stay open.
         seed: everything about the scene follows from it: objects, poses and the sensor's noise.
 
     Raises:
         SceneError: when these objects cannot make such a structure on this table.
     """
 
-    def __init__(
-        self,
-        library: Sequence[ObjectModel],
-        referents: Sequence[SceneObject],
-        spec: StructureSpec,
-        select: Select,
-        seed: int,
-    ) -> None:
+    def __init__(self, library: Sequence[ObjectModel], goal: Interpretation, seed: int) -> None:
         drawing, noise = drawing_and_noise(seed)
-        drawn = draw_meant_scene(library, referents, spec, select, drawing)
+        drawn = draw_meant_scene(library, goal, drawing)
         super().__init__(drawn.models, drawn.world_from_initial, drawn.count, noise, drawn.table)
 
 
@@ -64,13 +42,7 @@ def described(models: Sequence[ObjectModel]) -> list[SceneObject]:
     return [SceneObject(name, attributes_of(model)) for name, model in zip(unique_names(models), models, strict=True)]
 
 
-def draw_meant_scene(
-    library: Sequence[ObjectModel],
-    referents: Sequence[SceneObject],
-    spec: StructureSpec,
-    select: Select,
-    rng: np.random.Generator,
-) -> DrawnScene:
+def draw_meant_scene(library: Sequence[ObjectModel], goal: Interpretation, rng: np.random.Generator) -> DrawnScene:
     """A scene in which the instruction means exactly the objects that take part.
 
     Args: as `SimulatedScene`.
@@ -79,10 +51,9 @@ def draw_meant_scene(
         SceneError: when these objects cannot make such a structure, or no draw has the mixture that is asked for.
     """
     nouns = [model.category for model in library]
-    selection = select(referents, catalogue=True)
-    meant = selection.indices
-    if selection.described:
-        return _draw_described(library, [library[index] for index in meant], spec, select, rng)
+    meant = goal.selection.indices
+    if goal.selection.described:
+        return _draw_described(library, [library[index] for index in meant], goal, rng)
     categories = sorted({nouns[index] for index in meant})
     of_these = sum(noun in categories for noun in nouns)
     everything = len(meant) == len(library)
@@ -91,59 +62,60 @@ def draw_meant_scene(
     for _ in range(_DRAWS):
         drawn = draw_scene(
             library,
-            spec,
+            goal.spec,
             rng,
             categories=() if everything else categories,
             count=len(meant) if counted and len(meant) <= MOST_OBJECTS else None,
             # Where no noun says what is meant, all that stands on the table is.
             distractors=0 if everything else None,
         )
-        try:
-            chosen = select(described(drawn.models)).indices
-        except SelectionError:  # something that the instruction names, or enough of it, was not drawn
+        there = goal.among(described(drawn.models))
+        if there.selection is None:  # something that the instruction names, or enough of it, was not drawn
             counted = True
-            continue
-        if set(chosen) == set(range(drawn.count)):
+        elif set(there.selection.indices) == set(range(drawn.count)):
             return drawn
     raise SceneError(f"no scene in {_DRAWS} draws has just the objects that the instruction means")
 
 
 def _draw_described(
-    library: Sequence[ObjectModel],
-    fitting: Sequence[ObjectModel],
-    spec: StructureSpec,
-    select: Select,
-    rng: np.random.Generator,
+    library: Sequence[ObjectModel], fitting: Sequence[ObjectModel], goal: Interpretation, rng: np.random.Generator
 ) -> DrawnScene:
     """A scene for an instruction that tells objects apart by colour or size: others of their nouns stand there too.
 
     Args:
         fitting: the objects of the library that the instruction may mean.
-        library, spec, select, rng: as `draw_meant_scene`.
+        library, goal, rng: as `draw_meant_scene`.
 
     Raises:
         SceneError: as `draw_meant_scene`.
     """
-    suited = eligible(fitting, spec.shape)
+    suited = eligible(fitting, goal.spec.shape)
     nouns = {model.category for model in fitting}
     names = {model.name for model in fitting}
     alike = [model for model in library if model.category in nouns and model.name not in names]
     # Sizes compare what stands on the table, so that others of the same nouns can be among those that fit.
     contrast = eligible(alike or suited, None)
-    reason = f"{len(suited)} of the {len(fitting)} objects that it can mean suit a {spec.shape or 'structure'}"
+    reason = f"{len(suited)} of the {len(fitting)} objects that it can mean suit a {goal.spec.shape or 'structure'}"
     if len(suited) < 2:
-        raise SceneError(f"cannot make a {spec.shape or 'structure'}: only {reason}; 2 or more are needed")
+        raise SceneError(f"cannot make a {goal.spec.shape or 'structure'}: only {reason}; 2 or more are needed")
     for _ in range(_DRAWS):
         some = [suited[i] for i in rng.permutation(len(suited))[: int(rng.integers(2, MOST_OBJECTS + 1))]]
         others = [contrast[i] for i in rng.permutation(len(contrast))[: int(rng.integers(1, _OTHERS + 1))]]
         taken = {model.name for model in some}
         models = [*some, *(model for model in others if model.name not in taken)]
+        there = goal.among(described(models))
+        if there.selection is None:
+            reason = there.message
+            continue
         try:
-            meant = select(described(models)).indices
-            members = [models[index] for index in meant]
-            drawn = draw_scene(models, spec, rng, members=members, attempts=1)
-            if set(select(described(drawn.models)).indices) == set(range(drawn.count)):
-                return drawn
-        except (SelectionError, SceneError) as error:
+            members = [models[index] for index in there.selection.indices]
+            drawn = draw_scene(models, goal.spec, rng, members=members, attempts=1)
+        except SceneError as error:
             reason = str(error)
+            continue
+        there = goal.among(described(drawn.models))
+        if there.selection is None:
+            reason = there.message
+        elif set(there.selection.indices) == set(range(drawn.count)):
+            return drawn
     raise SceneError(f"no scene in {_DRAWS} draws has the objects that the instruction means: {reason}")

@@ -16,12 +16,12 @@ from agent.scenes.limits import check_count
 from agent.scenes.object_attributes import attributes_of
 from agent.scenes.object_placement import drawn_objects, load_scene, saved_objects
 from agent.scenes.random_scenes import assortment
-from agent.scenes.simulated import Select, SimulatedScene
+from agent.scenes.simulated import SimulatedScene
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
+from grounding.interpreter import Interpretation
 from grounding.parse_result import shortened
 from grounding.references.attributes import SceneObject
-from grounding.spec import StructureSpec
 from structdiffusion.limits import SLOW_BYTES
 from structdiffusion.objects.libraries import load_objects
 
@@ -42,8 +42,8 @@ class SceneSource(Protocol):
     catalogue: bool
     hint: str
 
-    def open(self, spec: StructureSpec, select: Select, seed: int) -> TableScene:
-        """The table, with the objects that `select` picks; close it.
+    def open(self, goal: Interpretation, seed: int) -> TableScene:
+        """Open the table, on which the objects that the goal selected among the referents take part; close it.
 
         Raises:
             SceneError: when these objects cannot make such a structure.
@@ -106,9 +106,9 @@ class DrawnSource:
         self._library = load_objects(objects)
         self.referents = [SceneObject(model.category, attributes_of(model)) for model in self._library]
 
-    def open(self, spec: StructureSpec, select: Select, seed: int) -> TableScene:
+    def open(self, goal: Interpretation, seed: int) -> TableScene:
         """See `SceneSource`."""
-        return SimulatedScene(self._library, self.referents, spec, select, seed)
+        return SimulatedScene(self._library, goal, seed)
 
     def set_out(self, seed: int) -> TableScene:
         """See `SceneSource`.
@@ -136,9 +136,9 @@ class FileSource:
         self.standing = load_scene(path)
         self.referents = [SceneObject(entry.called, attributes_of(entry.model)) for entry in self.standing]
 
-    def open(self, spec: StructureSpec, select: Select, seed: int) -> FileScene:
+    def open(self, goal: Interpretation, seed: int) -> FileScene:
         """See `SceneSource`; from the seed follows the sensor's noise."""
-        return FileScene(self.standing, self.referents, spec, select, seed)
+        return FileScene(self.standing, goal, seed)
 
     def set_out(self, seed: int) -> TableScene:
         """See `SceneSource`; from the seed follows the sensor's noise."""
@@ -158,25 +158,16 @@ class FileScene(TableScene):
 
     Args:
         standing: the objects, in the order of the file.
-        referents: the same, as an instruction can refer to them.
-        spec: what will be asked for.
-        select: finds the objects that the instruction means.
+        goal: what will be asked for, with those of the objects that it selected.
         seed: the sensor's noise follows from it.
 
     Raises:
         SceneError: when too few or too many take part.
     """
 
-    def __init__(
-        self,
-        standing: Sequence[StandingObject],
-        referents: Sequence[SceneObject],
-        spec: StructureSpec,
-        select: Select,
-        seed: int,
-    ) -> None:
-        meant = sorted(set(select(referents).indices))
-        check_count([standing[index].name for index in meant], len(standing), spec)
+    def __init__(self, standing: Sequence[StandingObject], goal: Interpretation, seed: int) -> None:
+        meant = sorted(goal.selection.indices)
+        check_count([standing[index].name for index in meant], len(standing), goal.spec)
         ordered = [standing[index] for index in (*meant, *(k for k in range(len(standing)) if k not in meant))]
         _, noise = drawing_and_noise(seed)
         super().__init__(

@@ -14,6 +14,7 @@ from agent import __version__
 from agent.errors import UsageError
 from agent.runtime.progress import progress_bar
 from agent.runtime.terminal_text import console_on
+from agent.training.recipes import Recipe
 from grounding.spec import SHAPES
 from structdiffusion.models import structformer_name
 
@@ -25,24 +26,6 @@ if TYPE_CHECKING:
     from structdiffusion.training.loss import Loss
 
 
-@dataclass(frozen=True)
-class Recipe:
-    """What suits a model: optimiser steps, peak learning rate, and scenes (or pairs) per step."""
-
-    steps: int
-    learning_rate: float
-    batch: int
-
-
-# A baseline's step costs what one of the diffusion model does, of which each encoded scene serves six passes. The four
-# StructFormers together take as many as the CVAE.
-RECIPES = {
-    "diffusion": Recipe(16_000, 8e-4, 32),
-    "cvae": Recipe(12_000, 8e-4, 48),
-    **{structformer_name(shape): Recipe(3_000, 8e-4, 48) for shape in SHAPES},
-    "structure": Recipe(4_000, 1e-3, 32),
-    "collision": Recipe(5_000, 1e-3, 64),
-}
 DEVICES = ("auto", "cpu", "cuda")
 FLOAT32, BFLOAT16 = "float32", "bfloat16"
 PRECISIONS = (FLOAT32, BFLOAT16)

@@ -101,6 +101,7 @@ class Revision:
         objects_about: the objects that the change speaks of, where it changes none: all that take part, or it
             cannot be built; empty where it speaks of none.
         parse: what the parser said of the absolute part; `None` where there was none.
+        words: the sentence's own words for objects; empty where it names none.
     """
 
     spec: StructureSpec
@@ -114,6 +115,7 @@ class Revision:
     objects_out_text: str = ""
     objects_about: str = ""
     parse: Parse | None = None
+    words: tuple[str, ...] = ()
 
     def with_objects_of(self, other: Revision | None) -> Revision:
         """The same with what another revision says of objects, or with nothing said of them."""
@@ -152,13 +154,20 @@ def revise(
         # `turned` leaves alone what is said of the robot, so turning it back turns just that.
         return replace(parse, spec=turned(parse).turned()) if viewpoint == "opposite" else parse
 
+    words = mentioned(text)
+    return replace(_revised(last, text, read, words, viewpoint, stands), words=words)
+
+
+def _revised(
+    last: StructureSpec, text: str, read: Read, named: tuple[str, ...], viewpoint: str, stands: StructureSpec | None
+) -> Revision:
+    """As `revise`, with the parser in the speaker's frame and the words for objects that the sentence names."""
     sentence = normalized(text[: _LONGEST_CORRECTION + 1])
     if len(text) > _LONGEST_CORRECTION or not sentence:
         return _new(last, text, read(text))
     edits, rest = relative_edits(sentence)
     if viewpoint == "opposite":
         edits = [edit.seen_from_across() for edit in edits]
-    named = mentioned(text)
     change = object_change(text, bool(edits), last.shape)
     if change is not None and change.how in IMPOSSIBLE:
         whole = change.how != "places" and _BUILDING.search(sentence) and read(text).spec.shape is not None

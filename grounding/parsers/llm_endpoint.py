@@ -259,6 +259,8 @@ def _meaning(status: int, withheld: str | None) -> str:
 def _addresses(url: str) -> tuple[str, str]:
     """Where to ask, and the same address as it may be shown: without user, password and query."""
     try:
+        if any(char.isspace() or not char.isprintable() for char in url.strip()):
+            raise ValueError  # urlsplit leaves out line breaks in silence, and would ask another address
         parts = urlsplit(url.strip())
         host, port = parts.hostname, parts.port
     except ValueError:

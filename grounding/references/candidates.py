@@ -233,8 +233,8 @@ class Candidates:
             fitting = of_size(measure, known)
             return None if fitting is None else [found[i] for i in fitting]
         order = by_size(measure, known)
-        if order is None:
-            return None
+        if not order:
+            return order
         count = mention.count or len(of_size(measure, known) or order[:1])
         if mention.ordinal is not None:
             return [found[i] for i in order]

@@ -28,7 +28,7 @@ from grounding.references.function_words import (
     WHAT_FOLLOWS_OBJECTS,
 )
 from grounding.references.lexicon import ADJECTIVES, COLOURS, FILLINGS, STUFF, USES, singular
-from grounding.references.phrases import ANY, Mention, Reading, Vocabulary
+from grounding.references.phrases import ANY, Mention, References, Vocabulary
 from grounding.references.relative_clauses import says_more, with_clause
 from grounding.references.sentence_roles import STOPS, Sentences
 from grounding.references.unknown_nouns import MOST_MODIFIERS, unknown_phrase
@@ -50,13 +50,14 @@ _UNSAID = frozenset(
 )
 
 
-def read_mentions(text: str, vocabulary: Vocabulary) -> Reading:
+def read_mentions(text: str, vocabulary: Vocabulary) -> References:
     """All noun phrases of objects in any string; takes time in proportion to the string's length."""
-    return _Reader(text, vocabulary).read()
+    return _MentionReader(text, vocabulary).read()
 
 
-class _Reader:
+class _MentionReader:
     def __init__(self, text: str, vocabulary: Vocabulary) -> None:
+        self.text = text
         found = [(match.group().lower().replace("’", "'"), match.span()) for match in _TOKEN.finditer(text)]
         self.words = [word for word, _ in found]
         self.spans = [span for _, span in found]
@@ -64,7 +65,7 @@ class _Reader:
         self.said = Sentences(self.words, self.forms)
         self.pronoun = False
 
-    def read(self) -> Reading:
+    def read(self) -> References:
         mentions: list[Mention] = []
         last: tuple[int, Mention] | None = None  # the place of the last head, and its mention
         place = 0
@@ -91,7 +92,7 @@ class _Reader:
                 last = (end - 1, mention)
                 mentions += without
             place = max(end, place + 1)
-        return Reading(tuple(mentions), self.pronoun)
+        return References(self.text, tuple(mentions), self.pronoun)
 
     # Heads of noun phrases
 

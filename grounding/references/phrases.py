@@ -42,14 +42,16 @@ class Mention:
 
 
 @dataclass(frozen=True)
-class Reading:
+class References:
     """The mentions of an instruction, and whether "them" or "these" stand in for some.
 
     Attributes:
+        text: the instruction that they were read from.
         mentions: in the order of the text.
         pronoun: whether a pronoun is what should be arranged.
     """
 
+    text: str
     mentions: tuple[Mention, ...]
     pronoun: bool
 

@@ -16,7 +16,7 @@ from grounding.references.function_words import SPATIAL_PREPOSITIONS
 from grounding.references.lexicon import FORMS, singular
 from grounding.references.mentions import read_mentions
 from grounding.references.object_names import rivals, vocabulary
-from grounding.references.phrases import ANY, Mention, Reading, Vocabulary
+from grounding.references.phrases import ANY, Mention, References, Vocabulary
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
@@ -49,6 +49,7 @@ class Selection:
         required: those of the indices that were named one by one or by number, so that fewer will not do.
         described: whether a colour or a size said which objects are meant.
         notes: what has to be said about the choice, a sentence each: adjectives that could not be judged.
+        references: the noun phrases that chose them; `None` for a choice that no words made.
     """
 
     indices: tuple[int, ...]
@@ -57,10 +58,11 @@ class Selection:
     required: tuple[int, ...] = ()
     described: bool = False
     notes: tuple[str, ...] = ()
+    references: References | None = None
 
 
 def select_objects(
-    text: str,
+    text: str | References,
     objects: Sequence[SceneObject | str | None],
     encoder: SentenceEncoder | None = None,
     *,
@@ -74,7 +76,8 @@ def select_objects(
     adjectives and the first parts of compounds where the names hold them.
 
     Args:
-        text: the instruction, any string.
+        text: the instruction, any string; or its noun phrases, where they were read before, so that they are not
+            read again (a scene that is drawn for an instruction).
         objects: the objects of the scene, or what each is called: a noun ("mug"), a compound ("soup can",
             "005_tomato_soup_can") or a description ("object 3, red, tall"); empty, `None` or "object" for
             an object without a name.
@@ -89,22 +92,22 @@ def select_objects(
             fits none of them, and for an instruction that leaves nothing.
     """
     there = [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]
-    names = [each.name for each in there]
-    said = text[:_MOST_CHARACTERS]
-    return _Choice(said, Candidates(there, encoder, catalogue), dict(resolved or {})).select(
-        read_mentions(said, vocabulary(names))
-    )
+    if isinstance(text, References):
+        references = text
+    else:
+        references = read_mentions(text[:_MOST_CHARACTERS], vocabulary([each.name for each in there]))
+    return _Choice(references, Candidates(there, encoder, catalogue), dict(resolved or {})).select()
 
 
 def mentioned(text: str) -> tuple[str, ...]:
-    """What the instruction names, in its own words, where no scene is known: `("three cans",)`.
+    """List what the instruction names, in its own words, where no scene is known: `("three cans",)`.
 
     Only exceptions give "everything but ..."; an instruction that names nothing, or everything, gives
     an empty tuple.
     """
-    reading = read_mentions(text[:_MOST_CHARACTERS], Vocabulary(FORMS))
-    meant = [m for m in _meant(reading) if m.noun != ANY or m.exact or any(map(rivals, m.modifiers))]
-    left_out = [m for m in reading.mentions if m.role == "left out"]
+    references = read_mentions(text[:_MOST_CHARACTERS], Vocabulary(FORMS))
+    meant = [m for m in _meant(references) if m.noun != ANY or m.exact or any(map(rivals, m.modifiers))]
+    left_out = references.by_role("left out")
 
     def words(mention: Mention) -> str:
         return " ".join(text[slice(*mention.span)].split())
@@ -127,13 +130,13 @@ def _with_article(words: str) -> str:
     return f"the {words}" if bare else words
 
 
-def _meant(reading: Reading) -> list[Mention]:
+def _meant(references: References) -> list[Mention]:
     """The mentions that choose; none where everything is meant."""
-    if meant := reading.by_role("meant"):
+    if meant := references.by_role("meant"):
         return meant
-    told = [replace(m, count=None, exact=False) if m.plural else m for m in reading.by_role("told") if m.known]
+    told = [replace(m, count=None, exact=False) if m.plural else m for m in references.by_role("told") if m.known]
     several = [m for m in told if m.plural] or (told if len(told) > 1 else [])
-    if reading.pronoun:
+    if references.pronoun:
         return several
     return []
 
@@ -141,19 +144,19 @@ def _meant(reading: Reading) -> list[Mention]:
 class _Choice:
     """The choice of objects for one instruction."""
 
-    def __init__(self, text: str, there: Candidates, resolved: Mapping[str, int]) -> None:
-        self.text, self.there, self.resolved = text, there, resolved
+    def __init__(self, references: References, there: Candidates, resolved: Mapping[str, int]) -> None:
+        self.references, self.there, self.resolved = references, there, resolved
 
-    def select(self, reading: Reading) -> Selection:
+    def select(self) -> Selection:
         left_out: set[int] = set()
-        excluded = [m for m in reading.mentions if m.role == "left out"]
+        excluded = self.references.by_role("left out")
         for mention in excluded:
             found = self.there.matching(mention)
             if not found and (not mention.known or self.there.kinds_of(mention)):
                 raise SelectionError(self.there.missing(mention, "leaves out"))
             # Of several bowls, "the bowl" that must not be touched may be any of them.
             left_out.update(found[: mention.count] if mention.exact and (mention.count or 0) > 0 else found)
-        said = _meant(reading)
+        said = _meant(self.references)
         meant = [m for m in said if m.noun != ANY or self.there.chooses(m)]
         chosen: set[int] = set()
         required: set[int] = set()
@@ -163,7 +166,7 @@ class _Choice:
             required.update(found if mention.count is not None else ())
         if not meant:
             chosen = set(range(len(self.there.names))) - left_out
-        self._refuse_relations(reading, chosen)
+        self._refuse_relations(chosen)
         if not chosen:
             raise SelectionError(f"the instruction leaves no object to move; there is: {self.there.inventory()}")
         return Selection(
@@ -173,9 +176,10 @@ class _Choice:
             tuple(sorted(required)),
             any(self.there.judged(m) for m in (*meant, *excluded)),
             self.there.notes((*said, *excluded)),
+            self.references,
         )
 
-    def _refuse_relations(self, reading: Reading, chosen: set[int]) -> None:
+    def _refuse_relations(self, chosen: set[int]) -> None:
         """Refuse what is to stand somewhere by an object that does not take part itself: "behind the plate".
 
         Raises:
@@ -183,12 +187,12 @@ class _Choice:
         """
         if self.there.catalogue:
             return
-        for mention in reading.mentions:
+        for mention in self.references.mentions:
             if mention.role != "landmark" or mention.preposition not in SPATIAL_PREPOSITIONS or mention.noun == ANY:
                 continue
             found = set(self.there.matching(mention)) if mention.known else set()
-            if found and (not reading.by_role("meant") or not found & chosen):
-                words = " ".join(self.text[slice(*mention.span)].split())
+            if found and (not self.references.by_role("meant") or not found & chosen):
+                words = " ".join(self.references.text[slice(*mention.span)].split())
                 raise SelectionError(
                     f"the instruction speaks of a place {mention.preposition!r} {words!r}, and a structure cannot be placed "
                     "relative to single objects yet"
@@ -205,7 +209,7 @@ class _Choice:
             return found[: len(found) + mention.count]
         # "the cracker box and the sugar box" are two boxes
         fresh = [i for i in found if i not in before] or found
-        phrase = " ".join(self.text[slice(*mention.span)].split())
+        phrase = " ".join(self.references.text[slice(*mention.span)].split())
         if phrase in self.resolved:
             return [self.resolved[phrase]]
         descriptions = [self.there.description(i) for i in fresh]

@@ -1,4 +1,4 @@
-"""Trains the embedding parser: `python -m grounding.training.embedding_parser`. About 35 minutes on one core.
+"""Train the embedding parser (`structagent train parser`): about 35 minutes on one core.
 
 Every sentence is drawn anew from the training language and seen once; a tenth are sentences of the
 grammar, less its held-out splits. The temperatures, which make the confidences honest, come from the
@@ -8,12 +8,12 @@ the project are of three runs, the later ones with `--start` and `--rate`; `conf
 
 from __future__ import annotations
 
-import argparse
 import json
-import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -43,8 +43,82 @@ CORPUS_SHARE = 0.1
 BUCKET = 20
 
 
+@dataclass(frozen=True)
+class ParserTraining:
+    """How to train the embedding parser.
+
+    Attributes:
+        out: folder for `model.safetensors` and `config.json`.
+        seed: of the sentences, the initial weights and dropout.
+        sentences: how many are drawn and read, each once.
+        threads: of torch; only one repeats exactly.
+        start: folder of weights to continue from; `None` starts from the encoder's own layers.
+        rate: factor of the learning rates.
+
+    Raises:
+        ValueError: for fewer sentences than one batch, no thread, or a rate that is not positive.
+    """
+
+    out: Path = WEIGHTS
+    seed: int = 0
+    sentences: int = SENTENCES
+    threads: int = 1
+    start: Path | None = None
+    rate: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.sentences < BATCH:
+            raise ValueError(f"sentences must be at least {BATCH} (one batch), not {self.sentences}")
+        if self.threads < 1:
+            raise ValueError(f"threads must be at least 1, not {self.threads}")
+        if not self.rate > 0.0:
+            raise ValueError(f"rate must be positive, not {self.rate}")
+
+
+def train(options: ParserTraining, report: Callable[[str], None] = lambda line: None) -> dict[str, Any]:
+    """Train, calibrate, measure and write a parser: `model.safetensors` (float16) and `config.json`.
+
+    Args:
+        options: what to train, and where to write it.
+        report: takes a line of progress after every hundred batches.
+
+    Returns:
+        What `config.json` holds; "development" has the rates on the development sentences.
+
+    Raises:
+        EncoderError, ParserWeightsError: for an encoder, or weights to start from, that cannot be used.
+    """
+    torch.set_num_threads(options.threads)
+    encoder = SentenceEncoder()
+    start = EmbeddingParser.from_pretrained(options.start, encoder).reader if options.start else None
+    reader = fit_reader(encoder, options.sentences, options.seed, start, options.rate, report)
+    rows = development_rows()
+    temperatures = calibrate(reader, encoder, rows)
+    parser = EmbeddingParser(encoder, reader, ENCODER_LAYER, temperatures)
+    found = score(rows, parser.parse_batch([row.text for row in rows]))
+    options.out.mkdir(parents=True, exist_ok=True)
+    save_file(
+        {name: tensor.half() for name, tensor in reader.state_dict().items()},
+        options.out / "model.safetensors",
+    )
+    before = json.loads((options.start / "config.json").read_text())["sentences"] if options.start else 0
+    config = {
+        "encoder_layer": ENCODER_LAYER,
+        "layers": len(reader.layers),
+        "hidden": HIDDEN,
+        "temperatures": temperatures,
+        "encoder_sha256": encoder.checksum,
+        "seed": options.seed,
+        "sentences": options.sentences,
+        "before": before,
+        "development": {name: found[name] for name in ("exact", "slots", "false_fills", "refusal", "strata")},
+    }
+    (options.out / "config.json").write_text(json.dumps(config, indent=2) + "\n")
+    return config
+
+
 def draw_sentences(count: int, rng: np.random.Generator) -> Iterator[LabelledText]:
-    """Labelled training sentences."""
+    """Draw labelled training sentences."""
     grammar = [(text, spec) for text, spec in all_sentences() if split_of(text) == "seen"]
     for _ in range(count):
         if rng.random() < CORPUS_SHARE:
@@ -55,7 +129,7 @@ def draw_sentences(count: int, rng: np.random.Generator) -> Iterator[LabelledTex
 
 
 def batches(sentences: Sequence[LabelledText], rng: np.random.Generator) -> Iterator[list[LabelledText]]:
-    """The sentences in batches of like length, in random order."""
+    """Group the sentences into batches of like length, in random order."""
     for start in range(0, len(sentences), BATCH * BUCKET):
         chunk = sorted(sentences[start : start + BATCH * BUCKET], key=lambda sentence: len(sentence.text))
         starts = list(range(0, len(chunk), BATCH))
@@ -64,7 +138,7 @@ def batches(sentences: Sequence[LabelledText], rng: np.random.Generator) -> Iter
 
 
 def loss_of(reader: SlotReader, encoder: SentenceEncoder, batch: Sequence[LabelledText]) -> torch.Tensor:
-    """The sum of the questions' cross-entropies; the slots of what must be refused do not count."""
+    """Sum the questions' cross-entropies; the slots of what must be refused do not count."""
     states = encoder.token_states(
         [mend(entry.text, encoder.whole_words).text for entry in batch], ENCODER_LAYER
     )
@@ -85,33 +159,30 @@ def loss_of(reader: SlotReader, encoder: SentenceEncoder, batch: Sequence[Labell
     return loss
 
 
-def train(
-    encoder: SentenceEncoder, sentences: int, seed: int, start: SlotReader | None = None, rate: float = 1.0
+def fit_reader(
+    encoder: SentenceEncoder,
+    sentences: int,
+    seed: int,
+    start: SlotReader | None = None,
+    rate: float = 1.0,
+    report: Callable[[str], None] = lambda line: None,
 ) -> SlotReader:
-    """A slot reader that has read so many sentences.
+    """Fit a slot reader to that many sentences.
 
     Args:
         encoder: gives the word states.
         sentences: how many are drawn.
         seed: of what is drawn.
-        start: goes on with this one; `None` starts from the encoder's own layers.
-        rate: what the learning rates are multiplied by.
+        start: continues with this one; `None` starts from the encoder's own layers.
+        rate: factor of the learning rates.
+        report: takes a line of progress after every hundred batches.
     """
     rng = np.random.default_rng(seed)
     with torch.random.fork_rng():
         torch.manual_seed(seed)  # initial weights and dropout know no generator of their own
-        upper_layers = encoder.network().layers[ENCODER_LAYER:]
-        reader = start or SlotReader(layers=len(upper_layers), hidden=HIDDEN)
-        if start is None:
-            reader.layers.load_state_dict(upper_layers.state_dict())
-        upper = list(reader.layers.parameters())
-        heads = [weight for name, weight in reader.named_parameters() if not name.startswith("layers.")]
-        rates = [rate * LEARNING_RATE, rate * HEAD_LEARNING_RATE]
-        optimiser = torch.optim.AdamW(
-            [{"params": upper, "lr": rates[0]}, {"params": heads, "lr": rates[1]}], weight_decay=0.01
-        )
+        reader = start or _initial_reader(encoder)
         steps = sentences // BATCH
-        schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, rates, total_steps=steps + 1, pct_start=0.1)
+        optimiser, schedule = _optimiser(reader, steps, rate)
         started, recent = time.perf_counter(), []
         drawn = list(draw_sentences(steps * BATCH, rng))
         for step, batch in enumerate(batches(drawn, rng), start=1):
@@ -124,16 +195,34 @@ def train(
             recent.append(loss.item())
             if step % 100 == 0:
                 seconds = time.perf_counter() - started
-                print(
-                    f"step {step} of {steps}, loss {np.mean(recent[-100:]):.3f}, {seconds:.0f} s",
-                    file=sys.stderr,
-                    flush=True,
-                )
+                report(f"step {step} of {steps}, loss {np.mean(recent[-100:]):.3f}, {seconds:.0f} s")
     return reader.eval()
 
 
+def _initial_reader(encoder: SentenceEncoder) -> SlotReader:
+    """A reader whose transformer layers are copies of the encoder's upper ones."""
+    upper_layers = encoder.network().layers[ENCODER_LAYER:]
+    reader = SlotReader(layers=len(upper_layers), hidden=HIDDEN)
+    reader.layers.load_state_dict(upper_layers.state_dict())
+    return reader
+
+
+def _optimiser(
+    reader: SlotReader, steps: int, rate: float
+) -> tuple[torch.optim.Optimizer, torch.optim.lr_scheduler.LRScheduler]:
+    """AdamW with one learning rate for the layers and one for the heads, and its one-cycle schedule."""
+    upper = list(reader.layers.parameters())
+    heads = [weight for name, weight in reader.named_parameters() if not name.startswith("layers.")]
+    rates = [rate * LEARNING_RATE, rate * HEAD_LEARNING_RATE]
+    optimiser = torch.optim.AdamW(
+        [{"params": upper, "lr": rates[0]}, {"params": heads, "lr": rates[1]}], weight_decay=0.01
+    )
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, rates, total_steps=steps + 1, pct_start=0.1)
+    return optimiser, schedule
+
+
 def calibrate(reader: SlotReader, encoder: SentenceEncoder, rows: Sequence[Row]) -> dict[str, float]:
-    """Question -> the temperature with the least negative log-likelihood of what is acceptable, by a grid search."""
+    """Find each question's temperature: the least negative log-likelihood of the acceptable answers, by grid search."""
     logits: dict[str, list[torch.Tensor]] = {question: [] for question in QUESTIONS}
     for row in rows:
         states = encoder.token_states([mend(row.text, encoder.whole_words).text], ENCODER_LAYER)
@@ -160,49 +249,3 @@ def _temperature(question: str, logits: Sequence[torch.Tensor], rows: Sequence[R
         return total
 
     return float(min(np.geomspace(0.25, 8.0, 61), key=cost))
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Trains, calibrates, measures and writes `model.safetensors` (float16) and `config.json`."""
-    parser = argparse.ArgumentParser(prog="python -m grounding.training.embedding_parser", description=__doc__)
-    parser.add_argument("--out", type=Path, default=WEIGHTS, help="folder for the weights")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--sentences", type=int, default=SENTENCES, help="how many are drawn and read")
-    parser.add_argument("--threads", type=int, default=1, help="of torch; only one repeats exactly")
-    parser.add_argument("--start", type=Path, help="go on from the weights in this folder")
-    parser.add_argument("--rate", type=float, default=1.0, help="what the learning rates are multiplied by")
-    options = parser.parse_args(arguments)
-    torch.set_num_threads(options.threads)
-    encoder = SentenceEncoder()
-    start = EmbeddingParser.from_pretrained(options.start, encoder) if options.start else None
-    reader = train(encoder, options.sentences, options.seed, start.reader if start else None, options.rate)
-    rows = development_rows()
-    temperatures = calibrate(reader, encoder, rows)
-    found = score(
-        rows,
-        EmbeddingParser(encoder, reader, ENCODER_LAYER, temperatures).parse_batch([row.text for row in rows]),
-    )
-    options.out.mkdir(parents=True, exist_ok=True)
-    save_file(
-        {name: tensor.half() for name, tensor in reader.state_dict().items()},
-        options.out / "model.safetensors",
-    )
-    config = {
-        "encoder_layer": ENCODER_LAYER,
-        "layers": len(reader.layers),
-        "hidden": HIDDEN,
-        "temperatures": temperatures,
-        "encoder_sha256": encoder.checksum,
-        "seed": options.seed,
-        "sentences": options.sentences,
-        "before": json.loads((options.start / "config.json").read_text())["sentences"]
-        if options.start
-        else 0,
-        "development": {name: found[name] for name in ("exact", "slots", "false_fills", "refusal", "strata")},
-    }
-    (options.out / "config.json").write_text(json.dumps(config, indent=2) + "\n")
-    print(json.dumps(config["development"]["exact"]))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""Trains the adapter of the local language model: `python -m grounding.training.llm_adapter`. About an hour on one core.
+"""Train the adapter of the local language model (`structagent train llm`): about an hour on one core.
 
 Low-rank weights (Hu et al. 2021) that are in force on the instruction and the questions, while the
 few-shot prompt is read by the bare model. Every other batch is read behind a prompt of other, fewer
@@ -8,11 +8,10 @@ the training language; the temperatures from the development sentences, as the e
 
 from __future__ import annotations
 
-import argparse
 import json
-import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ import torch
 from safetensors.torch import save_file
 from torch import nn
 from torch.nn import functional
-from transformers import AttentionInterface, PreTrainedModel
+from transformers import PreTrainedModel
 
 from grounding.benchmark import Row, development_rows, score
 from grounding.corpus.grammar import all_sentences, split_of
@@ -32,69 +31,97 @@ from grounding.parsers.llm import MAX_BYTES, PROMPT, LLMParser
 from grounding.parsers.llm_local import ADAPTER, Layout, LocalLLM, read_adapter
 from grounding.parsers.llm_reply import ANSWERS, BUILD, NONE, quotable
 from grounding.spec import SLOTS
+from grounding.training.low_rank import SCALE, LowRank, Prefix
 from prompts import load_prompt, with_examples
 
 BATCH = 16
 # Sentences of like length share a batch, chosen among this many batches: little padding, still mixed.
 BUCKET = 8
 CORPUS_SHARE, REFUSED_SHARE = 0.06, 0.03
-RANK, SCALE = 8, 2.0
 LEARNING_RATE = 1.5e-3
 PROMPTS = 9  # other prompts than the full one
 MATRICES = ("q_proj", "k_proj", "v_proj", "o_proj", "gate_proj", "up_proj", "down_proj")
 UNCOUNTED = -100
 
 
-class LowRank(nn.Module):
-    """A linear layer with low-rank weights beside it: x W' + SCALE x A' B'."""
+@dataclass(frozen=True)
+class AdapterTraining:
+    """How to train the language model's adapter.
 
-    def __init__(self, layer: nn.Linear) -> None:
-        super().__init__()
-        outputs, inputs = layer.weight.shape
-        self.layer = layer
-        self.a = nn.Parameter(torch.randn(RANK, inputs) / inputs**0.5)
-        self.b = nn.Parameter(torch.zeros(outputs, RANK))
+    Attributes:
+        out: file for the adapter.
+        steps: how many batches of `BATCH` sentences.
+        start: file of an adapter to continue from; `None` starts from nothing.
+        rate: the highest learning rate.
+        seed: of the sentences, the prompts and the initial weights.
+        threads: of torch; only one repeats exactly.
 
-    def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """(..., inputs) to (..., outputs)."""
-        return self.layer(x) + SCALE * (x @ self.a.to(x.dtype).T @ self.b.to(x.dtype).T)
-
-
-class Prefix:
-    """Attention to a prompt whose keys and values are shared by all texts of a batch, and to the text itself.
-
-    The library's own attention would copy the prompt's keys and values for every text, which takes
-    longer than the rest of a training step.
+    Raises:
+        ValueError: for no step, no thread, or a rate that is not positive.
     """
 
-    name = "shared_prefix"
+    out: Path = ADAPTER
+    steps: int = 900
+    start: Path | None = None
+    rate: float = LEARNING_RATE
+    seed: int = 0
+    threads: int = 1
 
-    def __init__(self) -> None:
-        self.seen: Any = None
-        # (B, 1, T, T): 0 where a token sees another, else a large negative number.
-        self.hidden = torch.empty(0)
-        AttentionInterface.register(self.name, self._attend)
+    def __post_init__(self) -> None:
+        for name in ("steps", "threads"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} must be at least 1, not {getattr(self, name)}")
+        if not self.rate > 0.0:
+            raise ValueError(f"rate must be positive, not {self.rate}")
 
-    def _attend(
-        self, module: nn.Module, query: torch.Tensor, key: torch.Tensor, value: torch.Tensor, _mask: object,
-        scaling: float, **_: object,
-    ) -> tuple[torch.Tensor, None]:  # fmt: skip
-        batch, heads, length, width = query.shape
-        groups = key.shape[1]
-        shared = heads // groups  # query heads that share one key head
-        query = (query * scaling).reshape(batch, groups, shared * length, width)
-        own = (query @ key.transpose(-1, -2)).reshape(batch, groups, shared, length, length)
-        own = (own + self.hidden[:, :, None]).reshape(batch, groups, shared * length, length)
-        layer = self.seen.layers[module.layer_idx]
-        keys, values = layer.keys[0], layer.values[0]  # (groups, P, width)
-        flat = query.transpose(0, 1).reshape(groups, -1, width)
-        before = (flat @ keys.transpose(-1, -2)).reshape(groups, batch, shared * length, -1).transpose(0, 1)
-        weights = torch.cat([before, own], dim=-1).softmax(dim=-1)
-        on_prompt, on_own = weights.split([keys.shape[1], length], dim=-1)
-        flat = on_prompt.transpose(0, 1).reshape(groups, batch * shared * length, -1)
-        mixed = (flat @ values).reshape(groups, batch, shared * length, width).transpose(0, 1)
-        mixed = mixed + on_own @ value
-        return mixed.reshape(batch, heads, length, width).transpose(1, 2).contiguous(), None
+
+def train(options: AdapterTraining, report: Callable[[str], None] = lambda line: None) -> dict[str, Any]:
+    """Train, calibrate, measure and write the adapter; it is saved after every hundred steps.
+
+    Args:
+        options: what to train, and where to write it.
+        report: takes a line of progress after every twenty batches.
+
+    Returns:
+        The rates on the development sentences: "exact", "slots", "false_fills" and "refusal".
+
+    Raises:
+        LLMError: for a language model that cannot be loaded.
+    """
+    torch.set_num_threads(options.threads)
+    trainer = Trainer(options.seed)
+    if options.start is not None:
+        trainer.start_from(options.start)
+    _fit(trainer, options, report)
+    rows = development_rows()
+    temperatures, build_bias = calibrate(options.out, rows)
+    about = {"steps": options.steps, "seed": options.seed}
+    trainer.save(options.out, temperatures, build_bias, about)
+    found = score(rows, LLMParser(LocalLLM(adapter=options.out)).parse_batch([row.text for row in rows]))
+    return {name: found[name] for name in ("exact", "slots", "false_fills", "refusal")}
+
+
+def _fit(trainer: Trainer, options: AdapterTraining, report: Callable[[str], None]) -> None:
+    """Take all training steps, and save an uncalibrated adapter now and then."""
+    optimiser = torch.optim.AdamW(trainer.weights(), weight_decay=0.01, betas=(0.9, 0.98))
+    schedule = torch.optim.lr_scheduler.OneCycleLR(
+        optimiser, options.rate, total_steps=options.steps + 1, pct_start=0.05, cycle_momentum=False
+    )
+    started, recent = time.perf_counter(), []
+    drawn = draw_batches(np.random.default_rng(options.seed))
+    for step, batch in zip(range(1, options.steps + 1), drawn, strict=False):
+        loss = trainer.loss(batch)
+        optimiser.zero_grad()
+        loss.backward()
+        nn.utils.clip_grad_norm_(trainer.weights(), 1.0)
+        optimiser.step()
+        schedule.step()
+        recent.append(loss.item())
+        if step % 20 == 0:
+            seconds = time.perf_counter() - started
+            report(f"step {step} of {options.steps}, loss {np.mean(recent[-20:]):.3f}, {seconds:.0f} s")
+        if step % 100 == 0 or step == options.steps:
+            trainer.save(options.out, dict.fromkeys(ANSWERS, 1.0), 0.0, {})
 
 
 class Trainer:
@@ -120,11 +147,11 @@ class Trainer:
         self.network.config._attn_implementation = Prefix.name
 
     def weights(self) -> list[nn.Parameter]:
-        """All that learns."""
+        """List all that learns."""
         return [weight for layer in self.added.values() for weight in (layer.a, layer.b)]
 
     def loss(self, batch: Sequence[LabelledText]) -> torch.Tensor:
-        """The questions' summed cross-entropies, per text; the slots of what is refused do not count."""
+        """Sum the questions' cross-entropies per text; the slots of what is refused do not count."""
         layouts = [self.model.lay_out(quotable(entry.text)) for entry in batch]
         other = self.rng.random() < 0.5
         seen, tokens = self.prompts[self.rng.integers(1, len(self.prompts)) if other else 0]
@@ -144,7 +171,7 @@ class Trainer:
     def save(
         self, path: Path, temperatures: dict[str, float], build_bias: float, about: dict[str, Any]
     ) -> None:
-        """Writes the adapter."""
+        """Write the adapter."""
         tensors = {}
         for name, layer in self.added.items():
             tensors[f"{name}.a"] = layer.a.detach().bfloat16().contiguous()
@@ -159,7 +186,7 @@ class Trainer:
         save_file(tensors, path, metadata=metadata)
 
     def start_from(self, path: Path) -> None:
-        """Goes on from an adapter."""
+        """Continue from an adapter."""
         for name, (a, b) in read_adapter(path).matrices.items():
             self.added[name].a.data.copy_(a)
             self.added[name].b.data.copy_(b.float() / SCALE)
@@ -194,7 +221,7 @@ class Trainer:
 
 
 def draw_sentences(rng: np.random.Generator) -> Iterator[LabelledText]:
-    """Labelled training sentences without end."""
+    """Draw labelled training sentences without end."""
     grammar = [(text, spec) for text, spec in all_sentences() if split_of(text) == "seen"]
     refused = [frame for frames in all_frames().values() for frame in frames if frame.refuse]
     while True:
@@ -209,7 +236,7 @@ def draw_sentences(rng: np.random.Generator) -> Iterator[LabelledText]:
 
 
 def draw_batches(rng: np.random.Generator) -> Iterator[list[LabelledText]]:
-    """Batches of sentences of like length, without end."""
+    """Draw batches of sentences of like length without end."""
     sentences = (entry for entry in draw_sentences(rng) if 0 < len(entry.text.encode()) <= MAX_BYTES)
     while True:
         chunk = [next(sentences) for _ in range(BATCH * BUCKET)]
@@ -219,7 +246,7 @@ def draw_batches(rng: np.random.Generator) -> Iterator[list[LabelledText]]:
 
 
 def calibrate(adapter: Path, rows: Sequence[Row]) -> tuple[dict[str, float], float]:
-    """Question -> temperature, and the bias of "build": those that make what is acceptable the likeliest."""
+    """Find each question's temperature and the bias of "build" that make the acceptable answers the likeliest."""
     model, prompt = LocalLLM(adapter=adapter), load_prompt(PROMPT)
     replies = [model.ask(prompt, quotable(row.text)) for row in rows]
 
@@ -249,51 +276,3 @@ def _answers(entry: LabelledText) -> dict[str, str]:
     if entry.refuse is not None:
         return {"request": entry.refuse}
     return {"request": BUILD} | {slot: value or NONE for slot, value in entry.labels.items()}
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Trains, calibrates, measures and writes the adapter."""
-    parser = argparse.ArgumentParser(prog="python -m grounding.training.llm_adapter", description=__doc__)
-    parser.add_argument("--out", type=Path, default=ADAPTER, help="file for the adapter")
-    parser.add_argument("--steps", type=int, default=900, help=f"batches of {BATCH} sentences")
-    parser.add_argument("--start", type=Path, help="an adapter to go on from")
-    parser.add_argument("--rate", type=float, default=LEARNING_RATE, help="the highest learning rate")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--threads", type=int, default=1, help="of torch; only one repeats exactly")
-    options = parser.parse_args(arguments)
-    torch.set_num_threads(options.threads)
-    trainer = Trainer(options.seed)
-    if options.start is not None:
-        trainer.start_from(options.start)
-    optimiser = torch.optim.AdamW(trainer.weights(), weight_decay=0.01, betas=(0.9, 0.98))
-    schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimiser, options.rate, total_steps=options.steps + 1, pct_start=0.05, cycle_momentum=False
-    )
-    started, recent = time.perf_counter(), []
-    batches = draw_batches(np.random.default_rng(options.seed))
-    for step, batch in zip(range(1, options.steps + 1), batches, strict=False):
-        loss = trainer.loss(batch)
-        optimiser.zero_grad()
-        loss.backward()
-        nn.utils.clip_grad_norm_(trainer.weights(), 1.0)
-        optimiser.step()
-        schedule.step()
-        recent.append(loss.item())
-        if step % 20 == 0:
-            seconds = time.perf_counter() - started
-            print(
-                f"step {step} of {options.steps}, loss {np.mean(recent[-20:]):.3f}, {seconds:.0f} s",
-                file=sys.stderr, flush=True,
-            )  # fmt: skip
-        if step % 100 == 0 or step == options.steps:
-            trainer.save(options.out, dict.fromkeys(ANSWERS, 1.0), 0.0, {})
-    rows = development_rows()
-    temperatures, build_bias = calibrate(options.out, rows)
-    about = {"steps": options.steps, "seed": options.seed}
-    trainer.save(options.out, temperatures, build_bias, about)
-    found = score(rows, LLMParser(LocalLLM(adapter=options.out)).parse_batch([row.text for row in rows]))
-    print(json.dumps({name: found[name] for name in ("exact", "slots", "false_fills", "refusal")}))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""How long sampling and ranking takes: `python -m structdiffusion.benchmark.latency [--json] [--sweep DIR]`.
+"""How long sampling and ranking takes, as `structagent benchmark` measures it.
 
 A circle of procedural objects, seen through the simulated camera; the time from the clouds to the ranked
 arrangements, after one warm-up. What trying the best of them out in imagination adds is told apart.
@@ -6,8 +6,6 @@ arrangements, after one warm-up. What trying the best of them out in imagination
 
 from __future__ import annotations
 
-import argparse
-import json
 import time
 from collections.abc import Sequence
 from copy import copy
@@ -19,8 +17,7 @@ import numpy as np
 import torch
 
 from grounding.spec import StructureSpec
-from structdiffusion.data.scene_sampling import SceneError, draw_scene
-from structdiffusion.models.checkpoint import CheckpointError
+from structdiffusion.data.scene_sampling import draw_scene
 from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.observation import Goal, Scene
 from structdiffusion.planners.factory import Planner, load_planner
@@ -115,48 +112,3 @@ def plot(results: Sequence[Result], path: Path) -> None:
     panels[0].set_xticks(_CANDIDATES, [str(count) for count in _CANDIDATES])
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=110)
-
-
-def told(result: Result) -> str:
-    """One result in words."""
-    spread = f"median of {result['runs']}; {result['seconds_min']:.2f} to {result['seconds_max']:.2f}"
-    imagined = f", imagination {result['imagined_seconds']:.2f} s more" if result["imagined_seconds"] else ""
-    return (
-        f"{result['candidates']} candidates for {result['objects']} objects by {result['model']}: "
-        f"{result['seconds_median']:.2f} s ({spread}){imagined}, {result['threads']} thread(s)"
-    )
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m structdiffusion.benchmark.latency", description=__doc__)
-    parser.add_argument("--model", choices=PLANNERS, default="diffusion-tokens", metavar="NAME")
-    parser.add_argument("--objects", type=int, default=7)
-    parser.add_argument("--candidates", type=int, default=64)
-    parser.add_argument("--runs", type=int, default=5)
-    # The tensors are too small to share: two threads that wait for each other take several times as long as one.
-    parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--weights", type=Path, help="a folder of checkpoints; by default those shipped")
-    parser.add_argument("--sweep", type=Path, metavar="DIR", help="measure many numbers; benchmark.json, .png go there")
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
-    for name in ("objects", "candidates", "runs", "threads"):
-        if getattr(options, name) < 1:
-            parser.error(f"--{name} cannot be {getattr(options, name)}; legal: 1 or more")
-    torch.set_num_threads(options.threads)
-    try:
-        if options.sweep is not None:
-            results = sweep(options.model, options.runs, options.weights)
-            plot(results, options.sweep / "benchmark.png")
-            (options.sweep / "benchmark.json").write_text(json.dumps(results, indent=1) + "\n")
-        else:
-            results = [measure(options.model, options.objects, options.candidates, options.runs, options.weights)]
-    except (SceneError, CheckpointError) as error:
-        parser.error(str(error))
-    if options.json:
-        print(json.dumps(results if options.sweep is not None else results[0]))
-    else:
-        print("\n".join(map(told, results)))
-
-
-if __name__ == "__main__":
-    main()

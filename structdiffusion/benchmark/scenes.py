@@ -20,11 +20,12 @@ from structdiffusion.parallel import Lost, in_parallel
 from structdiffusion.protocol.physical_stability import Verdict, place_and_check
 from structdiffusion.simulation.depth_camera import DepthCamera
 from structdiffusion.simulation.world import ObservationError, TabletopWorld
+from structdiffusion.structures import STRUCTURES
 
 ANY_SHAPE = "structure"  # what a scene is called whose spec leaves the shape open
 CAMERA_SIDES = ("robot", "opposite", "left", "right")
 _MAX_DRAWS = 100
-_TRIES = 10  # draws after which a tower gets one object less than asked for
+_TRIES = 10  # draws after which a stack gets one object less than asked for
 _BEYOND_EDGE = 0.40  # m, from a table's left or right edge to the camera above
 _DRAWING, _SENSING, _PLANNING = range(3)  # what a scene's generators are for
 
@@ -185,7 +186,7 @@ def draw_evaluation_scene(
             wish = full_spec(shape, rng) if spec is None else spec
             count = _count(shape, conditions, draw, rng)
             drawn = draw_scene(models, wish, rng, count=count, table=conditions.table)
-            if shape in ("circle", "line") and count is not None and drawn.count < count:
+            if shape is not None and STRUCTURES[shape].exact_count and count is not None and drawn.count < count:
                 raise SceneError(f"{drawn.count} of {count} objects that suit it")
             scene = EvaluationScene(drawn, shape or ANY_SHAPE, number, seed, draw, camera=conditions.camera)
             if accepted is not None:
@@ -207,7 +208,9 @@ def _count(shape: str | None, conditions: Conditions, draw: int, rng: np.random.
         return None
     low, high = conditions.objects
     count = int(rng.integers(low, high + 1))
-    return max(2, count - draw // _TRIES) if shape == "tower" else count
+    if shape is None or not STRUCTURES[shape].stacks:
+        return count
+    return max(STRUCTURES[shape].least, count - draw // _TRIES)
 
 
 def _generator(seed: int, shape: str | None, number: int, draw: int, purpose: int) -> np.random.Generator:

@@ -14,9 +14,8 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from structdiffusion.footprints import outline_centroid, overlap_depth, turned
-from structdiffusion.layouts import LayoutItem
 from structdiffusion.observation import ObjectCloud
-from structdiffusion.protocol.semantic import PlacedBody
+from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 
 _LEVEL = 0.008  # m: points this close below the highest count as near the top, about four deviations of the noise
 _TOP = 0.005  # m: points this close below the top belong to it; a ball has few of them

@@ -17,6 +17,7 @@ from grounding.spec import LEGAL_VALUES, SLOTS
 from structdiffusion.data.npz_files import read_arrays
 from structdiffusion.rotations import yaw_matrices
 from structdiffusion.simulation.partial_views import partial_views
+from structdiffusion.structures import STRUCTURES
 from structdiffusion.word_tokens import WORDS
 
 # Chances of what the speaker leaves open.
@@ -161,7 +162,8 @@ class DemonstrationBatches:
         keep = chance < torch.tensor([_KEEP_SHAPE] + [_KEEP_SLOT] * 4, device=self.device)
         whole = torch.rand(len(words), 1, generator=generator, device=self.device) < _KEEP_ALL
         # The opening of a ring is there only because it was asked for; without the word it would be a fault.
-        opened = (words[:, 0] == WORDS["shape", "circle"]) & (words[:, 4] > 0)
+        altered = [WORDS["shape", name] for name, one in STRUCTURES.items() if one.rotation_alters_layout]
+        opened = torch.isin(words[:, 0], torch.tensor(altered, device=self.device)) & (words[:, 4] > 0)
         keep = keep | whole
         keep[:, 4] |= opened
         keep[:, 0] |= (words * keep).sum(dim=1) == 0  # something has to be said

@@ -16,15 +16,16 @@ from typing import Any
 
 import numpy as np
 
-from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, SLOTS_OF_SHAPE
+from grounding.spec import LEGAL_VALUES, SLOTS
 from structdiffusion.data.demonstrations import SHARD_FACTS, DemonstrationSet
 from structdiffusion.data.npz_files import SHEET_NAME, read_arrays
+from structdiffusion.evaluation_protocol import MAX_PENETRATION
 from structdiffusion.objects.model import ObjectModel
+from structdiffusion.structures import STRUCTURES
 from structdiffusion.word_tokens import WORDS
 
 SCHEMA = "structagent-data/1"
 SHEET_TEXT = "datasheet.md"
-_PENETRATION = 0.002  # m: the contract's limit
 _ORIGINS = {
     "procedural": "made by rule from convex parts (`structdiffusion/objects/procedural.py`), with no data of others",
     "random_urdfs": "`random_urdfs` of the package pybullet, rested on a face; under that package's licence",
@@ -56,7 +57,7 @@ def write_datasheet(folder: Path, models: Sequence[ObjectModel], about: Mapping[
     """
     data = DemonstrationSet.load(folder)
     shapes = data.words[:, SLOTS.index("shape")]
-    rows_of = {shape: data.words[shapes == WORDS["shape", shape]] for shape in SHAPES}
+    rows_of = {shape: data.words[shapes == WORDS["shape", shape]] for shape in STRUCTURES}
     places = data.goal.shape[1]
     members = (data.objects[:, :places] >= 0).sum(axis=1)
     sheet = {
@@ -68,7 +69,7 @@ def write_datasheet(folder: Path, models: Sequence[ObjectModel], about: Mapping[
         "objects_per_category": dict(sorted(Counter(model.category for model in models).items())),
         "objects_per_source": dict(Counter(model.source for model in models)),
         "objects_in_a_structure": {
-            shape: _counts(members[shapes == WORDS["shape", shape]]) for shape in SHAPES
+            shape: _counts(members[shapes == WORDS["shape", shape]]) for shape in STRUCTURES
         },
         "distractors": _counts((data.objects[:, places:] >= 0).sum(axis=1)),
         "slots": {
@@ -77,7 +78,7 @@ def write_datasheet(folder: Path, models: Sequence[ObjectModel], about: Mapping[
                     value: int((rows[:, SLOTS.index(slot)] == WORDS[slot, value]).sum()) for value in LEGAL_VALUES[slot]
                 }
                 | {"open": int((rows[:, SLOTS.index(slot)] == 0).sum())}
-                for slot in SLOTS_OF_SHAPE[shape]
+                for slot in STRUCTURES[shape].slots
             }
             for shape, rows in rows_of.items()
         },
@@ -122,10 +123,11 @@ def markdown(sheet: Mapping[str, Any]) -> str:
             for source, count in sheet["objects_per_source"].items()
         ),
         "## Physics",
-        "In PyBullet, each tower is built from the bottom up and kept only if nothing shifts by more than 15 mm or "
-        "tilts by more than 4 degrees; its goals are where it came to rest. Circles, lines and table settings stand by "
+        f"In PyBullet, each {_names(stacked=True)} is built from the bottom up and kept only if nothing shifts by more than "
+        "15 mm or tilts by more than 4 degrees; its goals are where it came to rest. The others "
+        f"({_names(stacked=False)}) stand by "
         "construction, everything on the table and clear of each other; of these, a few of every shard are put "
-        "through the contract's whole protocol, to measure that.",
+        "through the whole evaluation protocol, to measure that.",
         _draws(drawing),
         f"Told by the draws of {drawing['scenes']:,} of the {sheet['scenes']:,} scenes.",
     ]
@@ -133,7 +135,7 @@ def markdown(sheet: Mapping[str, Any]) -> str:
         parts += [
             "## Pairs",
             f"{pairs['pairs']:,} pairs of objects near contact, for the collision discriminator: "
-            f"{pairs['penetrating']:,} intersect by more than 2 mm, {pairs['touching']:,} touch or miss each other by "
+            f"{pairs['penetrating']:,} intersect by more than {MAX_PENETRATION * 1000:g} mm, {pairs['touching']:,} touch or miss each other by "
             "less than that either way. Distances are the physics engine's.",
         ]
     parts += [
@@ -148,6 +150,10 @@ def markdown(sheet: Mapping[str, Any]) -> str:
         "points on their surfaces are, under the terms named above.",
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def _names(stacked: bool) -> str:
+    return ", ".join(name for name, structure in STRUCTURES.items() if structure.stacks == stacked)
 
 
 def _draws(drawing: Mapping[str, Any]) -> str:
@@ -175,7 +181,7 @@ def _drawing(path: Path, scenes: int) -> dict[str, Any]:
             shards[facts["shard"]] = facts
     seconds = sum(facts["seconds"] for facts in shards.values())
     told = sum(facts["scenes"] for facts in shards.values())
-    summed: dict[str, Counter[str]] = {shape: Counter() for shape in SHAPES}
+    summed: dict[str, Counter[str]] = {shape: Counter() for shape in STRUCTURES}
     for facts in shards.values():
         for shape, counts in facts["shapes"].items():
             summed[shape].update(counts)
@@ -193,8 +199,8 @@ def _pairs(path: Path) -> dict[str, int] | None:
     distance = read_arrays(path, "distance")["distance"]
     return {
         "pairs": len(distance),
-        "penetrating": int((distance < -_PENETRATION).sum()),
-        "touching": int((np.abs(distance) <= _PENETRATION).sum()),
+        "penetrating": int((distance < -MAX_PENETRATION).sum()),
+        "touching": int((np.abs(distance) <= MAX_PENETRATION).sum()),
     }
 
 

@@ -11,27 +11,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grounding.spec import LEGAL_VALUES, SLOTS_OF_SHAPE, StructureSpec
+from grounding.spec import LEGAL_VALUES, StructureSpec
 from structdiffusion.footprints import clear_gap, turned
 from structdiffusion.geometry import pose_from_xyz_yaw
-from structdiffusion.layouts import Layout, LayoutError, LayoutItem, lay_out
+from structdiffusion.layouts import Layout, lay_out
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Table
-from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
+from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures.bodies import LayoutItem
+from structdiffusion.structures.structure import STANDING, TALLEST, WIDEST, LayoutError, choose_first
 
-_COUNTS = {"circle": (3, 7), "line": (2, 6), "tower": (2, 4), "table setting": (3, 6)}
-_WIDEST = 0.22  # m, across a footprint in a circle or line: wider things leave no room for company
-_TALLEST_TOWER = 0.40  # m: what the arm can still release onto
-_TALLEST_IN_TOWER = 0.16  # m: of one object
-_LOWEST_OF = 2  # a tower of more objects than usual takes the lowest of so many times as many
+_ANY_COUNTS = (3, 5)  # objects of a scene whose shape is open
+_LEAST_OF_ANY = 2  # of two, a tower or a line can be made
 _INITIAL_GAP = 0.02  # m, between footprints at first: room for a finger
 _EDGE = 0.01  # m, from the table's edge at first
-_STANDING = f"level below and less than {_WIDEST} m across"
-# Who suits a structure, as `eligible` finds them.
-_SUITED = {
-    "table setting": f"by their nouns: {', '.join(BASES + CUTLERY + DRINKWARE)}",
-    "tower": f"{_STANDING}, lower than {_TALLEST_IN_TOWER} m, and no cutlery",
-}
 
 
 class SceneError(ValueError):
@@ -79,18 +72,14 @@ def layout_item(model: ObjectModel, yaw: float) -> LayoutItem:
 
 def full_spec(shape: str, rng: np.random.Generator) -> StructureSpec:
     """A spec of this shape with every slot that it can carry drawn at random: the paper's test sentences."""
-    return StructureSpec(shape, **{slot: str(rng.choice(LEGAL_VALUES[slot])) for slot in SLOTS_OF_SHAPE[shape]})
+    return StructureSpec(shape, **{slot: str(rng.choice(LEGAL_VALUES[slot])) for slot in STRUCTURES[shape].slots})
 
 
 def eligible(models: Sequence[ObjectModel], shape: str | None) -> list[ObjectModel]:
-    """The objects of a library that can take part in a structure of this shape."""
-    if shape == "table setting":
-        nouns = BASES + CUTLERY + DRINKWARE
-        return [model for model in models if model.category in nouns]
-    standing = [model for model in models if model.flat_bottom and model.radius < _WIDEST / 2]
-    if shape == "tower":
-        return [model for model in standing if model.height < _TALLEST_IN_TOWER and model.category not in CUTLERY]
-    return standing
+    """Return the objects of a library that can take part in a structure of this shape; `None` for what just stands."""
+    if shape is not None:
+        return [model for model in models if STRUCTURES[shape].suits(model)]
+    return [model for model in models if model.flat_bottom and model.radius < WIDEST / 2]
 
 
 def draw_scene(
@@ -126,7 +115,7 @@ def draw_scene(
     if categories:
         pool = [model for model in pool if model.category in categories]
     reason = f"{len(pool)} of {len(models)} objects suit a {spec.shape or 'structure'}"
-    who = _SUITED.get(spec.shape, _STANDING)
+    who = STRUCTURES[spec.shape].requirement if spec.shape else STANDING
     if members is not None:
         named = {model.name for model in members}
         pool = [model for model in pool if model.name in named]
@@ -139,8 +128,8 @@ def draw_scene(
             yaws = rng.uniform(-np.pi, np.pi, len(chosen))
             items = [layout_item(model, yaw) for model, yaw in zip(chosen, yaws)]
             layout = lay_out(items, spec, table, rng)
-            if layout.spec.shape == "tower" and layout.positions[:, 2].max() > _TALLEST_TOWER:
-                raise LayoutError("the tower would be higher than the arm can build")
+            if layout.positions[:, 2].max() > TALLEST:
+                raise LayoutError(f"the {layout.spec.shape} would be higher than the arm can build")
             if members is None:
                 extra = _bystanders(models, chosen, rng, distractors, bool(categories))
             else:
@@ -179,54 +168,13 @@ def _choose(
     count: int | None,
     named: bool,
 ) -> list[ObjectModel]:
-    """The objects that take part; circles and lines are often of one kind."""
-    low, high = _COUNTS.get(shape, (3, 5))
+    """Choose the objects that take part."""
+    low, high = STRUCTURES[shape].usual_counts if shape else _ANY_COUNTS
     wanted = count if count is not None else int(rng.integers(low, high + 1))
-    many = wanted > high
     shuffled = [pool[i] for i in rng.permutation(len(pool))]
-    if shape == "table setting":
-        bases = [model for noun in BASES for model in shuffled if model.category == noun]
-        if not bases:
-            raise LayoutError("a table setting needs a plate or a bowl as its base")
-        chosen = bases[:1]
-        roles = {**{noun: (noun,) for noun in CUTLERY}, "drink": DRINKWARE}
-        if chosen[0].category == "plate":
-            roles["bowl"] = ("bowl",)
-        for role in rng.permutation(list(roles)):
-            match = next((m for m in shuffled if m.category in roles[str(role)] and m.radius < 0.15), None)
-            if match is not None and len(chosen) < wanted:
-                chosen.append(match)
-        if many:  # a second one of each, but for bowls: two have no room behind the plate
-            for role in rng.permutation([role for role in roles if role != "bowl"]):
-                second = [m for m in shuffled if m.category in roles[str(role)] and m.radius < 0.15][1:2]
-                chosen += second[: wanted - len(chosen)]
-        return chosen
-    if shape in ("circle", "line") and not named and rng.random() < 0.5:
-        same = [model for model in shuffled if model.category == shuffled[0].category]
-        if len(same) >= wanted:
-            shuffled = same
-    least = low if shape else 2  # of two, a tower or a line can be made
-    if len(shuffled) < least:
-        raise LayoutError(f"a {shape or 'structure'} needs {least} or more objects, and {len(shuffled)} suit it")
-    chosen = shuffled[:wanted]
-    if shape == "tower":
-        if many:
-            chosen = _low_enough(shuffled, wanted)
-        if not any(model.stackable for model in chosen):
-            raise LayoutError("none of the objects can carry another")
-        # At most one object that cannot carry: it goes on top.
-        carriers = [model for model in chosen if model.stackable]
-        chosen = carriers + [model for model in chosen if not model.stackable][:1]
-        if len(chosen) < low:
-            raise LayoutError("too few of the objects can carry another")
-    return chosen
-
-
-def _low_enough(shuffled: Sequence[ObjectModel], wanted: int) -> list[ObjectModel]:
-    """The lowest of some objects, up to as many as the arm can pile up."""
-    low = sorted(shuffled[: _LOWEST_OF * wanted], key=lambda model: model.height)[:wanted]
-    below = np.cumsum([0.0, *(model.height for model in low[:-1])])
-    return [model for model, height in zip(low, below) if height < _TALLEST_TOWER]
+    if shape is None:
+        return choose_first(shuffled, wanted, "structure", _LEAST_OF_ANY)
+    return STRUCTURES[shape].choose(shuffled, wanted, rng, named)
 
 
 def _scatter(

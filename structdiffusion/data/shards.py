@@ -16,22 +16,22 @@ from typing import Any
 
 import numpy as np
 
-from grounding.spec import SHAPES, StructureSpec
+from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_scene, full_spec
 from structdiffusion.geometry import yaw_of
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.protocol.physical_stability import place_and_check
 from structdiffusion.simulation.world import TabletopWorld
+from structdiffusion.structures import STRUCTURES
 from structdiffusion.word_tokens import word_ids
 
 PLACES, EXTRAS = 7, 2  # objects that take part, and distractors, at most
 # In a crowded scene more take part. Its rows are wider, and are kept apart from the others: most batches stay small.
 CROWDED_PLACES, _CROWD = 10, (8, 10)
-# Of the tries at a demonstration. Towers are drawn more often, since some of them fall and are dropped.
-_SHAPE_WEIGHTS = {"circle": 0.25, "line": 0.22, "tower": 0.28, "table setting": 0.25}
-_CROWDED_WEIGHTS = {"circle": 0.4, "line": 0.35, "tower": 0.05, "table setting": 0.2}
-# A tower stands if nothing moved or tilted by more than this when it was built and left alone.
-_TOWER_SHIFT, _TOWER_TILT = 0.015, np.radians(4.0)
+# Share of the structures that a rotation alters whose rotation is left out: else a closed ring would never be shown.
+_ROTATION_LEFT_OUT = 0.4
+# What is stacked stands if nothing moved or tilted by more than this when it was built and left alone.
+_STACK_SHIFT, _STACK_TILT = 0.015, np.radians(4.0)
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def draw_shard(
     started = time.perf_counter()
     rng = np.random.default_rng((seed, number, 1) if crowded else (seed, number))
     rows: list[dict[str, np.ndarray]] = []
-    tries: dict[str, Counter[str]] = {shape: Counter() for shape in SHAPES}
+    tries: dict[str, Counter[str]] = {shape: Counter() for shape in STRUCTURES}
     while len(rows) < scenes:
         shape, row, scene = _try(models, rng, crowded)
         tries[shape]["tries"] += 1
@@ -77,7 +77,7 @@ def draw_shard(
         if row is None:
             continue
         rows.append(row)
-        if shape != "tower" and tries[shape]["proven"] < proven:
+        if not STRUCTURES[shape].stacks and tries[shape]["proven"] < proven:
             tries[shape]["proven"] += 1
             tries[shape]["stood"] += _stands(scene)
     columns = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
@@ -89,11 +89,10 @@ def _try(
     models: Sequence[ObjectModel], rng: np.random.Generator, crowded: bool
 ) -> tuple[str, dict[str, np.ndarray] | None, DrawnScene | None]:
     """The shape that was tried, its row, and the scene, where there are any."""
-    weights = _CROWDED_WEIGHTS if crowded else _SHAPE_WEIGHTS
-    shape = str(rng.choice(SHAPES, p=[weights[shape] for shape in SHAPES]))
+    shares = np.array([one.crowded_share if crowded else one.demonstration_share for one in STRUCTURES.values()])
+    shape = str(rng.choice(list(STRUCTURES), p=shares / shares.sum()))
     spec = full_spec(shape, rng)
-    if shape == "circle" and rng.random() < 0.4:
-        # A ring without an opening is what a circle means when no rotation was asked for.
+    if STRUCTURES[shape].rotation_alters_layout and rng.random() < _ROTATION_LEFT_OUT:
         spec = StructureSpec.from_dict({**spec.to_dict(), "rotation": None})
     try:
         count = int(rng.integers(_CROWD[0], _CROWD[1] + 1)) if crowded else None
@@ -102,23 +101,23 @@ def _try(
         return shape, None, None
     motions = scene.reference_goal_from_initial()
     world_from_goal = motions @ scene.world_from_initial[: scene.count]
-    if shape == "tower":
-        world_from_goal = settled_tower(scene, world_from_goal)
+    if STRUCTURES[shape].stacks:
+        world_from_goal = settled_stack(scene, world_from_goal)
         if world_from_goal is None:
             return shape, None, scene
     return shape, _row(models, scene, world_from_goal, CROWDED_PLACES if crowded else PLACES), scene
 
 
 def _stands(scene: DrawnScene) -> bool:
-    """Whether the reference arrangement of a scene passes the contract's protocol."""
+    """Whether the reference arrangement of a scene passes the evaluation protocol."""
     n, poses = scene.count, scene.world_from_initial
     others = list(zip(scene.models[n:], poses[n:]))
     motions = scene.reference_goal_from_initial()
     return place_and_check(scene.models[:n], poses[:n], motions, scene.spec, scene.table, others).success
 
 
-def settled_tower(scene: DrawnScene, world_from_goal: np.ndarray) -> np.ndarray | None:
-    """Where the objects of a tower come to rest when it is built from the bottom up, or `None` if it falls.
+def settled_stack(scene: DrawnScene, world_from_goal: np.ndarray) -> np.ndarray | None:
+    """Build a stack, such as a tower; return where its objects come to rest when it is built from the bottom up, or `None` if it falls.
 
     Args:
         scene: its objects; only those that take part matter.
@@ -137,7 +136,7 @@ def settled_tower(scene: DrawnScene, world_from_goal: np.ndarray) -> np.ndarray 
             planned = world_from_goal[list(order[: place + 1])]
             shift = np.linalg.norm(poses[:, :2, 3] - planned[:, :2, 3], axis=1)
             tilt = np.arccos(np.clip(poses[:, 2, 2], -1, 1))
-            if shift.max() > _TOWER_SHIFT or tilt.max() > _TOWER_TILT:
+            if shift.max() > _STACK_SHIFT or tilt.max() > _STACK_TILT:
                 return None
             # The top is where the highest of the placed objects ends: a cup inside a bowl may be lower than its rim.
             top = max(p[2, 3] + scene.models[i].height for p, i in zip(poses, order))

@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from pathlib import Path
 
-import numpy as np
-import trimesh
-
-from structdiffusion.limits import MESH_BYTES, MESH_FACES, MESH_FINE_FACES, SLOW_BYTES, glb_faces
-from structdiffusion.objects.meshes import coarser, object_from_mesh
+from structdiffusion.limits import MESH_FINE_FACES, SLOW_BYTES, glb_faces
+from structdiffusion.objects.mesh_preparation import prepare
+from structdiffusion.objects.mesh_process import prepare_apart
 from structdiffusion.objects.model import ObjectError, ObjectModel
-from structdiffusion.objects.preparation import prepared_apart
 
 FORMATS = (".obj", ".stl", ".ply", ".glb")
-SMALLEST, LARGEST = 0.005, 0.5
-# Kilograms per cubic metre of hull: most household things are hollow or light.
-_DENSITY = 400.0
-_FRICTION = 0.5
 # The nouns that a file name may say.
 NOUNS = (
     "fork", "knife", "spatula", "spoon", "plate", "saucer", "bowl", "mug", "cup", "glass", "saucepan",
@@ -89,39 +81,7 @@ def object_from_file(path: Path, name: str, category: str | None = None) -> Obje
             message says why.
     """
     category = category or category_of(path.stem)
-    return prepared_apart(path, name, category) if _is_large(path) else prepared(path, name, category)
-
-
-def prepared(path: Path, name: str, category: str) -> ObjectModel:
-    """As `object_from_file`, in this process and however long it takes."""
-    mesh = _read(path)
-    size = float(mesh.extents.max())
-    if not SMALLEST <= size <= LARGEST:
-        raise ObjectError(
-            f"the mesh {str(path)!r} is {size:.4g} m long: the unit must be metres, "
-            f"and objects between {SMALLEST} and {LARGEST} m"
-        )
-    # A colour of its own for each name, the same in every run.
-    hue = hashlib.sha256(name.encode()).digest()
-    try:
-        return object_from_mesh(
-            mesh,
-            name=name,
-            category=category,
-            source="folder",
-            mass=float(np.clip(_DENSITY * mesh.convex_hull.volume, 0.005, 2.0)),
-            friction=_FRICTION,
-            color=(0.25 + hue[0] / 425, 0.25 + hue[1] / 425, 0.25 + hue[2] / 425),
-        )
-    except (ValueError, RuntimeError, ArithmeticError) as error:  # Qhull's errors are RuntimeErrors
-        message = f"the mesh {str(path)!r} cannot be used: it does not enclose a volume ({_reason(error)})"
-        raise ObjectError(message) from error
-
-
-def _reason(error: Exception) -> str:
-    """The first line of an error's message, or its name where it says nothing."""
-    lines = str(error).strip().splitlines()
-    return lines[0] if lines else type(error).__name__
+    return prepare_apart(path, name, category) if _is_large(path) else prepare(path, name, category)
 
 
 def _is_large(path: Path) -> bool:
@@ -132,28 +92,3 @@ def _is_large(path: Path) -> bool:
         return path.suffix.lower() == ".glb" and glb_faces(path) > MESH_FINE_FACES
     except ValueError:  # reading it says what is wrong
         return False
-
-
-def _read(path: Path) -> trimesh.Trimesh:
-    if (size := path.stat().st_size) > MESH_BYTES:
-        raise ObjectError(f"the mesh {str(path)!r} has {size} bytes; at most {MESH_BYTES} are read: simplify it")
-    # Readers of broken files raise nearly anything (struct, index, key, json, unicode errors).
-    try:
-        if path.suffix.lower() == ".glb":
-            _check_faces(path, glb_faces(path))  # before anything is made: a kilobyte can place a mesh a million times
-        mesh = trimesh.load(path, force="mesh", process=False)
-    except ObjectError:
-        raise
-    except Exception as error:
-        raise ObjectError(f"the mesh {str(path)!r} cannot be read: {_reason(error)}") from error
-    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
-        raise ObjectError(f"the mesh {str(path)!r} cannot be used: it has no faces")
-    _check_faces(path, len(mesh.faces))
-    if not np.isfinite(mesh.vertices).all():
-        raise ObjectError(f"the mesh {str(path)!r} cannot be used: some of its coordinates are not numbers")
-    return coarser(mesh, MESH_FINE_FACES)
-
-
-def _check_faces(path: Path, faces: int) -> None:
-    if faces > MESH_FACES:
-        raise ObjectError(f"the mesh {str(path)!r} has {faces} faces; at most {MESH_FACES} are read: simplify it")

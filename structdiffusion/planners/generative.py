@@ -12,23 +12,20 @@ from torch import Tensor
 
 from grounding.spec import StructureSpec
 from structdiffusion.completion.estimate import ObjectEstimate, estimate
-from structdiffusion.layouts import setting_base, tower_order
 from structdiffusion.models.backbone import Condition, PoseBackbone
 from structdiffusion.models.checkpoint import require_sound
 from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene, Table
 from structdiffusion.postprocessing.physics_reranking import tried_out
 from structdiffusion.postprocessing.physics_rollout import Imagination
 from structdiffusion.postprocessing.ranking import Ranker
-from structdiffusion.postprocessing.refinement import parted, pointed, straightened
+from structdiffusion.postprocessing.refinement import align_cutlery, fit_to_size, separate
 from structdiffusion.postprocessing.settling import settle
 from structdiffusion.postprocessing.table_regions import shift_into_place
+from structdiffusion.structures import STRUCTURES
 from structdiffusion.word_tokens import word_ids
 
 _FARTHEST = 1000.0  # m, from the robot: even an untrained network stays far below
 _CLOUD_POINTS = 256  # as in training
-# Towers are sampled in the order of the demonstrations, by sizes blurred a little; after so many samples every second
-# has its sizes blurred much, so that there is a choice where the usual order cannot stand.
-_BLURS, _USUAL = (0.1, 0.8), 16
 
 
 @dataclass(frozen=True)
@@ -150,7 +147,7 @@ class Finish:
 
     Attributes:
         placed: set objects down (`settle`), and move the structure as a whole into the thirds asked for (`placement`).
-        refined: draw circles and lines into the contract's bands, and objects apart (`refinement`).
+        refined: correct sizes, roundness and gaps into the bands of the evaluation protocol, and move objects apart (`refinement`).
         ranker: gives the order; with none it is that of sampling.
         imagined: how many of the best-ranked are tried out in imagination (`imagination`).
     """
@@ -194,13 +191,13 @@ class Finish:
         """Sets one arrangement (N, 4, 4) down, refines it, and moves it with its frame (4, 4), in place."""
         motions[:] = settle(objects, motions)
         if self.refined:
-            motions[:] = straightened(objects, motions, spec)
-            motions[:] = pointed(objects, motions, spec, math.atan2(frame[1, 0], frame[0, 0]))
+            motions[:] = fit_to_size(objects, motions, spec)
+            motions[:] = align_cutlery(objects, motions, spec, math.atan2(frame[1, 0], frame[0, 0]))
         shift = shift_into_place(objects, motions, spec, table)
         motions[:, :2, 3] += shift
         frame[:2, 3] += shift
         if self.refined:
-            motions[:] = parted(objects, others, motions)
+            motions[:] = separate(objects, others, motions)
 
 
 def place_orders(
@@ -208,22 +205,18 @@ def place_orders(
 ) -> Tensor:
     """Which object takes which place, (count, N), as in the demonstrations.
 
-    Random around a ring and along a line; what carries goes below in a tower, the broader the lower, but for every
-    second of many samples, whose order is less so; the base of a table setting comes first. With an open shape, every
-    third sample has the order of each.
+    Each structure says which object belongs where. With an open shape, the random order and those of the structures that
+    need another take turns.
     """
-    random = torch.rand(count, len(objects), generator=generator).argsort(dim=1)
+    random = torch.rand(count, len(objects), generator=generator).argsort(dim=1).numpy()
     rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
     items = [thing.layout_item() for thing in objects]
-    blurs = [_BLURS[k >= _USUAL and k % 2] for k in range(count)]
-    stacked = torch.tensor([tower_order(items, rng, blur) for blur in blurs])
-    base = setting_base(items)
-    first = (random == base).long().argsort(dim=1, descending=True, stable=True)
-    based = random.gather(1, first)
-    if spec.shape is None:
-        third = (torch.arange(count) % 3)[:, None]
-        return torch.where(third == 0, random, torch.where(third == 1, stacked, based))
-    return {"tower": stacked, "table setting": based}.get(spec.shape, random)
+    structures = STRUCTURES.values() if spec.shape is None else (STRUCTURES[spec.shape],)
+    ordered = [structure.order_places(items, random, rng) for structure in structures]
+    orders = [order for order in ordered if order is not None]
+    if spec.shape is None or not orders:
+        orders.insert(0, random)
+    return torch.from_numpy(np.stack(orders)[np.arange(count) % len(orders), np.arange(count)])
 
 
 def sampled_clouds(clouds: Sequence[ObjectCloud], generator: torch.Generator) -> Tensor:

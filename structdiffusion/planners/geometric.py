@@ -9,14 +9,16 @@ import numpy as np
 import torch
 
 from structdiffusion.completion.estimate import ObjectEstimate, estimate
-from structdiffusion.footprints import CLEARANCE, clear_gap
+from structdiffusion.evaluation_protocol import CLEARANCE
+from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
-from structdiffusion.layouts import LayoutError, lay_out
+from structdiffusion.layouts import lay_out
 from structdiffusion.observation import Arrangement, Goal, Scene, Table
 from structdiffusion.postprocessing.physics_reranking import tried_out
 from structdiffusion.postprocessing.physics_rollout import Imagination
 from structdiffusion.postprocessing.ranking import checks_score
 from structdiffusion.postprocessing.settling import settle
+from structdiffusion.structures.structure import LayoutError
 
 
 class GeometricPlanner:

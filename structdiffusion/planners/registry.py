@@ -21,7 +21,7 @@ class PlannerParts:
         guidance: weight of the structure discriminator's gradient in the denoising.
         cem: whether the cross-entropy method improves samples by the structure discriminator's score.
         placed: whether objects are set down, and structures moved into the thirds asked for, by what the camera saw.
-        refined: whether circles and lines are drawn into the contract's bands, and objects apart.
+        refined: whether structures that miss a check by little are corrected, and objects moved apart.
         discriminators: whether the trained discriminators count in the rank.
         mean_collision: rank by the mean over pairs of the chance of no collision, as in the paper, not the product.
         bounds: whether hanging over the table's edge counts in the rank.

@@ -9,9 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grounding.spec import StructureSpec
+from structdiffusion.evaluation_protocol import MAX_DISPLACEMENT, MAX_SPEED, MAX_TILT
 from structdiffusion.observation import Arrangement
 from structdiffusion.postprocessing.physics_rollout import HYPOTHESES, STACKED, Imagination, bottom_up
-from structdiffusion.protocol.physical_stability import MAX_DISPLACEMENT, MAX_SPEED, MAX_TILT, Verdict
+from structdiffusion.protocol.physical_stability import Verdict
 
 ENOUGH = 3  # arrangements that stand whatever is assumed: then no more are tried
 # What being tried is worth: an arrangement that was not tried is doubted, one that fell is hardly worth a second try.

@@ -15,12 +15,12 @@ from grounding.spec import StructureSpec
 from structdiffusion.completion.estimate import ObjectEstimate, imagined_bodies
 from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
-from structdiffusion.layouts import setting_base
 from structdiffusion.models.checkpoint import require_sound
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
+from structdiffusion.structures import STRUCTURES
 from structdiffusion.word_tokens import word_ids
 
 # Farther apart than this, metres, in outline, two objects cannot intersect: the network is not asked.
@@ -41,7 +41,7 @@ class Ranker:
 
     Attributes:
         structure, collision: trained discriminators.
-        imagined_checks: whether the contract's checks on estimated outlines, and what carries what, count.
+        imagined_checks: whether the checks of the evaluation protocol on estimated outlines, and what carries what, count.
         discriminators: whether the discriminators count.
         mean_collision: score collisions by the mean over pairs of the chance that they do not collide, as in the
             paper, instead of the chance that none does (noisy or).
@@ -78,7 +78,7 @@ class Ranker:
             spec: what was asked for.
             table: the table.
             orders: (K, N) the object of each place, as the demonstrations that taught the structure discriminator
-                had them; with `None` only the base of a table setting goes first.
+                had them; with `None` each object that has no place of its own is shown where it stands in `objects`.
         """
         outlines = [[thing.outline_after(motion) for thing, motion in zip(objects, row)] for row in motions]
         rows: list[dict[str, float]] = [{} for _ in motions]
@@ -86,7 +86,7 @@ class Ranker:
             moved = torch.from_numpy(motions).to(clouds)
             at_goal = torch.einsum("knij,npj->knpi", moved[..., :3, :3], clouds) + moved[..., None, :3, 3]
             if orders is None:
-                orders = np.tile(_base_first(objects, spec), (len(motions), 1))
+                orders = np.tile(_places(objects, spec), (len(motions), 1))
             structure = self._structure(at_goal, nouns, spec, torch.from_numpy(orders))
             free = self._collision_free(outlines, [thing.outline for thing in others], at_goal, other_clouds)
             require_sound(structure, StructureDiscriminator.kind)
@@ -149,17 +149,18 @@ def _near(outline: np.ndarray, other: np.ndarray) -> bool:
     return bool((low - high < _NEAR).all()) and clear_gap(outline, other) < _NEAR
 
 
-def _base_first(objects: Sequence[ObjectEstimate], spec: StructureSpec) -> list[int]:
-    """The objects in their order, but for the base of a table setting, which comes first."""
-    order = list(range(len(objects)))
-    if spec.shape != "table setting":
+def _places(objects: Sequence[ObjectEstimate], spec: StructureSpec) -> np.ndarray:
+    """Return the objects (1, N) in their order, but for those that have a place in the structure asked for."""
+    order = np.arange(len(objects))[None]
+    if spec.shape is None:
         return order
-    base = setting_base([thing.layout_item() for thing in objects])
-    return [base, *(i for i in order if i != base)]
+    items = [thing.layout_item() for thing in objects]
+    ordered = STRUCTURES[spec.shape].order_places(items, order, np.random.default_rng(0))
+    return order if ordered is None else ordered
 
 
 def checks_score(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: StructureSpec, table: Table) -> float:
-    """How surely the contract's checks hold, in [0, 1], for objects that land a few millimetres off.
+    """Score how surely the checks of the evaluation protocol hold, in [0, 1], for objects that land a few millimetres off.
 
     Where a check fails as imagined: half of the share of checks that hold. Otherwise the mean over `_TRIALS` trials,
     the first as imagined, the others with the same small errors for every arrangement; a trial in which a check fails

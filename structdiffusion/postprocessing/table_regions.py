@@ -13,19 +13,19 @@ import numpy as np
 
 from grounding.spec import StructureSpec
 from structdiffusion.completion.estimate import ObjectEstimate, imagined_bodies
+from structdiffusion.evaluation_protocol import X_POSITION_THIRDS, Y_POSITION_THIRDS
 from structdiffusion.footprints import centre_range
 from structdiffusion.observation import Table
-from structdiffusion.protocol.semantic import structure_centre
+from structdiffusion.structures import STRUCTURES
 
 # Kept from the borders of a third, as a share of it; and from the edge of the table, m.
 _MARGIN, _EDGE = 0.35, 0.008
-_THIRDS = {"right": 0, "center": 1, "left": 2, "bottom": 0, "middle": 1, "top": 2}
 
 
 def shift_into_place(
     objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: StructureSpec, table: Table
 ) -> np.ndarray:
-    """The least shift (2,), metres, that brings the structure onto the table and into the thirds asked for.
+    """Return the least shift (2,), metres, that brings the structure onto the table and into the thirds asked for.
 
     Zero along an axis on which it does not fit at all. With an open shape, zero: its centre is not defined.
 
@@ -37,15 +37,15 @@ def shift_into_place(
     if spec.shape is None:
         return shift
     bodies = imagined_bodies(objects, motions)
-    centre = structure_centre(bodies, spec.shape)
+    centre = STRUCTURES[spec.shape].centre(bodies)
     inner = Table(table.x_min + _EDGE, table.x_max - _EDGE, table.y_min + _EDGE, table.y_max - _EDGE)
-    for axis, value in ((0, spec.y_position), (1, spec.x_position)):
+    for axis, value, names in ((0, spec.y_position, Y_POSITION_THIRDS), (1, spec.x_position, X_POSITION_THIRDS)):
         low, high = centre_range([body.footprint for body in bodies], centre, inner)[axis]
         if high <= low:
             continue
         if value is not None:
             third = (high - low) / 3
-            start = low + _THIRDS[value] * third
+            start = low + names.index(value) * third
             low, high = start + _MARGIN * third, start + (1 - _MARGIN) * third
         shift[axis] = np.clip(centre[axis], low, high) - centre[axis]
     return shift

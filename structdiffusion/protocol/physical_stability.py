@@ -22,20 +22,25 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from grounding.spec import StructureSpec
+from structdiffusion.evaluation_protocol import (
+    FINAL_SECONDS,
+    MAX_DISPLACEMENT,
+    MAX_PENETRATION,
+    MAX_SPEED,
+    MAX_TILT,
+    MAX_TILT_DEGREES,
+    RELEASE_HEIGHT,
+    SETTLE_SECONDS,
+)
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel, footprint_centroid
 from structdiffusion.observation import Table
-from structdiffusion.protocol.semantic import Check, PlacedBody, check_structure
+from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.protocol.slot_measurement import realised_shape
 from structdiffusion.simulation.world import REST_SECONDS, TABLE, TabletopWorld, unique_names
-
-MAX_PENETRATION = 0.002  # m
-RELEASE_HEIGHT = 0.03  # m
-MAX_SPEED = 1.0  # m/s; a fall from the release height ends at 0.77
-MAX_DISPLACEMENT = 0.04  # m
-MAX_TILT = math.radians(15.0)
-SETTLE_SECONDS = 1.5
-FINAL_SECONDS = 2.0
+from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures.bodies import PlacedBody
+from structdiffusion.structures.checks import Check
 
 
 @dataclass(frozen=True)
@@ -125,7 +130,7 @@ def place_and_check(
         others: distractors with their poses (4, 4); they are in the world all the time.
         names: what the verdict calls the objects, then the others; by default their nouns, numbered.
         ground: the whole surface that carries things, where it is more than the table top.
-        until_rest: judge as soon as everything is at rest, and not after the contract's 2 s.
+        until_rest: judge as soon as everything is at rest, and not after the 2 s of the evaluation protocol.
         on_end: called with the world as it is in the end, such as to take a picture of it.
     """
     started = time.perf_counter()
@@ -171,7 +176,7 @@ def place_and_check(
 def semantic_checks(
     world: TabletopWorld, indices: Sequence[int], spec: StructureSpec, names: Sequence[str] | None = None
 ) -> tuple[Check, ...]:
-    """The contract's checks of what stands in a world, by the true models and their contacts.
+    """Check what stands in a world under the evaluation protocol, by the true models and their contacts.
 
     Args:
         world: the world, at rest; physics runs in it for 0.1 s while contacts are recorded.
@@ -204,7 +209,7 @@ def semantic_checks(
     foreign = sum(not own.issuperset(supports[index]) for index in indices)
     checks = [*check_structure(bodies, spec, world.table)]
     checks.append(Check("objects that rest on a distractor", foreign == 0, foreign, "0"))
-    if (spec.shape or realised_shape(bodies, world.table)) == "tower":
+    if STRUCTURES[spec.shape or realised_shape(bodies, world.table)].stacks:
         leaning = sum(TABLE in supports[index] and len(supports[index]) > 1 for index in indices)
         checks.append(Check("objects that rest on the table and on another", leaning == 0, leaning, "0"))
     return tuple(checks)
@@ -239,7 +244,7 @@ class _Trial:
             self._record("penetration", -clearance)
             if clearance < -MAX_PENETRATION:
                 thing = "table" if other == TABLE else self.names[other]
-                depth = f"{-clearance * 1000:.1f} mm, allowed 2 mm"
+                depth = f"{-clearance * 1000:.1f} mm, allowed {MAX_PENETRATION * 1000:g} mm"
                 raise self._failure("intersection", index, f"would penetrate the {thing} by {depth}", thing)
         above = goal.copy()
         above[2, 3] += RELEASE_HEIGHT
@@ -261,7 +266,7 @@ class _Trial:
             fastest = int(speeds.argmax())
             self._record("speed", speeds[fastest])
             if speeds[fastest] > MAX_SPEED:
-                motion = f"moves at {speeds[fastest]:.2f} m/s, allowed 1 m/s"
+                motion = f"moves at {speeds[fastest]:.2f} m/s, allowed {MAX_SPEED:g} m/s"
                 raise self._failure("abnormal velocity", fastest, motion)
 
         self.world.settle(seconds, watch, until_rest)
@@ -277,13 +282,13 @@ class _Trial:
             displacement = float(np.linalg.norm(poses[index][:2, 3] - goal[:2, 3]))
             self._record("displacement", displacement)
             if displacement > MAX_DISPLACEMENT:
-                where = f"ends {displacement * 100:.1f} cm from its predicted place, allowed 4 cm"
+                where = f"ends {displacement * 100:.1f} cm from its predicted place, allowed {MAX_DISPLACEMENT * 100:g} cm"
                 raise self._failure("abnormal velocity", index, where)
         for index, goal in enumerate(self.expected):
             tilt = tilt_between(poses[index], goal)
             self._record("tilt", tilt)
             if tilt > MAX_TILT:
-                what = f"ends tilted by {math.degrees(tilt):.0f} degrees, allowed 15"
+                what = f"ends tilted by {math.degrees(tilt):.0f} degrees, allowed {MAX_TILT_DEGREES:g}"
                 raise self._failure("not upright", index, what)
 
     def _failure(self, failure: str, index: int, what: str, penetrated: str | None = None) -> _Failure:

@@ -1,6 +1,6 @@
-"""Which values of the five slots a structure realises: the contract's measures, read back as words.
+"""Which values of the five slots a structure realises: the measures of the evaluation protocol, read back as words.
 
-Pure geometry, on imagined or on true bodies. What is measured is what the checks of `structdiffusion.protocol.semantic` measure.
+Pure geometry, on imagined or on true bodies. What is measured is what the checks of `structdiffusion.structures` measure.
 """
 
 from __future__ import annotations
@@ -12,37 +12,36 @@ from dataclasses import replace
 
 import numpy as np
 
-from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS_OF_SHAPE, StructureSpec
-from structdiffusion.footprints import SIZE_BANDS
-from structdiffusion.layouts import LayoutError, LayoutItem, lay_out
+from grounding.spec import LEGAL_VALUES, StructureSpec
+from structdiffusion.evaluation_protocol import SIZE_BANDS, X_POSITION_THIRDS, Y_POSITION_THIRDS
+from structdiffusion.layouts import lay_out
 from structdiffusion.observation import Table
-from structdiffusion.protocol.semantic import PlacedBody, check_structure
-from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
+from structdiffusion.protocol.semantic import check_structure
+from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures.bodies import LayoutItem, PlacedBody
+from structdiffusion.structures.checks import HEADING_MEASURE, PLACE_MEASURE, SIZE_MEASURE
+from structdiffusion.structures.structure import LayoutError
 
-# A line faces both ways: north is south, and east is west.
-_LINE_ROTATIONS = ("north", "east")
-_POSITIONS = {"x_position": ("right", "center", "left"), "y_position": ("bottom", "middle", "top")}
-# What the checks that measure a slot are called.
-_MEASURED_BY = {
-    "size": "tightest extent", "x_position": "left: place", "y_position": "top: place", "rotation": "heading",
-}  # fmt: skip
-_OPENING = "opening / mean"
-_LEAST_OPENING = 1.5  # of a ring: one that is closed faces nowhere
+_POSITIONS = {"x_position": X_POSITION_THIRDS, "y_position": Y_POSITION_THIRDS}
 _FIT_ATTEMPTS = 10  # layouts tried before a value counts as one that does not fit
 
 
 def realised_shape(bodies: Sequence[PlacedBody], table: Table) -> str:
-    """The shape whose checks hold best; of those that hold alike, the one that asks for most.
+    """Return the shape whose checks hold best; of those that hold alike, the one that asks for most.
 
-    Things that have no place in a table setting make none, although its checks do not mind them.
+    Objects that have no place in a table setting make none, although its checks do not mind them.
     """
-    laid = all(body.category in BASES + CUTLERY + DRINKWARE for body in bodies)
+    suited = [
+        shape
+        for shape, structure in STRUCTURES.items()
+        if structure.nouns is None or all(body.category in structure.nouns for body in bodies)
+    ]
 
     def held(shape: str) -> tuple[float, int]:
         checks = check_structure(bodies, StructureSpec(shape), table)
         return sum(check.passed for check in checks) / len(checks), len(checks)
 
-    return max((shape for shape in SHAPES if laid or shape != "table setting"), key=held)
+    return max(suited, key=held)
 
 
 def realised_spec(bodies: Sequence[PlacedBody], table: Table, shape: str | None = None) -> StructureSpec:
@@ -60,15 +59,15 @@ def realised_spec(bodies: Sequence[PlacedBody], table: Table, shape: str | None 
     """
     shape = realised_shape(bodies, table) if shape is None else shape
     values: dict[str, str | None] = {}
-    for slot in SLOTS_OF_SHAPE[shape]:
+    for slot in STRUCTURES[shape].slots:
         measure = _rotation if slot == "rotation" else _size if slot == "size" else _position
         values[slot] = measure(bodies, table, shape, slot)
     return StructureSpec(shape, **values)
 
 
 def distinct_values(shape: str | None, slot: str) -> tuple[str, ...]:
-    """The values of a slot that can be told apart in a structure of a shape."""
-    return _LINE_ROTATIONS if (shape, slot) == ("line", "rotation") else LEGAL_VALUES[slot]
+    """Return the values of a slot that can be told apart in a structure of a shape."""
+    return STRUCTURES[shape].rotations if shape is not None and slot == "rotation" else LEGAL_VALUES[slot]
 
 
 def fitting_values(
@@ -95,7 +94,7 @@ def fitting_values(
 
     legal = distinct_values(spec.shape, slot)
     if slot == "shape":
-        legal = tuple(shape for shape in legal if all(s in ("shape", *SLOTS_OF_SHAPE[shape]) for s, _ in spec.tokens()))
+        legal = tuple(shape for shape in legal if STRUCTURES[shape].can_carry(spec))
     return tuple(value for value in legal if fits(value))
 
 
@@ -130,7 +129,7 @@ def _entropy_of_even_draws(draws: int, values: int) -> float:
 
 
 def _size(bodies: Sequence[PlacedBody], table: Table, shape: str, slot: str) -> str | None:
-    ratio = _measure(bodies, StructureSpec(shape, size="small"), table, _MEASURED_BY[slot])
+    ratio = _measure(bodies, StructureSpec(shape, size="small"), table, SIZE_MEASURE)
     if ratio is None:
         return None
     return next(size for size, (low, high) in SIZE_BANDS.items() if low <= ratio < high)
@@ -138,17 +137,16 @@ def _size(bodies: Sequence[PlacedBody], table: Table, shape: str, slot: str) -> 
 
 def _position(bodies: Sequence[PlacedBody], table: Table, shape: str, slot: str) -> str | None:
     names = _POSITIONS[slot]
-    share = _measure(bodies, StructureSpec(shape, **{slot: names[-1]}), table, _MEASURED_BY[slot])
+    share = _measure(bodies, StructureSpec(shape, **{slot: names[-1]}), table, PLACE_MEASURE)
     return None if share is None else names[int(np.clip(3 * share, 0, 2))]
 
 
 def _rotation(bodies: Sequence[PlacedBody], table: Table, shape: str, slot: str) -> str | None:
+    if not STRUCTURES[shape].has_heading(bodies):
+        return None
     off: dict[str, float] = {}
     for rotation in distinct_values(shape, slot):
-        spec = StructureSpec(shape, rotation=rotation)
-        if shape == "circle" and (_measure(bodies, spec, table, _OPENING) or 0.0) < _LEAST_OPENING:
-            return None
-        degrees = _measure(bodies, spec, table, _MEASURED_BY[slot])
+        degrees = _measure(bodies, StructureSpec(shape, rotation=rotation), table, HEADING_MEASURE)
         if degrees is not None:
             off[rotation] = degrees
     return min(off, key=off.__getitem__, default=None)

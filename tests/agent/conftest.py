@@ -13,8 +13,8 @@ from grounding.spec import StructureSpec
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene
-from structdiffusion.protocol.semantic import Check
 from structdiffusion.simulation.depth_camera import DepthCamera
+from structdiffusion.structures.checks import Check
 
 INSTRUCTION = 'put the cups in a small circle <script>alert("x")</script>'
 

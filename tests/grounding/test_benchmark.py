@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 
+from grounding import benchmark
 from grounding.benchmark import (
     BenchmarkError,
     Row,
@@ -164,3 +165,13 @@ def test_files_that_are_none(tmp_path):
         load_rows(tmp_path / "bytes")
     with pytest.raises(OSError, match="missing"):
         load_rows(tmp_path / "missing")
+
+
+def test_a_file_without_an_end_and_one_of_lists_in_lists(tmp_path, monkeypatch):
+    monkeypatch.setattr(benchmark, "MOST_BYTES", 100_000)
+    (tmp_path / "endless.jsonl").symlink_to("/dev/zero")
+    with pytest.raises(BenchmarkError, match="has more than 100000 bytes"):
+        load_rows(tmp_path / "endless.jsonl")
+    (tmp_path / "deep.jsonl").write_text("[" * 90_000)
+    with pytest.raises(BenchmarkError, match="line 1 is not valid JSON"):
+        load_rows(tmp_path / "deep.jsonl")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from grounding.foreign_languages import foreign_language
-from grounding.interpreter import Reader
+from grounding.interpreter import Interpreter
 from grounding.parsers.spelling import mend
 
 DATA = Path(__file__).parents[2] / "grounding" / "benchmark_data"
@@ -43,9 +43,9 @@ def test_no_instruction_of_the_benchmark_is_taken_for_another_language(encoder):
     assert [text for text in rows if foreign_language(text, lambda: mend(text, encoder.whole_words).text)] == []
 
 
-def test_a_reader_refuses_them(parser, encoder):
-    reader = Reader(lambda: parser, encoder=encoder)
-    first, second, third = reader.parse_batch(["stack the cans", "bau einen Turm aus den Dosen", "make a circle"])
+def test_an_interpreter_refuses_them(parser, encoder):
+    interpreter = Interpreter(lambda: parser, encoder=encoder)
+    first, second, third = interpreter.parse_batch(["stack the cans", "bau einen Turm aus den Dosen", "make a circle"])
     assert (first.spec.shape, third.spec.shape) == ("tower", "circle")
     assert second.status == "refused" and second.spec.tokens() == ()
     assert second.message == (

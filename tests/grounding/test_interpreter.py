@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from grounding.interpreter import Reader
+from grounding.interpreter import Interpreter
 from grounding.parse_result import Parse
 from grounding.parsers.llm_reply import IllegalReplyError, LLMError
 from grounding.spec import StructureSpec
@@ -17,12 +17,12 @@ ROW_KEYS = {
 
 
 @pytest.fixture
-def reader(parser):
-    return Reader(lambda: parser)
+def interpreter(parser):
+    return Interpreter(lambda: parser)
 
 
-def test_a_row(reader):
-    row = reader.read("put the cups in a small circle on the left").to_dict()
+def test_a_row(interpreter):
+    row = interpreter.interpret("put the cups in a small circle on the left").to_dict()
     assert set(row) == ROW_KEYS
     assert row["spec"] == {
         "shape": "circle", "size": "small", "x_position": "left", "y_position": None, "rotation": None,
@@ -40,12 +40,12 @@ def test_a_row(reader):
         ("make a circle", ["mug", "bowl", "plate"], ("mug", "bowl", "plate")),
     ],
 )
-def test_objects_of_a_scene(reader, text, names, chosen):
-    assert reader.read(text, names).objects == chosen
+def test_objects_of_a_scene(interpreter, text, names, chosen):
+    assert interpreter.interpret(text, names).objects == chosen
 
 
-def test_objects_that_are_not_there_are_refused(reader):
-    reading = reader.read("stack the bananas", ["mug", "can"])
+def test_objects_that_are_not_there_are_refused(interpreter):
+    reading = interpreter.interpret("stack the bananas", ["mug", "can"])
     assert reading.status == "refused" and "banana" in reading.message and "mug" in reading.message
 
 
@@ -60,7 +60,7 @@ def test_objects_that_are_not_there_are_refused(reader):
 )
 def test_viewpoint(parser, text, robot, opposite):
     for viewpoint, expected in (("robot", robot), ("opposite", opposite)):
-        reading = Reader(lambda: parser, viewpoint=viewpoint).read(text)
+        reading = Interpreter(lambda: parser, viewpoint=viewpoint).interpret(text)
         assert reading.spec == StructureSpec("line", None, *expected), viewpoint
         assert reading.to_dict()["viewpoint"] == viewpoint
 
@@ -83,18 +83,18 @@ def test_what_is_said_of_the_robot_is_the_robots(text, evidence, expected):
 
 def test_an_unknown_viewpoint(parser):
     with pytest.raises(ViewpointError, match="'above'; legal values: robot, opposite"):
-        Reader(lambda: parser, viewpoint="above")
+        Interpreter(lambda: parser, viewpoint="above")
 
 
 def test_when_the_llm_cannot_be_loaded_the_other_parser_speaks_and_it_is_said(parser):
     def unusable():
         raise LLMError("no server at http://localhost:1")
 
-    reading = Reader(unusable, lambda: parser).read("stack the cans")
+    reading = Interpreter(unusable, lambda: parser).interpret("stack the cans")
     assert reading.spec.shape == "tower" and reading.to_dict()["parser"] == "embedding"
     assert "no server at http://localhost:1" in reading.fallback
     with pytest.raises(LLMError):
-        Reader(unusable).read("stack the cans")
+        Interpreter(unusable).interpret("stack the cans")
 
 
 def test_when_the_llm_fails_on_the_way_the_other_parser_speaks_from_then_on(parser):
@@ -109,24 +109,24 @@ def test_when_the_llm_fails_on_the_way_the_other_parser_speaks_from_then_on(pars
             return [Parse(text, StructureSpec("line"), self.name) for text in texts]
 
     dying = Dying()
-    reader = Reader(lambda: dying, lambda: parser)
-    assert reader.read("stack the cans").to_dict()["parser"] == "llm"
+    interpreter = Interpreter(lambda: dying, lambda: parser)
+    assert interpreter.interpret("stack the cans").to_dict()["parser"] == "llm"
     for _ in range(2):
-        reading = reader.read("stack the cans")
+        reading = interpreter.interpret("stack the cans")
         assert reading.to_dict()["parser"] == "embedding" and "hung up" in reading.fallback
     assert dying.calls == 2
 
 
 def test_words_for_one_that_fit_several_objects_are_a_question(encoder, parser):
-    reader = Reader(lambda: parser, encoder=encoder)
-    reading = reader.read("put the mug and the bowl in a line", ["red mug", "blue mug", "bowl"])
+    interpreter = Interpreter(lambda: parser, encoder=encoder)
+    reading = interpreter.interpret("put the mug and the bowl in a line", ["red mug", "blue mug", "bowl"])
     assert reading.status == "ask" and reading.question.options == ("red mug", "blue mug")
     assert reading.to_dict()["question"] == {"slot": "object", "options": ["red mug", "blue mug"]}
     assert "'mug' can be each of 2 objects: red mug; blue mug; which one?" in reading.message
 
 
 def test_an_adjective_that_cannot_be_judged_is_told(encoder, parser):
-    reading = Reader(lambda: parser, encoder=encoder).read("put the heavy cups in a line", ["cup", "cup", "bowl"])
+    reading = Interpreter(lambda: parser, encoder=encoder).interpret("put the heavy cups in a line", ["cup", "cup", "bowl"])
     assert reading.status == "ok" and reading.objects == ("cup", "cup")
     assert reading.message == "it is not known which of the cups here are 'heavy': that word was left out of the choice"
 
@@ -144,12 +144,12 @@ def test_an_illegal_reply_costs_its_own_text_and_no_other(parser):
             return [replace(parse, parser="llm") for parse in parser.parse_batch(texts)]
 
     texts = ["make a line", "stack the cans", "make a circle"]
-    reader = Reader(Stammering, lambda: parser)
-    readings = reader.read_many(texts)
+    interpreter = Interpreter(Stammering, lambda: parser)
+    readings = interpreter.interpret_many(texts)
     assert [reading.parse.parser for reading in readings] == ["llm", "embedding", "llm"]
     assert [reading.spec.shape for reading in readings] == ["line", "tower", "circle"]
     said = "the language model gave no legal answer; the embedding parser read this"
     assert [reading.fallback for reading in readings] == ["", said, ""]
-    assert reader.read("make a row").parse.parser == "llm"
+    assert interpreter.interpret("make a row").parse.parser == "llm"
     with pytest.raises(IllegalReplyError):
-        Reader(Stammering).read_many(texts)
+        Interpreter(Stammering).interpret_many(texts)

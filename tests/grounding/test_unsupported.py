@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from grounding.interpreter import Reader
+from grounding.interpreter import Interpreter
 
 DATA = Path(__file__).parents[2] / "grounding" / "benchmark_data"
 
 
 @pytest.fixture(scope="module")
-def reader(parser, encoder) -> Reader:
-    return Reader(lambda: parser, encoder=encoder)
+def interpreter(parser, encoder) -> Interpreter:
+    return Interpreter(lambda: parser, encoder=encoder)
 
 
 @pytest.mark.parametrize(
@@ -37,8 +37,8 @@ def reader(parser, encoder) -> Reader:
         ("put the cups in a line to the left of the bowl", ""),
     ],
 )
-def test_what_cannot_be_built_is_refused(reader, text, what):
-    parse = reader.parse(text)
+def test_what_cannot_be_built_is_refused(interpreter, text, what):
+    parse = interpreter.parse(text)
     assert parse.status == "refused" and parse.spec.tokens() == ()
     assert what in parse.message and repr(text[:20])[1:-1] in parse.message
 
@@ -56,8 +56,8 @@ def test_what_cannot_be_built_is_refused(reader, text, what):
         ("in the far corner make a circle", "x_position", ("left", "right")),
     ],
 )
-def test_edges_and_corners_are_asked_about(reader, text, slot, options):
-    parse = reader.parse(text)
+def test_edges_and_corners_are_asked_about(interpreter, text, slot, options):
+    parse = interpreter.parse(text)
     assert parse.status == "ask" and parse.question.slot == slot and parse.question.options == options
     assert parse.message == parse.question.text
 
@@ -86,18 +86,18 @@ def test_edges_and_corners_are_asked_about(reader, text, slot, options):
         ("arrange 4 red blocks in a vertical stack on the table top", {"shape": "tower"}),
     ],
 )
-def test_what_can_be_built_is_left_alone(reader, text, tokens):
-    parse = reader.parse(text)
+def test_what_can_be_built_is_left_alone(interpreter, text, tokens):
+    parse = interpreter.parse(text)
     assert (parse.status, dict(parse.spec.tokens())) == ("ok", tokens)
 
 
-def test_no_buildable_instruction_of_the_benchmark_is_refused_for_it(reader):
+def test_no_buildable_instruction_of_the_benchmark_is_refused_for_it(interpreter):
     """The best reading of a question counts, so that only a refusal could lose one."""
     rows = [json.loads(line) for name in ("free", "development") for line in (DATA / f"{name}.jsonl").open()]
     buildable = [row["text"] for row in rows if not row["refuse"]]
     refused = [
         parse.text
-        for parse in reader.parse_batch(buildable)
+        for parse in interpreter.parse_batch(buildable)
         if "cannot be built yet" in parse.message and parse.status == "refused"
     ]
     assert refused == []

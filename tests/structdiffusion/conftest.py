@@ -9,7 +9,7 @@ from structdiffusion.data import demonstrations
 from structdiffusion.footprints import turned
 from structdiffusion.models.encoders import SENTENCE_WIDTH
 from structdiffusion.objects.procedural import procedural_objects
-from structdiffusion.protocol.semantic import PlacedBody
+from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.word_tokens import word_ids
 
 torch.set_num_threads(1)

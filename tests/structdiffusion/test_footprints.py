@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
+from structdiffusion.evaluation_protocol import CLEARANCE
 from structdiffusion.footprints import (
-    CLEARANCE,
     centre_range,
     clear_gap,
     fit_circle,

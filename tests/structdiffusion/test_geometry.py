@@ -78,7 +78,7 @@ def test_yaw_and_wrapping(yaw):
         assert wrap_angle(yaw + 2 * math.pi * turns) == pytest.approx(yaw)
 
 
-def test_headings_are_the_contracts():
+def test_headings_are_those_of_the_evaluation_protocol():
     compass = {"north": (1, 0), "west": (0, 1), "south": (-1, 0), "east": (0, -1)}
     for name, (x, y) in compass.items():
         heading = HEADING_OF_ROTATION[name]

@@ -8,10 +8,13 @@ import pytest
 from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS_OF_SHAPE, StructureSpec
 from structdiffusion.data.scene_sampling import eligible, layout_item
 from structdiffusion.footprints import clear_gap, turned
-from structdiffusion.layouts import LayoutError, LayoutItem, lay_out, tower_order
+from structdiffusion.layouts import lay_out
 from structdiffusion.objects.solids import circle_outline
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
+from structdiffusion.structures.bodies import LayoutItem
+from structdiffusion.structures.structure import LayoutError
+from structdiffusion.structures.tower import tower_order
 
 COUNTS = {"circle": (3, 7), "line": (2, 6), "tower": (2, 4), "table setting": (2, 6)}
 
@@ -40,7 +43,7 @@ def some_items(library, shape: str, rng: np.random.Generator) -> list[LayoutItem
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_layout_passes_every_check(shape, library, built):
-    """Whatever the planner lays out holds in the contract's own checks, clear of itself, on the table."""
+    """Whatever the planner lays out passes the checks of the evaluation protocol, clear of itself, on the table."""
     table, made = Table(), 0
     for seed in range(60):
         rng = np.random.default_rng((seed, SHAPES.index(shape)))

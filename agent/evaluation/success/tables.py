@@ -11,6 +11,7 @@ from typing import Any
 
 from agent.evaluation.success import paper_results
 from structdiffusion.benchmark.success import NO_ARRANGEMENT, Row
+from structdiffusion.evaluation_protocol import MAX_PENETRATION
 from structdiffusion.parallel import WORKER_DIED
 from structdiffusion.planners.registry import PLANNERS, PlannerParts
 from structdiffusion.protocol.semantic import FAILURE_CLASSES
@@ -95,7 +96,7 @@ def _failures_of_methods(found: Mapping[str, Any]) -> Table:
     rows += [(*_paper_row(f"paper: {name}", values), *none) for name, values in paper_results.FAILURES_OF_METHODS.items()]
     about = (
         "What fails first in the best-ranked arrangement, of all scenes. The last column is the part of the "
-        "intersections that is with the table, by more than the 2 mm allowed."
+        f"intersections that is with the table, by more than the {MAX_PENETRATION * 1000:g} mm allowed."
     )
     return Table("Failure modes per method", about, ("model", "n", *_CAUSES, *died, "into the table"), tuple(rows))
 

@@ -17,6 +17,7 @@ from agent.reporting.event_text import arm_sentence, described, parse_notes, rem
 from agent.reporting.html.charts import gauge, timing
 from agent.reporting.html.figures import candidates, legend, swatch, tried
 from agent.reporting.html.markup import album, bar, figure, film, paragraph, section, table
+from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
 
 _NO = re.compile(r"(n|no|nope|never ?mind|cancel|stop)\b", re.IGNORECASE)  # how a proposal is declined
 
@@ -187,7 +188,8 @@ class Turn:
             )
             for check in verdict["checks"]
         ]
-        how = "built by the arm" if verdict["how"] == "arm" else "released 3 cm above the goal, without the arm"
+        released = f"released {RELEASE_HEIGHT * 100:g} cm above the goal, without the arm"
+        how = "built by the arm" if verdict["how"] == "arm" else released
         result = verdict_sentence(verdict)
         on = verdict.get("on", "the true objects")
         content = f"{paragraph(result)}<p>Checked on {escape(on)} at rest, {how}.</p>"

@@ -10,11 +10,11 @@ import torch
 from torch import Tensor, nn
 
 from structdiffusion.data.npz_files import read_arrays
+from structdiffusion.evaluation_protocol import MAX_PENETRATION
 from structdiffusion.models.collision.model import CollisionDiscriminator
 from structdiffusion.rotations import yaw_matrices
 from structdiffusion.simulation.partial_views import partial_views
 
-PENETRATION = 0.002  # m: the contract's limit
 _POINTS = 256
 
 
@@ -86,9 +86,9 @@ class PairBatches:
 def collision_loss(
     model: CollisionDiscriminator, pairs: PairBatches, generator: torch.Generator, size: int = 64
 ) -> dict[str, Tensor]:
-    """Binary cross-entropy of "penetrates by more than 2 mm"."""
+    """Binary cross-entropy of "penetrates by more than the evaluation protocol allows"."""
     first, second, distance = pairs.draw(size, generator)
-    hit = (distance < -PENETRATION).float()
+    hit = (distance < -MAX_PENETRATION).float()
     logits = model(first, second)
     loss = nn.functional.binary_cross_entropy_with_logits(logits, hit)
     return {"loss": loss, "accuracy": ((logits > 0) == (hit > 0.5)).float().mean()}

@@ -14,7 +14,7 @@ import pytest
 from agent.batch import rows
 from agent.batch.rows import LARGEST_SEED, BadRow, Row, fingerprint, read_rows
 from agent.errors import BadInput, UsageError
-from agent.pipeline.instruction_parser import ReadingOptions, make_reader
+from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from agent.pipeline.run import RunOptions
 from grounding.parsers.llm_reply import LLMError
 from tests.counting import counted_calls
@@ -196,7 +196,7 @@ def test_a_rows_endpoint_has_no_key_but_on_the_host_that_the_user_named(tmp_path
         reading = ReadingOptions(llm_url=f"{here}/mine", key_url=f"{here}/mine")
         for row in read_rows(str(path), replace(DEFAULTS, reading=reading)):
             with pytest.raises(LLMError, match="key"):
-                make_reader(row.options.reading, strict=True).read("a tower")
+                make_interpreter(row.options.reading, strict=True).interpret("a tower")
         for server in (mine, theirs):
             server.shutdown()
     key = "Bearer hunter2"

@@ -8,7 +8,6 @@ from agent.chat.participants import meant_objects
 from agent.chat.state import Situation, with_a_shape
 from agent.errors import NotBuildable
 from agent.pipeline.instruction_parser import ReadingOptions
-from grounding.dialogue.revise import revise
 from grounding.references.attributes import SceneObject
 from grounding.references.selection import SelectionError
 from grounding.spec import StructureSpec
@@ -40,7 +39,7 @@ def corrected(loaded, stands, text):
     names = tuple(NAMES.values())
     table = SimpleNamespace(names=names, referents=[SceneObject(name) for name in names], fallen=(), out_of_reach=())
     before = Situation(wish, tuple(NAMES[word] for word in objects.split()), {})
-    revision = with_a_shape(revise(wish, text, loaded.reader(ReadingOptions()), stands=realised), wish)
+    revision = with_a_shape(loaded.interpreter(ReadingOptions()).revise(wish, text, realised), wish)
     if revision.status in ("refused", "unchanged"):
         raise NotBuildable(revision.message)
     return revision, set(meant_objects(revision, table, before, loaded.encoder).names)

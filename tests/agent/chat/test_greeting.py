@@ -15,7 +15,7 @@ SENTENCE = "put the cups in a small circle on the left"  # of the README
 
 def assert_can_be_read(loaded, table, suggested):
     """The words mean the slots and the objects that are meant."""
-    parse = loaded.reader(ReadingOptions("embedding", "robot", None, None)).parse(suggested.text)
+    parse = loaded.interpreter(ReadingOptions("embedding", "robot", None, None)).parse(suggested.text)
     assert (parse.status, parse.spec) == ("ok", suggested.spec)
     indices = select_objects(suggested.text, table.called, loaded.encoder).indices
     assert {table.names[index] for index in indices} == set(suggested.objects)

@@ -5,6 +5,7 @@ import io
 import pytest
 
 from agent.chat.input import PlainLines, completions, history_file
+from agent.runtime.stdio import LONGEST_LINE
 
 COMMANDS = {"/parser": ("embedding", "llm"), "/plan": (), "/help": ()}
 
@@ -57,3 +58,13 @@ def test_history_has_a_place(monkeypatch, tmp_path):
     monkeypatch.delenv("XDG_STATE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
     assert history_file() == tmp_path / ".local" / "state" / "structagent" / "history"
+
+
+@pytest.mark.parametrize("longer", [0, 1, LONGEST_LINE - 1, LONGEST_LINE, 3 * LONGEST_LINE + 7])
+def test_of_a_line_without_measure_the_beginning_is_kept_and_the_next_one_is_whole(longer):
+    shown: list[str] = []
+    lines = PlainLines(io.StringIO("a" * (LONGEST_LINE + longer) + "\nmake a line\n"), shown.append)
+    assert lines.ask("> ") == "a" * LONGEST_LINE
+    assert lines.ask("> ") == "make a line"
+    assert lines.ask("> ") is None
+    assert sum(map(len, shown)) < LONGEST_LINE + 100

@@ -13,6 +13,7 @@ import torch
 import trimesh
 
 from agent import __version__
+from agent.cli import app as cli
 from agent.cli.app import command_line
 
 ROOT = Path(__file__).parents[3]
@@ -49,7 +50,8 @@ def mesh_folder(folder: Path, count: int, side: float = 0.05) -> str:
 
 @pytest.mark.parametrize(
     "arguments",
-    [[], ["run"], ["parse"], ["generate"], ["train"], ["evaluate"], ["evaluate", "success"], ["evaluate", "arm"],
+    [[], ["run"], ["parse"], ["generate"], ["train"], ["train", "diffusion"], ["train", "parser"],
+     ["train", "llm"], ["benchmark"], ["evaluate"], ["evaluate", "success"], ["evaluate", "arm"],
      ["evaluate", "parse"], ["evaluate", "language"], ["evaluate", "coverage"],
      ["evaluate", "discriminators"], ["scene"], ["scene", "show"],
      ["scene", "new"], ["scene", "validate"], ["doctor"], ["config"], ["config", "show"], ["models"],
@@ -75,7 +77,12 @@ def test_help_answers_at_once():
     [
         ([], ("command", "chat, run, batch, replay, report, parse")),
         (["bulid"], ("'bulid'", "chat, run, batch, replay, report, parse")),
-        (["train", "everything"], ("'everything'", "'diffusion', 'structure', 'collision'")),
+        (["train", "everything"], ("'everything'", "diffusion, cvae, structformer_circle")),
+        (["train", "parser", "--out", "p", "--data", "d"], ("--data",)),
+        (["train", "llm", "--out", "a", "--start", "nowhere"], ("--start", "'nowhere'")),
+        (["train", "parser", "--out", "p", "--rate", "0"], ("--rate", "0", "above 0")),
+        (["benchmark", "--runs", "0"], ("--runs", "0")),
+        (["benchmark", "--sweep", "s", "--objects", "3"], ("--sweep", "--objects")),
         (["run"], ("text",)),
         (["run", CIRCLE, "--scene", "bag"], ("'bag'", "simulated")),
         (["run", CIRCLE, "--seed", "many"], ("--seed", "'many'")),
@@ -336,9 +343,60 @@ def test_training_without_scenes(fails, tmp_path, kind):
     assert "library.npz" in sentence and "structagent generate" in sentence
 
 
+def test_every_network_can_be_trained():
+    from agent.cli.train import train_app
+    from agent.training.recipes import RECIPES, TITLES
+    from agent.training.train import _TASKS
+
+    commands = [command.name for command in train_app.registered_commands]
+    assert commands == [*RECIPES, "parser", "llm"] and RECIPES.keys() == TITLES.keys() == _TASKS.keys()
+
+
+def test_defaults_of_the_parser_trainers_are_those_of_their_modules():
+    from agent.training import parsers
+    from grounding.training import embedding_parser, llm_adapter
+
+    assert parsers.PARSER_SENTENCES == embedding_parser.SENTENCES
+    adapter = llm_adapter.AdapterTraining()
+    assert (parsers.LLM_STEPS, parsers.LLM_LEARNING_RATE) == (adapter.steps, adapter.rate)
+
+
+def test_the_parser_trainers_get_the_options(monkeypatch, tmp_path):
+    given = {}
+    monkeypatch.setattr("agent.training.parsers.train_embedding_parser", lambda *a: given.update(parser=a))
+    monkeypatch.setattr("agent.training.parsers.train_llm_adapter", lambda *a: given.update(llm=a))
+    (tmp_path / "old").mkdir()
+    line = ["train", "parser", "--out", "new", "--sentences", "64", "--start", "old", "--rate", "0.5", "--seed", "3"]
+    assert command_line([*line, "--threads", "2"]) == 0
+    assert given["parser"] == (Path("new"), 64, Path("old"), 0.5, 3, 2)
+    assert command_line(["train", "llm", "--out", "a.safetensors", "--steps", "7", "--learning-rate", "1e-4"]) == 0
+    assert given["llm"] == (Path("a.safetensors"), 7, None, 1e-4, 0, 1)
+
+
 def test_training_on_an_unknown_device(fails, tmp_path):
     sentence = fails(2, "train", "collision", "--data", str(tmp_path), "--out", str(tmp_path / "run"), "--device", "tpu")
     assert "'tpu'" in sentence and "auto, cpu, cuda" in sentence
+
+
+def test_benchmark_measures_and_sweeps(tmp_path, capsys, monkeypatch):
+    from structdiffusion.benchmark import latency
+
+    line = ["benchmark", "--model", "diffusion-tokens", "--runs", "1"]
+    assert command_line([*line, "--objects", "3", "--candidates", "2"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("diffusion-tokens, 3 objects, 2 candidates, 1 thread: ") and "median of 1 runs" in said
+    monkeypatch.setattr(latency, "_CANDIDATES", (1, 2))
+    monkeypatch.setattr(latency, "_OBJECTS", (3, 7))
+    assert command_line(["benchmark", "--model", "geometric", "--runs", "1", "--sweep", str(tmp_path / "s"), "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert [(row["objects"], row["candidates"]) for row in rows] == [(7, 1), (7, 2), (3, 64)]
+    assert json.loads((tmp_path / "s" / "benchmark.json").read_text()) == rows
+    assert (tmp_path / "s" / "benchmark.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_benchmark_with_options_that_cannot_be(fails):
+    assert "there is no folder nowhere with checkpoints" in fails(6, "benchmark", "--weights", "nowhere")
+    assert "and the table only" in fails(3, "benchmark", "--objects", "40")
 
 
 def test_evaluation_measures_every_model_on_the_same_scenes(tmp_path, capsys):
@@ -352,3 +410,30 @@ def test_evaluation_measures_every_model_on_the_same_scenes(tmp_path, capsys):
     assert 0 <= rates["all"]["success"]["low"] <= rates["all"]["success"]["rate"] <= rates["all"]["success"]["high"] <= 1
     assert all(row["words"] for row in report["evaluations"][0]["scenes"])
     assert "table setting" in table and "intersection" in table and report["command"] in table
+
+
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [
+        (MemoryError(), "there is not enough memory"),
+        (ImportError("libtorch_cpu.so: failed to map segment"), "cannot load a library: libtorch_cpu.so: failed to map"),
+        (ModuleNotFoundError("No module named 'ompl'", name="ompl"), "cannot load a library: No module named 'ompl'"),
+    ],
+)
+def test_a_machine_that_lacks_something_is_one_sentence(error, sentence, monkeypatch, capsys):
+    def fails(**_):
+        raise error
+
+    monkeypatch.setattr(cli, "app", fails)
+    assert cli.command_line(["parse", "make a line"]) == 6
+    told = capsys.readouterr().err
+    assert told.startswith(f"structagent: {sentence}") and told.count("\n") == 1
+
+
+def test_a_module_of_our_own_that_is_missing_is_a_defect(monkeypatch):
+    def fails(**_):
+        raise ModuleNotFoundError("No module named 'agent.x'", name="agent.x")
+
+    monkeypatch.setattr(cli, "app", fails)
+    with pytest.raises(ModuleNotFoundError):
+        cli.command_line(["parse", "make a line"])

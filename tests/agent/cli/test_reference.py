@@ -27,10 +27,10 @@ def test_shipped_reference_has_not_drifted():
 def test_a_command_has_synopsis_description_options_and_example():
     text = section(reference.reference(), "structagent generate")
     assert "```\nstructagent generate [OPTIONS] --out DIR\n```" in text
-    assert "Draw training scenes with the geometric planner" in text
-    assert "- `--out DIR`: Where the scenes go; finished shards there are kept. Required." in text
+    assert "Generate training scenes with the geometric planner" in text
+    assert "- `--out DIR`: Folder for the data; finished shards in it are kept. Required." in text
     assert "At least 0. Default: `0`. Environment: `STRUCTAGENT_SEED`." in text
-    assert "Processes; by default one per core, of this machine or the cluster." in text
+    assert "Worker processes; by default one per core of this machine or the cluster." in text
     assert "Default: the number of cores." in section(reference.reference(), "structagent evaluate coverage")
     assert "STRUCTAGENT_OBJECTS" not in text  # its objects are others than the setting's
     assert "```sh\nstructagent generate --out data/train" in text
@@ -43,7 +43,10 @@ def test_arguments_choices_switches_and_nested_commands():
     assert "- `--shape circle|line|tower|table setting`: " in section(text, "structagent scene new")
     group, command = section(text, "structagent evaluate"), section(text, "structagent evaluate success")
     assert "- [`structagent evaluate arm`](#structagent-evaluate-arm): How often" in group
-    assert "- `--model NAME`: May be given several times. Default: diffusion." in command
+    assert "`structagent models list` names all 43). Repeatable. Default: diffusion." in command
+    other = section(text, "structagent train cvae")  # the same options as the command before
+    assert "**Options**: those of [`structagent train diffusion`](#structagent-train-diffusion).\n" in other
+    assert "--device" in section(text, "structagent train diffusion") and "--device" not in other
     assert "```\nversion: 1 " in section(text, "structagent scene")  # the schema as it is laid out
 
 
@@ -70,10 +73,10 @@ def test_check_tells_what_drifted(tmp_path, monkeypatch, capsys):
     assert reference.main([]) == 0
     capsys.readouterr()
     assert reference.main(["--check"]) == 0 and capsys.readouterr().err == ""
-    reference.FILE.write_text(reference.FILE.read_text().replace("`--seed INTEGER`", "`--sed INTEGER`", 1))
+    reference.FILE.write_text(reference.FILE.read_text().replace("`--seed SEED`", "`--sed SEED`", 1))
     assert reference.main(["--check"]) == 1
     told = capsys.readouterr().err
-    assert "-- `--sed INTEGER`" in told and "+- `--seed INTEGER`" in told
+    assert "-- `--sed SEED`" in told and "+- `--seed SEED`" in told
 
 
 @pytest.mark.parametrize("arguments", [["--chek"], ["--check", "now"]])

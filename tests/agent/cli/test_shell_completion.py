@@ -48,6 +48,8 @@ def words(program, *line: str) -> list[str]:
         (["scene", "new", "--shape", "t"], ["tower", "table setting"]),
         (["train", "structu"], ["structure"]),
         (["train", "structure", ""], []),
+        (["run", "--model", "geo"], ["geometric", "geometric+imagined"]),
+        (["train", "p"], ["parser"]),
         (["parse", "--", "--vie"], []),
         (["completion", ""], ["bash", "zsh", "fish"]),
     ],
@@ -96,7 +98,7 @@ def test_scripts_are_read_by_their_shells(shell, capsys):
 
 def test_the_answer_to_a_shell(capsys):
     assert command_line(["completion", "zsh", "--", "run", "--objects", "y"]) == 0
-    assert capsys.readouterr().out == "folders\nycb\tThe objects: a library, or a folder of meshes.\n"
+    assert capsys.readouterr().out == "folders\nycb\tObject library, or a folder of meshes.\n"
 
 
 def test_a_broken_configuration_does_not_stop_it(monkeypatch, capsys):

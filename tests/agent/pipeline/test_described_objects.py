@@ -13,7 +13,8 @@ from agent.scenes.record_bag import record_session
 from agent.scenes.simulated import draw_meant_scene
 from agent.scenes.sources import DrawnSource
 from agent.scenes.table_scene import TableScene
-from grounding.references.selection import select_objects
+from grounding.interpreter import Interpretation
+from grounding.parse_result import Parse
 from grounding.spec import StructureSpec
 from structdiffusion.geometry import pose_from_xyz_yaw
 from tests.agent.scenes.test_digital_twin import GREEN, RED, block
@@ -50,12 +51,10 @@ def test_a_colour_chooses_in_simulation(text, seed, colour):
     "text", ["put the small cups in a circle", "put the three tallest objects in a line", "line up the big cups"]
 )
 def test_sizes_compare_what_stands_on_the_table(text):
-    source = DrawnSource("ycb")
-
-    def select(objects, catalogue=False):
-        return select_objects(text, objects, catalogue=catalogue)
-
-    drawn = draw_meant_scene(source._library, source.referents, StructureSpec("line"), select, np.random.default_rng(0))
+    source, spec = DrawnSource("ycb"), StructureSpec("line")
+    goal = Interpretation(Parse(text, spec, "by hand"), spec, "ok", "", "robot", None, 0.0)
+    goal = goal.among(source.referents, catalogue=True)
+    drawn = draw_meant_scene(source._library, goal, np.random.default_rng(0))
     meant, others = drawn.models[: drawn.count], drawn.models[drawn.count :]
     assert others
     if "tallest" in text:

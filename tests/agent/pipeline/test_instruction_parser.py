@@ -71,12 +71,12 @@ def test_a_line_without_end_takes_no_memory_without_end():
 
 
 class Counting:
-    """A reader of its own: notes how many texts it gets at once."""
+    """An interpreter of its own: notes how many texts it gets at once."""
 
     def __init__(self) -> None:
         self.given: list[int] = []
 
-    def read_many(self, texts, names):
+    def interpret_many(self, texts, names):
         self.given.append(len(texts))
         return []
 
@@ -84,7 +84,7 @@ class Counting:
 def test_so_many_are_read_at_once_and_a_language_model_reads_one_by_one(monkeypatch):
     for parser, given in (("embedding", [AT_ONCE, 3]), ("llm", [1] * (AT_ONCE + 3))):
         counting = Counting()
-        monkeypatch.setattr(instruction_parser, "make_reader", lambda options, counting=counting: counting)
+        monkeypatch.setattr(instruction_parser, "make_interpreter", lambda options, counting=counting: counting)
         read_instructions([["a line"] * (AT_ONCE + 3)], ReadingOptions(parser), None, True, io.StringIO(), print)
         assert counting.given == given
 

@@ -10,6 +10,7 @@ from agent import events
 from agent.cli.report import replay as replay_verb
 from agent.cli.report import report as report_verb
 from agent.errors import BadInput, UsageError
+from agent.reporting import session_log
 from agent.reporting.event_schema import complaint, kinds
 from agent.reporting.replay import records_of, replay
 from agent.reporting.run_report import RunRecord
@@ -260,3 +261,19 @@ def test_two_cannot_write_one_session(tmp_path):
         with pytest.raises(UsageError, match="another process writes the session"):
             SessionWriter(path, {})
     SessionWriter(path, {}).close()
+
+
+def test_what_never_ends_is_refused_by_its_beginning(tmp_path):
+    endless = tmp_path / "endless.jsonl"
+    endless.symlink_to("/dev/zero")
+    with pytest.raises(BadInput, match="is no session of structagent"):
+        read_session(endless)
+
+
+def test_a_session_that_is_too_large_is_refused(path, monkeypatch):
+    size = path.stat().st_size
+    monkeypatch.setattr(session_log, "SESSION_BYTES", size)
+    read_session(path)
+    monkeypatch.setattr(session_log, "SESSION_BYTES", size - 1)
+    with pytest.raises(BadInput, match=f"has more than {size - 1} bytes"):
+        read_session(path)

@@ -165,6 +165,20 @@ def test_a_file_that_is_no_text(project, capsys):
     assert refused(capsys) == f"{project}:2: this is no UTF-8 text"
 
 
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("x = " + "[" * 50_000, "recursion"),
+        ("seed = 1" + "0" * 10_000, "Exceeds the limit"),
+        ("x = [" + "1," * 60_000 + "]", "it has more than 100000 bytes, and no more are read"),
+    ],
+)
+def test_a_file_that_is_made_to_hurt(text, why, project, capsys):
+    project.write_text(text)
+    sentence = refused(capsys)
+    assert sentence.startswith(f"{project} cannot be read: ") and why in sentence
+
+
 def test_every_verb_refuses_a_broken_file_and_still_helps(project, capsys):
     project.write_text("sed = 1\n")
     assert f"{project}:1" in refused(capsys, "run", "make a line")

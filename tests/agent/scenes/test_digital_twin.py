@@ -13,11 +13,11 @@ from agent.scenes.digital_twin import RecordedSource
 from agent.scenes.record_bag import record_session
 from agent.scenes.sources import FileSource, scene_source
 from agent.scenes.table_scene import TableScene
-from grounding.references.selection import Selection, select_objects
-from grounding.spec import StructureSpec
+from grounding.references.selection import select_objects
 from structdiffusion.data.scene_sampling import SceneError
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.solids import assemble, box
+from tests.agent.scenes.goals import a_line
 
 RED, GREEN = (0.75, 0.1, 0.1), (0.1, 0.6, 0.15)
 PLACES = ((0.35, 0.2), (0.5, 0.0), (0.4, -0.2))  # from left to right, as objects are numbered
@@ -47,10 +47,6 @@ def source(bag) -> RecordedSource:
     return RecordedSource(bag)
 
 
-def everything(referents, catalogue=False):
-    return Selection(tuple(range(len(referents))))
-
-
 def test_what_was_seen_becomes_bodies_where_it_stood(source):
     assert [each.name for each in source.objects] == ["object 1", "object 2", "object 3"]
     for each, place, height in zip(source.objects, PLACES, HEIGHTS, strict=True):
@@ -60,7 +56,7 @@ def test_what_was_seen_becomes_bodies_where_it_stood(source):
 
 
 def test_the_first_look_is_the_recording_and_later_ones_the_twin(source):
-    with source.open(StructureSpec("line"), everything, 0) as table:
+    with source.open(a_line(source), 0) as table:
         scene = table.look()
         assert np.array_equal(scene.color, source.recording.frame.color)
         assert np.allclose(scene.intrinsics, source.recording.frame.intrinsics)
@@ -78,10 +74,10 @@ def test_the_first_look_is_the_recording_and_later_ones_the_twin(source):
 def test_words_choose_among_what_was_found(source):
     assert select_objects("stack the red ones", source.referents).indices == (0, 1)
     assert select_objects("put the green object and object 1 in a line", source.referents).indices == (0, 2)
-    with source.open(StructureSpec("line"), lambda referents: Selection((1, 2)), 0) as table:
+    with source.open(a_line(source, (1, 2)), 0) as table:
         assert table.names == ("object 2", "object 3", "object 1") and table.count == 2
     with pytest.raises(SceneError, match=r"means 1 of the scene's 3 objects \('object 2'\); legal: 2 to 12"):
-        source.open(StructureSpec("line"), lambda referents: Selection((1,)), 0)
+        source.open(a_line(source, (1,)), 0)
 
 
 def test_a_noun_is_what_the_instruction_can_call_it(bag):
@@ -119,7 +115,7 @@ def test_what_stands_too_far_away_is_left_where_it_is(bag):
         assert any("object 1 is left where it is: out of the arm's reach" in note for note in table.notes)
     assert source.hint.startswith("out of the arm's reach: object 1, object 3; --call")
     with pytest.raises(SceneError, match=r"means 1 of the scene's 3 objects.*; out of the arm's reach: object 1, obj"):
-        source.open(StructureSpec("line"), everything, 0)
+        source.open(a_line(source), 0)
     pose[0, 3] += 5.0
     with pytest.raises(NotBuildable, match=r"none of the 3 objects in .*: object 1, object 2, object 3; .*x 4.94"):
         RecordedSource(bag, RecordedOptions(ReadingOf(world_from_camera=pose)))

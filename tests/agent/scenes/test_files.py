@@ -16,8 +16,7 @@ from agent.reporting.run_report import RunRecord
 from agent.scenes.files import PlacedObject, SceneFileError, parse_scene, read_text, write_scene
 from agent.scenes.object_placement import load_scene, placement_of, pose_of
 from agent.scenes.sources import FileSource, scene_source
-from grounding.references.selection import Selection
-from grounding.spec import StructureSpec
+from tests.agent.scenes.goals import a_line
 
 CUPS = """\
 version: 1
@@ -259,7 +258,7 @@ def test_a_drawn_scene_is_valid_and_loads_again_bit_for_bit(scene, tmp_path):
     looks = []
     for file in (path, again):
         source = FileSource(file)
-        with source.open(StructureSpec("line"), everything, seed=1) as table:
+        with source.open(a_line(source), 1) as table:
             looks.append((table.world_from_initial, table.look()))
             write_scene(source.saved(table, file.parent), again)
         assert again.read_text() == path.read_text().split("\n", 1)[1]  # but for the comment
@@ -275,7 +274,7 @@ def test_a_scene_that_was_drawn_for_an_instruction_can_be_saved(tmp_path):
     for number in range(4):
         trimesh.creation.box((0.05, 0.05, 0.05 + 0.01 * number)).export(folder / f"box_{number}.stl")
     source = scene_source("simulated", str(folder))
-    with source.open(StructureSpec("line"), everything, seed=2) as table:
+    with source.open(a_line(source), 2) as table:
         poses, names = table.world_from_initial, table.names
         write_scene(source.saved(table, tmp_path), tmp_path / "saved.yaml")
     standing = load_scene(tmp_path / "saved.yaml")
@@ -284,13 +283,9 @@ def test_a_scene_that_was_drawn_for_an_instruction_can_be_saved(tmp_path):
     assert np.abs(np.array([entry.world_from_object for entry in standing]) - poses).max() < 3e-6
 
 
-def everything(referents, catalogue=False):
-    return Selection(tuple(range(len(referents))))
-
-
 def test_what_has_fallen_off_the_table_is_not_saved(tmp_path):
     source = FileSource(written(tmp_path / "scene.yaml", CUPS))
-    with source.open(StructureSpec("line"), lambda referents: Selection((0, 1)), seed=0) as table:
+    with source.open(a_line(source, (0, 1)), 0) as table:
         fallen = table.world.pose(0)
         fallen[2, 3] = -0.5
         table.world.set_pose(0, fallen)

@@ -249,7 +249,9 @@ def test_nobody_at_the_address():
 
 
 @pytest.mark.parametrize(
-    "url", ["", "localhost:8080", "file:///etc/passwd", "http://", "http://[::1", "http://a:b/"]
+    "url",
+    ["", "localhost:8080", "file:///etc/passwd", "http://", "http://[::1", "http://a:b/",
+            "http://127.0.0.1/v1\r\nX-Evil: 1", "http://127.0.0.1/v1\tx", "http://127.0.0.1/a b"]
 )
 def test_what_is_no_address_is_said_so(url):
     with pytest.raises(LLMError, match="no http or https address"):

@@ -6,9 +6,9 @@ import pytest
 
 from structdiffusion.benchmark.scenes import draw_evaluation_scenes
 from structdiffusion.benchmark.success import NO_ARRANGEMENT, Evaluation, solve, wilson_interval
-from structdiffusion.layouts import LayoutError
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.observation import Arrangement
+from structdiffusion.structures.structure import LayoutError
 
 MODELS = [procedural_object(kind, index) for kind in ("block", "can", "box") for index in range(3)]
 

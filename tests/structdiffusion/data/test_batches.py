@@ -12,8 +12,9 @@ from structdiffusion.footprints import turned
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.models.structure.loss import at_goal
 from structdiffusion.observation import Table
-from structdiffusion.protocol.semantic import PlacedBody, check_structure
+from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.rotations import yaw_matrices
+from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
 from structdiffusion.word_tokens import WORDS
 
@@ -50,7 +51,7 @@ def test_moving_a_cloud_by_its_state_puts_it_on_the_true_goal(data, data_folder,
 
 
 def test_stored_scenes_are_what_their_words_say(data_folder, library):
-    """The contract's checks hold for the stored goals, and all of the words of a demonstration belong to it."""
+    """The checks of the evaluation protocol hold for the stored goals, and all of the words of a demonstration belong to it."""
     stored, table = DemonstrationSet.load(data_folder), Table()
     values = {number: pair for pair, number in WORDS.items()}
     for row in range(len(stored)):

@@ -7,7 +7,7 @@ from grounding.spec import StructureSpec
 from structdiffusion.data import demonstrations
 from structdiffusion.data.demonstrations import DataFolderError, DemonstrationSet, generate, keep_shard
 from structdiffusion.data.scene_sampling import draw_scene
-from structdiffusion.data.shards import draw_shard, settled_tower
+from structdiffusion.data.shards import draw_shard, settled_stack
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.solids import assemble, box, frustum
 from structdiffusion.protocol.physical_stability import place_and_check
@@ -107,7 +107,7 @@ def test_rows_are_complete(data_folder, library):
 
 
 def test_stored_towers_stand(data_folder, library):
-    """Built once more from the stored goals by the contract's protocol, nothing tips or slides."""
+    """Built once more from the stored goals under the evaluation protocol, nothing tips or slides."""
     data, built = DemonstrationSet.load(data_folder), 0
     for row in np.flatnonzero(data.words[:, 0] == TOWER)[:3]:
         count = int((data.objects[row, :7] >= 0).sum())
@@ -133,14 +133,14 @@ def test_settling_gives_the_true_heights_and_refuses_a_tower_that_falls():
     heights = {"block": 0.05, "can": 0.06}
     order = scene.reference.order
     planned = scene.reference_goal_from_initial() @ scene.world_from_initial[:2]
-    settled = settled_tower(scene, planned)
+    settled = settled_stack(scene, planned)
     bottom, top = order
     assert settled[bottom, 2, 3] == pytest.approx(0.0, abs=1.5e-3)
     assert settled[top, 2, 3] == pytest.approx(heights[scene.models[bottom].category], abs=1.5e-3)
     np.testing.assert_allclose(settled[:, :2, 3], planned[:, :2, 3], atol=2e-3)
     off = planned.copy()
     off[top, 0, 3] += 0.055  # its centre is beyond the edge
-    assert settled_tower(scene, off) is None
+    assert settled_stack(scene, off) is None
 
 
 def test_crowded_scenes_have_more_objects_and_share_a_folder_with_the_others(library, tmp_path):

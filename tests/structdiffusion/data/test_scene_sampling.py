@@ -8,7 +8,8 @@ from structdiffusion.data.scene_sampling import SceneError, draw_scene, eligible
 from structdiffusion.footprints import clear_gap, turned
 from structdiffusion.geometry import yaw_of
 from structdiffusion.observation import Table
-from structdiffusion.protocol.semantic import PlacedBody, check_structure
+from structdiffusion.protocol.semantic import check_structure
+from structdiffusion.structures.bodies import PlacedBody
 
 
 def outlines(scene, poses):

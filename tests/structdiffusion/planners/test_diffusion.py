@@ -10,7 +10,6 @@ from structdiffusion.completion.estimate import estimate, imagined_bodies
 from structdiffusion.data.scene_sampling import draw_scene, full_spec
 from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import tilt_between
-from structdiffusion.layouts import LayoutError
 from structdiffusion.models.checkpoint import CheckpointError
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.collision.model import CollisionConfig
@@ -26,6 +25,7 @@ from structdiffusion.planners.geometric import GeometricPlanner
 from structdiffusion.postprocessing.ranking import Ranker
 from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.simulation.world import TabletopWorld
+from structdiffusion.structures.structure import LayoutError
 
 pytestmark = pytest.mark.usefixtures("one_cache")
 

@@ -1,4 +1,4 @@
-"""Refinement: what misses the contract by little is drawn in, what holds stays, nothing is left overlapping."""
+"""Refinement: what misses a check by little is corrected, what holds stays, nothing is left overlapping."""
 
 import itertools
 import math
@@ -12,7 +12,7 @@ from structdiffusion.completion.estimate import estimate, imagined_bodies
 from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw, wrap_angle
 from structdiffusion.observation import ObjectCloud, Table
-from structdiffusion.postprocessing.refinement import parted, pointed, straightened
+from structdiffusion.postprocessing.refinement import align_cutlery, fit_to_size, separate
 from structdiffusion.protocol.semantic import check_structure
 
 
@@ -46,7 +46,7 @@ def test_every_size_becomes_the_size_asked_for(shape, size):
     objects = [estimate(block(name)) for name in "abcd"]
     for scale in (0.05, 0.085, 0.13):
         places = ring([scale] * 4) if shape == "circle" else np.column_stack(([0.45] * 4, np.arange(4) * scale - 0.2))
-        moved = straightened(objects, at(places), StructureSpec(shape, size=size))
+        moved = fit_to_size(objects, at(places), StructureSpec(shape, size=size))
         assert not failing(objects, moved, StructureSpec(shape, size=size))
         before, after = places - places.mean(axis=0), moved[:, :2, 3] - moved[:, :2, 3].mean(axis=0)
         # Only the scale changes.
@@ -60,29 +60,29 @@ def test_a_size_is_kept_by_objects_a_tenth_broader_than_what_was_seen_of_them(sh
     places = ring([0.05] * 4) if shape == "circle" else np.column_stack(([0.45] * 4, np.arange(4) * 0.07 - 0.1))
     spec = StructureSpec(shape, size=size)
     assert failing(true, at(places), spec) == ["extent / tightest extent"]
-    assert not failing(true, straightened(seen, at(places), spec), spec)
+    assert not failing(true, fit_to_size(seen, at(places), spec), spec)
 
 
 def test_what_holds_stays():
     objects = [estimate(block(name)) for name in "abcde"]
     circle = at(ring([0.1, 0.105, 0.1, 0.097, 0.1]))
-    np.testing.assert_allclose(straightened(objects, circle, StructureSpec("circle")), circle, atol=1e-6)
-    np.testing.assert_allclose(parted(objects, [], circle), circle)
+    np.testing.assert_allclose(fit_to_size(objects, circle, StructureSpec("circle")), circle, atol=1e-6)
+    np.testing.assert_allclose(separate(objects, [], circle), circle)
     row = at(np.column_stack(([0.45, 0.452, 0.449, 0.45, 0.45], [-0.2, -0.1, 0.002, 0.1, 0.2])))
-    np.testing.assert_allclose(straightened(objects, row, StructureSpec("line")), row, atol=1e-6)
+    np.testing.assert_allclose(fit_to_size(objects, row, StructureSpec("line")), row, atol=1e-6)
     tower = at(np.full((5, 2), 0.3))
-    np.testing.assert_allclose(straightened(objects, tower, StructureSpec("tower")), tower)
+    np.testing.assert_allclose(fit_to_size(objects, tower, StructureSpec("tower")), tower)
 
 
 def test_what_hardly_misses_is_drawn_in():
     objects = [estimate(block(name)) for name in "abcde"]
     spec, dented = StructureSpec("circle"), at(ring([0.12, 0.19, 0.12, 0.19, 0.12]))
     assert "distance to the circle (m)" in failing(objects, dented, spec)
-    assert not failing(objects, straightened(objects, dented, spec), spec)
+    assert not failing(objects, fit_to_size(objects, dented, spec), spec)
     row = at(np.column_stack(([0.45, 0.45, 0.48, 0.45, 0.45], [-0.33, -0.11, 0.0, 0.12, 0.24])))
     spec = StructureSpec("line", rotation="north")
     assert set(failing(objects, row, spec)) == {"distance to the line (m)", "gap off the mean gap (m)"}
-    assert not failing(objects, straightened(objects, row, spec), spec)
+    assert not failing(objects, fit_to_size(objects, row, spec), spec)
 
 
 def test_bodies_are_pushed_apart_and_riders_go_along():
@@ -90,12 +90,12 @@ def test_bodies_are_pushed_apart_and_riders_go_along():
     distractor = estimate(block("tin"))
     motions = at(np.array([[0.4, 0.0], [0.4, 0.0], [0.4, 0.1]]))
     motions[1, 2, 3] = 0.02  # the bowl stands on the plate; the mug stands in the plate's rim
-    moved = parted(objects, [distractor], motions)
+    moved = separate(objects, [distractor], motions)
     outlines = [thing.outline_after(motion) for thing, motion in zip(objects, moved)]
     assert clear_gap(outlines[0], outlines[2]) > 0.005
     np.testing.assert_allclose(moved[0, :2, 3], moved[1, :2, 3])
     near = at(np.array([[0.05, 0.0], [0.3, 0.0], [0.05, 0.3]]))
-    moved = parted(objects, [distractor], near)
+    moved = separate(objects, [distractor], near)
     assert clear_gap(objects[0].outline_after(moved[0]), distractor.outline) > 0.005
     np.testing.assert_allclose(moved[1:], near[1:])
 
@@ -111,11 +111,11 @@ def test_cutlery_points_away_from_the_diner():
     motions = at(np.array([[0.4, 0.2], [0.4, -0.2], [0.4, 0.0]]))
     motions[0, :2, :2] *= -1.0  # half a turn
     motions[1, :2, :2] = pose_from_xyz_yaw(0, 0, 0, 0.12)[:2, :2]
-    before, after = (imagined_bodies(objects, each) for each in (motions, pointed(objects, motions, spec, 1.0)))
+    before, after = (imagined_bodies(objects, each) for each in (motions, align_cutlery(objects, motions, spec, 1.0)))
     fronts = [wrap_angle(body.front_yaw) for body in after]
     assert abs(fronts[0]) < math.radians(8.1) and fronts[1] == pytest.approx(wrap_angle(before[1].front_yaw))
     for was, now in zip(before, after):
         np.testing.assert_allclose(now.centroid, was.centroid, atol=1e-9)
-    np.testing.assert_array_equal(pointed(objects, motions, StructureSpec("line"), 1.0), motions)
-    open_heading = imagined_bodies(objects, pointed(objects, motions, StructureSpec("table setting"), math.pi))
+    np.testing.assert_array_equal(align_cutlery(objects, motions, StructureSpec("line"), 1.0), motions)
+    open_heading = imagined_bodies(objects, align_cutlery(objects, motions, StructureSpec("table setting"), math.pi))
     assert abs(wrap_angle(open_heading[0].front_yaw)) < math.radians(8.1)

@@ -1,4 +1,4 @@
-"""Each check of the contract holds for a structure made by hand, and fails once its condition is broken."""
+"""Each check of the evaluation protocol holds for a structure made by hand, and fails once its condition is broken."""
 
 import math
 from dataclasses import replace
@@ -10,7 +10,8 @@ from grounding.spec import StructureSpec
 from structdiffusion.footprints import turned
 from structdiffusion.objects.solids import circle_outline
 from structdiffusion.observation import Table
-from structdiffusion.protocol.semantic import PlacedBody, check_structure
+from structdiffusion.protocol.semantic import check_structure
+from structdiffusion.structures.bodies import PlacedBody
 
 HEADINGS = {"north": 0.0, "west": 90.0, "south": 180.0, "east": -90.0}
 TABLE = Table()

@@ -8,7 +8,7 @@ import pytest
 from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS_OF_SHAPE, StructureSpec
 from structdiffusion.data.scene_sampling import eligible, full_spec, layout_item
 from structdiffusion.geometry import wrap_angle
-from structdiffusion.layouts import LayoutError, LayoutItem, lay_out
+from structdiffusion.layouts import lay_out
 from structdiffusion.objects.solids import circle_outline
 from structdiffusion.observation import Table
 from structdiffusion.protocol.slot_measurement import (
@@ -18,6 +18,8 @@ from structdiffusion.protocol.slot_measurement import (
     realised_shape,
     realised_spec,
 )
+from structdiffusion.structures.bodies import LayoutItem
+from structdiffusion.structures.structure import LayoutError
 
 TABLE = Table()
 

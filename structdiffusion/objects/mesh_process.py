@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from structdiffusion.objects.model import ObjectModel
 
 
-def prepared_apart(path: Path, name: str, category: str) -> ObjectModel:
-    """The object of a mesh file, as `structdiffusion.objects.folder.prepared` makes it, from a process of its own.
+def prepare_apart(path: Path, name: str, category: str) -> ObjectModel:
+    """The object of a mesh file, as `structdiffusion.objects.mesh_preparation.prepare` makes it, from a process of its own.
 
     Raises:
-        ObjectError: as `prepared`, and when it takes more than `MESH_SECONDS` or its process ends otherwise.
+        ObjectError: as `prepare`, and when it takes more than `MESH_SECONDS` or its process ends otherwise.
     """
     from structdiffusion.objects.model import ObjectError
 
@@ -61,11 +61,11 @@ def _main(path: str, name: str, category: str, seconds: str) -> None:
     signal.setitimer(signal.ITIMER_REAL, float(seconds))
     results = os.dup(1)
     os.dup2(2, 1)  # for what libraries print
-    from structdiffusion.objects.folder import prepared
+    from structdiffusion.objects.mesh_preparation import prepare
     from structdiffusion.objects.model import ObjectError
 
     try:
-        result: ObjectModel | ObjectError = prepared(Path(path), name, category)
+        result: ObjectModel | ObjectError = prepare(Path(path), name, category)
     except ObjectError as error:
         result = ObjectError(str(error))
     with os.fdopen(results, "wb") as stream:

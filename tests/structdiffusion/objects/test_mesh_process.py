@@ -6,8 +6,9 @@ import trimesh
 
 from agent.cli.app import command_line
 from structdiffusion.limits import MESH_FINE_FACES
-from structdiffusion.objects import folder, preparation
-from structdiffusion.objects.folder import object_from_file, prepared
+from structdiffusion.objects import folder, mesh_process
+from structdiffusion.objects.folder import object_from_file
+from structdiffusion.objects.mesh_preparation import prepare
 from structdiffusion.objects.meshes import coarser
 from structdiffusion.objects.model import ObjectError
 
@@ -27,7 +28,7 @@ def large(tmp_path, ball):
 
 
 def test_a_mesh_that_takes_too_long_is_stopped_with_a_sentence(large, monkeypatch, capsys):
-    monkeypatch.setattr(preparation, "MESH_SECONDS", 0.2)
+    monkeypatch.setattr(mesh_process, "MESH_SECONDS", 0.2)
     arguments = ["run", "stack the balls", "--objects", str(large.parent), "--out", str(large.parent.parent / "out")]
     assert command_line(arguments) == 6
     told = capsys.readouterr().err
@@ -37,7 +38,7 @@ def test_a_mesh_that_takes_too_long_is_stopped_with_a_sentence(large, monkeypatc
 
 
 def test_a_large_mesh_is_the_same_object_whether_prepared_apart_or_here(large):
-    apart, here = object_from_file(large, "ball", "ball"), prepared(large, "ball", "ball")
+    apart, here = object_from_file(large, "ball", "ball"), prepare(large, "ball", "ball")
     assert (apart.name, apart.category, apart.mass, apart.color) == (here.name, here.category, here.mass, here.color)
     for ours, theirs in zip(apart.hulls, here.hulls, strict=True):
         assert ours.dtype == theirs.dtype and np.array_equal(ours, theirs)
@@ -55,7 +56,7 @@ def test_what_is_wrong_with_a_large_mesh_is_said_as_of_a_small_one(tmp_path):
 
 
 def test_a_process_that_dies_is_an_error_of_its_mesh(large, monkeypatch):
-    monkeypatch.setattr(preparation.sys, "executable", "/bin/false")
+    monkeypatch.setattr(mesh_process.sys, "executable", "/bin/false")
     with pytest.raises(ObjectError, match="ball.stl' cannot be prepared: its process ended with exit code 1"):
         object_from_file(large, "ball")
 

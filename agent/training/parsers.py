@@ -1,0 +1,69 @@
+"""`structagent train parser` and `structagent train llm`: check the options, train, print the progress and the result."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+from agent.errors import UsageError
+
+# The defaults of the trainers, repeated here because importing those loads PyTorch.
+PARSER_SENTENCES = 144_000
+LLM_STEPS, LLM_LEARNING_RATE = 900, 1.5e-3
+
+
+def train_embedding_parser(out: Path, sentences: int, start: Path | None, rate: float, seed: int, threads: int) -> None:
+    """Train the embedding parser, write it to `out` and print its share of exactly read development sentences.
+
+    Args:
+        out: folder for `config.json` and `model.safetensors`.
+        sentences: number of training sentences, at least 32; each is read once.
+        start: folder of weights to start from; `None` starts from the layers of the sentence encoder.
+        rate: factor of the learning rates, above 0.
+        seed: of initial weights, dropout and sentences.
+        threads: of torch.
+
+    Raises:
+        UsageError: for a folder to start from that does not exist, or an illegal rate.
+        ParserWeightsError, EncoderError: for weights that cannot be read.
+    """
+    if start is not None and not start.is_dir():
+        raise UsageError(f"--start must be a folder of weights, and there is no folder {str(start)!r}")
+    _check_rate("--rate", rate)
+    from grounding.training.embedding_parser import ParserTraining, train
+
+    config = train(ParserTraining(out, seed, sentences, threads, start, rate), _print_progress)
+    print(json.dumps(config["development"]["exact"]))
+
+
+def train_llm_adapter(out: Path, steps: int, start: Path | None, rate: float, seed: int, threads: int) -> None:
+    """Train the adapter of the local language model, write it to `out` and print its rates on development sentences.
+
+    Args:
+        out: file for the adapter, in safetensors format.
+        steps: optimiser steps, each on a batch of sentences.
+        start: adapter to start from; `None` starts from one that changes nothing.
+        rate: peak learning rate, above 0.
+        seed: of initial weights, sentences and prompts.
+        threads: of torch.
+
+    Raises:
+        UsageError: for an adapter to start from that does not exist, or an illegal rate.
+        LLMError: when the language model is not installed, or the adapter does not fit it.
+    """
+    if start is not None and not start.is_file():
+        raise UsageError(f"--start must be an adapter file, and there is no file {str(start)!r}")
+    _check_rate("--learning-rate", rate)
+    from grounding.training.llm_adapter import AdapterTraining, train
+
+    print(json.dumps(train(AdapterTraining(out, steps, start, rate, seed, threads), _print_progress)))
+
+
+def _check_rate(option: str, rate: float) -> None:
+    if not 0.0 < rate < float("inf"):
+        raise UsageError(f"{option} cannot be {rate:g}; legal: a number above 0")
+
+
+def _print_progress(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)

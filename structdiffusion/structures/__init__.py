@@ -1,0 +1,29 @@
+"""The structures that can be built, one module each.
+
+A structure is one thing: `Structure` (in `structure.py`) says what it has to tell the rest of the package, and no other
+module branches on a shape's name. To add a structure:
+
+1. its name and slots in `grounding.spec` (`SHAPES`, `SLOTS_OF_SHAPE`) and the words for it in `grounding`;
+2. a module here with its class, and the class in `STRUCTURES` below;
+3. the numbers of its checks in `structdiffusion.evaluation_protocol`, and a test.
+
+What the class must have: `name`, `least`, `usual_counts`, `draft` (an exact layout) and `check` (the conditions of the
+evaluation protocol). What it may have, beside defaults that hold for a flat structure of any objects: which objects suit it
+(`suits`, `choose`, `nouns`, `requirement`), which object takes which place (`order_places`), its `centre`, whether it
+faces anywhere (`has_heading`, `rotations`), and how sampled poses are corrected (`corrections`, `turns`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from structdiffusion.structures.circle import Circle
+from structdiffusion.structures.line import Line
+from structdiffusion.structures.structure import Structure
+from structdiffusion.structures.table_setting import TableSetting
+from structdiffusion.structures.tower import Tower
+
+# In the order of `grounding.spec.SHAPES`.
+STRUCTURES: Mapping[str, Structure] = {
+    structure.name: structure for structure in (Circle(), Line(), Tower(), TableSetting())
+}
