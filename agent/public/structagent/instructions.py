@@ -12,12 +12,12 @@ from grounding.spec import LEGAL_VALUES, SLOTS, StructureSpec
 from structagent.arguments import check_choice, check_text, is_listing, shown, wrong_argument
 from structagent.clouds import checked_names
 from structagent.engine import computing
-from structagent.errors import StructagentError, public_errors
+from structagent.errors import StructagentError, in_python, public_errors
 from structagent.scenes import Scene
 
 if TYPE_CHECKING:
     from agent.pipeline.resources import Loaded
-    from grounding.interpreter import Reading
+    from grounding.interpreter import Interpretation
 
 PARSERS = ("embedding", "llm")
 VIEWPOINTS = ("robot", "opposite")
@@ -87,21 +87,18 @@ def parse(
     """
     referents = objects.referents if isinstance(objects, Scene) else _named_objects(objects)
     with computing() as loaded:
-        reading = _reading(loaded, text, viewpoint, parser, referents)
-    display = dict(zip(objects.referents, objects.names, strict=True)) if isinstance(objects, Scene) else {}
-
-    def name(each: SceneObject | str) -> str:
-        return display.get(each, each.name) if isinstance(each, SceneObject) else each
-
+        goal = _interpreted(loaded, text, viewpoint, parser, referents)
+    names = [each.name for each in referents or ()]
+    display = dict(zip(names, objects.names, strict=True)) if isinstance(objects, Scene) else {}
     return ParsedInstruction(
         text,
-        reading.spec,
-        reading.status,
-        "; ".join(filter(None, (reading.message, reading.fallback))),
-        tuple(map(name, reading.question.options)) if reading.question else (),
-        None if reading.objects is None else tuple(map(name, reading.objects)),
-        dict(reading.parse.dropped),
-        dict(reading.parse.confidence),
+        goal.spec,
+        goal.status,
+        "; ".join(filter(None, (goal.message, goal.fallback))),
+        tuple(display.get(option, option) for option in goal.question.options) if goal.question else (),
+        None if goal.objects is None else tuple(display.get(name, name) for name in goal.objects),
+        dict(goal.parse.dropped),
+        dict(goal.parse.confidence),
     )
 
 
@@ -114,30 +111,40 @@ def _named_objects(objects: Any) -> tuple[SceneObject, ...] | None:
     return tuple(map(SceneObject, checked_names(objects, len(objects), "objects")[0]))
 
 
-def _reading(
-    loaded: Loaded, text: Any, viewpoint: Any, parser: Any = PARSERS[0], referents: Sequence[SceneObject] | None = None
-) -> Reading:
+def _interpreted(
+    loaded: Loaded, text: Any, viewpoint: Any, parser: Any, referents: Sequence[SceneObject] | None = None
+) -> Interpretation:
     from agent.pipeline.instruction_parser import ReadingOptions
 
     check_text(text)
     check_choice("viewpoint", viewpoint, VIEWPOINTS)
     check_choice("parser", parser, PARSERS)
-    return loaded.reader(ReadingOptions(parser, viewpoint)).read(text, referents)
+    return loaded.interpreter(ReadingOptions(parser, viewpoint)).interpret(text, referents)
 
 
-def _built(reading: Reading) -> Reading:
-    if reading.status != "ok":
-        raise StructagentError(reading.message, NOT_BUILDABLE)
-    return reading
+def buildable(goal: Interpretation, hint: str = "") -> Interpretation:
+    """The same, where it says what to build.
 
-
-def spec_of_text(loaded: Loaded, text: str, viewpoint: str) -> StructureSpec:
-    """The slots of a sentence, whatever objects there are, world frame.
+    Args:
+        goal: what was understood.
+        hint: what may help where objects have other names.
 
     Raises:
         StructagentError: where it is refused, or has to ask.
     """
-    return _built(_reading(loaded, text, viewpoint)).spec
+    if goal.status != "ok":
+        hints = (goal.message, hint if goal.status == "refused" else "")
+        raise StructagentError(in_python("; ".join(filter(None, hints))), NOT_BUILDABLE)
+    return goal
+
+
+def goal_of_text(loaded: Loaded, text: Any, viewpoint: Any, parser: Any = PARSERS[0]) -> Interpretation:
+    """What a sentence asks for, whatever objects there are.
+
+    Raises:
+        StructagentError: where it is refused, or has to ask.
+    """
+    return buildable(_interpreted(loaded, text, viewpoint, parser))
 
 
 def wish_of_text(loaded: Loaded, text: str, scene: Scene, viewpoint: str, parser: str) -> Wish:
@@ -146,14 +153,15 @@ def wish_of_text(loaded: Loaded, text: str, scene: Scene, viewpoint: str, parser
     Raises:
         StructagentError: where it is refused, where it has to ask, and where objects that it names are not there.
     """
-    reading = _built(_reading(loaded, text, viewpoint, parser, scene.referents))
-    meant = set(reading.objects or scene.referents)
-    members = tuple(index for index, each in enumerate(scene.referents) if each in meant)
-    dropped = [
-        f"the {slot.replace('_', ' ')} {value!r} was left out: a {reading.spec.shape or 'structure'} has none"
-        for slot, value in reading.parse.dropped.items()
-    ]
-    return Wish(reading.spec, members, tuple(filter(None, (reading.message, reading.fallback, *dropped))))
+    goal = buildable(_interpreted(loaded, text, viewpoint, parser, scene.referents))
+    notes = (goal.message, goal.fallback, *dropped_notes(goal.spec, goal.parse.dropped))
+    return Wish(goal.spec, tuple(sorted(goal.selection.indices)), tuple(filter(None, notes)))
+
+
+def dropped_notes(spec: StructureSpec, dropped: Mapping[str, str]) -> list[str]:
+    """A sentence for each slot that was understood and cannot be had."""
+    shape = spec.shape or "structure"
+    return [f"the {slot.replace('_', ' ')} {value!r} was left out: a {shape} has none" for slot, value in dropped.items()]
 
 
 def checked_spec(slots: Any) -> StructureSpec:

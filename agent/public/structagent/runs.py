@@ -14,7 +14,7 @@ from grounding.spec import StructureSpec
 from structagent.arguments import MOST_SEED, check_choice, check_text, checked_integer, shown, wrong_argument
 from structagent.engine import computing
 from structagent.errors import StructagentError, in_python, public_errors
-from structagent.instructions import PARSERS, VIEWPOINTS
+from structagent.instructions import PARSERS, VIEWPOINTS, dropped_notes
 from structagent.proposals import check_model, checked_weights
 from structagent.sources import checked_source, recorded_options
 
@@ -36,8 +36,10 @@ class RunResult:
         exit_code: 0; 4 no valid arrangement; 5 the arm failed, or it does not stand as asked; 8 partly done.
         message: why it is no success, in a sentence; empty otherwise.
         spec: the slots that were understood, world frame.
-        names: the N objects that take part.
-        goal_from_initial: (N, 4, 4) of the arrangement that was chosen last, world frame, metres; `None` before any was.
+        names: the N objects that were seen.
+        moved: indices of those that take part; the others are obstacles.
+        goal_from_initial: (N, 4, 4) float64 of the arrangement that was chosen last, as `Proposal` has it; `None` where
+            none was.
         failure: the class of the first failed check of the evaluation protocol, or `None`.
         checks: every check of the verdict: its name, whether it passed, the measured value and the limit.
         notes: what had to be assumed or left out, a sentence each.
@@ -50,6 +52,7 @@ class RunResult:
     message: str
     spec: StructureSpec
     names: tuple[str, ...]
+    moved: tuple[int, ...]
     goal_from_initial: np.ndarray | None
     failure: str | None
     checks: tuple[Mapping[str, Any], ...]
@@ -160,6 +163,8 @@ class _Log:
             self._notes.append(event.message)
         elif kind == "Perceived":
             self._notes += event.notes
+        elif kind == "Parsed":
+            self._notes += filter(None, (event.fallback, *dropped_notes(event.spec, event.dropped)))
 
     def result(self) -> RunResult:
         """The result of a run that has finished.
@@ -171,15 +176,21 @@ class _Log:
         if failed is not None and failed.exit_code in _REFUSED:
             raise StructagentError(in_python(failed.message), failed.exit_code)
         perceived, chosen, checked = (self._last.get(kind) for kind in ("Perceived", "Chosen", "Checked"))
+        moved = tuple(index for index, each in enumerate(perceived.objects) if each.takes_part)
+        motions = None
+        if chosen is not None:
+            motions = np.tile(np.eye(4), (len(perceived.objects), 1, 1))
+            motions[list(moved)] = chosen.arrangement.goal_from_initial
         return RunResult(
             finished.success,
             finished.exit_code,
             "" if failed is None else failed.message,
             self._last["Parsed"].spec,
-            tuple(each.name for each in perceived.objects if each.takes_part),
-            None if chosen is None else chosen.arrangement.goal_from_initial,
+            tuple(each.name for each in perceived.objects),
+            moved,
+            motions,
             None if checked is None else checked.failure_class,
-            () if checked is None else tuple(next(e for e in reversed(self._events) if e["kind"] == "checked")["checks"]),
+            () if checked is None else tuple(checked.to_dict()["checks"]),
             tuple(dict.fromkeys(self._notes)),
             tuple(self._events),
             finished.seconds,

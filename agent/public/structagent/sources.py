@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from structagent.arguments import MOST_SEED, checked_integer, checked_pose, shown, wrong_argument
 from structagent.engine import computing
 from structagent.errors import public_errors
-from structagent.instructions import spec_of_text
+from structagent.instructions import buildable, goal_of_text
 from structagent.scenes import Scene
 
 if TYPE_CHECKING:
@@ -58,15 +58,8 @@ def load_scene(
         if instruction is None:
             with origin.set_out(seed) as table:
                 return _as_seen(table)
-        from grounding.references.selection import Selection, select_objects
-
-        spec = spec_of_text(loaded, instruction, viewpoint)
-
-        def select(there: Sequence[Any], catalogue: bool = False) -> Selection:
-            return select_objects(instruction, there, loaded.encoder, catalogue=catalogue)
-
-        select(origin.referents, catalogue=origin.catalogue)  # says what is missing before anything is drawn
-        with origin.open(spec, select, seed) as table:
+        goal = goal_of_text(loaded, instruction, viewpoint).among(origin.referents, origin.catalogue)
+        with origin.open(buildable(goal, origin.hint), seed) as table:
             return _as_seen(table)
 
 

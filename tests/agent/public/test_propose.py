@@ -236,23 +236,30 @@ def test_eleven_small_objects_are_taken():
 
 @pytest.fixture
 def own_weights(tmp_path):
-    """A folder with a diffusion network alone, whose config says that it takes three objects."""
+    """A folder with a diffusion network alone, whose config is written in another way than its card says."""
     shipped = Path(structdiffusion.__file__).parent / "weights" / "diffusion"
     shutil.copytree(shipped, tmp_path / "own" / "diffusion")
     config = tmp_path / "own" / "diffusion" / "config.json"
-    config.write_text(json.dumps(json.loads(config.read_text()) | {"max_objects": 3}))
+    config.write_text(json.dumps(json.loads(config.read_text())))
     return tmp_path / "own"
 
 
-def test_networks_say_what_they_lack_and_take(clouds, own_weights):
+def test_own_networks_are_named_where_they_cannot_be_used(clouds, own_weights):
     plain = {"weights": own_weights, "model": "diffusion-tokens-unranked"}
-    assert "takes 3 at most" in refused(clouds, CIRCLE, **plain, exit_code=3)
-    message = refused(clouds[:3], CIRCLE, weights=own_weights, model="diffusion", exit_code=6)
-    assert "lacks structure, collision" in message and "--data SCENES" in message
-    message = refused(clouds[:3], CIRCLE, **plain, exit_code=7)
+    message = refused(clouds, CIRCLE, **plain, exit_code=7)
     assert "allow_unverified=True" in message and "--" not in message
-    assert len(structagent.propose(clouds[:3], CIRCLE, **plain, count=2, allow_unverified=True)) == 2
+    assert len(structagent.propose(clouds, CIRCLE, **plain, count=2, allow_unverified=True)) == 2
+    more = {**plain, "model": "diffusion", "allow_unverified": True}
+    message = refused(clouds, CIRCLE, **more, exit_code=6)
+    assert "lacks structure, collision" in message and "--data SCENES" in message
     assert "own2" in refused(clouds, CIRCLE, weights=own_weights.with_name("own2"), model="diffusion", exit_code=6)
+
+
+def test_networks_for_fewer_objects_say_so(clouds, own_weights):
+    config = own_weights / "diffusion" / "config.json"
+    config.write_text(json.dumps(json.loads(config.read_text()) | {"max_objects": 3}))
+    message = refused(clouds, CIRCLE, weights=own_weights, model="diffusion-tokens-unranked", exit_code=3)
+    assert "means 4 of 4 objects" in message and message.endswith("takes 3 at most")
 
 
 def test_no_valid_arrangement_is_an_error_unless_it_is_asked_for():
