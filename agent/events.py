@@ -7,67 +7,20 @@ The arm's own events are in `agent.arm.events`. Lengths in metres, angles in rad
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
-from pathlib import Path
-from typing import Any, Protocol
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
+from agent.event_base import EventBase, live_only
 from grounding.spec import StructureSpec
 from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.structures.checks import Check
 
 
-class Event(Protocol):
-    """Anything that the pipeline yields."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """The event as JSON values."""
-
-
-def json_value(value: Any) -> Any:
-    """`value` as JSON has it: arrays as lists, dataclasses as objects, numbers that are not finite as `null`."""
-    if isinstance(value, float | np.floating):
-        return round(float(value), 6) if math.isfinite(value) else None
-    if isinstance(value, np.bool_ | np.integer | np.ndarray):
-        return json_value(value.tolist())
-    if isinstance(value, Mapping):
-        return {str(key): json_value(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple | set | frozenset):
-        return [json_value(entry) for entry in value]
-    if is_dataclass(value) and not isinstance(value, type):
-        return {entry.name: json_value(getattr(value, entry.name)) for entry in fields(value)}
-    if isinstance(value, Path):
-        return str(value)
-    return value
-
-
-def kind_of(event: object) -> str:
-    """The event's name in the report: `PlanFailed` is "plan_failed"."""
-    return re.sub(r"(?<!^)(?=[A-Z])", "_", type(event).__name__).lower()
-
-
-class _Told:
-    """Gives an event its JSON form: its kind and every field."""
-
-    def to_dict(self) -> dict[str, Any]:
-        return {"kind": kind_of(self)} | {
-            entry.name: json_value(getattr(self, entry.name))
-            for entry in fields(self)  # type: ignore[arg-type]
-            if entry.metadata.get("told", True)
-        }
-
-
-def _untold(**keywords: Any) -> Any:
-    """A field that is for listeners in this process alone: pictures and clouds."""
-    return field(metadata={"told": False}, **keywords)
-
-
 @dataclass(frozen=True)
-class Started(_Told):
+class Started(EventBase):
     """The instruction and everything that decides what follows."""
 
     instruction: str
@@ -75,7 +28,7 @@ class Started(_Told):
 
 
 @dataclass(frozen=True)
-class Asked(_Told):
+class Asked(EventBase):
     """The speaker has to say more. `options` are the values of the slot that may be meant, the likeliest first."""
 
     slot: str
@@ -84,21 +37,21 @@ class Asked(_Told):
 
 
 @dataclass(frozen=True)
-class Noted(_Told):
+class Noted(EventBase):
     """Something that the speaker should know, in a sentence."""
 
     message: str
 
 
 @dataclass(frozen=True)
-class Commanded(_Told):
+class Commanded(EventBase):
     """In a conversation: a line that is no instruction, such as "/undo" or the answer to a question."""
 
     line: str
 
 
 @dataclass(frozen=True)
-class Answered(_Told):
+class Answered(EventBase):
     """In a conversation: a question or a greeting, and what the agent says to it, in lines of plain text."""
 
     question: str
@@ -106,13 +59,13 @@ class Answered(_Told):
 
 
 @dataclass(frozen=True)
-class Restored(_Told):
-    """In a conversation: the wish and the table are as they were at another time.
+class Restored(EventBase):
+    """In a conversation: the goal and the table are as they were at another time.
 
     Attributes:
         how: "undo": before the last turn; "redo": after the turn that was undone; "reset": at the start; "put back":
-            the table as it was before the last build, with the same wish.
-        spec: the wish that holds now, `None` before the first.
+            the table as it was before the last build, with the same goal.
+        spec: the goal that holds now, `None` before the first.
         objects: the names of those that took part.
         moved: the names of the objects that were put back.
     """
@@ -124,7 +77,7 @@ class Restored(_Told):
 
 
 @dataclass(frozen=True)
-class Parsed(_Told):
+class Parsed(EventBase):
     """The instruction was read.
 
     Attributes:
@@ -137,7 +90,7 @@ class Parsed(_Told):
         viewpoint: whose left and right was meant, "robot" or "opposite".
         prompt_sha256: checksum of the LLM's prompt, where it read.
         fallback: why another parser than the one that was asked for read it, or empty.
-        before: in a conversation the wish that this one changes; `None` for a wish of its own.
+        before: in a conversation the goal that this one changes; `None` for a goal of its own.
     """
 
     spec: StructureSpec
@@ -164,7 +117,7 @@ class SeenObject:
         points: how many points the cloud has.
         outline: the corners (x, y) of the cloud seen from above, world frame; empty where it spans no area.
         color: its mean colour (RGB, 0 to 255), or `None`.
-        called: what an instruction can call it, such as "object 3, red, tall".
+        display_name: what an instruction can call it, such as "object 3, red, tall".
         color_name: the name of its colour, where that is known; empty otherwise.
     """
 
@@ -175,12 +128,12 @@ class SeenObject:
     points: int
     outline: tuple[tuple[float, float], ...] = ()
     color: tuple[int, int, int] | None = None
-    called: str = ""
+    display_name: str = ""
     color_name: str = ""
 
 
 @dataclass(frozen=True)
-class Perceived(_Told):
+class Perceived(EventBase):
     """The camera looked at the table.
 
     Attributes:
@@ -195,8 +148,8 @@ class Perceived(_Told):
     table: tuple[float, float, float, float]
     seconds: float
     notes: tuple[str, ...] = ()
-    scene: Scene = _untold(kw_only=True)
-    labelled: np.ndarray | None = _untold(default=None)
+    scene: Scene = live_only(kw_only=True)
+    labelled: np.ndarray | None = live_only(default=None)
 
 
 @dataclass(frozen=True)
@@ -217,7 +170,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Previewed(_Told):
+class Previewed(EventBase):
     """The model at work: what some of its samples look like after `step` of `steps`; of passing interest.
 
     Attributes:
@@ -232,7 +185,7 @@ class Previewed(_Told):
 
 
 @dataclass(frozen=True)
-class Imagined(_Told):
+class Imagined(EventBase):
     """The model proposed arrangements, and they were ranked, best first.
 
     `networks` has, by network, the SHA-256 of both files and whether they are those of its card.
@@ -241,33 +194,33 @@ class Imagined(_Told):
     model: str
     candidates: tuple[Candidate, ...]
     seconds: float
-    scene: Scene = _untold()
-    arrangements: tuple[Arrangement, ...] = _untold()
+    scene: Scene = live_only()
+    arrangements: tuple[Arrangement, ...] = live_only()
     networks: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
-class Chosen(_Told):
+class Chosen(EventBase):
     """The arrangement that will be built. `rank` counts from 1; it can change when the arm finds no plan for it."""
 
     rank: int
     scores: Mapping[str, float]
     goals: tuple[Mapping[str, Any], ...]
-    arrangement: Arrangement = _untold()
-    scene: Scene = _untold()
+    arrangement: Arrangement = live_only()
+    scene: Scene = live_only()
 
 
 @dataclass(frozen=True)
-class Pictured(_Told):
+class Pictured(EventBase):
     """A camera picture (H, W, 3) uint8 of the table; `name` is its file's stem, `caption` says when it was taken."""
 
     name: str
     caption: str
-    image: np.ndarray = _untold()
+    image: np.ndarray = live_only()
 
 
 @dataclass(frozen=True)
-class Tried(_Told):
+class Tried(EventBase):
     """The chosen arrangement was released in physics without the arm, on a copy of the table: where everything ended.
 
     Attributes:
@@ -281,15 +234,15 @@ class Tried(_Told):
 
 
 @dataclass(frozen=True)
-class Filmed(_Told):
+class Filmed(EventBase):
     """The build as a film: pictures (T, H, W, 3) uint8, `interval` seconds of the arm's time apart."""
 
     interval: float
-    frames: np.ndarray = _untold()
+    frames: np.ndarray = live_only()
 
 
 @dataclass(frozen=True)
-class Checked(_Told):
+class Checked(EventBase):
     """The final verdict.
 
     Attributes:
@@ -311,7 +264,7 @@ class Checked(_Told):
 
 
 @dataclass(frozen=True)
-class Failed(_Told):
+class Failed(EventBase):
     """The run ended without a structure: in which step, why, and the exit code that says so."""
 
     step: str
@@ -320,7 +273,7 @@ class Failed(_Told):
 
 
 @dataclass(frozen=True)
-class Finished(_Told):
+class Finished(EventBase):
     """The end of every run. `seconds` is the time of the whole run."""
 
     success: bool

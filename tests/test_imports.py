@@ -10,8 +10,13 @@ PACKAGES = ("agent", "grounding", "structdiffusion")
 # From the bottom up. What stands in one row does not import each other.
 LAYERS = (
     ("agent", "grounding", "structdiffusion"),  # docstring and version of each package
-    ("agent.errors", "grounding.spec", "structdiffusion.geometry", "structdiffusion.limits"),
-    ("structdiffusion.evaluation_protocol", "structdiffusion.rotations", "structdiffusion.tableware", "structdiffusion.temporary_folders"),
+    ("agent.errors", "agent.event_base", "grounding.spec", "structdiffusion.geometry", "structdiffusion.limits"),
+    (
+        "structdiffusion.evaluation_protocol",
+        "structdiffusion.rotations",
+        "structdiffusion.tableware",
+        "structdiffusion.temporary_folders",
+    ),
     ("grounding.parse_result", "structdiffusion.observation", "structdiffusion.word_tokens"),
     ("grounding.corpus", "grounding.viewpoint", "structdiffusion.footprints"),
     ("grounding.benchmark", "grounding.parsers", "structdiffusion.objects", "structdiffusion.structures"),

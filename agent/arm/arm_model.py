@@ -101,7 +101,7 @@ class ArmModel:
         return {joint.name: joint.parent_from_joint for joint in self.chain}
 
     def link_poses(self, angles: Mapping[str, float]) -> dict[str, np.ndarray]:
-        """base_from_link (4, 4) of every link by name; a joint that `angles` leaves out is at 0."""
+        """Return base_from_link (4, 4) of every link by name; a joint that `angles` leaves out is at 0."""
         poses = {self.chain[0].parent: np.eye(4)}
         for joint in self.chain:
             turned = pose_from_xyz_yaw(0.0, 0.0, 0.0, angles.get(joint.name, 0.0))
@@ -111,7 +111,7 @@ class ArmModel:
 
 @cache
 def arm_model(name: str) -> ArmModel:
-    """The model of that name.
+    """Return the model of that name.
 
     Raises:
         BadInput: for a name that is none of `ARM_MODELS`.

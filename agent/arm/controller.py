@@ -25,10 +25,10 @@ class MotionListener(Protocol):
     """Whoever wants to know what the arm is told to do."""
 
     def begin(self, doing: str, arm: JacoArm) -> None:
-        """A motion begins; `doing` says what for."""
+        """Take note that a motion begins; `doing` says what for."""
 
     def step(self, arm: JacoArm) -> None:
-        """A step of physics is done."""
+        """Take note that a step of physics is done."""
 
 
 class ArmDriver:
@@ -64,7 +64,7 @@ class ArmDriver:
         self.wait(HALTING_SECONDS)
 
     def let_sleep(self, allowed: bool) -> None:
-        """Whether the engine may skip objects that lie still; a touch wakes them. It saves most of the time."""
+        """Set whether the engine may skip objects that lie still; a touch wakes them. It saves most of the time."""
         state = pybullet.ACTIVATION_STATE_ENABLE_SLEEPING if allowed else pybullet.ACTIVATION_STATE_DISABLE_SLEEPING
         for body in self.world.bodies:
             pybullet.changeDynamics(body, -1, activationState=state, physicsClientId=self.world.client)
@@ -77,7 +77,7 @@ class ArmDriver:
         )
 
     def step(self) -> None:
-        """One step of physics."""
+        """Advance physics by one step."""
         self.world.step(TIME_STEP)
         if self.log is not None:
             self.log.step(self.arm)

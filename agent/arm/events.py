@@ -5,21 +5,16 @@ Objects are named by their index in `Scene.objects` and by their name. Metres, r
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
-from agent.events import json_value, kind_of
+from agent.event_base import EventBase
 
 
 @dataclass(frozen=True)
-class ArmEvent:
+class ArmEvent(EventBase):
     """Any of the events below."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """The event as JSON values: its kind and every field."""
-        return {"kind": kind_of(self)} | {entry.name: json_value(getattr(self, entry.name)) for entry in fields(self)}
 
 
 @dataclass(frozen=True)

@@ -163,7 +163,8 @@ class _Builder:
         return Stopped(index, name, set_down, True)
 
     def displaced(self, plans: Sequence[ObjectPlan]) -> Iterator[ObjectPlan]:
-        """The plan of each object that is not at its goal, because it was pushed since or could not be placed then.
+        """Yield the plan of each object that is not at its goal, because it was pushed since or could not be placed
+        then.
 
         Only of those that stand upright, with nothing to go on them: the others cannot be put right by moving them.
         """

@@ -49,7 +49,7 @@ class Grasp:
 
 
 def hand_pose(point: np.ndarray, yaw: float, tilt: float = 0.0) -> np.ndarray:
-    """world_from_ee (4, 4) of a hand at `point` (3,) that closes along `yaw` and approaches from above.
+    """Return world_from_ee (4, 4) of a hand at `point` (3,) that closes along `yaw` and approaches from above.
 
     `tilt` turns it about its closing axis, so that it leans by that angle.
     """
@@ -64,7 +64,7 @@ def hand_pose(point: np.ndarray, yaw: float, tilt: float = 0.0) -> np.ndarray:
 
 
 def is_round(points: np.ndarray) -> bool:
-    """Whether the cloud (P, 3) looks the same from all sides: its extents in all directions agree within 12 %.
+    """Return whether the cloud (P, 3) looks the same from all sides: its extents in all directions agree within 12 %.
 
     Seen from above; a handle or a spout makes it not round.
     """

@@ -66,25 +66,28 @@ def _profile() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def gaps() -> np.ndarray:
-    """The gap, metres, at each of `ANGLES` and `LEVELS`; infinite beyond the tips."""
+    """Return the gap, metres, at each of `ANGLES` and `LEVELS`; infinite beyond the tips."""
     thumb, others, _ = _profile()
     return thumb - others
 
 
 def reach(opening: float, closing: float) -> float:
-    """How far beyond the end effector the fingers reach, at most, while they close between two angles, metres."""
+    """Return how far beyond the end effector the fingers reach, at most, while they close between two angles,
+    metres."""
     angles = np.append(ANGLES[(ANGLES > opening) & (ANGLES < closing)], (opening, closing))
     return float(np.interp(angles, ANGLES, _profile()[2]).max())
 
 
 def opening_for(widths: np.ndarray) -> float | None:
-    """The least open finger angle whose gap passes `widths` (L,), metres at each of `LEVELS`; `None` if none does."""
+    """Return the least open finger angle whose gap passes `widths` (L,), metres at each of `LEVELS`; `None` if none
+    does."""
     passes = (gaps() >= widths).all(axis=1)
     return float(ANGLES[np.flatnonzero(passes)[-1]]) if passes.any() else None
 
 
 def contact_angle(widths: np.ndarray) -> float | None:
-    """The finger angle at which closing fingers first meet an object that is `widths` (L,) wide; `None` if never.
+    """Return the finger angle at which closing fingers first meet an object that is `widths` (L,) wide; `None` if
+    never.
 
     Zero width means nothing at that level. Fingers that would come down onto the object, because
     they reach its level only when they are already nearer together than it is wide, never meet it.

@@ -55,7 +55,7 @@ class Kinematics:
         return bool(self.world_from_base[2, 3] < -LOWERED)
 
     def forward(self, q: np.ndarray) -> np.ndarray:
-        """world_from_ee (..., 4, 4) of joint angles (..., n)."""
+        """Return world_from_ee (..., 4, 4) of joint angles (..., n)."""
         q = np.asarray(q, dtype=np.float64)
         return self._frames(q.reshape(-1, q.shape[-1]))[1].reshape(*q.shape[:-1], 4, 4)
 
@@ -82,7 +82,7 @@ class Kinematics:
     def inverse(
         self, targets: np.ndarray, seeds: np.ndarray, iterations: int = 60
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Joint angles that bring the hand to each target: damped least squares on the Jacobian.
+        """Find joint angles that bring the hand to each target: damped least squares on the Jacobian.
 
         Args:
             targets: (B, 4, 4) world_from_ee.
@@ -120,7 +120,7 @@ class Kinematics:
     def solve(
         self, target: np.ndarray, rng: np.random.Generator, near: np.ndarray | None = None, restarts: int = 24
     ) -> np.ndarray | None:
-        """One configuration (n,) for world_from_ee `target`, the nearest found to `near`; `None` if out of reach.
+        """Find one configuration (n,) for world_from_ee `target`, the nearest to `near`; `None` if out of reach.
 
         By default near the waiting pose.
         """
@@ -134,13 +134,14 @@ class Kinematics:
         return found[np.abs(found - near).max(axis=1).argmin()]
 
     def random(self, rng: np.random.Generator, count: int) -> np.ndarray:
-        """(count, n) uniform angles, one turn wide for the continuous joints."""
+        """Draw (count, n) uniform angles, one turn wide for the continuous joints."""
         model = self.model
         lower = np.where(model.continuous, 0.0, model.lower)
         return rng.uniform(lower, np.where(model.continuous, 2 * math.pi, model.upper), (count, len(model.joints)))
 
     def unwind(self, q: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """The same configurations (..., n), continuous joints brought by whole turns as near to `near` as they go."""
+        """Return the same configurations (..., n), continuous joints brought by whole turns as near to `near` as
+        they go."""
         lower, upper = self.model.lower, self.model.upper
         turned = q - 2 * math.pi * np.round((q - near) / (2 * math.pi))
         turned = np.where(turned < lower, turned + 2 * math.pi, np.where(turned > upper, turned - 2 * math.pi, turned))
@@ -208,7 +209,7 @@ class JacoArm:
         self.fold_at_once()
 
     def stand_on(self, table: int) -> None:
-        """The body `table` is where the arm's lowest links are: they do not count as touching it.
+        """Declare that the arm's lowest links stand on the body `table`: they do not count as touching it.
 
         Of an arm that stands lower these include the upper arm, for nobody knows where exactly the table's edge is.
         """
@@ -268,11 +269,11 @@ class JacoArm:
         )
 
     def configuration(self) -> np.ndarray:
-        """The arm's joint angles (n,) now."""
+        """Return the arm's joint angles (n,) now."""
         return self._angles(self.joints)
 
     def finger_angles(self) -> np.ndarray:
-        """The finger joint angles (3,) now: thumb, finger 2, finger 3."""
+        """Return the finger joint angles (3,) now: thumb, finger 2, finger 3."""
         return self._angles(self.fingers)
 
     def _angles(self, joints: list[int]) -> np.ndarray:
@@ -280,14 +281,14 @@ class JacoArm:
         return np.array([state[0] for state in states])
 
     def world_from_ee(self) -> np.ndarray:
-        """The hand's pose (4, 4) now, as the simulation has it."""
+        """Return the hand's pose (4, 4) now, as the simulation has it."""
         state = pybullet.getLinkState(
             self.body, self.end_effector, computeForwardKinematics=True, physicsClientId=self.client
         )
         return pose_from_position_quaternion(np.array(state[4]), np.array(state[5]))
 
     def touching(self, body: int) -> set[int]:
-        """The fingers (0 thumb, 1, 2) that press on `body` now."""
+        """Return the fingers (0 thumb, 1, 2) that press on `body` now."""
         contacts = pybullet.getContactPoints(self.body, body, physicsClientId=self.client)
         links = {contact[3] for contact in contacts if contact[9] > 0.0}
         return {k for k in range(3) if self.fingers[k] in links or self.tips[k] in links}

@@ -34,7 +34,7 @@ ompl_util.noOutputHandler()
 
 
 def solid_hull(points: np.ndarray, support: float = 0.0) -> np.ndarray:
-    """The vertices (V, 3) of the convex hull of a partial cloud (P, 3), continued down to `support`.
+    """Return the vertices (V, 3) of the convex hull of a partial cloud (P, 3), continued down to `support`.
 
     The camera sees tops and front sides; what hides below is assumed to stand on z = `support`.
     """
@@ -134,7 +134,7 @@ class PlanningScene:
             pybullet.setCollisionFilterPair(self._held, self.arm.body, -1, link, 0, physicsClientId=self.client)
 
     def release(self) -> None:
-        """The hand is empty again."""
+        """Plan with an empty hand again."""
         if self._held is not None:
             pybullet.removeBody(self._held, physicsClientId=self.client)
             self._held = None
@@ -142,7 +142,7 @@ class PlanningScene:
     def collides(
         self, q: np.ndarray, clearance: float = CLEARANCE, floor: float | None = None, only_floor: bool = False
     ) -> bool:
-        """Whether the arm at q (n,) comes nearer than `clearance` to anything, or what it holds hits something.
+        """Return whether the arm at q (n,) comes nearer than `clearance` to anything, or what it holds hits something.
 
         Args:
             clearance: m; below zero it is the overlap that is allowed, with the arm's own links too.
@@ -181,11 +181,12 @@ class PlanningScene:
         )
 
     def path_collides(self, path: np.ndarray, clearance: float = CLEARANCE, floor: float | None = None) -> bool:
-        """Whether any state of the path (T, n), interpolated to `CHECK_STEP`, collides."""
+        """Return whether any state of the path (T, n), interpolated to `CHECK_STEP`, collides."""
         return any(self.collides(q, clearance, floor) for q in interpolate(path, CHECK_STEP))
 
     def overlap(self, q: np.ndarray) -> float:
-        """How deep, in metres, the arm at q (n,) reaches into anything, its own links too; 0 where it is free."""
+        """Return how deep, in metres, the arm at q (n,) reaches into anything, its own links too; 0 where it is
+        free."""
         if not self.collides(q, 0.0):
             return 0.0
         return -min(contact[8] for contact in pybullet.getContactPoints(self.arm.body, physicsClientId=self.client))
@@ -193,7 +194,7 @@ class PlanningScene:
     def plan(
         self, start: np.ndarray, goal: np.ndarray, checks: int = 20_000, overlap: float = 0.0
     ) -> np.ndarray | None:
-        """A collision-free path (T, n) by RRT-Connect, shortened; `None` where none was found.
+        """Plan a collision-free path (T, n) by RRT-Connect, shortened; `None` where none was found.
 
         The straight line in joint space is tried first: it often is free, and it is the shortest.
         The search ends after `checks` collision checks (about a second for 20,000), and not by the

@@ -33,7 +33,7 @@ class Standing:
 
 
 def standing(state: ArmState) -> Standing:
-    """How the arm of a recording stands.
+    """Return how the arm of a recording stands.
 
     Raises:
         BadInput: for an unknown model, a joint of the arm that is not told, or an angle beyond its limits.
@@ -42,16 +42,16 @@ def standing(state: ArmState) -> Standing:
     notes: list[str] = []
     joints, wound = np.empty(len(model.joints)), np.zeros(len(model.joints))
     for k, name in enumerate(model.joints):
-        told = state.joints.get(name, math.nan)
-        if not math.isfinite(told):
+        angle = state.joints.get(name, math.nan)
+        if not math.isfinite(angle):
             raise BadInput(
                 f"the recording does not tell how {name} of its {model.name} stood; needed: {', '.join(model.joints)}"
             )
         lower, upper = float(model.lower[k]), float(model.upper[k])
         # The nearest whole turns that bring it within the limits, or as near to their middle as can be.
-        least = 0.0 if lower <= told <= upper else round((told - (lower + upper) / 2) / (2 * math.pi))
+        least = 0.0 if lower <= angle <= upper else round((angle - (lower + upper) / 2) / (2 * math.pi))
         wound[k] = 2 * math.pi * least
-        joints[k] = _within(name, told - wound[k], lower, upper, notes)
+        joints[k] = _within(name, angle - wound[k], lower, upper, notes)
     untold = [name for name in FINGERS if not math.isfinite(state.joints.get(name, math.nan))]
     if untold:
         notes.append(f"the recording does not tell {', '.join(untold)}: taken to be open")

@@ -54,13 +54,13 @@ def withdraw(driver: ArmDriver) -> None:
 
 
 def is_folded(arm: JacoArm) -> bool:
-    """Whether the arm is in its waiting pose."""
+    """Return whether the arm is in its waiting pose."""
     folded = arm.kinematics.folded
     return bool(np.abs(arm.kinematics.unwind(arm.configuration(), folded) - folded).max() < AT_HOME)
 
 
 def fold(driver: ArmDriver, scene: PlanningScene) -> None:
-    """Back to the waiting pose, by a planned motion; straight there where none is found."""
+    """Move back to the waiting pose, by a planned motion; straight there where none is found."""
     start = driver.arm.configuration()
     home = driver.arm.kinematics.unwind(driver.arm.kinematics.folded, start)
     path = scene.plan(start, home)
@@ -69,7 +69,8 @@ def fold(driver: ArmDriver, scene: PlanningScene) -> None:
 
 
 def leave_start(driver: ArmDriver, scene: PlanningScene) -> None:
-    """To the waiting pose from wherever the arm was put, by a planned motion; there it may overlap what was perceived.
+    """Move to the waiting pose from wherever the arm was put, by a planned motion; there it may overlap what was
+    perceived.
 
     Where no motion is found with the fingers as they are, they open first; where none is found then, the hand is drawn
     back from what it stands around.

@@ -151,7 +151,7 @@ class Search:
         start: np.ndarray | None = None,
         avoid: Sequence[Grasp] = (),
     ) -> tuple[ObjectPlan | None, str]:
-        """A plan to move one object, or `None` and the reason.
+        """Return a plan to move one object, or `None` and the reason.
 
         Args:
             clouds: every object's cloud (P, 3) now. bottoms: z of what each stands on.

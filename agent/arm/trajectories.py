@@ -18,7 +18,7 @@ CARTESIAN_STEP = 0.01  # m between the states of a straight line
 def straight_line(
     kinematics: Kinematics, start: np.ndarray, poses: Sequence[np.ndarray], step: float = CARTESIAN_STEP
 ) -> np.ndarray | None:
-    """Joint path (T, n) that leads the hand from configuration `start` (n,) straight through the hand poses.
+    """Return joint path (T, n) that leads the hand from configuration `start` (n,) straight through the hand poses.
 
     Args:
         kinematics: the arm's.
@@ -44,7 +44,7 @@ def straight_line(
 
 
 def interpolate(path: np.ndarray, step: float) -> np.ndarray:
-    """The path (T, n) with states added so that no joint moves more than `step` between two."""
+    """Return the path (T, n) with states added so that no joint moves more than `step` between two."""
     pieces = [path[:1]]
     for a, b in zip(path, path[1:]):
         count = max(1, math.ceil(float(np.abs(b - a).max()) / step))

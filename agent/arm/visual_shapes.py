@@ -35,7 +35,7 @@ class LinkShape:
 
 
 def link_shapes(arm: JacoArm) -> list[LinkShape]:
-    """Every solid of the arm."""
+    """Return every solid of the arm."""
     shapes = []
     for _, link, kind, size, _, position, quaternion, color, *_ in pybullet.getVisualShapeData(
         arm.body, physicsClientId=arm.client
@@ -48,7 +48,7 @@ def link_shapes(arm: JacoArm) -> list[LinkShape]:
 
 
 def link_poses(arm: JacoArm) -> dict[int, np.ndarray]:
-    """world_from_link (4, 4) of every link now, `BASE` first."""
+    """Return world_from_link (4, 4) of every link now, `BASE` first."""
     here = {"physicsClientId": arm.client}
     world_from_inertial = pose_from_position_quaternion(
         *map(np.array, pybullet.getBasePositionAndOrientation(arm.body, **here))

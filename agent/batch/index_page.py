@@ -34,7 +34,7 @@ main { max-width: 1320px; }
 
 
 def index_page(rows: Sequence[Row | BadRow], ended: Mapping[str, Mapping[str, Any]], folder: Path) -> str:
-    """The page (HTML); pictures and reports are named as they are found from the folder.
+    """Return the page (HTML); pictures and reports are named as they are found from the folder.
 
     Args:
         rows: all of the file.

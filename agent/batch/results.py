@@ -96,7 +96,7 @@ class Results:
         os.close(self._lock)
 
     def workplace(self, row_id: str) -> Path:
-        """Where the report of a row is written before it is moved into place; not there yet.
+        """Return where the report of a row is written before it is moved into place; not there yet.
 
         Raises:
             BadInput: when the row's own folder is no folder, or holds files with names of ours that no batch wrote.
@@ -112,7 +112,7 @@ class Results:
         return self._work / row_id
 
     def has_report(self, result: dict[str, Any]) -> bool:
-        """Whether the report that a result names is there, if it names one."""
+        """Return whether the report that a result names is there, if it names one."""
         return result["report"] is None or (self.folder / result["report"]).is_file()
 
     def add(self, result: dict[str, Any]) -> None:

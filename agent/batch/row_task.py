@@ -25,7 +25,7 @@ from typing import Any
 from agent.batch.results import ROWS
 from agent.batch.rows import BadRow, Row
 from agent.errors import DEFECT, exit_code_of, one_sentence
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import run_instruction
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import run_session
@@ -35,14 +35,14 @@ TRACEBACK = "traceback.txt"
 _REPORT = "report"  # the step at which it could not be written
 
 
-def carry_out(row: Row, folder: Path, loaded: Loaded) -> dict[str, Any]:
+def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
     """Carries a row out.
 
     Args:
         row: what to do.
         folder: gets the report and the session where something was seen, and the traceback of a defect; made where it
             is needed.
-        loaded: what rows share.
+        cache: what rows share.
 
     Returns:
         The row's line of `results.jsonl`.
@@ -50,8 +50,8 @@ def carry_out(row: Row, folder: Path, loaded: Loaded) -> dict[str, Any]:
     try:
         with run_session(folder, {"id": row.id, "line": row.line, **asdict(row.options)}) as session:
             record = RunRecord(session)
-            for event in run_instruction(row.text, row.options, loaded):
-                record(event)
+            for event in run_instruction(row.text, row.options, cache):
+                record.on_event(event)
         page = record.write(folder) if record.saw_something else None
     except Exception as error:  # the other rows go on, whatever it is
         code = exit_code_of(error)
@@ -65,7 +65,7 @@ def carry_out(row: Row, folder: Path, loaded: Loaded) -> dict[str, Any]:
 
 
 def is_final(result: Mapping[str, Any]) -> bool:
-    """Whether the same row would end in the same way again.
+    """Return whether the same row would end in the same way again.
 
     It would not where the tool broke down, a worker died or the report could not be written.
     """
@@ -73,17 +73,17 @@ def is_final(result: Mapping[str, Any]) -> bool:
 
 
 def refused(row: BadRow) -> dict[str, Any]:
-    """The result of a row that cannot be carried out."""
+    """Return the result of a row that cannot be carried out."""
     return _blank(row.line, row.id, row.text) | _failure(row.exit_code, "row", row.message)
 
 
 def lost(row: Row, reason: str) -> dict[str, Any]:
-    """The result of a row whose worker died at it."""
+    """Return the result of a row whose worker died at it."""
     return failed(row, CRASHED, "crash", reason)
 
 
 def failed(row: Row, exit_code: int, step: str, message: str) -> dict[str, Any]:
-    """The result of a row of which nothing is left but how it failed."""
+    """Return the result of a row of which nothing is left but how it failed."""
     return _of(row) | _failure(exit_code, step, message)
 
 

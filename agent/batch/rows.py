@@ -28,7 +28,7 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import AgentError, BadInput, UsageError
-from agent.events import json_value
+from agent.event_base import json_value
 from agent.pipeline.run import RunOptions
 from agent.runtime.settings import SETTINGS
 from structdiffusion.limits import BATCH_BYTES, ROW_BYTES
@@ -76,7 +76,7 @@ class BadRow:
 
 
 def read_rows(source: str, defaults: RunOptions) -> list[Row | BadRow]:
-    """The rows of a batch file, in order.
+    """Read the rows of a batch file, in order.
 
     Args:
         source: the file's path, or "-" for standard input.
@@ -115,14 +115,14 @@ def _is_json(source: str, content: bytes) -> bool:
 
 
 def flags_of(options: RunOptions) -> dict[str, Any]:
-    """Options by the names of their flags, those that are not given left out."""
+    """Return options by the names of their flags, those that are not given left out."""
     values = asdict(options) | asdict(options.reading)
     named = {name: values[name] for name in _SETTINGS if values[name] is not None}
     return named | ({"weights": str(options.weights)} if options.weights is not None else {})
 
 
 def with_options(base: RunOptions, given: Mapping[str, Any], folder: Path, flags: bool = False) -> RunOptions:
-    """`base` with the values of some flags, checked.
+    """Return `base` with the values of some flags, checked.
 
     Args:
         base: what holds where nothing is given.
@@ -143,22 +143,22 @@ def with_options(base: RunOptions, given: Mapping[str, Any], folder: Path, flags
 
 def _accepted(name: str, value: Any, folder: Path, flags: bool) -> Any:
     setting = _SETTINGS[name]
-    called = "--" + name.replace("_", "-") if flags else name
+    place = "--" + name.replace("_", "-") if flags else name
     if type(value) is not setting.kind:
-        told = "this" if name == "llm_url" else _told(value)
-        raise BadInput(f"{called} must be {_KIND[setting.kind]}, and {told} is none")
+        shown = "this" if name == "llm_url" else _json_excerpt(value)
+        raise BadInput(f"{place} must be {_KIND[setting.kind]}, and {shown} is none")
     try:
         accepted = setting.accept(value, folder)
     except (ValueError, OSError):
         kind = BadInput if name in _PLACES else UsageError
-        told = "this" if name == "llm_url" else _told(value)  # an address may hold a password
-        raise kind(f"{called} cannot be {told}; legal: {setting.legal}") from None
+        shown = "this" if name == "llm_url" else _json_excerpt(value)  # an address may hold a password
+        raise kind(f"{place} cannot be {shown}; legal: {setting.legal}") from None
     if name == "seed" and value > LARGEST_SEED:
-        raise UsageError(f"{called} cannot be {_told(value)}; legal: 0 to {LARGEST_SEED}")
+        raise UsageError(f"{place} cannot be {_json_excerpt(value)}; legal: 0 to {LARGEST_SEED}")
     return accepted
 
 
-def _told(value: Any) -> str:
+def _json_excerpt(value: Any) -> str:
     """A value as JSON has it, cut where it is long."""
     text = json.dumps(value, ensure_ascii=False)
     return text if len(text) <= 60 else text[:57] + "..."
@@ -172,7 +172,7 @@ class _Reader:
         self._lines: dict[str, int] = {}  # id, in small letters, because not every disk tells "A" from "a" -> line
 
     def row(self, line: int, content: bytes) -> Iterator[Row | BadRow]:
-        """The row in a line that is not blank; nothing for a comment."""
+        """Read the row in a line that is not blank; yields nothing for a comment."""
         own, text = f"line-{line:03d}", None
         try:
             if len(content) > ROW_BYTES:
@@ -186,11 +186,11 @@ class _Reader:
             text = keys["text"] if isinstance(keys.get("text"), str) else None
             own = self._id(line, own, keys.pop("id", own))
             if unknown := [key for key in keys if key not in KEYS]:
-                raise BadInput(f"the key {_told(unknown[0])} is unknown; legal: {', '.join(KEYS)}")
+                raise BadInput(f"the key {_json_excerpt(unknown[0])} is unknown; legal: {', '.join(KEYS)}")
             if "text" not in keys:
                 raise BadInput('the key "text" is missing: it holds the instruction')
             if text is None:
-                raise BadInput(f"text must be a text, and {_told(keys['text'])} is none")
+                raise BadInput(f"text must be a text, and {_json_excerpt(keys['text'])} is none")
             del keys["text"]
             yield self._checked(line, own, text, keys)
         except UnicodeDecodeError as error:
@@ -202,14 +202,14 @@ class _Reader:
     def _id(self, line: int, own: str, given: Any) -> str:
         if not isinstance(given, str) or not _ID.fullmatch(given):
             raise BadInput(
-                f"the id cannot be {_told(given)}, because it names a folder; legal: a text of 1 to 80 letters "
+                f"the id cannot be {_json_excerpt(given)}, because it names a folder; legal: a text of 1 to 80 letters "
                 'a-z, digits, ".", "_" and "-", the first a letter or a digit'
             )
         if given != own and _DEFAULT_ID.fullmatch(given):
-            raise BadInput(f"the id {_told(given)} is kept for rows without one; this one would be {_told(own)}")
+            raise BadInput(f"the id {_json_excerpt(given)} is kept for rows without one; this one would be {_json_excerpt(own)}")
         earlier = self._lines.setdefault(given.lower(), line)
         if earlier != line:
-            raise BadInput(f"the id {_told(given)} is that of line {earlier} already; each must be unique")
+            raise BadInput(f"the id {_json_excerpt(given)} is that of line {earlier} already; each must be unique")
         return given
 
     def _checked(self, line: int, own: str, text: str, given: Mapping[str, Any]) -> Row:
@@ -228,7 +228,7 @@ def _object(line: str) -> dict[str, Any]:
         found: dict[str, Any] = {}
         for key, value in pairs:
             if key in found:
-                raise BadInput(f"the key {_told(key)} is given twice")
+                raise BadInput(f"the key {_json_excerpt(key)} is given twice")
             found[key] = value
         return found
 
@@ -242,12 +242,12 @@ def _object(line: str) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:  # a number of thousands of digits; brackets in thousands of brackets
         raise BadInput(f"this is no JSON that can be read: {error}") from None
     if not isinstance(value, dict):
-        raise BadInput(f'a row must be an object such as {{"text": "make a line"}}, and {_told(value)} is none')
+        raise BadInput(f'a row must be an object such as {{"text": "make a line"}}, and {_json_excerpt(value)} is none')
     return value
 
 
 def fingerprint(text: str, options: RunOptions) -> str:
-    """Sixteen hexadecimal digits that change with anything that decides a row's result; see `Row`."""
+    """Return sixteen hexadecimal digits that change with anything that decides a row's result; see `Row`."""
     decides = json_value(asdict(options)) | {"text": text}
     if not options.allow_unverified:  # as before there was a choice
         del decides["allow_unverified"]

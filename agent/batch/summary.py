@@ -22,7 +22,7 @@ OUTCOMES = {
     NO_VALID_GOAL: "no valid goal",
     NOT_BUILDABLE: "not understood or not buildable",
 }  # but for the first, the most serious first
-_MOST_TOLD = 20  # failures in the table; all are in the results
+_FAILURES_SHOWN = 20  # failures in the table; all are in the results
 _NARROWEST = 20  # characters of a message that are told on any terminal
 
 
@@ -54,7 +54,7 @@ class Summary:
         return next((code for code in OUTCOMES if code in codes), DONE)
 
     def to_dict(self) -> dict[str, Any]:
-        """The summary as JSON has it."""
+        """Return the summary as JSON has it."""
         codes = Counter(result["exit_code"] for result in self.results)
         return {
             "rows": len(self.results),
@@ -84,15 +84,15 @@ class Summary:
             for shape, results in sorted(of_shape.items())
         }
 
-    def tell(self, results: TextIO, width: int | None) -> None:
-        """The table for people; messages are cut so that lines fit into `width` characters, if it is not `None`."""
-        told = self.to_dict()
-        rows = [("outcome", "rows"), *((OUTCOMES[int(code)], str(n)) for code, n in told["outcomes"].items())]
-        print(aligned([*rows, ("all", str(told["rows"]))], left=1), file=results)
-        if told["shapes"]:
+    def print_table(self, results: TextIO, width: int | None) -> None:
+        """Print the table for people; messages are cut so that lines fit into `width` characters, if it is not `None`."""
+        summary = self.to_dict()
+        rows = [("outcome", "rows"), *((OUTCOMES[int(code)], str(n)) for code, n in summary["outcomes"].items())]
+        print(aligned([*rows, ("all", str(summary["rows"]))], left=1), file=results)
+        if summary["shapes"]:
             rows = [
                 (shape, str(one["rows"]), str(one["succeeded"]), duration(one["mean_seconds"]))
-                for shape, one in told["shapes"].items()
+                for shape, one in summary["shapes"].items()
             ]
             print("\n" + aligned([("shape", "rows", "done", "mean time"), *rows], left=1), file=results)
         if self.failures:
@@ -101,16 +101,16 @@ class Summary:
         print(f"\nresults: {self.path}{kept}\npage: {self.page}", file=results)
 
     def _failures(self, width: int | None) -> str:
-        told = self.failures[:_MOST_TOLD]
-        beside = max(len(result["id"]) for result in (*told, {"id": "failed"})) + len("  code  ")
+        failures = self.failures[:_FAILURES_SHOWN]
+        beside = max(len(result["id"]) for result in (*failures, {"id": "failed"})) + len("  code  ")
         most = None if width is None else max(_NARROWEST, width - beside)
-        rows = [(result["id"], str(result["exit_code"]), _cut(result["message"], most)) for result in told]
-        more = len(self.failures) - len(told)
+        rows = [(result["id"], str(result["exit_code"]), _cut(result["message"], most)) for result in failures]
+        more = len(self.failures) - len(failures)
         return aligned([("failed", "code", "why"), *rows]) + (f"\nand {more} more" if more else "")
 
 
 def outcome_in_words(result: Mapping[str, Any]) -> str:
-    """What became of a row, such as "failed: no valid goal"."""
+    """Return what became of a row, such as "failed: no valid goal"."""
     said = OUTCOMES[result["exit_code"]]
     return said if result["success"] else f"failed: {said}"
 

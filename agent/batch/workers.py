@@ -14,7 +14,7 @@ from typing import Any
 
 from agent.batch.row_task import carry_out, lost
 from agent.batch.rows import Row
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.runtime.atomic_files import write_whole
 from agent.runtime.ray_cluster import ray_cluster
 from structdiffusion.parallel import Lost, in_parallel
@@ -29,14 +29,15 @@ class Job:
 
 
 def on_this_machine(jobs: Sequence[Job], workers: int) -> Iterator[dict[str, Any]]:
-    """The results of all rows, as they end; each row in one of `workers` processes. Close it to stop them."""
-    with closing(in_parallel(_carried_out, Loaded, (), jobs, workers, ordered=False, threads=None)) as ended:
+    """Carry out every row in one of `workers` processes; yields the results as they end. Close it to stop them."""
+    with closing(in_parallel(_carried_out, ResourceCache, (), jobs, workers, ordered=False, threads=None)) as ended:
         for result in ended:
             yield lost(result.job.row, result.reason) if isinstance(result, Lost) else result
 
 
 def on_ray(jobs: Sequence[Job], address: str, workers: int | None) -> Iterator[dict[str, Any]]:
-    """As `on_this_machine`, by workers of a Ray cluster, whose machines need structagent and the rows' files.
+    """Carry out every row as `on_this_machine`, by workers of a Ray cluster, whose machines need structagent and the
+    rows' files.
 
     Args:
         jobs: the rows.
@@ -46,23 +47,23 @@ def on_ray(jobs: Sequence[Job], address: str, workers: int | None) -> Iterator[d
         UsageError: when Ray is not installed, or no cluster answers at the address.
     """
     with ray_cluster(address, workers) as count:
-        ended = in_parallel(_carried_out_there, Loaded, (), jobs, count, ray=True, ordered=False, threads=None)
+        ended = in_parallel(_carried_out_there, ResourceCache, (), jobs, count, ray=True, ordered=False, threads=None)
         for result in ended:
             if isinstance(result, Lost):
                 yield lost(result.job.row, result.reason)
                 continue
-            job, told, files = result
+            job, row_result, files = result
             for name, content in files.items():
                 write_whole(job.folder / Path(name).name, content)
-            yield told
+            yield row_result
 
 
-def _carried_out(loaded: Loaded, job: Job) -> dict[str, Any]:
-    return carry_out(job.row, job.folder, loaded)
+def _carried_out(cache: ResourceCache, job: Job) -> dict[str, Any]:
+    return carry_out(job.row, job.folder, cache)
 
 
-def _carried_out_there(loaded: Loaded, job: Job) -> tuple[Job, dict[str, Any], dict[str, bytes]]:
+def _carried_out_there(cache: ResourceCache, job: Job) -> tuple[Job, dict[str, Any], dict[str, bytes]]:
     """The job, its row's result, and its files (name -> content), which come as bytes: disks are not shared."""
     with tempfile.TemporaryDirectory() as folder:
-        result = carry_out(job.row, Path(folder), loaded)
+        result = carry_out(job.row, Path(folder), cache)
         return job, result, {path.name: path.read_bytes() for path in Path(folder).iterdir()}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from agent.chat.explanations import done, planned, why, wished_for
+from agent.chat.explanations import done, planned, requested, why
 from agent.chat.knowledge import Knowledge, invited
 from agent.chat.table_facts import Fact, capitalized, inventory, listed, the, unjudged
 from agent.rendering.text import aligned
@@ -21,12 +21,12 @@ _STRUCTURES = frozenset(
 
 
 def answer(acts: Sequence[Act], known: Knowledge) -> str:
-    """The answer to all of a line's acts, in lines of plain text."""
+    """Answer all of a line's acts, in lines of plain text."""
     return "\n".join(_ANSWERS[act.kind](act, known) for act in acts)
 
 
 def unanswerable(known: Knowledge) -> str:
-    """What is said to a question that is none of those that can be answered."""
+    """Reply to a question that is none of those that can be answered."""
     return (
         "I cannot answer that. I can say what is on the table (“what do you see”, “where is "
         f"{the(known.facts[0].name) if known.facts else 'the cup'}”), what I propose (“why that one”) and what I did "
@@ -114,11 +114,11 @@ def _objects(act: Act, known: Knowledge) -> str:
 def _where(act: Act, known: Knowledge) -> str:
     if act.about.split()[-1] in _STRUCTURES:
         return planned(act, known) if known.situation.proposal is not None else done(act, known)
-    found = known.meant(act.about)
+    found = known.matching(act.about)
     if not found:
         return _not_there(act.about, known)
-    told = "\n".join(capitalized(f"{the(one.name)} is {_in_hand(one, known)}.") for one in found)
-    return _caveat(act.about, known) + told
+    sentences = "\n".join(capitalized(f"{the(one.name)} is {_in_hand(one, known)}.") for one in found)
+    return _caveat(act.about, known) + sentences
 
 
 def _in_hand(one: Fact, known: Knowledge) -> str:
@@ -126,18 +126,18 @@ def _in_hand(one: Fact, known: Knowledge) -> str:
 
 
 def _is_there(act: Act, known: Knowledge) -> str:
-    found = known.meant(act.about)
+    found = known.matching(act.about)
     if not found:
         return f"No. {_not_there(act.about, known)}"
-    told = "; ".join(f"{the(one.name)} is {_in_hand(one, known)}" for one in found)
-    return f"{_caveat(act.about, known)}Yes: {told}."
+    places = "; ".join(f"{the(one.name)} is {_in_hand(one, known)}" for one in found)
+    return f"{_caveat(act.about, known)}Yes: {places}."
 
 
 def _count(act: Act, known: Knowledge) -> str:
-    if not act.about and known.situation.wish is not None:
-        found = known.meant("they")
+    if not act.about and known.situation.goal is not None:
+        found = known.matching("they")
     else:
-        found = known.meant(act.about)
+        found = known.matching(act.about)
     if not found:
         return _not_there(act.about, known)
     names = listed([f"{one.name} ({one.color})" if one.color else one.name for one in found])
@@ -148,32 +148,32 @@ def _count(act: Act, known: Knowledge) -> str:
 
 
 def _color(act: Act, known: Knowledge) -> str:
-    found = known.meant(act.about)
+    found = known.matching(act.about)
     if not found:
         return _not_there(act.about, known)
     offered = [word for word in act.value.split() if word != "or"]
-    told = [
+    colors = [
         f"{the(one.name)} is {one.color}" if one.color else f"the color of {the(one.name)} was not seen"
         for one in found
     ]
-    said = capitalized("; ".join(told)) + "."
+    said = capitalized("; ".join(colors)) + "."
     if not offered or not all(one.color for one in found):
         return said
     return f"Yes. {said}" if all(one.color in offered for one in found) else f"No. {said}"
 
 
 def _size(act: Act, known: Knowledge) -> str:
-    found = known.meant(act.about)
+    found = known.matching(act.about)
     if not found:
         return planned(act, known) if act.about.split()[-1] in _STRUCTURES else _not_there(act.about, known)
     return "\n".join(capitalized(f"{the(one.name)} is about {_sides(one)}.") for one in found)
 
 
 def _object(act: Act, known: Knowledge) -> str:
-    found = known.meant(act.about)
+    found = known.matching(act.about)
     if not found:
         return _not_there(act.about, known)
-    return "\n".join(capitalized(f"{one.called}: about {_sides(one)}, {_in_hand(one, known)}.") for one in found)
+    return "\n".join(capitalized(f"{one.display_name}: about {_sides(one)}, {_in_hand(one, known)}.") for one in found)
 
 
 def _sides(one: Fact) -> str:
@@ -194,20 +194,20 @@ _MEASURES: Mapping[str, tuple[Callable[[Fact], float], Callable[[Fact], str]]] =
 
 
 def _extreme(act: Act, known: Knowledge) -> str:
-    found = known.meant(act.about)
+    found = known.matching(act.about)
     if not found:
         return _not_there(act.about, known)
     measure, most = SUPERLATIVES[act.value]
-    value, told = _MEASURES[measure]
+    value, in_words = _MEASURES[measure]
     if measure == "left" and known.situation.viewpoint == "opposite":
         most = not most
     first, *others = sorted(found, key=value, reverse=most)
-    second = f" Next is {the(others[0].name)}, {told(others[0])}." if others else ""
-    return f"{_caveat(act.about, known)}The {act.value} is {the(first.name)}, {told(first)}.{second}"
+    second = f" Next is {the(others[0].name)}, {in_words(others[0])}." if others else ""
+    return f"{_caveat(act.about, known)}The {act.value} is {the(first.name)}, {in_words(first)}.{second}"
 
 
 _ANSWERS: Mapping[str, Callable[[Act, Knowledge], str]] = {
     "greeting": _greeting, "thanks": _thanks, "identity": _identity, "abilities": _abilities, "working": _working,
     "objects": _objects, "where": _where, "there": _is_there, "count": _count, "color": _color, "size": _size,
-    "object": _object, "extreme": _extreme, "why": why, "next": planned, "done": done, "wish": wished_for,
+    "object": _object, "extreme": _extreme, "why": why, "next": planned, "done": done, "wish": requested,
 }  # fmt: skip

@@ -45,10 +45,10 @@ COMMANDS = (
     Command("/again", "", "imagine anew, from the next seed"),
     Command("/continue", "", "build what is proposed, or propose again what was stopped"),
     Command("/stop", "", "drop the proposal or the question; Ctrl-C stops the arm"),
-    Command("/clear", "", "drop the wish; the table stays"),
+    Command("/clear", "", "drop the goal; the table stays"),
     Command("/back", "", "put everything back to where it stood before the last build"),
-    Command("/reset", "", "the table as at the start, and no wish"),
-    Command("/undo", "", "the wish and the table as they were before"),
+    Command("/reset", "", "the table as at the start, and no goal"),
+    Command("/undo", "", "the goal and the table as they were before"),
     Command("/redo", "", "take an undo back"),
     Command("/parser", "[NAME]", f"who reads: {' or '.join(PARSERS)}", PARSERS),
     Command("/viewpoint", "[SIDE]", f"whose left and right is meant: {' or '.join(VIEWPOINTS)}", VIEWPOINTS),
@@ -112,7 +112,7 @@ def _spoken(line: str) -> str | None:
 
 
 def command_of(line: str) -> tuple[Command, str] | None:
-    """The command that a line is, and what follows it; `None` where it is an instruction.
+    """Parse a line as a command and what follows it; `None` where it is an instruction.
 
     Raises:
         UsageError: when there is no such command, and for a value where none may follow, or none where one must.
@@ -141,7 +141,7 @@ def command_of(line: str) -> tuple[Command, str] | None:
 
 
 def whole_number(command: str, text: str, least: int, most: int = MOST_NUMBER) -> int:
-    """The number that follows a command.
+    """Parse the number that follows a command.
 
     Raises:
         UsageError: when it is none, or not from `least` to `most`.
@@ -153,7 +153,7 @@ def whole_number(command: str, text: str, least: int, most: int = MOST_NUMBER) -
 
 
 def one_of(command: str, text: str, legal: Sequence[str]) -> str:
-    """The word that follows a command.
+    """Check the word that follows a command.
 
     Raises:
         UsageError: when it is none of the legal ones.
@@ -164,5 +164,5 @@ def one_of(command: str, text: str, legal: Sequence[str]) -> str:
 
 
 def help_lines() -> list[tuple[str, str]]:
-    """(command with what it takes, what it does), one each."""
+    """List every command with what it takes, and what it does."""
     return [(f"{command.name} {command.takes}".strip(), command.does) for command in COMMANDS]

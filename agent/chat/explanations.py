@@ -15,15 +15,15 @@ from grounding.spec import StructureSpec
 _OTHERS_SHOWN = 3  # candidates that an explanation compares
 
 
-def wish_in_words(spec: StructureSpec, objects: Sequence[str]) -> str:
-    """A wish: "a small circle of cup 1, cup 2 and cup 3 (left)"."""
+def describe_goal(spec: StructureSpec, objects: Sequence[str]) -> str:
+    """Return a goal: "a small circle of cup 1, cup 2 and cup 3 (left)"."""
     values = [value for slot, value in spec.tokens() if slot not in ("shape", "size")]
     shape = " ".join(filter(None, (spec.size, spec.shape or "structure")))
     return f"a {shape} of {listed(objects)}" + (f" ({', '.join(values)})" if values else "")
 
 
 def why(act: Act, known: Knowledge) -> str:
-    """What speaks for a candidate, by default the chosen one, and against the next ones."""
+    """Return what speaks for a candidate, by default the chosen one, and against the next ones."""
     proposal = known.situation.proposal
     if proposal is None:
         return f"Nothing is proposed now, so there is no choice to explain. {invited(known)}"
@@ -44,12 +44,12 @@ def why(act: Act, known: Knowledge) -> str:
 
 
 def planned(act: Act, known: Knowledge) -> str:
-    """What would be built, and where each object that is asked about, by default all, would go."""
+    """Return what would be built, and where each object that is asked about, by default all, would go."""
     situation = known.situation
-    if known.question is not None or situation.proposal is None or situation.wish is None:
+    if known.question is not None or situation.proposal is None or situation.goal is None:
         return invited(known) if known.question is not None else f"Nothing is planned. {invited(known)}"
-    lines = [f"I propose candidate {situation.proposal.rank}, {wish_in_words(situation.wish, situation.objects)}:"]
-    about = {fact.name for fact in known.meant(act.about)} if act.kind == "next" and act.about else set()
+    lines = [f"I propose candidate {situation.proposal.rank}, {describe_goal(situation.goal, situation.objects)}:"]
+    about = {fact.name for fact in known.matching(act.about)} if act.kind == "next" and act.about else set()
     for goal in situation.proposal.chosen.goals:
         if not about or goal["name"] in about:
             place = place_in_words(goal["position"], known.seen.table, situation.viewpoint)
@@ -58,16 +58,16 @@ def planned(act: Act, known: Knowledge) -> str:
 
 
 def done(act: Act, known: Knowledge) -> str:
-    """What was built last."""
+    """Return what was built last."""
     builds = known.situation.builds
     if not builds:
         return f"Nothing that I built stands on the table. {invited(known)}"
-    return told_of(builds[-1])
+    return describe_build(builds[-1])
 
 
-def told_of(build: Build) -> str:
-    """What became of a build, in a sentence or two."""
-    what = wish_in_words(build.wish, build.objects)
+def describe_build(build: Build) -> str:
+    """Return what became of a build, in a sentence or two."""
+    what = describe_goal(build.goal, build.objects)
     moved = f"I moved {listed([the(name) for name in build.moved])}" if build.moved else "Nothing was moved"
     if build.trouble:
         return f"I tried to build {what}. {moved}. It is not as asked: {build.trouble}."
@@ -76,12 +76,12 @@ def told_of(build: Build) -> str:
     return f"I built {what}, and it stands as asked. {moved}."
 
 
-def wished_for(act: Act, known: Knowledge) -> str:
-    """What was asked for last."""
+def requested(act: Act, known: Knowledge) -> str:
+    """Return what was asked for last."""
     situation = known.situation
-    if situation.wish is None:
+    if situation.goal is None:
         return f"You have asked for nothing so far. {invited(known)}"
-    said = f"You asked for {wish_in_words(situation.wish, situation.objects)}."
+    said = f"You asked for {describe_goal(situation.goal, situation.objects)}."
     if known.question is not None or situation.proposal is not None:
         return f"{said} {invited(known)}"
-    return f"{said} {told_of(situation.builds[-1])}" if situation.builds else said
+    return f"{said} {describe_build(situation.builds[-1])}" if situation.builds else said

@@ -61,7 +61,7 @@ class Suggestion:
 
 
 def suggestion(table: TableScene, scene: Scene) -> Suggestion | None:
-    """An instruction that suits the table as it stands; `None` where there is none.
+    """Return an instruction that suits the table as it stands; `None` where there is none.
 
     Three or more objects of a noun go into a circle or a line, two onto each other; where no noun is shared, everything
     takes part. It is checked that the words mean these objects, that the hand can grasp each of them, that nothing
@@ -102,9 +102,9 @@ def _groups(table: TableScene) -> Iterator[tuple[tuple[str, ...], str, tuple[tup
 
 def _means(table: TableScene, text: str, objects: tuple[str, ...]) -> bool:
     gone = {*table.fallen, *table.out_of_reach}
-    there = [(name, called) for name, called in zip(table.names, table.called, strict=True) if name not in gone]
+    there = [(name, words) for name, words in zip(table.names, table.display_names, strict=True) if name not in gone]
     try:
-        selection = select_objects(text, [called for _, called in there])
+        selection = select_objects(text, [words for _, words in there])
     except SelectionError:
         return False
     return {there[index][0] for index in selection.indices} == set(objects)

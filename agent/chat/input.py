@@ -27,7 +27,7 @@ class Lines(Protocol):
     typed: bool
 
     def ask(self, prompt: str) -> str | None:
-        """The next line; `None` after the last.
+        """Return the next line; `None` after the last.
 
         Raises:
             KeyboardInterrupt: when somebody interrupts it.
@@ -112,7 +112,7 @@ class PromptedLines:
 
 
 def completions(text: str, commands: dict[str, Sequence[str]], words: Sequence[str]) -> Iterator[Completion]:
-    """What can stand where the cursor is.
+    """Yield what can stand where the cursor is.
 
     Args:
         text: before the cursor.
@@ -149,7 +149,8 @@ def _history():  # noqa: ANN202
 
 
 def history_file() -> Path | None:
-    """Where earlier lines are kept: structagent/history in XDG_STATE_HOME or ~/.local/state; `None` without a home."""
+    """Return where earlier lines are kept: structagent/history in XDG_STATE_HOME or ~/.local/state; `None` without a
+    home."""
     state = os.environ.get("XDG_STATE_HOME", "")
     if state:
         return Path(state) / "structagent" / "history"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from agent import events
 from agent.chat.greeting import Suggestion, invitation
 from agent.chat.state import Situation
-from agent.chat.table_facts import Fact, facts_of, meant_by
+from agent.chat.table_facts import Fact, facts_of, matching_facts
 from grounding.parse_result import Question
 
 if TYPE_CHECKING:
@@ -46,15 +46,15 @@ class Knowledge:
         """What there is to say of each object."""
         return facts_of(self.seen, self.situation.viewpoint)
 
-    def meant(self, about: str) -> list[Fact]:
-        """The objects that some words mean; "it" and "they" are those that take part."""
-        if about in ("it", "they", "them", "those", "these") and self.situation.wish is not None:
+    def matching(self, about: str) -> list[Fact]:
+        """Return the objects that some words mean; "it" and "they" are those that take part."""
+        if about in ("it", "they", "them", "those", "these") and self.situation.goal is not None:
             return [fact for fact in self.facts if fact.name in self.situation.objects]
-        return meant_by(about, self.facts, self.encoder)
+        return matching_facts(about, self.facts, self.encoder)
 
 
 def invited(known: Knowledge) -> str:
-    """What the speaker can say next."""
+    """Return what the speaker can say next."""
     if known.question is not None:
         return f"I still need an answer: {known.question.text}"
     if known.situation.proposal is not None:

@@ -14,6 +14,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+from agent.event_base import Event
+
 _CORRECTIONS = ("bigger", "now as a line", "on the right", "smaller", "now as a circle", "on the left")
 LEAST_RUNS = 5
 _CONTROL, _WORD = re.compile(r"\x1b\[[0-9;?]*[a-zA-Z]"), re.compile(r"[^\W\d_]{3,}")
@@ -36,7 +38,7 @@ class _Watched(io.StringIO):
 
 
 def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Result:
-    """Median seconds to the reaction and to the proposal.
+    """Return median seconds to the reaction and to the proposal.
 
     Args:
         runs: how many lines, after the one that warms up.
@@ -54,7 +56,7 @@ def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Re
     from agent.chat.repl import Chat
     from agent.chat.view import ChatScreen
     from agent.errors import NotBuildable
-    from agent.pipeline.resources import Loaded
+    from agent.pipeline.resources import ResourceCache
     from agent.pipeline.run import RunOptions
 
     torch.set_num_threads(1)  # as in a chat
@@ -62,25 +64,25 @@ def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Re
     screen = ChatScreen(Console(file=screen_file, force_terminal=True, width=100))
     proposed: list[float] = []
 
-    def tell(event: events.Event) -> None:
-        screen(event)
-        if isinstance(event, events.Imagined):
-            proposed.append(time.perf_counter())
+    class ProposalTimes:
+        def on_event(self, event: Event) -> None:
+            if isinstance(event, events.Imagined):
+                proposed.append(time.perf_counter())
 
     reactions, proposals = [], []
     options, folder = RunOptions(scene, model=model), tempfile.TemporaryDirectory()
-    with folder as out, Conversation(options, Loaded(), tell) as conversation:
+    with folder as out, Conversation(options, ResourceCache(), [screen, ProposalTimes()]) as conversation:
         example = conversation.example()
         if example is None:
             raise NotBuildable(f"nothing can be built of what stands on the table of {scene!r}")
         lines = PlainLines(io.StringIO(), screen_file.write)
-        chat = Chat(conversation, screen, lines, tell, Path(out) / "session.jsonl")
+        chat = Chat(conversation, screen, lines, Path(out) / "session.jsonl")
         said = [example.text, *(_CORRECTIONS[run % len(_CORRECTIONS)] for run in range(runs))]
         for line in said:
             screen_file.first = None
             proposed.clear()
             began = time.perf_counter()
-            chat.take(line)
+            chat.handle(line)
             if not proposed or screen_file.first is None:
                 raise NotBuildable(f"{line!r} ended in no proposal")
             reactions.append(screen_file.first - began)

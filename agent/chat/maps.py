@@ -36,7 +36,8 @@ class Maps:
         return max(min(_COLUMNS, self._console.width), terminal_canvas.LEAST_COLUMNS)
 
     def beside(self, count: int, most: int = _BESIDE_COLUMNS) -> int:
-        """The width of one of `count` maps: three stand side by side where there is room, otherwise two, or one."""
+        """Return the width of one of `count` maps: three stand side by side where there is room, otherwise two, or
+        one."""
         if count < 2:
             return self.columns
         count = min(count, 3 if self._console.width >= _WIDE else 2)
@@ -44,11 +45,11 @@ class Maps:
         return min(max(_LEAST_COLUMNS, min(most, fitting)), max(self._console.width, terminal_canvas.LEAST_COLUMNS))
 
     def forget_key(self) -> None:
-        """The next map has its key, whether or not that was shown last."""
+        """Let the next map have its key, whether or not that was shown last."""
         self._key = []
 
     def show(self, scene: Mapping[str, Any], markers: Sequence[Marker]) -> None:
-        """One map as large as there is room for, and its key.
+        """Show one map as large as there is room for, and its key.
 
         Args:
             scene: an event `Perceived` in its JSON form.
@@ -69,12 +70,12 @@ class Maps:
         self._print(terminal_canvas.side_by_side(drawn, captions, self._console.width))
         self._show_key(scene)
 
-    def previews(self, scene: Mapping[str, Any], told: Mapping[str, Any], columns: int) -> list[Text]:
-        """The samples of an event `Previewed` in its JSON form, side by side, from above alone."""
-        width = min(self.beside(len(told["positions"]), columns), columns)
+    def previews(self, scene: Mapping[str, Any], payload: Mapping[str, Any], columns: int) -> list[Text]:
+        """Return the samples of an event `Previewed` in its JSON form, side by side, from above alone."""
+        width = min(self.beside(len(payload["positions"]), columns), columns)
         pictures = [
             terminal_canvas.picture(markers_of_candidate(scene, positions, turns), scene["table"], width, self._colors)
-            for positions, turns in zip(told["positions"], told["turns"], strict=True)
+            for positions, turns in zip(payload["positions"], payload["turns"], strict=True)
         ]
         return terminal_canvas.side_by_side(pictures, [[] for _ in pictures], self._console.width)
 

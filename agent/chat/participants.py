@@ -39,7 +39,7 @@ class UnclearObjectError(NotBuildable):
 
 
 @dataclass(frozen=True)
-class Taking:
+class Participants:
     """Who takes part.
 
     Attributes:
@@ -53,13 +53,13 @@ class Taking:
     notes: tuple[str, ...]
 
 
-def meant_objects(
+def select_participants(
     revision: Revision,
     table: TableScene,
     situation: Situation,
     encoder: SentenceEncoder,
     resolved: Mapping[str, str] = MappingProxyType({}),
-) -> Taking:
+) -> Participants:
     """Find the objects that take part after what was said.
 
     Args:
@@ -77,43 +77,54 @@ def meant_objects(
     """
     gone = {*table.fallen, *table.out_of_reach}
     there = tuple(name for name in table.names if name not in gone)
-    before = tuple(name for name in (table.names if situation.wish is None else situation.objects) if name not in gone)
+    before = tuple(name for name in (table.names if situation.goal is None else situation.objects) if name not in gone)
     choose = _Choice(table, there, before, encoder, resolved)
+    selected = tuple(dict.fromkeys(_select(revision, choose, situation.goal is not None)))
+    if not FEWEST_OBJECTS <= len(selected) <= MOST_OBJECTS:
+        raise NotBuildable(_count_error(revision, selected, choose.missing))
+    missing = choose.missing if revision.objects_text is not None else situation.missing
+    return Participants(selected, dict(missing), tuple(dict.fromkeys(choose.notes)))
+
+
+def _select(revision: Revision, choose: _Choice, has_goal: bool) -> tuple[str, ...]:
+    """Return the names of the objects that take part, some of them perhaps twice; raises as `select_participants`."""
+    text, before = revision.objects_text or "", choose.before
     if revision.objects_about:
         choose.all_of(revision.objects_about)
-    text = revision.objects_text or ""
     match revision.objects_how:
         case "add":
-            meant = (*before, *choose.coming(text))
+            return (*before, *choose.coming(text))
         case "remove":
             goes = choose.going(text)
-            meant = tuple(name for name in before if name not in goes)
+            return tuple(name for name in before if name not in goes)
         case "exchange" | "swap":
             goes, comes = choose.going(revision.objects_out_text), choose.coming(text, goes=True)
             if revision.objects_how == "swap" and set(comes) <= set(before):
                 raise NotBuildable(IMPOSSIBLE["places"].format(f"swap {', '.join(goes)} with {', '.join(comes)}"))
-            meant = (*(name for name in before if name not in goes or name in comes), *comes)
+            return (*(name for name in before if name not in goes or name in comes), *comes)
         case "others":
-            meant = tuple(name for name in there if name not in before)
-            if not meant:
+            others = tuple(name for name in choose.there if name not in before)
+            if not others:
                 raise NotBuildable("there are no others: everything on the table takes part already")
+            return others
         case "replace":
-            meant = choose.of(text, there, all_there=True)
-            if text == EVERYTHING and situation.wish is not None and not revision.changed and set(meant) == set(before):
+            described = choose.of(text, choose.there, all_there=True)
+            if text == EVERYTHING and has_goal and not revision.changed and set(described) == set(before):
                 raise NotBuildable("everything on the table takes part already")
+            return described
         case _:
-            meant = before
-    meant = tuple(dict.fromkeys(meant))
-    if not FEWEST_OBJECTS <= len(meant) <= MOST_OBJECTS:
-        which = f" ({', '.join(meant)})" if meant else ""
-        objects = "1 object" if len(meant) == 1 else f"{len(meant)} objects"
-        legal = f"legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}"
-        if revision.kind == "edit" and revision.objects_how == "replace" and len(meant) == 1:
-            legal += f"; say 'add {text}', or 'replace ... with {text}', to keep the others"
-        reasons = "".join(f"; {name}: {why}" for name, why in choose.missing.items())
-        raise NotBuildable(f"{objects} would take part{which}; {legal}{reasons}")
-    missing = choose.missing if revision.objects_text is not None else situation.missing
-    return Taking(meant, dict(missing), tuple(dict.fromkeys(choose.notes)))
+            return before
+
+
+def _count_error(revision: Revision, selected: Sequence[str], missing: Mapping[str, str]) -> str:
+    which = f" ({', '.join(selected)})" if selected else ""
+    objects = "1 object" if len(selected) == 1 else f"{len(selected)} objects"
+    legal = f"legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}"
+    if revision.kind == "edit" and revision.objects_how == "replace" and len(selected) == 1:
+        text = revision.objects_text or ""
+        legal += f"; say 'add {text}', or 'replace ... with {text}', to keep the others"
+    reasons = "".join(f"; {name}: {why}" for name, why in missing.items())
+    return f"{objects} would take part{which}; {legal}{reasons}"
 
 
 @dataclass(frozen=True)
@@ -129,7 +140,7 @@ class _Choice:
     notes: list[str] = field(default_factory=list)
 
     def of(self, text: str, names: Sequence[str], all_there: bool = False) -> tuple[str, ...]:
-        """Those of these objects that the text describes.
+        """Return those of these objects that the text describes.
 
         Args:
             text: the description.
@@ -147,10 +158,9 @@ class _Choice:
         return tuple(names[i] for i in selection.indices)
 
     def _selection(self, text: str, names: Sequence[str]) -> Selection:
-        referents = dict(zip(self.table.names, self.table.referents, strict=True))
         resolved = {phrase: names.index(name) for phrase, name in self.resolved.items() if name in names}
         try:
-            return select_objects(text, [referents[name] for name in names], self.encoder, resolved=resolved)
+            return select_objects(text, self.table.referents_of(names), self.encoder, resolved=resolved)
         except AmbiguousReferenceError as error:
             raise UnclearObjectError(str(error), error.phrase, tuple(names[i] for i in error.indices)) from error
 
@@ -174,7 +184,7 @@ class _Choice:
         self.missing.update((everything[i], gone[everything[i]]) for i in selection.indices if everything[i] in gone)
 
     def going(self, text: str) -> tuple[str, ...]:
-        """What is described and takes part: "the cup" is one that does, where there are several.
+        """Return what is described and takes part: "the cup" is one that does, where there are several.
 
         Raises:
             NotBuildable: when no such object takes part.
@@ -187,7 +197,7 @@ class _Choice:
         return goes
 
     def coming(self, text: str, goes: bool = False) -> tuple[str, ...]:
-        """What is described, rather those that take no part yet.
+        """Return what is described, rather those that take no part yet.
 
         Args:
             text: the description.

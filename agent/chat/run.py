@@ -19,7 +19,8 @@ from agent.chat.input import Lines, PlainLines, PromptedLines
 from agent.chat.interrupts import ended_by_interrupts
 from agent.chat.repl import Chat
 from agent.chat.view import ChatScreen
-from agent.pipeline.resources import Loaded
+from agent.event_base import Event, json_value
+from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import SessionWriter
@@ -40,33 +41,27 @@ def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, ye
         The exit code: 0, or that of the worst that happened: a file could not be written, or the program itself was at
         fault. Each was told when it happened, and the chat went on.
     """
-    loaded = Loaded()
+    cache = ResourceCache()
     screen = ChatScreen(console)
-    with SessionWriter(session, events.json_value(asdict(options)), owner="chat") as writer:
-        keep = _Keeping(writer)
-
-        def tell(event: events.Event) -> None:
-            screen(event)
-            keep(event)
-
-        with Conversation(options, loaded, tell) as conversation:
-            warming = Thread(target=_warm, args=(loaded, options), daemon=True)
+    with SessionWriter(session, json_value(asdict(options)), owner="chat") as writer:
+        with Conversation(options, cache, [screen, _TurnRecords(writer)]) as conversation:
+            preloading = Thread(target=_preload, args=(cache, options), daemon=True)
             with ended_by_interrupts(console.file) as stopped, _without_control_echo(lines):
-                warming.start()
+                preloading.start()
                 try:
                     source = _lines(lines, console, conversation)
-                    chat = Chat(conversation, screen, source, tell, session, yes, stopped)
+                    chat = Chat(conversation, screen, source, session, yes, stopped)
                     chat.run()
                 finally:
-                    _join(warming)
+                    _join(preloading)
     return chat.exit_code
 
 
-def _join(warming: Thread) -> None:
+def _join(preloading: Thread) -> None:
     """Waits until everything is loaded: a process that ends while a library is being loaded dies of it."""
-    while warming.is_alive():
+    while preloading.is_alive():
         with suppress(KeyboardInterrupt):  # somebody who is in a hurry presses it more than once
-            warming.join()
+            preloading.join()
 
 
 @contextmanager
@@ -87,7 +82,7 @@ def _without_control_echo(lines: TextIO) -> Iterator[None]:
         termios.tcsetattr(lines, termios.TCSANOW, before)
 
 
-def _warm(loaded: Loaded, options: RunOptions) -> None:
+def _preload(cache: ResourceCache, options: RunOptions) -> None:
     """Loads the models; what goes wrong comes up again, and is told, where they are needed."""
     import torch
 
@@ -95,7 +90,7 @@ def _warm(loaded: Loaded, options: RunOptions) -> None:
 
     torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
     try:
-        loaded.warm(options.reading, options.model, options.weights, options.allow_unverified)
+        cache.preload(options.reading, options.model, options.weights, options.allow_unverified)
     except Exception as error:
         if exit_code_of(error) is None:
             raise
@@ -120,14 +115,14 @@ def _vocabulary(conversation: Conversation) -> Sequence[str]:
     return sorted({*values, *nouns, *(f"{noun}s" for noun in nouns)})
 
 
-class _Keeping:
-    """Keeps every event, with its pictures, in the session; each turn has a record of its own."""
+class _TurnRecords:
+    """Writes every event, with its pictures, to the session; each turn has a record of its own."""
 
     def __init__(self, writer: SessionWriter) -> None:
         self._writer = writer
         self._record = RunRecord(writer)
 
-    def __call__(self, event: events.Event) -> None:
+    def on_event(self, event: Event) -> None:
         if isinstance(event, events.Started):
             self._record = RunRecord(self._writer)
-        self._record(event)
+        self._record.on_event(event)

@@ -1,4 +1,4 @@
-"""Where a conversation stands: the wish, who takes part, what stands where, and what is proposed."""
+"""Where a conversation stands: the goal, who takes part, what stands where, and what is proposed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent import events
-from agent.pipeline import steps
+from agent.pipeline.event_builders import chosen_event
 from grounding.dialogue.revise import Revision
 from grounding.parse_result import OPEN, WHICH_SHAPE
 from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Proposal:
-    """Ranked arrangements for a wish, and the one that would be built.
+    """Ranked arrangements for a goal, and the one that would be built.
 
     Attributes:
-        spec: the wish in the world's frame.
+        spec: the goal in the world's frame.
         scene: what was seen.
         imagined: every arrangement.
         worth: how many of them, the best first, are worth a try.
@@ -41,7 +41,7 @@ class Proposal:
     @property
     def chosen(self) -> events.Chosen:
         """The choice, as it is told."""
-        return steps.chosen(self.rank, self.imagined.arrangements[self.rank - 1], self.scene)
+        return chosen_event(self.rank, self.imagined.arrangements[self.rank - 1], self.scene)
 
     @property
     def ranks(self) -> list[int]:
@@ -69,14 +69,14 @@ class Build:
     """One time that the arm was set to work.
 
     Attributes:
-        wish: what was to be built, as it was spoken.
+        goal: what was to be built, as it was spoken.
         objects: the names of those that took part.
         before: name -> world_from_object (4, 4) of everything on the table before.
         moved: the names of the objects that stand elsewhere since.
         trouble: why it does not stand as asked; empty where it does.
     """
 
-    wish: StructureSpec
+    goal: StructureSpec
     objects: tuple[str, ...]
     before: Mapping[str, np.ndarray]
     moved: tuple[str, ...]
@@ -88,17 +88,17 @@ class Situation:
     """Where a conversation stands, which is what "undo" goes back to.
 
     Attributes:
-        wish: what is wanted, as it was spoken; `None` before the first instruction.
+        goal: what is wanted, as it was spoken; `None` before the first instruction.
         objects: the names of those that take part.
         poses: name -> world_from_object (4, 4) of everything on the table.
         proposal: what would be built; `None` where there is nothing to decide.
-        viewpoint: whose left and right the wish speaks of.
+        viewpoint: whose left and right the goal speaks of.
         shown: the last proposal, also where it was declined or is built.
         missing: name -> why an object that was asked for takes no part.
         builds: what was built up to here and not put back, the last one last.
     """
 
-    wish: StructureSpec | None
+    goal: StructureSpec | None
     objects: tuple[str, ...]
     poses: Mapping[str, np.ndarray]
     proposal: Proposal | None = None
@@ -115,19 +115,19 @@ class Situation:
 
     @property
     def spec(self) -> StructureSpec | None:
-        """The wish in the world's frame."""
-        return self.wish.turned() if self.wish and self.viewpoint == "opposite" else self.wish
+        """The goal in the world's frame."""
+        return self.goal.turned() if self.goal and self.viewpoint == "opposite" else self.goal
 
     def seen_from(self, viewpoint: str) -> Situation:
-        """The same situation, its wish in the words of somebody at this side of the table."""
+        """Return the same situation, its goal in the words of somebody at this side of the table."""
         if viewpoint == self.viewpoint:
             return self
-        builds = tuple(replace(build, wish=build.wish.turned()) for build in self.builds)
-        return replace(self, wish=self.wish and self.wish.turned(), viewpoint=viewpoint, builds=builds)
+        builds = tuple(replace(build, goal=build.goal.turned()) for build in self.builds)
+        return replace(self, goal=self.goal and self.goal.turned(), viewpoint=viewpoint, builds=builds)
 
 
 def answered(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec:
-    """The wish with an answer in it; what a shape that was answered cannot carry is left out."""
+    """Return the goal with an answer in it; what a shape that was answered cannot carry is left out."""
     value = None if value == OPEN else value
     if slot == CORNER:
         x_position, y_position = CORNERS[value] if value else (None, None)
@@ -139,18 +139,18 @@ def answered(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec
 
 
 def completed(said: StructureSpec, before: StructureSpec) -> StructureSpec:
-    """What was said, and from before what it leaves open and can carry."""
+    """Return what was said, and from before what it leaves open and can carry."""
     legal = ("shape", *SLOTS_OF_SHAPE[said.shape or before.shape])
     values = {slot: getattr(said, slot) or getattr(before, slot) for slot in SLOTS}
     return StructureSpec(**{slot: value for slot, value in values.items() if slot in legal})
 
 
 def with_a_shape(revision: Revision, last: StructureSpec) -> Revision:
-    """The revision, with a question where nobody has said yet what is to be built, or anything at all.
+    """Return the revision, with a question where nobody has said yet what is to be built, or anything at all.
 
     Args:
         revision: what was said.
-        last: the wish before; nothing specified where there was none.
+        last: the goal before; nothing specified where there was none.
     """
     first_words = revision.kind == "edit" and last == StructureSpec()
     if revision.status != "ok" or revision.spec.shape is not None:

@@ -12,8 +12,9 @@ import shapely
 
 from agent import events
 from agent.arm.placement_order import stands_above
-from agent.perception.color import lab
-from agent.perception.description import color_word, lightness_of_white, oriented_box, shape_words
+from agent.event_base import json_value
+from agent.perception.color_names import color_word_in_picture
+from agent.perception.description import oriented_box, shape_words
 from agent.reporting.event_text import described
 from grounding.dialogue.act_patterns import COLORS
 from grounding.references.function_words import ORDINALS
@@ -37,7 +38,7 @@ class Fact:
 
     Attributes:
         name, noun: "cup 2", and "cup".
-        called: its name with all the words that describe it: "cup 2, red, tall".
+        display_name: its name with all the words that describe it: "cup 2, red, tall".
         color: its colour's name, or empty where it has not been seen.
         position: (x, y, z) of its cloud's mean, world frame, metres.
         sides: length and width as seen from above, and height, metres.
@@ -47,7 +48,7 @@ class Fact:
 
     name: str
     noun: str
-    called: str
+    display_name: str
     color: str
     position: tuple[float, float, float]
     sides: tuple[float, float, float]
@@ -62,12 +63,12 @@ class Fact:
 
 
 def the(name: str) -> str:
-    """The name in a sentence: "the banana", but "cup 2"."""
+    """Return the name in a sentence: "the banana", but "cup 2"."""
     return name if re.search(r"\d$", name) else f"the {name}"
 
 
 def facts_of(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]:
-    """What there is to say of each object that was seen.
+    """Return what there is to say of each object that was seen.
 
     Args:
         seen: what was seen, with its clouds.
@@ -79,20 +80,20 @@ def facts_of(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]:
     standing_on = _supports(clouds)
     facts = []
     for index, (one, cloud) in enumerate(zip(seen.objects, clouds, strict=True)):
-        called = described(events.json_value(one))
-        color = next((word for word in _words(called) if word in COLORS), "") or _color(cloud, seen.scene)
-        words = [word for word in (color, *shapes[index]) if word and word not in _words(called)]
+        display_name = described(json_value(one))
+        color = next((word for word in _words(display_name) if word in COLORS), "") or _color(cloud, seen.scene)
+        words = [word for word in (color, *shapes[index]) if word and word not in _words(display_name)]
         facts.append(
             Fact(
-                one.name, one.category, ", ".join((called, *words)), color, one.position, sides[index],
+                one.name, one.category, ", ".join((display_name, *words)), color, one.position, sides[index],
                 place_in_words(one.position, seen.table, viewpoint), standing_on[index],
             )  # fmt: skip
         )
     return facts
 
 
-def meant_by(about: str, facts: Sequence[Fact], encoder: SentenceEncoder | None = None) -> list[Fact]:
-    """The objects that a noun phrase means, all of its kind; none where no such object is there.
+def matching_facts(about: str, facts: Sequence[Fact], encoder: SentenceEncoder | None = None) -> list[Fact]:
+    """Return the objects that a noun phrase means, all of its kind; none where no such object is there.
 
     Args:
         about: "banana", "red cup", "cup 2", "things".
@@ -112,7 +113,7 @@ def meant_by(about: str, facts: Sequence[Fact], encoder: SentenceEncoder | None 
     elif not words[-1].isdecimal():
         words[-1] = plural(singular(words[-1]))
     try:
-        selection = select_objects(f"put the {' '.join(words)}", [fact.called for fact in facts], encoder)
+        selection = select_objects(f"put the {' '.join(words)}", [fact.display_name for fact in facts], encoder)
     except SelectionError:
         return []
     # Without a noun that is known, or a word that tells objects apart, everything would be meant.
@@ -121,14 +122,14 @@ def meant_by(about: str, facts: Sequence[Fact], encoder: SentenceEncoder | None 
 
 
 def unjudged(about: str, facts: Sequence[Fact]) -> list[str]:
-    """The words before a noun that nothing is known of, such as "wooden"."""
-    known = {adjective(word) for fact in facts for word in _words(fact.called)}
+    """Return the words before a noun that nothing is known of, such as "wooden"."""
+    known = {adjective(word) for fact in facts for word in _words(fact.display_name)}
     words = [word for word in about.split()[:-1] if not word.isdecimal() and word not in ORDINALS]
     return [word for word in words if known.isdisjoint((adjective(word), *rivals(adjective(word))))]
 
 
 def place_in_words(position: Sequence[float], table: Sequence[float], viewpoint: str = "robot") -> str:
-    """Where a point is on the table, as the speaker sees it: "on the left, near you".
+    """Return where a point is on the table, as the speaker sees it: "on the left, near you".
 
     Args:
         position: (x, y, ...) world frame, metres.
@@ -146,13 +147,13 @@ def place_in_words(position: Sequence[float], table: Sequence[float], viewpoint:
 
 
 def coordinates(position: Sequence[float]) -> str:
-    """ "x 0.32 m, y -0.21 m"; nothing is at "-0.00"."""
+    """Return "x 0.32 m, y -0.21 m"; nothing is at "-0.00"."""
     x, y = (round(float(value), 2) + 0.0 for value in position[:2])
     return f"x {x:.2f} m, y {y:.2f} m"
 
 
 def inventory(facts: Sequence[Fact]) -> str:
-    """What is there, counted: "3 cups, 2 boxes and an orange"."""
+    """Return what is there, counted: "3 cups, 2 boxes and an orange"."""
     nouns = [fact.noun for fact in facts]
     return listed([_counted(noun, nouns.count(noun)) for noun in dict.fromkeys(nouns)]) or "nothing"
 
@@ -164,23 +165,23 @@ def _counted(noun: str, count: int) -> str:
 
 
 def listed(words: Sequence[str]) -> str:
-    """ "cup 1, cup 2 and cup 3"."""
+    """Return "cup 1, cup 2 and cup 3"."""
     return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 
 
 def capitalized(text: str) -> str:
-    """The sentence with its first letter in upper case, the others as they are."""
+    """Return the sentence with its first letter in upper case, the others as they are."""
     return text[:1].upper() + text[1:]
 
 
-def _words(called: str) -> list[str]:
-    return re.findall(r"[a-z]+", called.lower())
+def _words(display_name: str) -> list[str]:
+    return re.findall(r"[a-z]+", display_name.lower())
 
 
 def _color(cloud: ObjectCloud, scene: Scene) -> str:
     if cloud.colors is None or scene.color is None:
         return ""
-    return color_word(lab(np.asarray(cloud.colors)), lightness_of_white(scene.color))
+    return color_word_in_picture(cloud.colors, scene.color)
 
 
 def _sides(cloud: ObjectCloud) -> tuple[float, float, float]:

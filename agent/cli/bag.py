@@ -63,14 +63,14 @@ def info(
     Example: structagent bag info session.bag
     """
     from agent.recordings import recording_path
-    from agent.recordings.inspection import inspect_bag, tell_info
+    from agent.recordings.inspection import inspect_bag, print_bag_info
 
     with results_stream() as results:
         found = inspect_bag(recording_path(file), reading_of(topics=topic).topics)
         if json_output:
             print(json.dumps(found.to_dict(), indent=1, ensure_ascii=False), file=results)
         else:
-            tell_info(found, results)
+            print_bag_info(found, results)
 
 
 @bag_app.command("objects")
@@ -99,7 +99,7 @@ def objects(
     reading = reading_of(at, topic, camera_pose)
     import_pybullet_silently()
     from agent.perception.overlay import labelled_picture
-    from agent.perception.report import objects_json, tell_objects
+    from agent.perception.report import objects_json, print_objects
     from agent.perception.segmentation import segment
     from agent.recordings import recording_path
     from agent.recordings.load import read_recording
@@ -112,7 +112,7 @@ def objects(
             told["notes"] = [*recording.notes, *segments.notes]
             print(json.dumps(told, indent=1, ensure_ascii=False), file=results)
         else:
-            tell_objects(segments, results)
+            print_objects(segments, results)
             _tell_notes(recording.notes, results)
         if picture is not None:
             from PIL import Image

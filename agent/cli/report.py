@@ -35,7 +35,7 @@ def replay(
         raise UsageError(f"--speed must be a number above 0, got {speed:g}")
     from agent.chat.view import ChatScreen
     from agent.reporting.replay import replay as show
-    from agent.reporting.session_log import read_session
+    from agent.reporting.session_reader import read_session
 
     session = read_session(file)
     with results_stream() as results:
@@ -47,7 +47,7 @@ def replay(
         console = console_on(results)
         screen = ChatScreen(console, echo=True)
         try:
-            show(session, screen.tell, speed if console.is_terminal else None)
+            show(session, screen, speed if console.is_terminal else None)
         finally:
             screen.idle()
 

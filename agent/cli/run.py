@@ -88,6 +88,7 @@ def run(
     Example: structagent run "put the cups in a small circle on the left" --seed 3 --out out/cups
     """
     import_pybullet_silently()
+    from agent.event_base import Listener, send
     from agent.events import Failed
     from agent.pipeline.run import RunOptions, run_instruction
     from agent.reporting.rerun_log import RerunLog
@@ -115,14 +116,14 @@ def run(
         results = open_files.enter_context(results_stream())
         record = RunRecord(open_files.enter_context(run_session(folder, asdict(options))))
         viewer = open_files.enter_context(RerunLog(rerun)) if rerun is not None else None
-        tell = TerminalReport(console_on(sys.stderr if json_output else results))
-        listeners = [record, tell] + ([viewer] if viewer is not None else [])
+        terminal = TerminalReport(console_on(sys.stderr if json_output else results))
+        listeners: list[Listener] = [record, terminal, *([viewer] if viewer is not None else [])]
         try:
-            for event in run_instruction(text, options, watch=viewer and viewer.watch, trajectories=trajectories):
-                for listener in listeners:
-                    listener(event)
+            on_step = None if viewer is None else viewer.on_physics_step
+            for event in run_instruction(text, options, on_step=on_step, trajectories=trajectories):
+                send(event, listeners)
         except (KeyboardInterrupt, ReaderGone):
-            record(Failed("run", "interrupted", INTERRUPTED))
+            record.on_event(Failed("run", "interrupted", INTERRUPTED))
             raise
         finally:
             page = record.write(folder) if record.saw_something else None

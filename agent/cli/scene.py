@@ -58,14 +58,14 @@ def show(file: FileArgument, json_output: JsonOption = False) -> None:
     """
     import_pybullet_silently()
     from agent.scenes.object_placement import load_scene
-    from agent.scenes.report import scene_report, tell_scene
+    from agent.scenes.report import print_scene, scene_report
 
     with results_stream() as results:
         standing = load_scene(file)
         if json_output:
             print(json.dumps(scene_report(file, standing), indent=1, ensure_ascii=False), file=results)
         else:
-            tell_scene(standing, results)
+            print_scene(standing, results)
 
 
 @scene_app.command("new")

@@ -31,7 +31,7 @@ from agent.evaluation.common import (
     told,
 )
 from agent.evaluation.result_store import KeptRows, fingerprint, kept_folder
-from agent.pipeline.candidates import checked_planner, worthwhile
+from agent.pipeline.candidates import checked_planner, filter_viable
 from agent.pipeline.verdict import judge_built
 from agent.rendering.text import aligned, number
 from agent.runtime.output_paths import write_report
@@ -149,7 +149,7 @@ def _built(candidates: int, planner: Planner, scene: EvaluationScene) -> dict[st
         initial = np.array(world.poses()[: drawn.count])
         try:
             goal = Goal(scene.heard or scene.spec, scene.words, scene.embedding)
-            arrangements = worthwhile(planner.propose(observed, goal, count=candidates, generator=generator))
+            arrangements = filter_viable(planner.propose(observed, goal, count=candidates, generator=generator))
         except (LayoutError, NoValidGoal) as error:
             return {**row, "trouble": [str(error)], "seconds": round(time.perf_counter() - started, 1)}
         rank, placed = 0, set()  # what was pushed away may be placed twice

@@ -18,7 +18,7 @@ import torch
 from scipy.stats import t as student_t
 
 from agent.evaluation.common import LOST, Row, left_out_note, parted, report_of, row_of_lost, spoken_scenes
-from agent.pipeline.candidates import checked_planner, worth_a_try
+from agent.pipeline.candidates import checked_planner, is_viable
 from agent.rendering.text import aligned, number, slot_label
 from agent.runtime.progress import followed
 from grounding.spec import SHAPES, SLOTS_OF_SHAPE, X_POSITIONS, StructureSpec
@@ -90,8 +90,8 @@ def _covered(candidates: int, planner: Planner, scene: EvaluationScene) -> list[
     except LayoutError:
         arrangements = []
     realised = _realised(seen, spec, arrangements)
-    worthwhile = [found for found, one in zip(realised, arrangements) if worth_a_try(one)]
-    groups = {SAMPLED: realised, WORTHWHILE: worthwhile, RANKED: realised[:BEST]}
+    viable = [found for found, one in zip(realised, arrangements) if is_viable(one)]
+    groups = {SAMPLED: realised, WORTHWHILE: viable, RANKED: realised[:BEST]}
     poses = drawn.world_from_initial[: drawn.count]
     items = [layout_item(model, yaw_of(pose)) for model, pose in zip(drawn.models, poses)]
     rows = []

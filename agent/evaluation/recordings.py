@@ -40,7 +40,7 @@ from agent.evaluation.common import (
 )
 from agent.evaluation.result_store import KeptRows, fingerprint, kept_folder
 from agent.pipeline.candidates import checked_planner
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions, run_instruction
 from agent.recordings.recording import RecordedOptions
 from agent.rendering.text import aligned, number
@@ -116,7 +116,7 @@ def measure_recordings(
         run = RunOptions(
             objects=objects, model=model, weights=weights, execute=execute, allow_unverified=allow_unverified
         )
-        recorded = force.do(partial(_round_trip, run), Loaded, (), jobs)
+        recorded = force.do(partial(_round_trip, run), ResourceCache, (), jobs)
         with progress("scenes recorded", len(places), len(places) - len(jobs)) as tell:
             rows |= keep_as_they_end(kept, recorded, tell, seed)
     command = f"structagent evaluate recordings --objects {objects} --scenes {count} --seed {seed} --model {model}"
@@ -165,7 +165,7 @@ def _job(library: Sequence[ObjectModel], objects: str, place: Place, seed: int) 
     raise SceneError(f"no {structure} could be drawn from {objects} in {_DRAWS} attempts")
 
 
-def _round_trip(options: RunOptions, loaded: Loaded, job: _Job) -> dict[str, Any]:
+def _round_trip(options: RunOptions, cache: ResourceCache, job: _Job) -> dict[str, Any]:
     """One scene, recorded, perceived, and built twice; the row of the report."""
     drawn, seed = job.drawn, job.seed * 10_000 + job.number
     wordings = [words for words in sentences(drawn.spec) if not mentioned(words)]
@@ -189,7 +189,7 @@ def _round_trip(options: RunOptions, loaded: Loaded, job: _Job) -> dict[str, Any
             "objects": [each.name for each in drawn.models],
         }
         options = replace(options, seed=seed)
-        row["simulated"] = _ended(words, replace(options, scene=str(scene)), loaded)
+        row["simulated"] = _ended(words, replace(options, scene=str(scene)), cache)
         began = time.perf_counter()
         try:
             source = RecordedSource(bag)
@@ -210,11 +210,11 @@ def _round_trip(options: RunOptions, loaded: Loaded, job: _Job) -> dict[str, Any
             each.name: nouns[names[int(overlaps[:, k].argmax())]] for k, each in enumerate(source.segments.objects)
         }
         recorded = RecordedOptions(nouns=called if job.structure == "table setting" else {})
-        row["recorded"] = _ended(words, replace(options, scene=str(bag), recorded=recorded), loaded)
+        row["recorded"] = _ended(words, replace(options, scene=str(bag), recorded=recorded), cache)
     return row | {"same": (row["simulated"] is None) == (row["recorded"] is None)}
 
 
-def _ended(words: str, options: RunOptions, loaded: Loaded) -> str | None:
+def _ended(words: str, options: RunOptions, loaded: ResourceCache) -> str | None:
     """How a run ended: `None` where it succeeded, otherwise why not."""
     for event in run_instruction(words, options, loaded):
         if isinstance(event, events.Failed):

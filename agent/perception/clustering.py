@@ -37,14 +37,14 @@ class Voxels:
     reach: float
 
     def mean(self, values: np.ndarray) -> np.ndarray:
-        """The mean (V,) or (V, K) over each voxel of a value of every point."""
+        """Return the mean (V,) or (V, K) over each voxel of a value of every point."""
         if values.ndim == 1:
             return np.bincount(self.of_point, values, len(self.count)) / self.count
         return np.stack([self.mean(values[:, k]) for k in range(values.shape[1])], axis=1)
 
 
 def gather(points: np.ndarray) -> Voxels:
-    """The voxels of points (P, 3), metres: 4 mm, or coarser where the points are farther apart than that."""
+    """Return the voxels of points (P, 3), metres: 4 mm, or coarser where the points are farther apart than that."""
     some = points[:: max(1, len(points) // 2000)]
     apart = float(np.median(cKDTree(points).query(some, k=2)[0][:, 1]))
     size = max(VOXEL, 1.3 * apart)
@@ -105,13 +105,13 @@ def strays(voxels: Voxels) -> np.ndarray:
 
 
 def clusters(positions: np.ndarray, reach: float) -> np.ndarray:
-    """The cluster (V,) of each voxel, counted from 0; -1 where there are too few about it."""
+    """Return the cluster (V,) of each voxel, counted from 0; -1 where there are too few about it."""
     cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(positions))
     return np.asarray(cloud.cluster_dbscan(reach, 4), dtype=np.int64)
 
 
 def normals(positions: np.ndarray, eye: np.ndarray) -> np.ndarray:
-    """Unit normals (V, 3) of the surface at voxels (V, 3), toward the camera at `eye` (3,)."""
+    """Return unit normals (V, 3) of the surface at voxels (V, 3), toward the camera at `eye` (3,)."""
     cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(positions))
     cloud.estimate_normals(open3d.geometry.KDTreeSearchParamHybrid(_PATCH, 30))
     cloud.orient_normals_towards_camera_location(eye)

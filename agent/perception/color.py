@@ -17,7 +17,7 @@ _DAYLIGHT = np.array([0.95047, 1.0, 1.08883], dtype=np.float32)
 
 
 def lab(colors: np.ndarray) -> np.ndarray:
-    """CIELAB (P, 3) float32 of sRGB colours (P, 3) uint8, under daylight."""
+    """Return CIELAB (P, 3) float32 of sRGB colours (P, 3) uint8, under daylight."""
     level = np.arange(256) / 255.0
     linear = np.where(level > 0.04045, ((level + 0.055) / 1.055) ** 2.4, level / 12.92).astype(np.float32)
     ratio = linear[colors] @ _RGB_TO_XYZ / _DAYLIGHT
@@ -28,7 +28,7 @@ def lab(colors: np.ndarray) -> np.ndarray:
 
 
 def contrast(colors: np.ndarray, table: np.ndarray, pixels: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """How many of the table's standard deviations each point's colour is away from the table's about it: (P,).
+    """Return how many of the table's standard deviations each point's colour is away from the table's about it: (P,).
 
     Args:
         colors: (P, 3) in CIELAB.

@@ -47,7 +47,7 @@ class Relief:
 
 
 def table_relief(level: np.ndarray, distances: np.ndarray, pixels: np.ndarray, shape: tuple[int, int]) -> Relief:
-    """The heights of points above the table.
+    """Return the heights of points above the table.
 
     Args:
         level: (P, 3) in the frame of the table's plane, metres.

@@ -91,7 +91,7 @@ def _floaters_joined(part: np.ndarray, positions: np.ndarray, lab: np.ndarray | 
 
 
 def hollowness(positions: np.ndarray, normals: np.ndarray) -> float:
-    """How much the normals point away from the part's middle, seen from above: -1 to 1."""
+    """Return how much the normals point away from the part's middle, seen from above: -1 to 1."""
     from_middle = positions[:, :2] - positions[:, :2].mean(axis=0)
     weight = np.linalg.norm(normals[:, :2], axis=1) * np.linalg.norm(from_middle, axis=1)
     return float((normals[:, :2] * from_middle).sum() / max(weight.sum(), 1e-9))

@@ -81,7 +81,7 @@ def find_objects(
     border: np.ndarray,
     tint: Tint | None = None,
 ) -> Found:
-    """The objects on the table.
+    """Find the objects on the table.
 
     Args:
         level: (P, 3) points in the frame of the table's plane, metres, without the arm's.

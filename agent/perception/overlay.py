@@ -17,7 +17,7 @@ _LETTERS = 18  # pixels high
 
 
 def labelled_picture(recording: Recording, segments: Segments) -> np.ndarray:
-    """A picture (H, W, 3) uint8 with every object in its own colour, outlined and numbered as in its name.
+    """Draw a picture (H, W, 3) uint8 with every object in its own colour, outlined and numbered as in its name.
 
     It is the camera's picture, or its depth where it has no colour; a view from above of an unorganised cloud. The
     objects have palette colours where their own are not known.

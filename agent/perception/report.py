@@ -14,23 +14,23 @@ from structdiffusion.observation import Table
 _COLUMNS = (("x", 6), ("y", 7), ("yaw", 5), ("length", 8), ("width", 7), ("height", 8), ("points", 8))
 
 
-def tell_objects(segments: Segments, results: TextIO) -> None:
+def print_objects(segments: Segments, results: TextIO) -> None:
     """Prints the objects, one a line, the table, and what was assumed."""
     if segments.objects:
-        wide = max(len(found.called) for found in segments.objects)
+        wide = max(len(found.display_name) for found in segments.objects)
         print(" " * wide + "".join(f"{title:>{width}}" for title, width in _COLUMNS), file=results)
     for found in segments.objects:
         x, y = found.world_from_box[:2, 3]
         length, width, height = found.sides
         print(
-            f"{found.called:<{wide}}{x:6.3f}{y:7.3f}{_degrees(found.world_from_box):5.0f}"
+            f"{found.display_name:<{wide}}{x:6.3f}{y:7.3f}{_degrees(found.world_from_box):5.0f}"
             f"{length:8.3f}{width:7.3f}{height:8.3f}{len(found.points):8d}",
             file=results,
         )
     many = len(segments.objects)
     objects = f"{many or 'no'} object{'' if many == 1 else 's'}"
-    print(f"{objects} on a table that was seen {_told(segments.surface)}", file=results)
-    print(f"structures are built {_told(segments.table)}", file=results)
+    print(f"{objects} on a table that was seen {_rectangle_in_words(segments.surface)}", file=results)
+    print(f"structures are built {_rectangle_in_words(segments.table)}", file=results)
     arm = int((segments.labels == ARM).sum())
     if arm:
         print(f"{arm} points are the arm's own", file=results)
@@ -39,12 +39,12 @@ def tell_objects(segments: Segments, results: TextIO) -> None:
 
 
 def objects_json(segments: Segments) -> dict[str, Any]:
-    """The same for programs: every number in metres or degrees, transforms as rows."""
+    """Return the same for programs: every number in metres or degrees, transforms as rows."""
     return {
         "objects": [
             {
                 "name": found.name,
-                "called": found.called,
+                "called": found.display_name,
                 "x": _round(found.world_from_box[0, 3]),
                 "y": _round(found.world_from_box[1, 3]),
                 "yaw": _round(_degrees(found.world_from_box), 1),
@@ -71,7 +71,7 @@ def _degrees(pose: np.ndarray) -> float:
     return math.degrees(yaw_of(pose)) % 180.0
 
 
-def _told(table: Table) -> str:
+def _rectangle_in_words(table: Table) -> str:
     return f"from x {table.x_min:.2f} to {table.x_max:.2f} and from y {table.y_min:.2f} to {table.y_max:.2f} m"
 
 

@@ -9,7 +9,8 @@ from agent.arm.self_filter import distance_to_arm
 from agent.errors import BadInput
 from agent.perception.clustering import at_border, bridging
 from agent.perception.color import contrast, lab
-from agent.perception.description import color_word, lightness_of_white, oriented_box, shape_words
+from agent.perception.color_names import color_word, lightness_of_white
+from agent.perception.description import oriented_box, shape_words
 from agent.perception.height_map import table_relief
 from agent.perception.object_clusters import WIDEST, Tint, find_objects
 from agent.perception.segments import ARM, NOTHING, TABLE, Segment, Segments
@@ -24,30 +25,21 @@ _TABLE_BAND = 4.0  # sigma, or 1 cm: what lies nearer to the table's surface is 
 
 
 def segment(recording: Recording) -> Segments:
-    """The table and the objects that a recording shows.
+    """Find the table and the objects that a recording shows.
 
     Raises:
         BadInput: when nothing was measured, or no table is there.
     """
     frame = recording.frame
     shape = frame.points.shape[:2]
-    every = frame.points.reshape(-1, 3)
-    distance = np.linalg.norm(every, axis=1)
-    with np.errstate(invalid="ignore"):
-        pixels = np.flatnonzero((distance < FARTHEST) & (distance > 0.0))
-    if not len(pixels):
-        raise BadInput(
-            f"{str(recording.path)!r} has no point to use: of {len(every)} points "
-            f"{int(np.isfinite(distance).sum())} were measured, and none within {FARTHEST} m of the camera"
-        )
-    points, distance = every[pixels].astype(np.float64), distance[pixels].astype(np.float64)
-    told = base_from_camera(recording)
-    labels = np.full(len(every), NOTHING, dtype=np.int16)
-    if told is not None and recording.arm is not None:
-        arm = distance_to_arm(transform_points(told, points), recording.arm) < _ARM_CLEARANCE
+    base_from_cam = base_from_camera(recording)
+    labels = np.full(shape[0] * shape[1], NOTHING, dtype=np.int16)
+    pixels, points, distance = _measured_points(recording)
+    if base_from_cam is not None and recording.arm is not None:
+        arm = distance_to_arm(transform_points(base_from_cam, points), recording.arm) < _ARM_CLEARANCE
         labels[pixels[arm]] = ARM
         pixels, points, distance = pixels[~arm], points[~arm], distance[~arm]
-    plane = table_plane(points, None if told is None else told[2, :3])
+    plane = table_plane(points, None if base_from_cam is None else base_from_cam[2, :3])
     level = transform_points(plane.level_from_camera, points)
     relief = table_relief(level, distance, pixels, shape)
     steep = border = np.zeros(len(pixels), dtype=bool)
@@ -89,6 +81,24 @@ def segment(recording: Recording) -> Segments:
         labels.reshape(shape),
         (*frames.notes, *notes, *_left_out(found.left_out, world_from_level)),
     )
+
+
+def _measured_points(recording: Recording) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the points near enough to use: their pixels (P,), themselves (P, 3) and their distances (P,) float64.
+
+    Raises:
+        BadInput: when there are none.
+    """
+    every = recording.frame.points.reshape(-1, 3)
+    distance = np.linalg.norm(every, axis=1)
+    with np.errstate(invalid="ignore"):
+        pixels = np.flatnonzero((distance < FARTHEST) & (distance > 0.0))
+    if not len(pixels):
+        raise BadInput(
+            f"{str(recording.path)!r} has no point to use: of {len(every)} points "
+            f"{int(np.isfinite(distance).sum())} were measured, and none within {FARTHEST} m of the camera"
+        )
+    return pixels, every[pixels].astype(np.float64), distance[pixels].astype(np.float64)
 
 
 def _left_out(wide: np.ndarray, world_from_level: np.ndarray) -> list[str]:

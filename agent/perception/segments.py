@@ -17,7 +17,7 @@ class Segment:
 
     Attributes:
         name: "object 3", unique; numbered from the robot's side, from left to right.
-        called: what an instruction can call it: "object 3, red, tall".
+        display_name: what an instruction can call it: "object 3, red, tall".
         points: (P, 3) float32, world frame, metres; every point that was seen of it.
         colors: (P, 3) uint8 RGB, or `None`.
         world_from_box: (4, 4) its oriented box: z up, x along the longer side, the origin in the middle.
@@ -25,7 +25,7 @@ class Segment:
     """
 
     name: str
-    called: str
+    display_name: str
     points: np.ndarray
     colors: np.ndarray | None
     world_from_box: np.ndarray

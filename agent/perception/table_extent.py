@@ -12,7 +12,7 @@ _LEAST = 0.2  # m, either way, of a table to build on
 
 
 def seen_rectangle(outline: np.ndarray, footprints: np.ndarray) -> Table:
-    """The largest axis-aligned rectangle in the table's convex outline, made larger until it holds every object.
+    """Return the largest axis-aligned rectangle in the table's convex outline, made larger until it holds every object.
 
     Args:
         outline: (K, 2) world frame, metres.
@@ -34,7 +34,7 @@ def seen_rectangle(outline: np.ndarray, footprints: np.ndarray) -> Table:
 
 
 def reachable(surface: Table) -> tuple[Table, tuple[str, ...]]:
-    """The part of the surface that the arm reaches, at least so large that something can be built, and notes."""
+    """Return the part of the surface that the arm reaches, at least so large that something can be built, and notes."""
     reach = Table()
     x_min, x_max, told_x = _shared(surface.x_min, surface.x_max, reach.x_min, reach.x_max)
     y_min, y_max, told_y = _shared(surface.y_min, surface.y_max, reach.y_min, reach.y_max)

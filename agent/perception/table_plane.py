@@ -45,7 +45,7 @@ class TablePlane:
 
 
 def table_plane(points: np.ndarray, up: np.ndarray | None = None) -> TablePlane:
-    """The plane that most probably is the table's: near, level, large, with things on it.
+    """Find the plane that most probably is the table's: near, level, large, with things on it.
 
     Args:
         points: (P, 3) camera frame, metres, all finite.
@@ -67,7 +67,7 @@ def table_plane(points: np.ndarray, up: np.ndarray | None = None) -> TablePlane:
     scores = [_score(plane, thin, up) for plane in candidates]
     if not scores or max(scores) <= 0.0:
         how = "upright by its known pose" if up is not None else "held upright or looking down"
-        seen = ", ".join(_told(plane, thin, up) for plane in candidates) or "none"
+        seen = ", ".join(_plane_in_words(plane, thin, up) for plane in candidates) or "none"
         raise BadInput(
             f"there is no table to see: no plane of at least {_LEAST_AREA * 1e4:.0f} cm2 lies level below the camera "
             f"({how}); planes seen: {seen}"
@@ -120,7 +120,7 @@ def _score(plane: np.ndarray, thin: np.ndarray, up: np.ndarray | None) -> float:
     return upright * area * nearness * (0.2 + min(things, 400) / 400) / (1.0 + 3.0 * through)
 
 
-def _told(plane: np.ndarray, thin: np.ndarray, up: np.ndarray | None) -> str:
+def _plane_in_words(plane: np.ndarray, thin: np.ndarray, up: np.ndarray | None) -> str:
     flat = np.abs(thin @ plane[:3] + plane[3]) < _INLIER
     lean = math.degrees(math.acos(float(np.clip(plane[:3] @ (IMAGE_UP if up is None else up), -1.0, 1.0))))
     which = "the picture's up" if up is None else "up"

@@ -39,14 +39,14 @@ class Frames:
 
 
 def base_from_camera(recording: Recording) -> np.ndarray | None:
-    """Where the camera stands, seen from the arm's `link_base`, as far as it is told: by hand before tf."""
+    """Return where the camera stands, seen from the arm's `link_base`, as far as it is told: by hand before tf."""
     if recording.world_from_camera is not None:
         return np.linalg.inv(WORLD_FROM_BASE) @ recording.world_from_camera
     return recording.base_from_camera
 
 
 def world_frame(recording: Recording, level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
-    """The world frame of a recording.
+    """Return the world frame of a recording.
 
     Args:
         recording: knows the camera's pose, or does not.

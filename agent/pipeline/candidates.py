@@ -16,7 +16,7 @@ LEAST_SCORE = 0.05
 
 
 def checked_planner(name: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
-    """The planner of a name, with the checkpoints in a folder, or those shipped where it is `None`.
+    """Load the planner of a name, with the checkpoints in a folder, or those shipped where it is `None`.
 
     Raises:
         UsageError: for an unknown name.
@@ -30,21 +30,21 @@ def checked_planner(name: str, weights: Path | None, allow_unverified: bool = Fa
     return load_planner(name, weights)
 
 
-def worth_a_try(arrangement: Arrangement) -> bool:
-    """Whether its total score is at least `LEAST_SCORE`, or it stood in imagination.
+def is_viable(arrangement: Arrangement) -> bool:
+    """Return whether its total score is at least `LEAST_SCORE`, or it stood in imagination.
 
     The more objects there are, the smaller is the product of all scores, good as they may be.
     """
     return arrangement.scores["total"] >= LEAST_SCORE or arrangement.scores.get("imagined") == 1.0
 
 
-def worthwhile(arrangements: Sequence[Arrangement]) -> list[Arrangement]:
-    """Those that are worth a try, best first.
+def filter_viable(arrangements: Sequence[Arrangement]) -> list[Arrangement]:
+    """Keep the arrangements that are worth a try, best first.
 
     Raises:
         NoValidGoal: when there is none.
     """
-    good = [arrangement for arrangement in arrangements if worth_a_try(arrangement)]
+    good = [arrangement for arrangement in arrangements if is_viable(arrangement)]
     if not good:
         best = max((arrangement.scores["total"] for arrangement in arrangements), default=0.0)
         raise NoValidGoal(

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from structdiffusion.planners.factory import Planner
 
 
-class Loaded:
+class ResourceCache:
     """Loads on demand, and keeps what cannot change; a run with it ends as a run without. Threads may share it."""
 
     def __init__(self) -> None:
@@ -49,7 +49,7 @@ class Loaded:
             return interpreter
 
     def planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
-        """As `agent.pipeline.candidates.checked_planner`."""
+        """Return a planner, as `agent.pipeline.candidates.checked_planner`."""
         from agent.model_cards.provenance import provenance_of
         from agent.pipeline.candidates import checked_planner
 
@@ -61,10 +61,11 @@ class Loaded:
             return self._planners[key]
 
     def provenance(self, model: str, weights: Path | None) -> Mapping[str, Provenance]:
-        """What is known of the files of a planner's networks, by network; of a planner that was loaded before."""
+        """Return what is known of the files of a planner's networks, by network; the planner must have been loaded
+        before."""
         return self._provenance[model, weights]
 
-    def warm(
+    def preload(
         self, reading: ReadingOptions, model: str, weights: Path | None, allow_unverified: bool = False
     ) -> None:
         """Loads what these options will need, and tries the parser once, whose first answer takes longer.
@@ -76,7 +77,8 @@ class Loaded:
             self.planner(model, weights, allow_unverified)
 
     def source(self, scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
-        """As `agent.scenes.sources.scene_source`; files are read anew, because they can be edited."""
+        """Return a scene source, as `agent.scenes.sources.scene_source`; files are read anew, because they can be
+        edited."""
         from agent.scenes.sources import SIMULATED, scene_source
 
         if scene != SIMULATED or recorded.given:

@@ -14,9 +14,13 @@ from typing import TYPE_CHECKING
 
 from agent import events
 from agent.errors import DONE, NotBuildable, PartlyDone, exit_code_of, one_sentence
-from agent.pipeline import steps
+from agent.event_base import Event, json_value
+from agent.pipeline.building import LAST_PICTURE, build_with_arm
+from agent.pipeline.event_builders import chosen_event, describe_shortfall, parsed_event, perceived_event
 from agent.pipeline.instruction_parser import ReadingOptions
-from agent.pipeline.resources import Loaded
+from agent.pipeline.proposing import propose_arrangements
+from agent.pipeline.release import release_in_physics
+from agent.pipeline.resources import ResourceCache
 from agent.recordings.recording import RecordedOptions
 
 if TYPE_CHECKING:
@@ -57,23 +61,23 @@ class RunOptions:
 def run_instruction(
     text: str,
     options: RunOptions,
-    loaded: Loaded | None = None,
-    watch: Callable[[TableScene], None] | None = None,
+    cache: ResourceCache | None = None,
+    on_step: Callable[[TableScene], None] | None = None,
     trajectories: Sequence[Path] = (),
-) -> Iterator[events.Event]:
+) -> Iterator[Event]:
     """Carries an instruction out; yields what happens, from `Started` to `Finished`.
 
     Args:
         text: the instruction.
         options: everything else.
-        loaded: shares models and libraries with other runs; by default this run loads its own.
-        watch: called after every physics step while the arm is at work.
+        cache: shares models and libraries with other runs; by default this run loads its own.
+        on_step: called after every physics step while the arm is at work.
         trajectories: files for what the arm was told to do, as `agent.recordings.trajectory_export.write_trajectory` takes them.
     """
     started = time.perf_counter()
-    run = _Run(text, options, loaded or Loaded(), watch, trajectories)
+    run = _Run(text, options, cache or ResourceCache(), on_step, trajectories)
     code = DONE
-    yield events.Started(text, events.json_value(asdict(options)))
+    yield events.Started(text, json_value(asdict(options)))
     try:
         yield from run.steps()
     except Exception as error:
@@ -92,73 +96,74 @@ class _Run:
         self,
         text: str,
         options: RunOptions,
-        loaded: Loaded,
-        watch: Callable[[TableScene], None] | None,
+        cache: ResourceCache,
+        on_step: Callable[[TableScene], None] | None,
         trajectories: Sequence[Path],
     ) -> None:
-        self.text, self.options, self.loaded, self.watch = text, options, loaded, watch
+        self.text, self.options, self.cache, self.on_step = text, options, cache, on_step
         self.trajectories = trajectories
         self.step = "parse"
 
-    def steps(self) -> Iterator[events.Event]:
-        options, loaded = self.options, self.loaded
+    def steps(self) -> Iterator[Event]:
+        options, cache = self.options, self.cache
         source, opening = None, 0.0
         if options.scene != RunOptions.scene:  # a file that cannot be used should not cost the loading of models
             self.step, began = "scene", time.perf_counter()
-            source = loaded.source(options.scene, options.objects, options.recorded)
+            source = cache.source(options.scene, options.objects, options.recorded)
             opening = time.perf_counter() - began
         self.step, began = "parse", time.perf_counter()
         import torch
 
-        from agent.pipeline.candidates import worthwhile
+        from agent.pipeline.candidates import filter_viable
 
         torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
-        goal = loaded.interpreter(options.reading).interpret(self.text)
+        goal = cache.interpreter(options.reading).interpret(self.text)
         if goal.status != "ok":
             raise NotBuildable(goal.message)
         seconds = time.perf_counter() - began
         self.step = "model"  # early, because a wrong name or a broken checkpoint should not cost a minute
-        planner = loaded.planner(options.model, options.weights, options.allow_unverified)
-        networks = loaded.provenance(options.model, options.weights)
+        planner = cache.planner(options.model, options.weights, options.allow_unverified)
+        networks = cache.provenance(options.model, options.weights)
         self.step, began = "scene", time.perf_counter() - opening
         if source is None:
-            source = loaded.source(options.scene, options.objects, options.recorded)
+            source = cache.source(options.scene, options.objects, options.recorded)
         goal = goal.among(source.referents, source.catalogue)
         if goal.status != "ok":
             hint = source.hint if goal.status == "refused" else ""
             raise NotBuildable("; ".join(filter(None, (goal.message, hint))))
-        yield steps.parsed(goal, seconds)
+        yield parsed_event(goal, seconds)
 
         for note in (*goal.notes, *(one.card for one in networks.values() if not one.verified)):
             yield events.Noted(note)
 
         with source.open(goal, options.seed) as table:
             scene = table.look()
-            yield steps.perceived(scene, time.perf_counter() - began, table)
-            if shortfall := steps.shortfall(table, "take part"):
+            yield perceived_event(scene, time.perf_counter() - began, table)
+            if shortfall := describe_shortfall(table, "take part"):
                 yield events.Noted(shortfall)
             self.step = "imagination"
-            imagined = steps.imagine(planner, options.model, scene, wished(goal.spec, loaded.encoder), options.seed)
+            asked = make_goal(goal.spec, cache.encoder)
+            imagined = propose_arrangements(planner, options.model, scene, asked, options.seed)
             imagined = replace(imagined, networks=networks)
             yield imagined
-            arrangements = worthwhile(imagined.arrangements)
-            yield steps.chosen(1, arrangements[0], scene)
+            arrangements = filter_viable(imagined.arrangements)
+            yield chosen_event(1, arrangements[0], scene)
             if options.execute:
                 self.step = "build"
                 yield from self._built(table, scene, goal.spec, arrangements)
             else:
                 self.step = "check"
-                yield from steps.release(table, scene, goal.spec, arrangements[0])
-            if shortfall := steps.shortfall(table, "stand as asked"):
+                yield from release_in_physics(table, scene, goal.spec, arrangements[0])
+            if shortfall := describe_shortfall(table, "stand as asked"):
                 raise PartlyDone(shortfall)
 
     def _built(
         self, table: TableScene, scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangement]
-    ) -> Iterator[events.Event]:
+    ) -> Iterator[Event]:
         from agent.recordings.trajectory_export import TrajectoryLog
 
         log = TrajectoryLog() if self.trajectories else None
-        building = steps.build(table, scene, spec, arrangements, self.options.seed, watch=self.watch, log=log)
+        building = build_with_arm(table, scene, spec, arrangements, self.options.seed, on_step=self.on_step, log=log)
         try:
             yield from self._checked_late(building)
         except (Exception, KeyboardInterrupt):  # what failed may be looked into too
@@ -173,16 +178,16 @@ class _Run:
             if log is not None and write_trajectory(log, path, table.prefix, table.arm.kinematics.model):
                 yield events.Noted(f"what the arm was told to do is in {path}")
 
-    def _checked_late(self, building: Iterator[events.Event]) -> Iterator[events.Event]:
+    def _checked_late(self, building: Iterator[Event]) -> Iterator[Event]:
         """The build, whose last picture begins the step in which it is judged."""
         for event in building:
-            if isinstance(event, events.Pictured) and event.name == steps.LAST_PICTURE:
+            if isinstance(event, events.Pictured) and event.name == LAST_PICTURE:
                 self.step = "check"
             yield event
 
 
-def wished(spec: StructureSpec, encoder: SentenceEncoder) -> Goal:
-    """The goal of a planner. What was heard is said anew, in the words that sentence models were trained on.
+def make_goal(spec: StructureSpec, encoder: SentenceEncoder) -> Goal:
+    """Make the goal of a planner from slots, with a sentence in the words that sentence models were trained on.
 
     People say the same in ways that move its embedding far: told "facing me", such a model left no ring open.
 

@@ -13,7 +13,7 @@ from agent.arm.arm_model import DEFAULT_MODEL, FINGER_OPEN, FINGERS, arm_model
 from agent.arm.state import ArmState
 from agent.errors import NotBuildable
 from agent.pipeline.instruction_parser import ReadingOptions
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.scenes.files import PlacedObject
 from agent.scenes.sources import SIMULATED, SceneSource
 from agent.scenes.table_scene import TableScene, drawing_and_noise
@@ -51,28 +51,28 @@ class Staged:
     source: SceneSource
 
     def truth(self, folder: Path) -> list[PlacedObject]:
-        """What really stands there, as the lines of a scene file in `folder`."""
+        """Return what really stands there, as the lines of a scene file in `folder`."""
         return self.source.saved(self.table, folder)
 
 
 @contextmanager
 def staged(staging: Staging) -> Iterator[Staged]:
-    """The scene on its table, whose physics ends with the `with` block.
+    """Set out the scene on its table, whose physics ends with the `with` block.
 
     Raises:
         NotBuildable: for an instruction that is not understood, or that names what is not there.
         SceneError: when these objects cannot make what it asks for.
         UsageError, BadInput, ObjectError: for a scene, arm or objects that there are not.
     """
-    model, loaded = arm_model(staging.arm), Loaded()
+    model, cache = arm_model(staging.arm), ResourceCache()
     if staging.instruction is None:
-        source = loaded.source(staging.scene, staging.objects)
+        source = cache.source(staging.scene, staging.objects)
         drawn = source.set_out(staging.seed)
     else:
-        goal = loaded.interpreter(ReadingOptions()).interpret(staging.instruction)
+        goal = cache.interpreter(ReadingOptions()).interpret(staging.instruction)
         if goal.status != "ok":
             raise NotBuildable(goal.message)
-        source = loaded.source(staging.scene, staging.objects)
+        source = cache.source(staging.scene, staging.objects)
         goal = goal.among(source.referents, source.catalogue)  # says what is missing before anything is drawn
         if goal.status != "ok":
             raise NotBuildable(goal.message)
@@ -84,7 +84,7 @@ def staged(staging: Staging) -> Iterator[Staged]:
         poses, (_, noise) = drawn.world.poses(), drawing_and_noise(staging.seed)
         joints = dict(zip(model.joints, model.folded.tolist(), strict=True)) | dict.fromkeys(FINGERS, FINGER_OPEN)
         with TableScene(
-            drawn.models, np.array(poses), drawn.count, noise, drawn.world.table, drawn.names, drawn.called,
+            drawn.models, np.array(poses), drawn.count, noise, drawn.world.table, drawn.names, drawn.display_names,
             arm=ArmState(model.name, joints),
         ) as table:  # fmt: skip
             yield Staged(table, source)

@@ -102,7 +102,7 @@ class Bag:
         )
         if not any(stream.count for stream in self.streams):
             raise BadInput(f"{str(path)!r} holds no messages")
-        with _told(f"cannot tell when {str(path)!r} was recorded"):
+        with _as_bad_input(f"cannot tell when {str(path)!r} was recorded"):
             self.start, self.end = int(reader.start_time), int(reader.end_time) - 1
         self._types = _known_types(ros1=isinstance(reader, Reader1))
 
@@ -114,7 +114,7 @@ class Bag:
     def messages(
         self, streams: Sequence[Stream], start: int | None = None, stop: int | None = None
     ) -> Iterator[Message]:
-        """The messages of `streams` that were recorded from `start` to before `stop` (nanoseconds), in that order.
+        """Read the messages of `streams` that were recorded from `start` to before `stop` (nanoseconds), in that order.
 
         Raises:
             BadInput: where the bag turns out to be damaged.
@@ -125,7 +125,7 @@ class Bag:
         connections = [connection for stream in streams for connection in stream.connections]
         found = self._reader.messages(connections, start, stop)
         while True:
-            with _told(f"cannot read on in {str(self.path)!r}"), self._unpacking.counted():
+            with _as_bad_input(f"cannot read on in {str(self.path)!r}"), self._unpacking.counted():
                 item = next(found, None)
                 if item is None:
                     return
@@ -134,13 +134,13 @@ class Bag:
             yield message
 
     def decoded(self, message: Message) -> Any:
-        """A message with the fields that its type has.
+        """Decode a message into the fields that its type has.
 
         Raises:
             BadInput: where its bytes are not of that type.
         """
         kind = _SAME_AS.get(message.stream.type, message.stream.type)
-        with _told(f"cannot decode a message on {message.stream.topic} as {message.stream.type}"):
+        with _as_bad_input(f"cannot decode a message on {message.stream.topic} as {message.stream.type}"):
             if isinstance(self._reader, Reader1):
                 return self._types.deserialize_ros1(message.raw, kind)
             return self._types.deserialize_cdr(message.raw, kind)
@@ -148,7 +148,7 @@ class Bag:
 
 @contextmanager
 def open_bag(path: Path, limits: UnpackingLimits = UnpackingLimits()) -> Iterator[Bag]:
-    """The bag at `path`, open meanwhile.
+    """Open the bag at `path` for a `with` block.
 
     Args:
         path: the file or folder.
@@ -182,7 +182,7 @@ def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
     if path.stat().st_size == 0:
         raise BadInput(f"{str(path)!r} is empty")
     kind, beginning = _BEGINNINGS[path.suffix]
-    with _told(f"cannot read {str(path)!r} as a {kind}", _MENDED_BY[path.suffix]):
+    with _as_bad_input(f"cannot read {str(path)!r} as a {kind}", _MENDED_BY[path.suffix]):
         with path.open("rb") as file:
             header = file.read(100)
         begins = header[: len(beginning)]
@@ -223,7 +223,7 @@ def _opened_folder(path: Path) -> tuple[Reader2, list[str]]:
     reason = f"it has no {METADATA}"
     if (path / METADATA).exists():
         try:
-            with _told(f"its {METADATA} cannot be used"):
+            with _as_bad_input(f"its {METADATA} cannot be used"):
                 _check_metadata(path / METADATA)
                 reader = Reader2(path)
                 reader.open()
@@ -249,7 +249,7 @@ def _known_types(ros1: bool) -> Typestore:
 
 
 @contextmanager
-def _told(what: str, mended_by: str = "") -> Iterator[None]:
+def _as_bad_input(what: str, mended_by: str = "") -> Iterator[None]:
     """Turns whatever the library raises on damaged data into one sentence that begins with `what`.
 
     It promises no kind of error: files cut short and bytes turned round were seen to raise nearly everything.

@@ -91,7 +91,7 @@ class BagWriter:
         self._topics: dict[str, tuple[Any, str, int]] = {}
 
     def __enter__(self) -> Self:
-        with self._told():
+        with self._writing():
             self._path.parent.mkdir(parents=True, exist_ok=True)
             self._folder = Path(tempfile.mkdtemp(prefix=".bag-", dir=self._path.parent))
         is_mcap = self._path.suffix.lower() == ".mcap"
@@ -105,7 +105,7 @@ class BagWriter:
         else:
             self._writer = Writer2(self._unfinished, version=8)
         try:
-            with self._told():
+            with self._writing():
                 self._writer.__enter__()
         except BaseException:
             shutil.rmtree(self._folder, ignore_errors=True)
@@ -116,7 +116,7 @@ class BagWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            with self._told():
+            with self._writing():
                 self._writer.__exit__(kind, error, trace)
                 if kind is None:
                     self._put()
@@ -134,7 +134,7 @@ class BagWriter:
         os.replace(finished, self._path)
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _writing(self) -> Iterator[None]:
         """Tells in one sentence what cannot be written where."""
         try:
             yield
@@ -142,11 +142,11 @@ class BagWriter:
             raise BadInput(f"cannot write {str(self._path)!r}: {error.strerror or error}") from error
 
     def message(self, kind: str, **fields: Any) -> Any:
-        """A message of the type "package/msg/Name" with its fields, each given."""
+        """Return a message of the type "package/msg/Name" with its fields, each given."""
         return self._types.types[kind](**fields)
 
     def header(self, seconds: float, frame: str = "") -> Any:
-        """A header: the time since `START`, and the frame that the message speaks of."""
+        """Return a header: the time since `START`, and the frame that the message speaks of."""
         count = {"seq": 0} if self.ros1 else {}
         seconds_part, nanoseconds = divmod(_nanoseconds(seconds), 10**9)
         stamp = self.message("builtin_interfaces/msg/Time", sec=seconds_part, nanosec=nanoseconds)
@@ -169,7 +169,7 @@ class BagWriter:
         if self.ros1 and hasattr(message, "header"):
             message.header.seq = count
         serialize = self._types.serialize_ros1 if self.ros1 else self._types.serialize_cdr
-        with self._told():
+        with self._writing():
             self._writer.write(connection, _nanoseconds(seconds), serialize(message, kind))
 
     def _connect(self, topic: str, kind: str, latched: bool) -> Any:

@@ -42,7 +42,7 @@ class Lens:
 
 
 def find_lens(folder: Path) -> Lens | None:
-    """The lens that a file in the folder tells; the files with the likeliest names first.
+    """Find the lens that a file in the folder describes; the files with the likeliest names first.
 
     Raises:
         BadInput: for a file named for it that cannot be read.
@@ -64,7 +64,7 @@ def find_lens(folder: Path) -> Lens | None:
 
 
 def matrix_of(fx: float, fy: float, cx: float, cy: float) -> np.ndarray:
-    """(3, 3) of focal lengths and principal point, pixels."""
+    """Return (3, 3) of focal lengths and principal point, pixels."""
     return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
 
@@ -80,9 +80,9 @@ def _lens_of(path: Path) -> Lens | None:
         found = _parsed(text, path.suffix.lower())
     except (ValueError, RecursionError) as error:
         raise BadInput(f"the camera's file {str(path)!r} cannot be read: {error}") from error
-    for told in _mappings(found):
-        if (matrix := _told_matrix(told)) is not None:
-            return Lens(matrix, _told_size(told), _told_scale([told, *_mappings(found)]), path)
+    for values in _mappings(found):
+        if (matrix := _matrix_in(values)) is not None:
+            return Lens(matrix, _size_in(values), _scale_in([values, *_mappings(found)]), path)
     return None
 
 
@@ -103,13 +103,13 @@ def _mappings(found: Any) -> Iterator[Mapping[str, Any]]:
             yield from _mappings(value)
 
 
-def _told_matrix(told: Mapping[str, Any]) -> np.ndarray | None:
+def _matrix_in(values: Mapping[str, Any]) -> np.ndarray | None:
     for x, y in _CENTERS:
-        numbers = [told.get(key) for key in ("fx", "fy", x, y)]
+        numbers = [values.get(key) for key in ("fx", "fy", x, y)]
         if all(_is_number(value) for value in numbers):
             return matrix_of(*map(float, numbers))  # type: ignore[arg-type]
     for key in _MATRICES:
-        value = told.get(key)
+        value = values.get(key)
         flat = value.get("data") if isinstance(value, Mapping) else value
         if isinstance(flat, list) and flat and all(isinstance(row, list) for row in flat):
             flat = [entry for row in flat for entry in row]
@@ -135,18 +135,18 @@ def _matrix(numbers: Sequence[float]) -> np.ndarray | None:
     return matrix if matrix[0, 0] > 0 and matrix[1, 1] > 0 and matrix[2, 2] == 1.0 else None
 
 
-def _told_size(told: Mapping[str, Any]) -> tuple[int, int] | None:
+def _size_in(values: Mapping[str, Any]) -> tuple[int, int] | None:
     for width, height in _SIZES:
-        if _is_number(told.get(width)) and _is_number(told.get(height)):
-            return int(told[width]), int(told[height])
+        if _is_number(values.get(width)) and _is_number(values.get(height)):
+            return int(values[width]), int(values[height])
     return None
 
 
-def _told_scale(places: Sequence[Mapping[str, Any]]) -> float | None:
+def _scale_in(places: Sequence[Mapping[str, Any]]) -> float | None:
     """Metres a unit: some say that, others how many units a metre has, which is more than one."""
-    for told in places:
+    for values in places:
         for key in _METRES_A_UNIT:
-            value = told.get(key)
+            value = values.get(key)
             if _is_number(value) and value > 0:
                 return float(value) if value <= 1 else 1.0 / float(value)
     return None

@@ -63,7 +63,7 @@ class Unpacking:
         self._left_of_files = max(limits.files, limits.file_times * packed)
 
     def is_slow(self) -> bool:
-        """Whether there is, or was, so much to read that it takes its time."""
+        """Return whether there is, or was, so much to read that it takes its time."""
         return max(self._size, self._all - self._left) > SLOW_BAG_BYTES
 
     @contextmanager
@@ -76,7 +76,7 @@ class Unpacking:
             _CURRENT.reset(token)
 
     def piece(self, start: Callable[[], Any], data: bytes) -> bytes:
-        """One packed piece, unpacked.
+        """Return one packed piece, unpacked.
 
         Args:
             start: makes an unpacker, as `bz2.BZ2Decompressor`.

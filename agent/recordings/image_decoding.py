@@ -37,7 +37,7 @@ _QUANTISED = "<iff"  # the header of compressedDepth: a number for the format, t
 
 
 def depth_picture(message: Any) -> np.ndarray:
-    """The depths (H, W) float32 of a raw Image, metres; NaN where nothing was measured.
+    """Return the depths (H, W) float32 of a raw Image, metres; NaN where nothing was measured.
 
     Raises:
         BadInput: where it is no depth picture, or contradicts itself.
@@ -50,7 +50,7 @@ def depth_picture(message: Any) -> np.ndarray:
 
 
 def color_picture(message: Any) -> np.ndarray:
-    """The colours (H, W, 3) uint8 RGB of a raw Image.
+    """Return the colours (H, W, 3) uint8 RGB of a raw Image.
 
     Raises:
         BadInput: where the encoding is not known, or the message contradicts itself.
@@ -68,7 +68,7 @@ def color_picture(message: Any) -> np.ndarray:
 
 
 def compressed_color(message: Any) -> np.ndarray:
-    """The colours (H, W, 3) uint8 RGB of a CompressedImage.
+    """Return the colours (H, W, 3) uint8 RGB of a CompressedImage.
 
     Raises:
         BadInput: where it is no JPEG or PNG picture.
@@ -77,7 +77,7 @@ def compressed_color(message: Any) -> np.ndarray:
 
 
 def compressed_depth(message: Any) -> np.ndarray:
-    """The depths (H, W) float32 of a CompressedImage, metres; NaN where nothing was measured.
+    """Return the depths (H, W) float32 of a CompressedImage, metres; NaN where nothing was measured.
 
     Raises:
         BadInput: where it is no PNG of depths, or one packed otherwise.
@@ -102,12 +102,12 @@ def compressed_depth(message: Any) -> np.ndarray:
 
 
 def is_compressed_depth(topic: str, message_format: str) -> bool:
-    """Whether a CompressedImage holds depths, by its topic and its format."""
+    """Return whether a CompressedImage holds depths, by its topic and its format."""
     return topic.lower().endswith("compresseddepth") or message_format.startswith(("16UC1", "32FC1"))
 
 
 def compressed_size(message: Any) -> tuple[int, int]:
-    """Width and height of a CompressedImage, without unpacking it.
+    """Return width and height of a CompressedImage, without unpacking it.
 
     Raises:
         BadInput: where it is no picture.

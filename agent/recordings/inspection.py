@@ -86,20 +86,20 @@ class BagInfo:
     notes: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """The same as JSON values: seconds."""
-        told = asdict(self)
+        """Return the same as JSON values: seconds."""
+        values = asdict(self)
         return {
             "schema_version": SCHEMA_VERSION,
-            "file": str(told.pop("path")),
-            **told,
-            "topics": list(told["topics"]),
-            "frames": list(told["frames"]),
-            "notes": list(told["notes"]),
+            "file": str(values.pop("path")),
+            **values,
+            "topics": list(values["topics"]),
+            "frames": list(values["frames"]),
+            "notes": list(values["notes"]),
         }
 
 
 def inspect_bag(path: Path, named: Mapping[str, str] | None = None) -> BagInfo:
-    """What the bag at `path` holds; of big topics few messages are read.
+    """Find out what the bag at `path` holds; of big topics few messages are read.
 
     Args:
         path: a bag of any kind.
@@ -174,8 +174,8 @@ def _use(
     return tuple(FrameInfo(child, parent, static) for parent, child, static in frames), there, use, notes
 
 
-def tell_info(info: BagInfo, results: TextIO) -> None:
-    """The same for people."""
+def print_bag_info(info: BagInfo, results: TextIO) -> None:
+    """Print the same for people."""
     print(f"{info.path}: {info.seconds:.1f} s, {sum(topic.count for topic in info.topics)} messages\n", file=results)
     rows = [("topic", "type", "frame", "messages", "a second", "from s", "to s")]
     rows += [
@@ -211,17 +211,17 @@ def _tree(frames: tuple[FrameInfo, ...]) -> list[str]:
     for frame in frames:
         children.setdefault(frame.parent, []).append(frame)
     lines: list[str] = []
-    told: set[FrameInfo] = set()
+    listed: set[FrameInfo] = set()
     below = {frame.name for frame in frames}
     for root in [*sorted(set(children) - below), *sorted(set(children) & below)]:
-        waiting = [(1, frame) for frame in reversed(children[root]) if frame not in told]
+        waiting = [(1, frame) for frame in reversed(children[root]) if frame not in listed]
         if waiting:
             lines.append(root)
         while waiting:
             depth, frame = waiting.pop()
-            if frame in told:
+            if frame in listed:
                 continue
-            told.add(frame)
+            listed.add(frame)
             lines.append(f"{'  ' * min(depth, _DEEPEST)}{frame.name}{'' if frame.static else ' (moving)'}")
             waiting += [(depth + 1, child) for child in reversed(children.get(frame.name, []))]
     return lines

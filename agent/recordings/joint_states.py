@@ -17,7 +17,7 @@ _MODEL = re.compile(r"j2(?P<wrist>[ns])(?P<joints>[67])s[23]00")
 
 
 def joint_streams(bag: Bag, topic: str | None = None) -> list[Stream]:
-    """The streams that may tell how the arm stood, the likeliest first.
+    """Return the streams that may tell how the arm stood, the likeliest first.
 
     Args:
         topic: the only one that is wanted, or `None`.
@@ -37,7 +37,7 @@ def _likelihood(stream: Stream) -> tuple[bool, bool, bool, str]:
 
 
 def arm_state(bag: Bag, streams: Iterable[Stream], moment: int) -> tuple[ArmState | None, Stream | None, list[str]]:
-    """How the arm stood nearest to `moment` (nanoseconds), the stream that tells it, and notes."""
+    """Return how the arm stood nearest to `moment` (nanoseconds), the stream that tells it, and notes."""
     for stream in streams:
 
         def state(message: Message) -> tuple[ArmState, list[str]] | None:
@@ -83,10 +83,10 @@ def _of_angles(message: Any, topic: str) -> tuple[ArmState, list[str]] | None:
     return _state(prefix, topic, joints, ["the fingers' joints are not recorded"])
 
 
-def _state(prefix: str, told: str, joints: dict[str, float], notes: Sequence[str]) -> tuple[ArmState, list[str]]:
-    """The arm with these joints; its model by what `told` names it, and by their number."""
+def _state(prefix: str, model_text: str, joints: dict[str, float], notes: Sequence[str]) -> tuple[ArmState, list[str]]:
+    """The arm with these joints; its model by what `model_text` names, and by their number."""
     count = _arm_joints(joints)
-    named = _MODEL.search(told)
+    named = _MODEL.search(model_text)
     if named and int(named["joints"]) == count:
         return ArmState(f"j2{named['wrist']}{count}s300", joints, prefix), list(notes)
     model = "j2s7s300" if count == 7 else "j2n6s300"

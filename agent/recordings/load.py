@@ -33,7 +33,7 @@ _SAME_TIME = 0.2  # s; colour that is further from the depth is worth a note
 
 
 def read_recording(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
-    """One moment of the session at `path`: a bag of any kind, a cloud, or a folder of pictures.
+    """Read one moment of the session at `path`: a bag of any kind, a cloud, or a folder of pictures.
 
     Raises:
         BadInput: where there is nothing, or nothing that can be used.
@@ -122,7 +122,7 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
 
 
 def used(choice: Choice, joints: Stream | None, with_tf: Bag | None, with_color: bool = True) -> dict[str, str]:
-    """What each topic is used for."""
+    """Return what each topic is used for."""
     roles = {role: getattr(choice, role) for role in ("points", "depth", "depth_info")}
     if with_color:
         roles |= {"color": choice.color, "color_info": choice.color_info}

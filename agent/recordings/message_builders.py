@@ -14,12 +14,13 @@ _MILLIMETRE = 0.001
 
 
 def color_message(writer: BagWriter, color: np.ndarray, seconds: float, frame: str) -> Any:
-    """A picture (H, W, 3) uint8 RGB as sensor_msgs/Image, rgb8."""
+    """Return a picture (H, W, 3) uint8 RGB as sensor_msgs/Image, rgb8."""
     return _image(writer, np.ascontiguousarray(color, dtype=np.uint8), "rgb8", seconds, frame)
 
 
 def depth_message(writer: BagWriter, depth: np.ndarray, seconds: float, frame: str) -> Any:
-    """Depth (H, W), metres, NaN where nothing was measured, as sensor_msgs/Image: 16UC1, mm, 0 where nothing was.
+    """Return depth (H, W), metres, NaN where nothing was measured, as sensor_msgs/Image: 16UC1, mm, 0 where nothing
+    was.
 
     What lies beyond 65.535 m counts as not measured.
     """
@@ -29,7 +30,7 @@ def depth_message(writer: BagWriter, depth: np.ndarray, seconds: float, frame: s
 
 
 def fine_depth_message(writer: BagWriter, depth: np.ndarray, seconds: float, frame: str) -> Any:
-    """Depth (H, W) as `depth_message` has it, but 32FC1: metres, NaN where nothing was measured."""
+    """Return depth (H, W) as `depth_message` has it, but 32FC1: metres, NaN where nothing was measured."""
     return _image(writer, np.ascontiguousarray(depth, dtype="<f4"), "32FC1", seconds, frame)
 
 
@@ -43,7 +44,8 @@ def _image(writer: BagWriter, pixels: np.ndarray, encoding: str, seconds: float,
 
 
 def cloud_message(writer: BagWriter, points: np.ndarray, color: np.ndarray | None, seconds: float, frame: str) -> Any:
-    """Points (H, W, 3), metres, NaN where nothing was measured, as sensor_msgs/PointCloud2: x, y, z, and rgb if known.
+    """Return points (H, W, 3), metres, NaN where nothing was measured, as sensor_msgs/PointCloud2: x, y, z, and rgb if
+    known.
 
     Args:
         color: (H, W, 3) uint8 RGB, or `None`.
@@ -69,7 +71,7 @@ def cloud_message(writer: BagWriter, points: np.ndarray, color: np.ndarray | Non
 def lens_message(
     writer: BagWriter, intrinsics: np.ndarray, size: tuple[int, int], seconds: float, frame: str
 ) -> Any:
-    """A pinhole lens without distortion as sensor_msgs/CameraInfo.
+    """Return a pinhole lens without distortion as sensor_msgs/CameraInfo.
 
     Args:
         intrinsics: (3, 3), pixels; pixel centres lie at whole numbers, as everywhere in ROS.
@@ -108,7 +110,7 @@ def transforms_message(writer: BagWriter, transforms: Mapping[tuple[str, str], n
 
 
 def pose_message(writer: BagWriter, pose: np.ndarray, seconds: float, frame: str) -> Any:
-    """A pose (4, 4) in a frame as geometry_msgs/PoseStamped."""
+    """Return a pose (4, 4) in a frame as geometry_msgs/PoseStamped."""
     here = writer.message(
         "geometry_msgs/msg/Pose",
         position=writer.message("geometry_msgs/msg/Point", **_position(pose)),

@@ -24,18 +24,20 @@ _CLOCKS_APART = 5e9  # ns; a stamp that is further from the time of recording is
 
 
 def frame_name(name: str) -> str:
-    """A frame without the leading slash that it had before tf2."""
+    """Return a frame without the leading slash that it had before tf2."""
     return name.strip().lstrip("/")
 
 
 def stamp(header: Any, recorded: int) -> int:
-    """When something was measured, nanoseconds: its stamp, or the time of recording where that is of another clock."""
+    """Return when something was measured, nanoseconds: its stamp, or the time of recording where that is of another
+    clock."""
     stamped = header.stamp.sec * 10**9 + header.stamp.nanosec
     return stamped if abs(stamped - recorded) < _CLOCKS_APART else recorded
 
 
 def cloud_points(message: Any) -> tuple[np.ndarray, np.ndarray | None]:
-    """Points and colours of a PointCloud2: (H, W, 3) float32 with NaN where there is none, and uint8 RGB or `None`.
+    """Return points and colours of a PointCloud2: (H, W, 3) float32 with NaN where there is none, and uint8 RGB or
+    `None`.
 
     Raises:
         BadInput: where the message contradicts itself, or has no x, y and z.
@@ -62,7 +64,7 @@ def cloud_points(message: Any) -> tuple[np.ndarray, np.ndarray | None]:
         raise BadInput(f"a cloud has no usable field {' and '.join(missing)}; its fields: {named}")
 
     def values(name: str, kind: str | None = None) -> np.ndarray:
-        """A field as (H, W), read where it lies; `kind` reads the same bytes as another type."""
+        """Return a field as (H, W), read where it lies; `kind` reads the same bytes as another type."""
         found, offset = kinds[name]
         dtype = np.dtype({"names": ["it"], "formats": [kind or found], "offsets": [offset], "itemsize": step})
         return np.ndarray((height, width), dtype, np.ascontiguousarray(message.data), 0, (row_step, step))["it"]
@@ -86,7 +88,8 @@ def _cloud_colors(kinds: dict[str, tuple[str, int]], values: Any, order: str) ->
 
 
 def without_nothing(points: np.ndarray) -> np.ndarray:
-    """Points (H, W, 3) with NaN for what measures nothing: infinite, far beyond any table, or the camera itself."""
+    """Return points (H, W, 3) with NaN for what measures nothing: infinite, far beyond any table, or the camera
+    itself."""
     with np.errstate(invalid="ignore", over="ignore"):
         good = (np.abs(points) < FARTHEST).all(axis=-1) & (points != 0).any(axis=-1)
     points[~good] = np.nan
@@ -113,7 +116,7 @@ class Lens:
     note: str = ""
 
     def scaled(self, width: int, height: int) -> Lens:
-        """The same lens for a picture of another size, cut out nowhere.
+        """Return the same lens for a picture of another size, cut out nowhere.
 
         Raises:
             BadInput: where the sides are not in the same proportion.
@@ -130,7 +133,7 @@ class Lens:
         return Lens(matrix, self.distortion, width, height, self.frame, self.note)
 
     def rays(self, width: int, height: int) -> np.ndarray:
-        """(H, W, 2): x / z and y / z of what each pixel shows."""
+        """Return (H, W, 2): x / z and y / z of what each pixel shows."""
         fx, fy, cx, cy = self.matrix[0, 0], self.matrix[1, 1], self.matrix[0, 2], self.matrix[1, 2]
         seen = np.stack(np.meshgrid((np.arange(width) - cx) / fx, (np.arange(height) - cy) / fy), axis=-1)
         if not self.distortion.any():
@@ -143,7 +146,8 @@ class Lens:
             return rays.astype(np.float32)
 
     def pixels(self, points: np.ndarray) -> np.ndarray:
-        """(..., 2): the column and row at which points (..., 3) of the optical frame appear; NaN behind the camera."""
+        """Return (..., 2): the column and row at which points (..., 3) of the optical frame appear; NaN behind the
+        camera."""
         with np.errstate(all="ignore"):
             rays = np.where(points[..., 2:] > 0, points[..., :2] / points[..., 2:], np.nan)
             factor, shift = self._bent(rays)
@@ -160,7 +164,7 @@ class Lens:
 
 
 def lens_of(message: Any, rectified: bool) -> Lens:
-    """The lens that a CameraInfo describes.
+    """Return the lens that a CameraInfo describes.
 
     Args:
         message: of ROS 1 (its matrices have capital letters) or ROS 2.

@@ -11,7 +11,7 @@ from agent.recordings.rgbd_folder import read_rgbd
 
 
 def read_other(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
-    """What a .ply or .pcd file holds, or the first look of a folder of pictures as `agent.recordings.rgbd_folder` has them.
+    """Read a .ply or .pcd file, or the first look of a folder of pictures as `agent.recordings.rgbd_folder` has them.
 
     Nobody tells there where the arm is: only `options.world_from_camera` can.
 

@@ -41,7 +41,7 @@ class _Header:
 
 
 def read_cloud(path: Path) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ...]]:
-    """Points (H, W, 3) float32, metres, colours (H, W, 3) uint8 or `None`, and what was assumed, a sentence each.
+    """Read points (H, W, 3) float32, metres, colours (H, W, 3) uint8 or `None`, and what was assumed, a sentence each.
 
     An organised .pcd keeps its rows and columns, anything else is one row.
 

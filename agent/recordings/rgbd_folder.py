@@ -62,7 +62,7 @@ def read_rgbd(
     intrinsics: Sequence[float] | None = None,
     depth_scale: float | None = None,
 ) -> RgbdPicture:
-    """One look from a folder of pictures.
+    """Read one look from a folder of pictures.
 
     Args:
         folder: of colour and depth pictures, with the camera's file.

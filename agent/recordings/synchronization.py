@@ -39,7 +39,7 @@ class Found(Generic[T]):
 def around(
     bag: Bag, stream: Stream, moment: int, decode: Callable[[Message], T | None], before: int, after: int
 ) -> list[Found[T]]:
-    """What a stream says around `moment` (nanoseconds of the recording), the nearest first.
+    """Return what a stream says around `moment` (nanoseconds of the recording), the nearest first.
 
     Args:
         bag: open.
@@ -107,7 +107,7 @@ def _bytes(messages: Iterable[Message]) -> int:
 
 
 def nearest(bag: Bag, stream: Stream, moment: int, decode: Callable[[Message], T | None]) -> Found[T] | None:
-    """What a stream says nearest to `moment`; `None` where it says nothing of use."""
+    """Return what a stream says nearest to `moment`; `None` where it says nothing of use."""
     try:
         found = around(bag, stream, moment, decode, before=1, after=1)
     except BadInput:
@@ -116,7 +116,7 @@ def nearest(bag: Bag, stream: Stream, moment: int, decode: Callable[[Message], T
 
 
 def fused(looks: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray, int]:
-    """Several measurements of one scene as one with fewer holes and less noise.
+    """Fuse several measurements of one scene into one with fewer holes and less noise.
 
     Args:
         looks: (H, W, 3) points each, the reference first; those in which much has moved are left out.

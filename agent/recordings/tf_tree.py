@@ -83,11 +83,11 @@ class Frames:
         return {name for edge in self.transforms for name in edge}
 
     def parents(self, name: str) -> list[str]:
-        """The parents of a frame, by name; one, unless tf is broken."""
+        """Return the parents of a frame, by name; one, unless tf is broken."""
         return sorted(parent for child, parent in self.transforms if child == name)
 
     def loop(self, name: str) -> list[str]:
-        """The frames of a loop above `name`, the first again at the end; nothing where there is none."""
+        """Return the frames of a loop above `name`, the first again at the end; nothing where there is none."""
         parents_of: dict[str, list[str]] = {}
         for child, parent in self.transforms:
             parents_of.setdefault(child, []).append(parent)
@@ -105,7 +105,8 @@ class Frames:
         return []
 
     def path(self, start: str, goal: str) -> list[str]:
-        """The frames from one to the other by the fewest transforms, both ends included; nothing where tf has a gap."""
+        """Return the frames from one to the other by the fewest transforms, both ends included; nothing where tf has
+        a gap."""
         neighbours: dict[str, set[str]] = {}
         for child, parent in self.transforms:
             neighbours.setdefault(child, set()).add(parent)
@@ -126,12 +127,12 @@ class Frames:
         return path[::-1]
 
     def all_static(self, path: Sequence[str]) -> bool:
-        """Whether nothing on the path can have moved."""
+        """Return whether nothing on the path can have moved."""
         steps = zip(path, path[1:], strict=False)
         return all((self.transforms.get(step) or self.transforms[step[::-1]]).static for step in steps)
 
     def pose(self, path: Sequence[str]) -> np.ndarray:
-        """(4, 4): the frame at the path's end, seen from the frame at its start."""
+        """Return (4, 4): the frame at the path's end, seen from the frame at its start."""
         pose = np.eye(4)
         for at, following in zip(path, path[1:], strict=False):
             up, down = self.transforms.get((at, following)), self.transforms.get((following, at))
@@ -140,17 +141,17 @@ class Frames:
 
 
 def transform_streams(bag: Bag) -> list[Stream]:
-    """The streams that carry tf."""
+    """Return the streams that carry tf."""
     return [stream for stream in bag.streams if stream.type in TRANSFORMS]
 
 
 def is_static(stream: Stream) -> bool:
-    """Whether what the stream tells holds always."""
+    """Return whether what the stream tells holds always."""
     return stream.topic.endswith("tf_static")
 
 
 def read_frames(bag: Bag, moment: int, ways: Iterable[tuple[str, str]] = ()) -> Frames:
-    """The frames at `moment` (nanoseconds), read around it until every one of `ways` is known, as far as tf goes.
+    """Read the frames at `moment` (nanoseconds), around it until every one of `ways` is known, as far as tf goes.
 
     Args:
         ways: pairs of frames that are asked for; a frame "" stands for the arm's base.
@@ -184,7 +185,8 @@ def _take(bag: Bag, frames: Frames, streams: list[Stream], start: int | None, st
 
 
 def base_frame(frames: Frames, prefix: str = "") -> str:
-    """The frame of the arm's base: the maker's `link_base` with the arm's prefix, or what stands in the same place."""
+    """Return the frame of the arm's base: the maker's `link_base` with the arm's prefix, or what stands in the same
+    place."""
     names = sorted(frames.names)
     bases = [name for name in names if name.endswith("link_base")]
     bases.sort(key=lambda name: name != f"{prefix}link_base")
@@ -192,7 +194,7 @@ def base_frame(frames: Frames, prefix: str = "") -> str:
 
 
 def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarray | None, list[str]]:
-    """Where the camera stood, (4, 4) in the frame of the arm's base, and what there is to say about it.
+    """Return where the camera stood, (4, 4) in the frame of the arm's base, and what there is to say about it.
 
     Args:
         frames: at the moment of the picture.

@@ -96,7 +96,7 @@ class Choice:
 
 
 def offers(bag: Bag) -> list[Offer]:
-    """What every stream of a fitting type has to give, by a look at its first messages."""
+    """Return what every stream of a fitting type has to give, by a look at its first messages."""
     found = []
     for stream in bag.streams:
         if stream.count and stream.type in (CLOUD, IMAGE, COMPRESSED, INFO):
@@ -140,7 +140,7 @@ def _described(stream: Stream, message: Any) -> Offer:
 
 
 def choose(bag: Bag, named: Mapping[str, str]) -> Choice:
-    """What the camera's picture is made of.
+    """Choose what the camera's picture is made of.
 
     Args:
         bag: open.

@@ -89,7 +89,7 @@ class TrajectoryLog:
         self._steps = 0
 
     def begin(self, doing: str, arm: JacoArm) -> None:
-        """A motion begins; one of the same name goes on."""
+        """Begin a motion; one of the same name continues."""
         now = self._sample(arm)
         if self._begun:
             self._begun[-1][1].append(now)
@@ -97,7 +97,7 @@ class TrajectoryLog:
             self._begun.append((doing, [now]))
 
     def step(self, arm: JacoArm) -> None:
-        """A step of physics is done."""
+        """Take note that a step of physics is done."""
         self._steps += 1
         if self._begun and self._steps % EVERY == 0:
             self._begun[-1][1].append(self._sample(arm))
@@ -107,7 +107,7 @@ class TrajectoryLog:
         return _Sample(self._steps, arm.set_point + arm.wound, arm.finger_set_point.copy(), moved)
 
     def motions(self, model: ArmModel) -> list[Motion]:
-        """Everything so far in which time passes, in order, no faster than the model's limits.
+        """Return everything so far in which time passes, in order, no faster than the model's limits.
 
         What the simulation was told at once, as to open the hand, takes the time here that a real arm needs.
         """
@@ -143,7 +143,7 @@ def check_export(path: Path) -> None:
         )
     if os.path.lexists(path) and not _is_trajectory(path):
         raise UsageError(f"a trajectory must be a new file, or replace another one, and {str(path)!r} is none")
-    with _told(path):
+    with _writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.parent):
             pass
@@ -153,10 +153,10 @@ def _is_trajectory(path: Path) -> bool:
     """Whether a file holds what `write_trajectory` writes, and nothing that somebody recorded."""
     if path.suffix.lower() == ".json":
         try:
-            told = json.loads(path.read_text(encoding="utf-8"))
+            content = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return False
-        return isinstance(told, dict) and {"schema_version", "joints", "segments"} <= set(told)
+        return isinstance(content, dict) and {"schema_version", "joints", "segments"} <= set(content)
     from agent.recordings.bag_reader import open_bag
 
     try:
@@ -164,12 +164,12 @@ def _is_trajectory(path: Path) -> bool:
             topics = [stream.topic for stream in bag.streams]
     except BadInput:
         return False
-    told = [topic.endswith((_ARM, _HAND)) for topic in topics]
-    return any(told) and all(known or topic.endswith(_MOVED) for known, topic in zip(told, topics, strict=True))
+    commanded = [topic.endswith((_ARM, _HAND)) for topic in topics]
+    return any(commanded) and all(known or topic.endswith(_MOVED) for known, topic in zip(commanded, topics, strict=True))
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _writing(path: Path) -> Iterator[None]:
     """Tells in one sentence what cannot be written where."""
     try:
         yield
@@ -194,7 +194,7 @@ def write_trajectory(log: TrajectoryLog, path: Path, prefix: str, model: ArmMode
     if not motions:
         return False
     if path.suffix.lower() == ".json":
-        with _told(path):
+        with _writing(path):
             path.write_text(json.dumps(_document(motions, prefix, model)) + "\n", encoding="utf-8")
         return True
     from agent.recordings.bag_writer import BagWriter

@@ -18,7 +18,7 @@ _ON_TOP = 0x02  # a frame replaces what was there, and is not blended with it
 
 
 def animation(frames: np.ndarray, durations: Sequence[int], quality: int) -> bytes:
-    """Pictures (T, H, W, 3) uint8 as the bytes of an animated WebP file that plays again and again.
+    """Encode pictures (T, H, W, 3) uint8 as an animated WebP file that plays again and again.
 
     Args:
         frames: the pictures.
@@ -38,7 +38,7 @@ def animation(frames: np.ndarray, durations: Sequence[int], quality: int) -> byt
 
 
 def still_frames(content: bytes) -> list[bytes] | None:
-    """The frames of an animated WebP file, each as a WebP file of its own.
+    """Extract the frames of an animated WebP file, each as a WebP file of its own.
 
     Returns:
         `None` where they are not whole pictures, as in films by other programs.

@@ -10,6 +10,7 @@ import numpy as np
 from PIL import Image
 
 from agent import events
+from agent.event_base import Event
 from agent.rendering.animation import animation
 from agent.rendering.scene_images import from_above, goal_overlay, imagined
 
@@ -35,8 +36,8 @@ class Picture:
     content: bytes
 
 
-def pictures_of(event: events.Event) -> Iterator[Picture]:
-    """The pictures that belong to an event, from the clouds and images that only a live event has."""
+def pictures_of(event: Event) -> Iterator[Picture]:
+    """Draw the pictures that belong to an event, from the clouds and images that only a live event has."""
     match event:
         case events.Perceived():
             if event.scene.color is not None:
@@ -59,13 +60,13 @@ def pictures_of(event: events.Event) -> Iterator[Picture]:
 
 
 def webp_of(image: np.ndarray) -> bytes:
-    """A picture (H, W, 3) uint8 as the bytes of a WebP file."""
+    """Encode a picture (H, W, 3) uint8 as a WebP file."""
     buffer = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(image[..., :3])).save(buffer, format="WEBP", quality=_QUALITY)
     return buffer.getvalue()
 
 
 def film_of(frames: np.ndarray) -> bytes:
-    """Pictures (T, H, W, 3) uint8 as the bytes of an animated WebP file that plays again and again."""
+    """Encode pictures (T, H, W, 3) uint8 as an animated WebP file that plays again and again."""
     durations = [round(1000 / FILM_SPEED)] * (len(frames) - 1) + [_LAST_PICTURE]
     return animation(frames, durations, _FILM_QUALITY)

@@ -44,34 +44,34 @@ class Marker:
     below: str = ""
 
 
-def markers_of_scene(told: Mapping[str, Any]) -> list[Marker]:
-    """The objects where they were seen, the lowest first, as they are drawn one over the other.
+def markers_of_scene(scene: Mapping[str, Any]) -> list[Marker]:
+    """Return the objects where they were seen, the lowest first, as they are drawn one over the other.
 
     Args:
-        told: the JSON form of `Perceived`.
+        scene: the JSON form of `Perceived`.
     """
-    positions = [seen["position"] for seen in told["objects"] if seen["takes_part"]]
-    return markers_of_candidate(told, positions, ())
+    positions = [seen["position"] for seen in scene["objects"] if seen["takes_part"]]
+    return markers_of_candidate(scene, positions, ())
 
 
 def markers_of_candidate(
-    told: Mapping[str, Any], positions: Sequence[Sequence[float]], turns: Sequence[float]
+    scene: Mapping[str, Any], positions: Sequence[Sequence[float]], turns: Sequence[float]
 ) -> list[Marker]:
-    """The objects where an arrangement puts them, the lowest first; those that take no part stay.
+    """Return the objects where an arrangement puts them, the lowest first; those that take no part stay.
 
     Args:
-        told: the JSON form of `Perceived`.
+        scene: the JSON form of `Perceived`.
         positions: (N, 3) where the cloud's mean of each object that takes part goes, world frame.
         turns: (N,) how far each turns about z, or empty.
 
     Raises:
         ValueError: when there are more or fewer positions, or turns, than objects that take part.
     """
-    part = [seen for seen in told["objects"] if seen["takes_part"]]
-    stay = [seen for seen in told["objects"] if not seen["takes_part"]]
+    part = [seen for seen in scene["objects"] if seen["takes_part"]]
+    stay = [seen for seen in scene["objects"] if not seen["takes_part"]]
     angles = turns if len(turns) else [0.0] * len(part)
-    on_another = _on_another(told["objects"])
-    number_of = _numbers(told["objects"])
+    on_another = _on_another(scene["objects"])
+    number_of = _numbers(scene["objects"])
     placed = []
     for index, (seen, goal, turn) in enumerate(zip(part, positions, angles, strict=True)):
         color = color_of(index, seen.get("color"))
@@ -125,7 +125,7 @@ def _inside(outline: np.ndarray, point: np.ndarray) -> bool:
 
 
 def stacks(markers: Sequence[Marker]) -> list[list[Marker]]:
-    """What stands on each other: each stack from its bottom upward; one object alone is none."""
+    """Return what stands on each other: each stack from its bottom upward; one object alone is none."""
     root: dict[str, str] = {}
     for marker in markers:  # the lowest first
         root[marker.label] = root.get(marker.below) or marker.label
@@ -134,7 +134,7 @@ def stacks(markers: Sequence[Marker]) -> list[list[Marker]]:
 
 
 def stack_sentence(stack: Sequence[Marker]) -> str:
-    """A stack in words, the top first: "3 on 2 on 1"; where several stand on one, "2 on 1, 3 on 1"."""
+    """Return a stack in words, the top first: "3 on 2 on 1"; where several stand on one, "2 on 1, 3 on 1"."""
     if all(upper.below == lower.label for lower, upper in zip(stack, stack[1:], strict=False)):
         return " on ".join(marker.letter for marker in reversed(stack))
     letter_of = {marker.label: marker.letter for marker in stack}

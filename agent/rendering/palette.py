@@ -23,12 +23,13 @@ _BRIGHT = 140  # from this luma on, black is read better than white
 
 
 def color_of(index: int, own: Sequence[int] | None = None) -> RGB:
-    """The colour in which object `index` is drawn: its own mean colour, or one of the palette where that is unknown."""
+    """Return the colour in which object `index` is drawn: its own mean colour, or one of the palette where that is
+    unknown."""
     return COLORS[index % len(COLORS)] if own is None else (int(own[0]), int(own[1]), int(own[2]))
 
 
 def mean_color(colors: np.ndarray | None) -> RGB | None:
-    """The mean colour of points (P, 3), 0 to 255; `None` where they have none."""
+    """Return the mean colour of points (P, 3), 0 to 255; `None` where they have none."""
     if colors is None or not len(colors):
         return None
     red, green, blue = np.asarray(colors)[:, :3].mean(axis=0).round().astype(int).tolist()
@@ -36,22 +37,22 @@ def mean_color(colors: np.ndarray | None) -> RGB | None:
 
 
 def luma(color: Sequence[float]) -> float:
-    """How bright a colour looks, 0 to 255."""
+    """Return how bright a colour looks, 0 to 255."""
     return 0.299 * color[0] + 0.587 * color[1] + 0.114 * color[2]
 
 
 def ink_on(color: Sequence[float]) -> RGB:
-    """Black or white, whichever is read better on the colour."""
+    """Return black or white, whichever is read better on the colour."""
     return DARK if luma(color) > _BRIGHT else LIGHT
 
 
 def rim_of(color: Sequence[float]) -> RGB:
-    """The colour of an outline that contrasts with the colour itself: dark, or light around what is dark."""
+    """Return the colour of an outline that contrasts with the colour itself: dark, or light around what is dark."""
     return OUTLINE if luma(color) > 110 else _LIGHT_RIM
 
 
 def alike(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Whether two colours beside each other are hard to tell apart, so that a line has to part them."""
+    """Return whether two colours beside each other are hard to tell apart, so that a line has to part them."""
     brighter, darker = sorted((_luminance(one), _luminance(other)), reverse=True)
     near = max(abs(a - b) for a, b in zip(one, other, strict=True)) < 60
     return near and (brighter + 0.05) / (darker + 0.05) < _LOW_CONTRAST

@@ -44,7 +44,7 @@ class _Sheet:
         self._plates: list[tuple[float, float, float, float]] = []
 
     def outline(self, points: np.ndarray) -> list[tuple[float, float]]:
-        """The closed outline, in pixels, of points; empty when they span no area."""
+        """Return the closed outline, in pixels, of points; empty when they span no area."""
         flat = self.pixels(points)
         try:
             ring = flat[ConvexHull(flat).vertices]
@@ -53,7 +53,7 @@ class _Sheet:
         return [tuple(point) for point in (*ring, ring[0])]
 
     def cloud(self, points: np.ndarray, colors: np.ndarray | None, own: RGB, fill: int) -> None:
-        """The points themselves inside their outline, which is filled with the object's own colour.
+        """Draw the points themselves inside their outline, which is filled with the object's own colour.
 
         Args:
             points: (P, 3) world frame.
@@ -74,14 +74,14 @@ class _Sheet:
             self.pen.line(outline, fill=own, width=4, joint="curve")
 
     def start(self, points: np.ndarray, own: RGB) -> None:
-        """Where an object is before it goes to its goal: faded, without its points."""
+        """Draw where an object is before it goes to its goal: faded, without its points."""
         outline = self.outline(points)
         if outline:
             self.pen.polygon(outline, fill=(*own, _START))
             self.pen.line(outline, fill=(*OUTLINE, 2 * _START), width=3, joint="curve")
 
     def dashes(self, points: np.ndarray, color: RGB) -> None:
-        """A dashed outline; the dashes go on around its corners."""
+        """Draw a dashed outline; the dashes continue around its corners."""
         outline = np.array(self.outline(points))
         passed = 0.0
         for one, other in zip(outline, outline[1:], strict=False):
@@ -94,7 +94,7 @@ class _Sheet:
             passed += length
 
     def arrow(self, start: np.ndarray, goal: np.ndarray, own: RGB) -> None:
-        """An arrow from where an object starts to the outline of where it goes; nothing where these overlap.
+        """Draw an arrow from where an object starts to the outline of where it goes; nothing where these overlap.
 
         Args:
             start, goal: (P, 3) its points there, world frame.
@@ -119,7 +119,7 @@ class _Sheet:
         self.pen.polygon(head, fill=own)
 
     def label(self, text: str, points: np.ndarray, color: RGB | None) -> None:
-        """A name on a plate below what it names, and below the plates that are there already.
+        """Draw a name on a plate below what it names, and below the plates that are there already.
 
         Args:
             text: the name.
@@ -149,7 +149,7 @@ class _Sheet:
         return left - 7, top - 5, right + 7, bottom + 5
 
     def finish(self) -> np.ndarray:
-        """The picture (H, W, 3) uint8."""
+        """Return the picture (H, W, 3) uint8."""
         return np.asarray(self.image.resize((self.image.width // 2, self.image.height // 2), Image.LANCZOS))
 
 
@@ -190,7 +190,8 @@ def _entry(outside: np.ndarray, inside: np.ndarray, outline: list[tuple[float, f
 
 
 def own_color(cloud: ObjectCloud, index: int) -> RGB:
-    """The colour in which an object is drawn: the mean of its cloud's, or one of the palette where it has none."""
+    """Return the colour in which an object is drawn: the mean of its cloud's, or one of the palette where it has
+    none."""
     return color_of(index, mean_color(cloud.colors))
 
 
@@ -205,7 +206,7 @@ def _quiet(sheet: _Sheet, clouds: tuple[ObjectCloud, ...]) -> None:
 
 
 def from_above(scene: Scene) -> np.ndarray:
-    """What the camera saw, from above: (H, W, 3) uint8."""
+    """Draw what the camera saw, from above: (H, W, 3) uint8."""
     sheet = _table_sheet(scene.table)
     _quiet(sheet, scene.distractors)
     for index, cloud in enumerate(scene.objects):
@@ -216,7 +217,7 @@ def from_above(scene: Scene) -> np.ndarray:
 
 
 def imagined(scene: Scene, arrangement: Arrangement) -> np.ndarray:
-    """The goal from above: (H, W, 3) uint8; every cloud moved there, in front of where it starts from, and an arrow."""
+    """Draw the goal from above, (H, W, 3) uint8: every cloud moved there, in front of where it starts, and an arrow."""
     sheet = _table_sheet(scene.table)
     _quiet(sheet, scene.distractors)
     moved = _moved(scene, arrangement)
@@ -229,7 +230,7 @@ def imagined(scene: Scene, arrangement: Arrangement) -> np.ndarray:
 
 
 def goal_overlay(scene: Scene, arrangement: Arrangement) -> np.ndarray:
-    """The goal over the camera's picture, which is dimmed: (H, W, 3) uint8.
+    """Draw the goal over the camera's picture, which is dimmed: (H, W, 3) uint8.
 
     Args:
         scene: with its picture, and the camera's pose and intrinsics.

@@ -11,7 +11,7 @@ from agent.rendering.terminal_canvas import EDGE, LEAST_COLUMNS, chip, cut, styl
 
 
 def side_view(markers: Sequence[Marker], table: Sequence[float], columns: int, colors: int) -> list[Text]:
-    """What stands on each other, from the robot's side: a line per level, and the table's edge below.
+    """Draw stacks from the robot's side: a line per level, and the table's edge below.
 
     Every stack stands below its place in the picture from above of the same width.
 

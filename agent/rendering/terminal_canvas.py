@@ -32,14 +32,15 @@ _GAP = 2  # columns between pictures side by side
 
 
 def colors_of(console: Console) -> int:
-    """How many colours the console has for a picture: 2 ** 24, 256 or 16; 0 without colour, or without half blocks."""
+    """Return how many colours the console has for a picture: 2 ** 24, 256 or 16; 0 without colour, or without half
+    blocks."""
     if console.no_color or not console.encoding.lower().startswith("utf"):
         return 0
     return {None: 0, "truecolor": 2**24, "256": 256}.get(console.color_system, 16)
 
 
 def picture(markers: Sequence[Marker], table: Sequence[float], columns: int, colors: int) -> list[Text]:
-    """The table and what is on it, from above.
+    """Draw the table and what is on it, from above.
 
     Every object has its own colour; what takes no part is hatched, and has a small letter. An object's letter stands
     in its middle; what lies underneath has its letter below that of what is on it. The letter of an object that is off
@@ -212,7 +213,7 @@ def _edge(row: int, column: int, rows: int, width: int) -> str:
 
 
 def style(colors: int, front: RGB, back: RGB | None = None, bold: bool = False) -> Style:
-    """The style of a character: its colour, the one behind it, and its weight."""
+    """Return the style of a character: its colour, the one behind it, and its weight."""
     return Style(color=_color(colors, front), bgcolor=None if back is None else _color(colors, back), bold=bold)
 
 
@@ -233,7 +234,7 @@ def _of_sixteen(rgb: RGB) -> int:
 
 
 def chip(color: RGB, colors: int) -> Style:
-    """A letter on its object's colour."""
+    """Draw a letter on its object's colour."""
     ink = ink_on(color)
     if colors <= 16:
         bright = _of_sixteen(color) in _BRIGHT_OF_SIXTEEN
@@ -242,7 +243,7 @@ def chip(color: RGB, colors: int) -> Style:
 
 
 def side_by_side(pictures: Sequence[list[Text]], captions: Sequence[Sequence[str | Text]], width: int) -> list[Text]:
-    """Pictures next to each other, as many as fit, with the lines of their captions below, cut to the picture's width.
+    """Put pictures next to each other, as many as fit, with their captions below, cut to the picture's width.
 
     Args:
         pictures: as `picture` draws them.
@@ -274,14 +275,14 @@ def side_by_side(pictures: Sequence[list[Text]], captions: Sequence[Sequence[str
 
 
 def cut(line: str | Text, columns: int) -> Text:
-    """A line that is at most so long."""
+    """Cut a line where it is longer than that."""
     text = line.copy() if isinstance(line, Text) else Text(line)
     text.truncate(columns, overflow="ellipsis")
     return text
 
 
 def legend(markers: Sequence[Marker], width: int, colors: int) -> list[Text]:
-    """Which letter is which object, in the letters' order, in lines of at most `width` columns."""
+    """List which letter is which object, in the letters' order, in lines of at most `width` columns."""
     lines = [Text(no_wrap=True)]
     for marker in sorted(markers, key=lambda marker: marker.letter):
         entry = Text()

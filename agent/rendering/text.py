@@ -8,24 +8,24 @@ from typing import Any
 
 
 def number(value: float | None, digits: int = 1) -> str:
-    """A number for people; a dash where there is none."""
+    """Format a number for people; a dash where there is none."""
     if value is None or not math.isfinite(value):
         return "-"
     return f"{value:.{digits}f}"
 
 
 def duration(seconds: float | None) -> str:
-    """Seconds for people, such as "0.4 s"."""
+    """Format seconds for people, such as "0.4 s"."""
     return f"{number(seconds, 1)} s"
 
 
 def slot_label(slot: str) -> str:
-    """A slot's name without underscores."""
+    """Return a slot's name without underscores."""
     return slot.replace("_", " ")
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int | None = None) -> str:
-    """A table as lines of text: the first `left` columns (all, if `None`) flush left, the others flush right."""
+    """Format a table as lines of text: the first `left` columns (all, if `None`) flush left, the others flush right."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     flush_left = len(widths) if left is None else left
     return "\n".join(
@@ -38,7 +38,7 @@ def aligned(rows: Sequence[Sequence[str]], left: int | None = None) -> str:
 
 
 def place(position: Any) -> str:
-    """A position in the world frame (metres) in words: "52 cm ahead, 10 cm to the left"."""
+    """Describe a position in the world frame (metres): "52 cm ahead, 10 cm to the left"."""
     x, y = round(100 * position[0]), round(100 * position[1])
     side = "straight ahead" if y == 0 else f"{abs(y)} cm to the {'left' if y > 0 else 'right'}"
     return f"{x} cm ahead, {side}" if y else f"{x} cm {side}"

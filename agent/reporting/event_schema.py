@@ -18,61 +18,62 @@ import numpy as np
 from agent import events
 from agent.arm import events as arm_events
 from agent.arm.events import ArmEvent
+from agent.event_base import in_payload, kind_of
 
 _LARGEST = 1e9  # of any length, angle or time; more is no measurement
 _MAY_BE_NULL = (".measured", ".scores.")  # numbers that may be none: nothing could be measured
 
 
 @cache
-def kinds() -> dict[str, type]:
-    """Every event that is told: its kind, and its class."""
-    told = [
+def event_classes() -> dict[str, type]:
+    """Return every event by its kind."""
+    classes = [
         one
         for module in (events, arm_events)
         for one in vars(module).values()
         if is_dataclass(one) and isinstance(one, type) and hasattr(one, "to_dict") and one is not ArmEvent
     ]
-    return {events.kind_of(object.__new__(one)): one for one in told}  # a kind follows from the class alone
+    return {kind_of(object.__new__(one)): one for one in classes}  # a kind follows from the class alone
 
 
-def complaint(told: object) -> str | None:
-    """What is wrong with a told event, in words that go on from "line 3: "; `None` where nothing is."""
-    if not isinstance(told, Mapping) or not isinstance(told.get("kind"), str):
+def complaint(payload: object) -> str | None:
+    """Say what is wrong with an event's payload, in words that continue "line 3: "; `None` where nothing is."""
+    if not isinstance(payload, Mapping) or not isinstance(payload.get("kind"), str):
         return 'an event must be an object with a "kind"'
-    event = kinds().get(told["kind"])
+    event = event_classes().get(payload["kind"])
     if event is None:
-        return f"{told['kind']!r} is no event; there are {', '.join(sorted(kinds()))}"
-    return _misfit(told, event, told["kind"])
+        return f"{payload['kind']!r} is no event; there are {', '.join(sorted(event_classes()))}"
+    return _misfit(payload, event, payload["kind"])
 
 
-def inconsistency(told: Mapping[str, Any], part: int) -> str | None:
-    """What in a told event, in which `complaint` finds nothing, does not go with what was seen before it.
+def inconsistency(payload: Mapping[str, Any], part: int) -> str | None:
+    """Say what in a payload, in which `complaint` finds nothing, does not match what was seen before it.
 
     Args:
-        told: the event.
+        payload: the event.
         part: how many of the objects that were seen last take part.
     """
-    match told["kind"]:
+    match payload["kind"]:
         case "tried":
             for key in ("positions", "turns"):
-                if len(told[key]) != part:
+                if len(payload[key]) != part:
                     return f"tried.{key} must have {part} entries, one for each object"
         case "imagined":
-            for number, candidate in enumerate(told["candidates"]):
+            for number, candidate in enumerate(payload["candidates"]):
                 for key in ("positions", "turns"):
                     if len(candidate[key]) != part and (key == "positions" or candidate[key]):  # turns may be untold
                         return f"imagined.candidates[{number}].{key} must have {part} entries, one for each object"
         case "chosen":
-            for number, goal in enumerate(told["goals"]):
+            for number, goal in enumerate(payload["goals"]):
                 where = f"chosen.goals[{number}]"
                 position = _misfit(goal.get("position"), tuple[float, float, float], f"{where}.position")
                 problem = _misfit(goal.get("name"), str, f"{where}.name") or position
                 if problem:
                     return problem
         case "planned":
-            if len(told["order"]) != len(told["grasps"]):
+            if len(payload["order"]) != len(payload["grasps"]):
                 return "planned.grasps must have as many entries as planned.order"
-            if not all(0 <= index < part for index in told["order"]):
+            if not all(0 <= index < part for index in payload["order"]):
                 return f"planned.order must have numbers from 0 that are less than {part}, the number of objects"
     return None
 
@@ -88,7 +89,7 @@ def _misfit(value: Any, hint: Any, where: str) -> str | None:
         if not isinstance(value, Mapping):
             return f"{where} must be an object"
         for entry in fields(hint):
-            if not entry.metadata.get("told", True):
+            if not in_payload(entry.metadata):
                 continue
             inside = f"{where}.{entry.name}"
             if entry.name in value:

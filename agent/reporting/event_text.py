@@ -10,7 +10,7 @@ from agent.rendering.text import duration, number, place, slot_label
 
 
 def seen_row(one: Mapping[str, Any]) -> tuple[str, str, str]:
-    """What is said of an object that was seen: what it is called, where it is, and whether it stays there.
+    """Describe an object that was seen: its name, where it is, and whether it stays there.
 
     Args:
         one: a `SeenObject` in its JSON form.
@@ -19,52 +19,52 @@ def seen_row(one: Mapping[str, Any]) -> tuple[str, str, str]:
 
 
 def described(one: Mapping[str, Any]) -> str:
-    """The name of an object that was seen, with its description or its colour: "object 3, red, tall", "cup 2, green"."""
-    called, color = one.get("called") or "", one.get("color_name") or ""
-    if called.startswith(f"{one['name']},"):
-        return called
+    """Return the name of an object that was seen, with its description or its colour: "object 3, red, tall"."""
+    display_name, color = one.get("display_name") or "", one.get("color_name") or ""
+    if display_name.startswith(f"{one['name']},"):
+        return display_name
     return f"{one['name']}, {color}" if color and color not in one["name"].split() else one["name"]
 
 
-def arm_sentence(told: Mapping[str, Any], names: Sequence[str]) -> str:
-    """One sentence for an event of the arm.
+def arm_sentence(payload: Mapping[str, Any], names: Sequence[str]) -> str:
+    """Describe an event of the arm in one sentence.
 
     Args:
-        told: the event's JSON form.
+        payload: the event's JSON form.
         names: of the objects that take part, in the order of the scene.
     """
-    match told["kind"]:
+    match payload["kind"]:
         case "planned":
             order = ", then ".join(
                 f"{names[index]} ({grasp})"
-                for index, grasp in zip(told["order"], told["grasps"], strict=True)
+                for index, grasp in zip(payload["order"], payload["grasps"], strict=True)
             )
-            return f"planned candidate {told['arrangement'] + 1} in {duration(told['seconds'])}: {order}"
+            return f"planned candidate {payload['arrangement'] + 1} in {duration(payload['seconds'])}: {order}"
         case "plan_failed":
-            about = f" for {told['name']}" if told["object"] is not None else ""
-            return f"no plan for candidate {told['arrangement'] + 1}{about}: {told['reason']}"
+            about = f" for {payload['name']}" if payload["object"] is not None else ""
+            return f"no plan for candidate {payload['arrangement'] + 1}{about}: {payload['reason']}"
         case "picked":
-            again = f", attempt {told['attempt']}" if told["attempt"] > 1 else ""
-            touched = f"picked {told['name']} (grasp: {told['grasp']}{again}): {told['fingers']} fingers touch it"
-            slip = _slip(told["slip_m"], told["slip_rad"])
+            again = f", attempt {payload['attempt']}" if payload["attempt"] > 1 else ""
+            touched = f"picked {payload['name']} (grasp: {payload['grasp']}{again}): {payload['fingers']} fingers touch it"
+            slip = _slip(payload["slip_m"], payload["slip_rad"])
             return f"{touched}, it moved by {slip} while they closed" if slip else touched
         case "pick_failed":
-            attempt = f"grasp: {told['grasp']}, attempt {told['attempt']}"
-            return f"could not pick {told['name']} ({attempt}): {told['reason']}"
-        case "placed" if told["aside"]:
-            return f"moved {told['name']} out of the way, {duration(told['seconds'])}"
+            attempt = f"grasp: {payload['grasp']}, attempt {payload['attempt']}"
+            return f"could not pick {payload['name']} ({attempt}): {payload['reason']}"
+        case "placed" if payload["aside"]:
+            return f"moved {payload['name']} out of the way, {duration(payload['seconds'])}"
         case "placed":
             return (
-                f"placed {told['name']}: {number(100 * told['position_error_m'])} cm and "
-                f"{number(math.degrees(told['angle_error_rad']))} deg from its goal, {duration(told['seconds'])}"
+                f"placed {payload['name']}: {number(100 * payload['position_error_m'])} cm and "
+                f"{number(math.degrees(payload['angle_error_rad']))} deg from its goal, {duration(payload['seconds'])}"
             )
         case "place_failed":
-            return f"could not place {told['name']}: {told['reason']}"
+            return f"could not place {payload['name']}: {payload['reason']}"
         case "stopped":
-            held, hand = f"the {told['name']}", "with nothing in the hand"
-            if told["object"] is not None:
-                hand = f"and set {held} down" if told["set_down"] else f"with {held} in the hand"
-            return f"stopped {hand}; the arm {'has folded' if told['folded'] else 'stays where it is'}"
+            held, hand = f"the {payload['name']}", "with nothing in the hand"
+            if payload["object"] is not None:
+                hand = f"and set {held} down" if payload["set_down"] else f"with {held} in the hand"
+            return f"stopped {hand}; the arm {'has folded' if payload['folded'] else 'stays where it is'}"
         case kind:
             return kind.replace("_", " ")
 
@@ -76,50 +76,54 @@ def _slip(metres: float, radians: float) -> str:
     return ", ".join(parts)
 
 
-def verdict_title(told: Mapping[str, Any]) -> str:
-    """What an event "checked" in its JSON form is about."""
-    return f"Checked on {told.get('on', 'the true objects')}" if told["how"] == "arm" else "Tried without the arm"
+def verdict_title(payload: Mapping[str, Any]) -> str:
+    """Return the title of an event "checked" in its JSON form."""
+    return f"Checked on {payload.get('on', 'the true objects')}" if payload["how"] == "arm" else "Tried without the arm"
 
 
 TRIED = "tried without the arm; the table is unchanged"
 
 
-def verdict_sentence(told: Mapping[str, Any]) -> str:
-    """How an event "checked" in its JSON form ended."""
-    if not told["success"]:
-        return f"{told['failure_class']}: {told['detail']}"
-    return "It stands as it was asked for." if told["how"] == "arm" else f"It holds as it was asked for, {TRIED}."
+def verdict_sentence(payload: Mapping[str, Any]) -> str:
+    """Say how an event "checked" in its JSON form ended."""
+    if not payload["success"]:
+        return f"{payload['failure_class']}: {payload['detail']}"
+    return "It stands as it was asked for." if payload["how"] == "arm" else f"It holds as it was asked for, {TRIED}."
 
 
-def parse_notes(told: Mapping[str, Any]) -> list[str]:
-    """What there is to say of a reading (an event "parsed" in its JSON form) besides the slots, a sentence each."""
+def check_sentence(check: Mapping[str, Any]) -> str:
+    """Say what a check of the verdict measured and what is allowed: "farthest from its goal (m): 0.012 (at most 0.04)"."""
+    return f"{check['name']}: {number(check['measured'], 3)} ({check['limit']})"
+
+
+def parse_notes(payload: Mapping[str, Any]) -> list[str]:
+    """List what there is to say of an event "parsed" in its JSON form besides the slots, a sentence each."""
     notes = []
-    if told["viewpoint"] != "robot":
-        notes.append(f"spoken from the {told['viewpoint']} side of the table, turned to the robot's")
-    if told["fallback"]:
-        notes.append(told["fallback"])
-    for slot, value in told["dropped"].items():
+    if payload["viewpoint"] != "robot":
+        notes.append(f"spoken from the {payload['viewpoint']} side of the table, turned to the robot's")
+    if payload["fallback"]:
+        notes.append(payload["fallback"])
+    for slot, value in payload["dropped"].items():
         notes.append(f"left out, because it does not go with the rest: {slot_label(slot)} {value}")
-    notes.append(f"with the objects named: {', '.join(told['named'])}" if told["named"] else "with every object there")
+    notes.append(f"with the objects named: {', '.join(payload['named'])}" if payload["named"] else "with every object there")
     return notes
 
 
-def remark_sentence(told: Mapping[str, Any]) -> str:
-    """One sentence for what is said between the steps: an event "asked", "answered", "noted", "commanded" or
-    "restored"."""
-    match told["kind"]:
+def remark_sentence(payload: Mapping[str, Any]) -> str:
+    """Describe an event "asked", "answered", "noted", "commanded" or "restored" in one sentence."""
+    match payload["kind"]:
         case "asked":
-            options = ", ".join(f"{number}) {option}" for number, option in enumerate(told["options"], start=1))
-            return f"{told['question']} {options}".rstrip()
+            options = ", ".join(f"{number}) {option}" for number, option in enumerate(payload["options"], start=1))
+            return f"{payload['question']} {options}".rstrip()
         case "answered":
-            return told["answer"]
+            return payload["answer"]
         case "commanded":
-            return f"> {told['line']}"
+            return f"> {payload['line']}"
         case "restored":
-            back = ", ".join(told["moved"])
-            return f"{told['how']}: " + (f"put back {back}" if back else "nothing had to be put back")
+            back = ", ".join(payload["moved"])
+            return f"{payload['how']}: " + (f"put back {back}" if back else "nothing had to be put back")
         case _:
-            return told["message"]
+            return payload["message"]
 
 
 # What a low factor of a candidate's score says, after `structdiffusion.postprocessing.ranking` and `structdiffusion.planners.diffusion`.
@@ -135,7 +139,7 @@ _AS_GOOD, _ALMOST_AS_GOOD = 0.995, 0.95  # of the best's score
 
 
 def shortcoming(scores: Mapping[str, float | None], best: Mapping[str, float | None]) -> str:
-    """Why a candidate ranks below the best: the factor of its score that costs it most, in words and numbers.
+    """Say why a candidate ranks below the best: the factor of its score that costs it most, in words and numbers.
 
     Args:
         scores: of the candidate: "total" is the product of the others.

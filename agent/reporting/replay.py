@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from agent.errors import NotWritten, UsageError
+from agent.event_base import Listener, RecordedEvent
 from agent.reporting.html.document import session_page
 from agent.reporting.run_report import RunRecord
-from agent.reporting.session_log import Session, read_session
+from agent.reporting.session_reader import Session, read_session
 from agent.runtime.atomic_files import write_whole
 
 
 def records_of(session: Session) -> list[RunRecord]:
-    """One record for each turn; what was told before the first instruction, if anything, is one too.
+    """Make one record for each turn; what happened before the first instruction, if anything, is one too.
 
     A turn that did not look at the table worked on what the turn before it saw.
     """
@@ -23,12 +23,12 @@ def records_of(session: Session) -> list[RunRecord]:
     scene = None
     for line in session.lines:
         if line.picture is not None:
-            records[-1].take_picture(line.picture)
+            records[-1].on_picture(line.picture)
         if line.event is None:
             continue
         if line.event["kind"] == "started":
             records.append(RunRecord())
-        records[-1].take(line.event)
+        records[-1].on_event(RecordedEvent(line.event))
         report = records[-1].report
         if line.event["kind"] == "imagined" and report["scene"] is None:
             report["scene"] = scene
@@ -66,15 +66,15 @@ def write_page(session: Path, page: Path) -> Path:
 
 def replay(
     session: Session,
-    tell: Callable[[Mapping[str, Any]], None],
+    listener: Listener,
     speed: float | None = None,
     sleep: Callable[[float], None] = time.sleep,
 ) -> None:
-    """Tells the events of a session again, in order.
+    """Send the events of a session to a listener again, in order.
 
     Args:
-        session: what is told.
-        tell: takes one event in its JSON form.
+        session: the events.
+        listener: gets the events.
         speed: how many times as fast as it happened; `None` for at once.
         sleep: waits for so many seconds.
     """
@@ -85,4 +85,4 @@ def replay(
         if speed is not None:
             sleep((line.seconds - passed) / speed)
             passed = line.seconds
-        tell(line.event)
+        listener.on_event(RecordedEvent(line.event))

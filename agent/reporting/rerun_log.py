@@ -24,7 +24,9 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from agent import events
+from agent.arm.events import ArmEvent
 from agent.errors import UsageError
+from agent.event_base import Event
 from agent.rendering.palette import color_of, mean_color
 from agent.reporting.event_text import arm_sentence
 from structdiffusion.geometry import transform_points
@@ -97,8 +99,8 @@ class RerunLog:
         self._recording.flush()
         self._recording.disconnect()
 
-    def __call__(self, event: events.Event) -> None:
-        """Takes one live event in."""
+    def on_event(self, event: Event) -> None:
+        """Take one live event in."""
         match event:
             case events.Started():
                 self._say(f"“{event.instruction}”")
@@ -114,11 +116,11 @@ class RerunLog:
                 self._say("it stands as asked" if event.success else f"{event.failure_class}: {event.detail}")
             case events.Failed():
                 self._say(event.message)
-            case _ if type(event).__module__ == "agent.arm.events":
+            case ArmEvent():
                 self._say(arm_sentence(event.to_dict(), self._names))
 
-    def watch(self, table: TableScene) -> None:
-        """To be called after every physics step of a build: looks at the objects and the arm every 0.1 s."""
+    def on_physics_step(self, table: TableScene) -> None:
+        """Log the objects and the arm every 0.1 s; to be called after every physics step of a build."""
         poses = table.world.poses() if self._seen is None or self._steps % EVERY == 0 else []
         if self._seen is None:
             self._seen = poses

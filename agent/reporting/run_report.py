@@ -1,6 +1,6 @@
 """Everything that happened in a run, kept as it is told: `report.json`, the pictures, and `report.html` from both.
 
-`report.json`, schema version 2; every key is always there, `null` or empty where the run did not get so far:
+`report.json`, schema version 3; every key is always there, `null` or empty where the run did not get so far:
 
 | key | value |
 |---|---|
@@ -19,7 +19,8 @@
 | `pictures` | name, file (WebP; `film` is an animated one, with `interval` seconds between its frames), caption |
 
 Lengths in metres, angles in radians, times in seconds. Schema version 2 has `remarks`, outlines, colours, turns and the
-film, and its pictures are WebP files, where those of version 1 were PNG.
+film, and its pictures are WebP files, where those of version 1 were PNG. In version 3 the `display_name` of an object is
+what was `called` before.
 """
 
 from __future__ import annotations
@@ -29,8 +30,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from agent import __version__, events
+from agent import __version__
 from agent.errors import NotWritten
+from agent.event_base import Event
 from agent.rendering.image_files import FILM, FORMAT, Picture, pictures_of
 from agent.reporting.html.document import run_page
 from agent.reporting.html.turn import Turn
@@ -39,7 +41,7 @@ from agent.runtime.atomic_files import write_all_whole
 from agent.runtime.output_ownership import files_written, mark
 from agent.runtime.redaction import without_credentials
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 _REMARKS = ("asked", "answered", "noted", "commanded", "restored")
 
 
@@ -86,54 +88,52 @@ class RunRecord:
         """What a page shows of it."""
         return Turn(self.report, self.pictures)
 
-    def __call__(self, event: events.Event) -> None:
-        """Takes one live event in, and draws the pictures that belong to it."""
-        told = event.to_dict()
-        self.take(told)
+    def on_event(self, event: Event) -> None:
+        """Take one event in, and draw the pictures that belong to it where it is a live one."""
+        self._add(event.to_dict())
         if self._session is not None:
-            self._session.tell(told)
+            self._session.on_event(event)
         for picture in pictures_of(event):
-            self.take_picture(picture)
+            self.on_picture(picture)
             if self._session is not None:
-                self._session.picture(picture)
+                self._session.on_picture(picture)
 
-    def take(self, told: Mapping[str, Any]) -> None:
-        """Takes one event in, in its JSON form."""
+    def _add(self, payload: Mapping[str, Any]) -> None:
         report = self.report
-        match told["kind"]:
+        match payload["kind"]:
             case "started":
-                report["instruction"], report["options"] = told["instruction"], without_credentials(told["options"])
+                report["instruction"], report["options"] = payload["instruction"], without_credentials(payload["options"])
             case "parsed":
-                report["parse"] = self._timed("parse", told)
+                report["parse"] = self._timed("parse", payload)
             case "perceived":
-                report["scene"] = self._timed("scene", told)
+                report["scene"] = self._timed("scene", payload)
             case "imagined":
-                report["imagination"] = self._timed("imagination", told)
+                report["imagination"] = self._timed("imagination", payload)
             case "chosen":
-                report["chosen"] = _without_kind(told)
+                report["chosen"] = _without_kind(payload)
             case "tried":
-                report["tried"] = _without_kind(told)
+                report["tried"] = _without_kind(payload)
             case "checked":
-                report["verdict"] = self._timed("check", told)
+                report["verdict"] = self._timed("check", payload)
             case "failed":
-                report["outcome"] |= _without_kind(told)
+                report["outcome"] |= _without_kind(payload)
             case "finished":
-                report["outcome"] |= _without_kind(told)
+                report["outcome"] |= _without_kind(payload)
             case kind if kind in _REMARKS:
-                report["remarks"].append(told)
+                report["remarks"].append(payload)
             case "filmed":
-                self._interval = told["interval"]
+                self._interval = payload["interval"]
             case "pictured" | "previewed":
                 return  # pictures come by themselves; a preview is of passing interest
             case kind:
-                report["arm"].append(told)
+                report["arm"].append(payload)
                 if kind == "planned":  # its time counts from the start of the search
-                    report["seconds"]["plan"] = round(told["seconds"], 3)
+                    report["seconds"]["plan"] = round(payload["seconds"], 3)
                 elif kind == "placed":
-                    report["seconds"]["build"] = round(report["seconds"].get("build", 0.0) + told["seconds"], 3)
+                    report["seconds"]["build"] = round(report["seconds"].get("build", 0.0) + payload["seconds"], 3)
 
-    def take_picture(self, picture: Picture) -> None:
-        """Takes one picture in; a later one of the same name takes its place."""
+    def on_picture(self, picture: Picture) -> None:
+        """Take one picture in; a later one of the same name takes its place."""
         if picture.name not in self.pictures:
             entry = {"name": picture.name, "file": f"{picture.name}.{FORMAT}", "caption": picture.caption}
             if picture.name == FILM:
@@ -166,14 +166,14 @@ class RunRecord:
         return folder / "report.html"
 
     def json(self) -> str:
-        """The report as JSON."""
+        """Return the report as JSON."""
         return json.dumps(self.report, indent=2, ensure_ascii=False, allow_nan=False)
 
-    def _timed(self, step: str, told: Mapping[str, Any]) -> dict[str, Any]:
-        self.report["seconds"][step] = round(told["seconds"], 3)
-        return _without_kind(told)
+    def _timed(self, step: str, payload: Mapping[str, Any]) -> dict[str, Any]:
+        self.report["seconds"][step] = round(payload["seconds"], 3)
+        return _without_kind(payload)
 
 
-def _without_kind(told: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in told.items() if key != "kind"}
+def _without_kind(payload: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in payload.items() if key != "kind"}
 

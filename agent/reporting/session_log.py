@@ -1,45 +1,33 @@
-"""Session files: everything that was told, one JSON object a line, written as it happens and never changed again.
+"""Writing session files: everything that happens, one JSON object a line (see `agent.reporting.session_format`).
 
-The first line says what the session is; it stands again where a later process goes on with the file:
-
-    {"schema_version": 1, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": ...}
-
-Every other line is an event (`agent.events`, as it tells itself) or a picture; `seconds` count from the latest start:
-
-    {"seconds": 1.25, "event": {"kind": "started", "instruction": "stack the cans", "options": {...}}}
-    {"seconds": 2.5, "picture": {"name": "scene-before", "caption": "...", "format": "webp", "data": "<base64>"}}
-
-An event `started` begins a turn. Each line is written at once, so that a process that is killed loses at most the line
-that it was writing; such a torn line is passed over. Keys and passwords are never in a session.
+Each line is written at once and never changed again, so that a process that is killed loses at most the line that it was
+writing; such a torn line is passed over when the file is read. Keys and passwords are never in a session.
 """
 
 from __future__ import annotations
 
 import base64
-import binascii
 import fcntl
-import json
 import os
 import platform
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from agent import __version__, events
-from agent.errors import BadInput, NotWritten, UsageError
+from agent import __version__
+from agent.errors import NotWritten, UsageError
+from agent.event_base import Event, json_value
 from agent.rendering.image_files import FORMAT, Picture
-from agent.reporting.event_schema import complaint, inconsistency
+from agent.reporting.session_format import SCHEMA_VERSION, decode_line, encode_line, is_start
 from agent.runtime.atomic_files import unfinished_file
 from agent.runtime.output_ownership import files_written, mark
 from agent.runtime.redaction import without_credentials
-from structdiffusion.limits import SESSION_BYTES, SESSION_START_BYTES
+from structdiffusion.limits import SESSION_START_BYTES
 
-SCHEMA_VERSION = 1
 RUN_SESSION = "session.jsonl"
 _PASSING = frozenset({"previewed"})  # of interest while it happens alone
 
@@ -76,10 +64,10 @@ class SessionWriter:
             "schema_version": SCHEMA_VERSION,
             "version": __version__,
             "started": datetime.now(UTC).isoformat(timespec="seconds"),
-            "options": without_credentials(events.json_value(options)),
+            "options": without_credentials(json_value(options)),
             "machine": f"Python {platform.python_version()}, {platform.system()} {platform.machine()}",
         }
-        self._waiting = [_line(first)]
+        self._waiting = [encode_line(first)]
         if from_kind is None:
             self._open()
 
@@ -98,19 +86,16 @@ class SessionWriter:
             self._file = None
         self._waiting = []
 
-    def __call__(self, event: events.Event) -> None:
-        """Writes one event."""
-        self.tell(event.to_dict())
-
-    def tell(self, told: Mapping[str, Any]) -> None:
-        """Writes one event in its JSON form; what is of passing interest is left out."""
-        if told["kind"] in _PASSING:
+    def on_event(self, event: Event) -> None:
+        """Write one event; what is of passing interest is left out."""
+        payload = event.to_dict()
+        if payload["kind"] in _PASSING:
             return
-        self._write({"event": without_credentials(told)})
-        if self._file is None and told["kind"] == self._from_kind:
+        self._write({"event": without_credentials(payload)})
+        if self._file is None and payload["kind"] == self._from_kind:
             self._open()
 
-    def picture(self, picture: Picture) -> None:
+    def on_picture(self, picture: Picture) -> None:
         """Writes one picture."""
         data = base64.b64encode(picture.content).decode("ascii")
         self._write(
@@ -118,7 +103,7 @@ class SessionWriter:
         )
 
     def _write(self, entry: Mapping[str, Any]) -> None:
-        line = _line({"seconds": round(time.perf_counter() - self._began, 3), **entry})
+        line = encode_line({"seconds": round(time.perf_counter() - self._began, 3), **entry})
         if self._file is None:
             self._waiting.append(line)
         else:
@@ -177,141 +162,13 @@ class SessionWriter:
 
 
 def run_session(folder: Path, options: Mapping[str, Any]) -> SessionWriter:
-    """The session of one run in its report's folder: `session.jsonl`, in the place of an earlier run's.
+    """Open the session of one run in its report's folder: `session.jsonl`, in the place of an earlier run's.
 
     Args:
         folder: made, with the file, when the run has seen something; before that there is nothing worth a folder.
         options: of the run.
     """
     return SessionWriter(folder / RUN_SESSION, options, anew=True, from_kind="perceived", owner="run")
-
-
-@dataclass(frozen=True)
-class SessionLine:
-    """One line of a session: an event or a picture.
-
-    Attributes:
-        seconds: since the session began; where it was gone on with, since then, on top of what had passed before.
-        event: the event's JSON form, or `None`.
-        picture: or `None`.
-    """
-
-    seconds: float
-    event: Mapping[str, Any] | None = None
-    picture: Picture | None = None
-
-
-@dataclass(frozen=True)
-class Session:
-    """A session that was read.
-
-    Attributes:
-        version: of the structagent that wrote it.
-        started: when it began, as ISO 8601 has it.
-        machine: what it ran on.
-        options: of the command.
-        lines: events and pictures, in order.
-    """
-
-    version: str
-    started: str
-    machine: str
-    options: Mapping[str, Any]
-    lines: tuple[SessionLine, ...]
-
-
-def read_session(path: Path) -> Session:
-    """Reads a session file.
-
-    A torn line is passed over where a process may have left one: at the end, and before another's first line.
-
-    Raises:
-        BadInput: when there is no such file, or it is no session, or one of another schema version, or a line of it is
-            broken; the message has the line's number.
-    """
-    try:
-        with path.open("rb") as file:  # a pipe is read once
-            content = file.read(SESSION_START_BYTES)
-            if _is_start(_parsed(content.lstrip().partition(b"\n")[0])):
-                content += file.read(SESSION_BYTES + 1 - len(content))
-    except OSError as error:
-        raise BadInput(f"cannot read the session {str(path)!r}: {error.strerror}") from error
-    if len(content) > SESSION_BYTES:
-        raise BadInput(f"the session {str(path)!r} has more than {SESSION_BYTES} bytes, and no more are read")
-    texts = content.split(b"\n")
-    entries = [(number, _parsed(text)) for number, text in enumerate(texts, start=1) if text.strip()]
-    if not entries or not _is_start(entries[0][1]):
-        raise BadInput(f"{str(path)!r} is no session of structagent: its first line does not say so")
-    first: Mapping[str, Any] = entries[0][1]
-    return Session(
-        str(first["version"]), first["started"], str(first["machine"]), first["options"], tuple(_lines(path, entries))
-    )
-
-
-def _lines(path: Path, entries: list[tuple[int, Any]]) -> Iterator[SessionLine]:
-    before = latest = 0.0
-    part = 0  # how many objects of the scene take part
-    for place, (number, entry) in enumerate(entries):
-        where = f"line {number} of {str(path)!r}"
-        if _is_start(entry):
-            if entry["schema_version"] != SCHEMA_VERSION:
-                found = entry["schema_version"]
-                raise BadInput(f"{where} has schema version {found!r}; this structagent reads {SCHEMA_VERSION}")
-            before = latest
-        elif entry is None:
-            if place + 1 < len(entries) and not _is_start(entries[place + 1][1]):
-                raise BadInput(f"{where} is no JSON")
-        else:
-            line = _session_line(entry, where)
-            latest = before + line.seconds
-            if line.event is not None:
-                problem = inconsistency(line.event, part)
-                if problem:
-                    raise BadInput(f"{where}: {problem}")
-                if line.event["kind"] == "perceived":
-                    part = sum(seen["takes_part"] for seen in line.event["objects"])
-            yield SessionLine(latest, line.event, line.picture)
-
-
-def _session_line(entry: Any, where: str) -> SessionLine:
-    seconds = entry.get("seconds") if isinstance(entry, dict) else None
-    if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0 <= seconds < float("inf"):
-        raise BadInput(f'{where} must be an object with "seconds", a number from 0')
-    if "event" in entry:
-        problem = complaint(entry["event"])
-        if problem:
-            raise BadInput(f"{where}: {problem}")
-        return SessionLine(seconds, event=entry["event"])
-    picture = entry.get("picture")
-    keys = ("name", "caption", "format", "data")
-    if not isinstance(picture, dict) or not all(isinstance(picture.get(key), str) for key in keys):
-        raise BadInput(f'{where} must have an "event", or a "picture" with the strings {", ".join(keys)}')
-    if picture["format"] != FORMAT:
-        raise BadInput(f"{where}: a picture's format cannot be {picture['format']!r}; legal: {FORMAT}")
-    try:
-        data = base64.b64decode(picture["data"], validate=True)
-    except (binascii.Error, ValueError) as error:
-        raise BadInput(f"{where}: the picture's data is no base64") from error
-    return SessionLine(seconds, picture=Picture(picture["name"], picture["caption"], data))
-
-
-def _is_start(entry: Any) -> bool:
-    """Whether this is a session's first line, of whatever schema version."""
-    return isinstance(entry, dict) and {"schema_version", "version", "started", "machine"} <= entry.keys() and (
-        isinstance(entry["started"], str) and isinstance(entry.get("options"), dict)
-    )
-
-
-def _parsed(text: bytes) -> Any:
-    """The JSON value of a line; `None`, which is no line of a session, where it is none."""
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError):  # a UnicodeDecodeError is a ValueError too
-        return None
-
-
-def _line(entry: Mapping[str, Any]) -> bytes:
-    return json.dumps(entry, ensure_ascii=False, allow_nan=False).encode("utf-8", errors="replace") + b"\n"
 
 
 def _write(file: Any, content: bytes) -> None:
@@ -334,7 +191,7 @@ def _is_torn(path: Path) -> bool:
     """
     with path.open("rb") as file:
         first = file.readline(SESSION_START_BYTES)
-        if first and not _is_start(_parsed(first)):
+        if first and not is_start(decode_line(first)):
             raise UsageError(f"{str(path)!r} is there already, and is no session that could be gone on with")
         file.seek(max(file.seek(0, 2) - 1, 0))
         return file.read(1) not in (b"", b"\n")

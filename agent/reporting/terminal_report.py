@@ -8,10 +8,11 @@ from typing import Any
 from rich.console import Console
 from rich.markup import escape
 
-from agent import events
+from agent.event_base import Event
 from agent.rendering.text import aligned, duration, number, place, slot_label
 from agent.reporting.event_text import (
     arm_sentence,
+    check_sentence,
     parse_notes,
     remark_sentence,
     seen_row,
@@ -33,34 +34,31 @@ class TerminalReport:
         self._console = console
         self._names: list[str] = []
 
-    def __call__(self, event: events.Event) -> None:
-        """Tells one live event."""
-        self.tell(event.to_dict())
-
-    def tell(self, told: Mapping[str, Any]) -> None:
-        """Tells one event, given in its JSON form."""
-        match told["kind"]:
+    def on_event(self, event: Event) -> None:
+        """Print one event."""
+        payload = event.to_dict()
+        match payload["kind"]:
             case "started":
-                self._say(f"[bold]“{escape(told['instruction'])}”[/bold]")
+                self._say(f"[bold]“{escape(payload['instruction'])}”[/bold]")
             case "parsed":
-                self._parsed(told)
+                self._parsed(payload)
             case "perceived":
-                self._perceived(told)
+                self._perceived(payload)
             case "imagined":
-                self._imagined(told)
+                self._imagined(payload)
             case "chosen":
-                self._chosen(told)
+                self._chosen(payload)
             case "checked":
-                self._checked(told)
+                self._checked(payload)
             case "asked" | "answered" | "noted" | "commanded" | "restored":
-                for line in remark_sentence(told).splitlines():
+                for line in remark_sentence(payload).splitlines():
                     self._line(line)
             case "failed" | "pictured" | "filmed" | "previewed" | "tried":
                 return  # the command ends with the message; pictures are for the page, previews for who shows them
             case "finished":
-                self._say(f"\n[bold]The whole run took {duration(told['seconds'])}.[/bold]")
+                self._say(f"\n[bold]The whole run took {duration(payload['seconds'])}.[/bold]")
             case _:
-                self._line(arm_sentence(told, self._names))
+                self._line(arm_sentence(payload, self._names))
 
     def _say(self, text: str) -> None:
         self._console.print(text, highlight=False, soft_wrap=True)
@@ -76,47 +74,46 @@ class TerminalReport:
         for line in aligned(rows).splitlines():
             self._line(line)
 
-    def _parsed(self, told: Mapping[str, Any]) -> None:
-        self._step("Understood", told["seconds"])
+    def _parsed(self, payload: Mapping[str, Any]) -> None:
+        self._step("Understood", payload["seconds"])
         rows = []
-        for slot, value in told["spec"].items():
-            words = ", ".join(told["evidence"].get(slot) or ())
-            sure = told["confidence"].get(slot)
+        for slot, value in payload["spec"].items():
+            words = ", ".join(payload["evidence"].get(slot) or ())
+            sure = payload["confidence"].get(slot)
             note = f"{number(100 * sure, 0)} % sure" if sure is not None else ""
             rows.append((slot_label(slot), value or "left open", note, f"from “{words}”" if words else ""))
         self._columns(rows)
-        for line in parse_notes(told):
+        for line in parse_notes(payload):
             self._line(line)
 
-    def _perceived(self, told: Mapping[str, Any]) -> None:
-        seen = told["objects"]
+    def _perceived(self, payload: Mapping[str, Any]) -> None:
+        seen = payload["objects"]
         self._names = [one["name"] for one in seen]
-        self._step("Looked at the table", told["seconds"])
+        self._step("Looked at the table", payload["seconds"])
         self._line(f"{len(seen)} objects, {sum(one['takes_part'] for one in seen)} take part")
         self._columns([seen_row(one) for one in seen])
-        for note in told.get("notes", ()):
+        for note in payload.get("notes", ()):
             self._line(note)
 
-    def _imagined(self, told: Mapping[str, Any]) -> None:
-        self._step("Imagined", told["seconds"])
-        self._line(f"{len(told['candidates'])} candidates by the model “{told['model']}”, best first:")
-        shown = told["candidates"][:_CANDIDATES_SHOWN]
+    def _imagined(self, payload: Mapping[str, Any]) -> None:
+        self._step("Imagined", payload["seconds"])
+        self._line(f"{len(payload['candidates'])} candidates by the model “{payload['model']}”, best first:")
+        shown = payload["candidates"][:_CANDIDATES_SHOWN]
         names = list(shown[0]["scores"])
         self._columns(
             [("rank", *names)]
             + [(str(one["rank"]), *(number(one["scores"].get(name), 3) for name in names)) for one in shown]
         )
 
-    def _chosen(self, told: Mapping[str, Any]) -> None:
-        self._step(f"Chose candidate {told['rank']}")
-        self._columns([(goal["name"], "goes to", place(goal["position"])) for goal in told["goals"]])
+    def _chosen(self, payload: Mapping[str, Any]) -> None:
+        self._step(f"Chose candidate {payload['rank']}")
+        self._columns([(goal["name"], "goes to", place(goal["position"])) for goal in payload["goals"]])
 
-    def _checked(self, told: Mapping[str, Any]) -> None:
-        self._step(verdict_title(told), told["seconds"])
-        for check in told["checks"]:
+    def _checked(self, payload: Mapping[str, Any]) -> None:
+        self._step(verdict_title(payload), payload["seconds"])
+        for check in payload["checks"]:
             mark = "[green]passed[/green]" if check["passed"] else "[red]failed[/red]"
-            line = f"{check['name']}: {number(check['measured'], 3)} ({check['limit']})"
-            self._say(f"  {mark}  {escape(line)}")
-        sentence = escape(verdict_sentence(told))
-        style, end = ("bold green", "") if told["success"] else ("bold red", ".")
+            self._say(f"  {mark}  {escape(check_sentence(check))}")
+        sentence = escape(verdict_sentence(payload))
+        style, end = ("bold green", "") if payload["success"] else ("bold red", ".")
         self._say(f"  [{style}]{sentence}{end}[/{style}]")

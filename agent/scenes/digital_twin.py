@@ -48,7 +48,7 @@ class RecordedObject:
 
     Attributes:
         name: "object 3", or "mug 3" where somebody said what it is.
-        called: what an instruction can call it: "mug 3, red, tall".
+        display_name: what an instruction can call it: "mug 3, red, tall".
         attributes: its colour and size, as far as they were seen.
         cloud: what was seen of it.
         model: its completed body.
@@ -57,7 +57,7 @@ class RecordedObject:
     """
 
     name: str
-    called: str
+    display_name: str
     attributes: ObjectAttributes
     cloud: ObjectCloud
     model: ObjectModel
@@ -91,7 +91,7 @@ class RecordedSource:
         if not self.segments.objects:
             raise BadInput("; ".join((f"{str(path)!r} shows a table and no object on it", *self.segments.notes)))
         self.objects = _objects(self.segments, options)
-        self.referents = [SceneObject(each.called, each.attributes) for each in self.objects]
+        self.referents = [SceneObject(each.display_name, each.attributes) for each in self.objects]
         if all(each.trouble for each in self.objects):
             those = f"the arm can take none of the {len(self.objects)} objects in {str(path)!r}"
             raise NotBuildable("; ".join((those, *self._left_out(), *self.segments.notes)))
@@ -118,12 +118,12 @@ class RecordedSource:
         if refused := [self.objects[i] for i in selection.required if self.objects[i].trouble]:
             those = "; ".join(f"{each.name} cannot take part: {each.trouble}" for each in refused)
             raise NotBuildable(f"the instruction names what the arm cannot take: {those}")
-        meant = [each for each in asked if not each.trouble]
+        selected = [each for each in asked if not each.trouble]
         try:
-            check_count([each.name for each in meant], len(self.objects), goal.spec)
+            check_count([each.name for each in selected], len(self.objects), goal.spec)
         except SceneError as error:
             raise SceneError("; ".join((str(error), *self._left_out()))) from error
-        scene = RecordedScene(self, [*meant, *(each for each in self.objects if each not in meant)], len(meant), seed)
+        scene = RecordedScene(self, [*selected, *(each for each in self.objects if each not in selected)], len(selected), seed)
         scene.missing = {each.name: each.trouble for each in asked if each.trouble}
         return scene
 
@@ -159,25 +159,25 @@ def _objects(segments: Segments, options: RecordedOptions) -> tuple[RecordedObje
     names = [found.name for found in segments.objects]
     if unknown := sorted(set(options.nouns) - set(names)):
         raise UsageError(f"--call names {unknown[0]!r}, which was not found; there are: {', '.join(names)}")
-    clouds, called = [], []
+    clouds, display_names = [], []
     for found in segments.objects:
         said = options.nouns.get(found.name, _UNKNOWN)
         noun = read_name(said).head or said
         name = found.name.replace(_UNKNOWN, said, 1)
         clouds.append(ObjectCloud(name, noun, found.points, found.colors))
-        called.append(found.called.replace(_UNKNOWN, said, 1))
+        display_names.append(found.display_name.replace(_UNKNOWN, said, 1))
     bodies = bodies_of(clouds, segments.world_from_camera)
     return tuple(
         RecordedObject(
             cloud.name, words, _attributes(found), cloud, model, pose, _trouble(cloud, pose, segments.table)
         )
-        for found, cloud, words, (model, pose) in zip(segments.objects, clouds, called, bodies, strict=True)
+        for found, cloud, words, (model, pose) in zip(segments.objects, clouds, display_names, bodies, strict=True)
     )
 
 
 def _attributes(found: Segment) -> ObjectAttributes:
     """The colour that perception named, and the sides of the box that it found."""
-    colors = [COLOR_WORDS[word][0] for word in read_name(found.called).words if word in COLOR_WORDS]
+    colors = [COLOR_WORDS[word][0] for word in read_name(found.display_name).words if word in COLOR_WORDS]
     length, width, height = found.sides.tolist()
     return ObjectAttributes(tuple(colors[:1]), (length, width, height))
 
@@ -211,7 +211,7 @@ class RecordedScene(TableScene):
             noise,
             segments.table,
             names=[each.name for each in ordered],
-            called=[each.called for each in ordered],
+            display_names=[each.display_name for each in ordered],
             attributes=[each.attributes for each in ordered],
             ground=segments.surface,
             camera=camera_at(segments.world_from_camera, width, height, focal),
@@ -241,7 +241,7 @@ class RecordedScene(TableScene):
         return notes
 
     def look(self) -> Scene:
-        """As any table, but what the recording's camera saw as long as nothing has moved."""
+        """Look as at any table, but return what the recording's camera saw as long as nothing has moved."""
         scene = super().look()
         if self._picture is None or not self.untouched:
             return scene

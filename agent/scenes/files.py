@@ -94,7 +94,7 @@ _COUNTED_FROM_ZERO = ("yaw", "z", "roll", "pitch")  # what an unknown key may ha
 
 
 def read_text(path: Path) -> str:
-    """The text of a scene file.
+    """Return the text of a scene file.
 
     Raises:
         BadInput: when there is no such file, or it is no text.
@@ -112,7 +112,7 @@ def read_text(path: Path) -> str:
 
 
 def parse_scene(text: str) -> tuple[tuple[PlacedObject, ...], list[Problem]]:
-    """The objects of a scene file's text, as far as they are written as the schema has it, and what is wrong."""
+    """Return the objects of a scene file's text, as far as they are written as the schema has it, and what is wrong."""
     import yaml
 
     try:
@@ -208,9 +208,9 @@ class _Reader:
             key = _plain(key_node) or _shown(key_node)
             if key not in legal:
                 near = get_close_matches(key.lower(), legal, n=1)
-                meant = _ELSEWHERE_CALLED.get(key.lower(), near[0] if near else None)
-                unread.update((meant,) if meant in legal else _COUNTED_FROM_ZERO)
-                hint = f"did you mean {meant!r}?" if meant in legal else f"legal keys: {', '.join(legal)}"
+                intended = _ELSEWHERE_CALLED.get(key.lower(), near[0] if near else None)
+                unread.update((intended,) if intended in legal else _COUNTED_FROM_ZERO)
+                hint = f"did you mean {intended!r}?" if intended in legal else f"legal keys: {', '.join(legal)}"
                 self._note(key_node, f"unknown key {key!r} in {what}; {hint}")
             elif key in found:
                 self._note(key_node, f"the key {key!r} is there twice, first in line {_line(found[key])}")
@@ -265,7 +265,7 @@ def _shown(node: Any) -> str:
 
 
 def rgb(color: str) -> tuple[float, float, float] | None:
-    """A colour of the schema as RGB in [0, 1]; `None` if it is none."""
+    """Return a colour of the schema as RGB in [0, 1]; `None` if it is none."""
     code = COLORS.get(color.lower().replace("grey", "gray"), color)
     if not re.fullmatch(r"#[0-9a-fA-F]{6}", code):
         return None
@@ -274,7 +274,7 @@ def rgb(color: str) -> tuple[float, float, float] | None:
 
 
 def scene_text(objects: Sequence[PlacedObject], comment: str = "") -> str:
-    """The scene as a file has it; the same objects give the same text.
+    """Return the scene as a file has it; the same objects give the same text.
 
     Args:
         objects: what stands on the table.

@@ -10,20 +10,20 @@ from structdiffusion.data.scene_sampling import SceneError
 FEWEST_OBJECTS, MOST_OBJECTS = 2, 12  # what makes a structure, and what the models know
 
 
-def check_count(meant: Sequence[str], there: int, spec: StructureSpec) -> None:
+def check_count(selected: Sequence[str], there: int, spec: StructureSpec) -> None:
     """Refuses an instruction that means too few or too many objects.
 
     Args:
-        meant: the names of the objects that it means.
+        selected: the names of the objects that it means.
         there: how many the scene has.
         spec: what is asked for.
 
     Raises:
         SceneError: with the names and the legal numbers.
     """
-    if not FEWEST_OBJECTS <= len(meant) <= MOST_OBJECTS:
-        which = ", ".join(map(repr, meant))
+    if not FEWEST_OBJECTS <= len(selected) <= MOST_OBJECTS:
+        which = ", ".join(map(repr, selected))
         raise SceneError(
-            f"cannot make a {spec.shape or 'structure'}: the instruction means {len(meant)} of the scene's "
+            f"cannot make a {spec.shape or 'structure'}: the instruction means {len(selected)} of the scene's "
             f"{there} objects ({which}); legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}"
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from agent.perception.description import color_terms
+from agent.perception.color_names import color_terms
 from grounding.references.attributes import COLOR_WORDS, ObjectAttributes
 from structdiffusion.objects.model import ObjectModel
 

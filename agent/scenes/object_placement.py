@@ -30,7 +30,7 @@ _NUMBERED = re.compile(r"^\d+(-[a-z])?_")  # as the YCB scans are: "025_mug", "0
 
 
 def load_scene(path: Path, table: Table = Table()) -> tuple[StandingObject, ...]:
-    """The objects of a scene file, in its order, each where it stands.
+    """Return the objects of a scene file, in its order, each where it stands.
 
     Raises:
         SceneFileError: with everything that is wrong with the file: unknown keys, values, meshes that are not there,
@@ -61,7 +61,7 @@ def load_scene(path: Path, table: Table = Table()) -> tuple[StandingObject, ...]
 
 
 def find_mesh(placed: PlacedObject, folder: Path) -> tuple[ObjectModel, str | Path]:
-    """The object that a line of a scene file in `folder` means, and where it is.
+    """Return the object that a line of a scene file in `folder` means, and where it is.
 
     Raises:
         ObjectError: when there is none, or several could be meant.
@@ -126,7 +126,7 @@ def _names(given: Sequence[str | None], nouns: Sequence[str]) -> list[str]:
 
 
 def pose_of(placed: PlacedObject, model: ObjectModel) -> np.ndarray:
-    """world_from_object (4, 4) of an object that a file places."""
+    """Return world_from_object (4, 4) of an object that a file places."""
     angles = [math.radians(angle) for angle in (placed.roll, placed.pitch, placed.yaw)]
     pose = pose_from_xyz_rpy((placed.x, placed.y, placed.z), angles)
     if placed.roll or placed.pitch:  # an upright object's lowest point is its origin
@@ -135,7 +135,8 @@ def pose_of(placed: PlacedObject, model: ObjectModel) -> np.ndarray:
 
 
 def placement_of(model: ObjectModel, world_from_object: np.ndarray) -> dict[str, float]:
-    """The numbers of a scene file's line that puts an object there, to a micrometre and a ten-thousandth degree."""
+    """Return the numbers of a scene file's line that puts an object there, to a micrometre and a ten-thousandth
+    degree."""
     turn = world_from_object[:3, :3]
     upward = math.hypot(turn[0, 0], turn[1, 0])
     pitch = math.atan2(-turn[2, 0], upward)
@@ -175,7 +176,7 @@ def drawn_objects(
 def saved_objects(
     standing: Sequence[StandingObject], world_from_objects: Sequence[np.ndarray], folder: Path
 ) -> list[PlacedObject]:
-    """The lines of a scene file in `folder` for objects as they stand now; what fell off the table is left out.
+    """Return the lines of a scene file in `folder` for objects as they stand now; what fell off the table is left out.
 
     Args:
         standing: the objects.
@@ -203,5 +204,5 @@ def _source_of(model: ObjectModel, objects: str) -> str | Path:
 
 
 def lowest_point(model: ObjectModel, pose: np.ndarray) -> float:
-    """The height of the lowest point of a turned object, metres above its origin."""
+    """Return the height of the lowest point of a turned object, metres above its origin."""
     return float((np.concatenate(model.hulls) @ pose[2, :3]).min())

@@ -21,7 +21,7 @@ _FEW, _MANY = 2, 3  # of the two nouns of an assortment
 
 
 def assortment(library: Sequence[ObjectModel], rng: np.random.Generator, turn: int = 0) -> DrawnScene:
-    """A table to talk about: a few objects of two nouns where the library has several of them, and one other.
+    """Return a table to talk about: a few objects of two nouns where the library has several of them, and one other.
 
     Args:
         library: the objects to draw from.
@@ -50,7 +50,7 @@ def assortment(library: Sequence[ObjectModel], rng: np.random.Generator, turn: i
 
 
 def drawn_scene(objects: str, shape: str | None, seed: int, folder: Path) -> list[PlacedObject]:
-    """The lines of a new scene file in `folder`: objects that can make a structure, and up to two others.
+    """Return the lines of a new scene file in `folder`: objects that can make a structure, and up to two others.
 
     Args:
         objects: a library or a folder of meshes, as `load_objects` takes it.

@@ -99,7 +99,7 @@ def _count(seconds: float, rate: float) -> int:
 
 
 def ros_intrinsics(camera: DepthCamera) -> np.ndarray:
-    """(3, 3) the camera's lens where pixel centres lie at whole numbers, as in ROS, and not at halves."""
+    """Return (3, 3) the camera's lens where pixel centres lie at whole numbers, as in ROS, and not at halves."""
     lens = camera.intrinsics.copy()
     lens[:2, 2] -= 0.5
     return lens
@@ -141,11 +141,11 @@ class _Driver:
         self.base_from_world = np.linalg.inv(table.arm.kinematics.world_from_base)
 
     def fixed(self) -> dict[tuple[str, str], np.ndarray]:
-        """The links that no joint moves."""
+        """Return the links that no joint moves."""
         return {("world", "root"): np.eye(4), ("root", self._base): np.eye(4), **self._end}
 
     def say(self, writer: BagWriter, when: float) -> None:
-        """Everything that is said at one moment."""
+        """Write everything that is said at one moment."""
         degrees, turns = np.zeros(7), np.degrees(self._fingers) / _DEGREES_A_TURN
         degrees[: len(self._joints)] = np.degrees(self._joints)
         said = {

@@ -16,7 +16,7 @@ _HEADINGS = ("name", "noun", "mesh", "x", "y", "z", "yaw", "roll", "pitch", "spa
 
 
 def scene_report(path: Path, standing: Sequence[StandingObject]) -> dict[str, Any]:
-    """What stands where, as JSON values: metres and degrees, world frame."""
+    """Return what stands where, as JSON values: metres and degrees, world frame."""
     return {
         "schema_version": SCHEMA_VERSION,
         "file": str(path),
@@ -39,8 +39,8 @@ def scene_report(path: Path, standing: Sequence[StandingObject]) -> dict[str, An
     }
 
 
-def tell_scene(standing: Sequence[StandingObject], out: TextIO) -> None:
-    """The same as a table, one object a line; roll and pitch only where something is tilted."""
+def print_scene(standing: Sequence[StandingObject], out: TextIO) -> None:
+    """Print the same as a table, one object a line; roll and pitch only where something is tilted."""
     rows = [_HEADINGS]
     for entry in standing:
         placed = entry.placed

@@ -1,4 +1,4 @@
-"""A simulated table: objects drawn from a library so that the wish can come true, seen by the depth camera."""
+"""A simulated table: objects drawn from a library so that the goal can come true, seen by the depth camera."""
 
 from __future__ import annotations
 
@@ -38,12 +38,13 @@ class SimulatedScene(TableScene):
 
 
 def described(models: Sequence[ObjectModel]) -> list[SceneObject]:
-    """The objects as an instruction can refer to them, by their nouns, numbered where there are several of one."""
+    """Return the objects as an instruction can refer to them, by their nouns, numbered where there are several of
+    one."""
     return [SceneObject(name, attributes_of(model)) for name, model in zip(unique_names(models), models, strict=True)]
 
 
 def draw_meant_scene(library: Sequence[ObjectModel], goal: Interpretation, rng: np.random.Generator) -> DrawnScene:
-    """A scene in which the instruction means exactly the objects that take part.
+    """Draw a scene in which the instruction means exactly the objects that take part.
 
     Args: as `SimulatedScene`.
 
@@ -51,21 +52,21 @@ def draw_meant_scene(library: Sequence[ObjectModel], goal: Interpretation, rng: 
         SceneError: when these objects cannot make such a structure, or no draw has the mixture that is asked for.
     """
     nouns = [model.category for model in library]
-    meant = goal.selection.indices
+    selected = goal.selection.indices
     if goal.selection.described:
-        return _draw_described(library, [library[index] for index in meant], goal, rng)
-    categories = sorted({nouns[index] for index in meant})
+        return _draw_described(library, [library[index] for index in selected], goal, rng)
+    categories = sorted({nouns[index] for index in selected})
     of_these = sum(noun in categories for noun in nouns)
-    everything = len(meant) == len(library)
+    everything = len(selected) == len(library)
     # Fewer than there are of these nouns: the instruction gives numbers, or speaks of single things.
-    counted = len(meant) < of_these
+    counted = len(selected) < of_these
     for _ in range(_DRAWS):
         drawn = draw_scene(
             library,
             goal.spec,
             rng,
             categories=() if everything else categories,
-            count=len(meant) if counted and len(meant) <= MOST_OBJECTS else None,
+            count=len(selected) if counted and len(selected) <= MOST_OBJECTS else None,
             # Where no noun says what is meant, all that stands on the table is.
             distractors=0 if everything else None,
         )

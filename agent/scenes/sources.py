@@ -50,14 +50,14 @@ class SceneSource(Protocol):
         """
 
     def set_out(self, seed: int) -> TableScene:
-        """A table to talk about, on which everything takes part until somebody says otherwise; close it."""
+        """Return a table to talk about, on which everything takes part until somebody says otherwise; close it."""
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
-        """The table as it stands now, as the lines of a scene file in `folder`."""
+        """Return the table as it stands now, as the lines of a scene file in `folder`."""
 
 
 def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
-    """The source that a run asks for.
+    """Return the source that a run asks for.
 
     Args:
         scene: "simulated", "example", or the path of a scene file or a recording.
@@ -96,7 +96,7 @@ def _has_much_to_read(folder: Path) -> bool:
 
 
 class DrawnSource:
-    """Scenes drawn from a library so that the wish can come true."""
+    """Scenes drawn from a library so that the goal can come true."""
 
     catalogue = True
     hint = ""
@@ -121,7 +121,7 @@ class DrawnSource:
         return TableScene(drawn.models, drawn.world_from_initial, len(drawn.models), noise, drawn.table)
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
-        """See `SceneSource`."""
+        """Return the table as it stands now, as the lines of a scene file in `folder`."""
         poses = table.world.poses()
         return saved_objects(drawn_objects(table.models, poses, self._name, table.names), poses, folder)
 
@@ -134,7 +134,7 @@ class FileSource:
 
     def __init__(self, path: Path) -> None:
         self.standing = load_scene(path)
-        self.referents = [SceneObject(entry.called, attributes_of(entry.model)) for entry in self.standing]
+        self.referents = [SceneObject(entry.display_name, attributes_of(entry.model)) for entry in self.standing]
 
     def open(self, goal: Interpretation, seed: int) -> FileScene:
         """See `SceneSource`; from the seed follows the sensor's noise."""
@@ -145,10 +145,10 @@ class FileSource:
         _, noise = drawing_and_noise(seed)
         poses = np.array([entry.world_from_object for entry in self.standing])
         models, names = [entry.model for entry in self.standing], [entry.name for entry in self.standing]
-        return TableScene(models, poses, len(models), noise, names=names, called=[each.name for each in self.referents])
+        return TableScene(models, poses, len(models), noise, names=names, display_names=[each.name for each in self.referents])
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
-        """See `SceneSource`; in the order of the file."""
+        """Return the table as it stands now, as the lines of a scene file in `folder`."""
         pose_of = dict(zip(table.names, table.world.poses(), strict=True))
         return saved_objects(self.standing, [pose_of[entry.name] for entry in self.standing], folder)
 
@@ -166,15 +166,15 @@ class FileScene(TableScene):
     """
 
     def __init__(self, standing: Sequence[StandingObject], goal: Interpretation, seed: int) -> None:
-        meant = sorted(goal.selection.indices)
-        check_count([standing[index].name for index in meant], len(standing), goal.spec)
-        ordered = [standing[index] for index in (*meant, *(k for k in range(len(standing)) if k not in meant))]
+        selected = sorted(goal.selection.indices)
+        check_count([standing[index].name for index in selected], len(standing), goal.spec)
+        ordered = [standing[index] for index in (*selected, *(k for k in range(len(standing)) if k not in selected))]
         _, noise = drawing_and_noise(seed)
         super().__init__(
             [entry.model for entry in ordered],
             np.array([entry.world_from_object for entry in ordered]),
-            len(meant),
+            len(selected),
             noise,
             names=[entry.name for entry in ordered],
-            called=[entry.called for entry in ordered],
+            display_names=[entry.display_name for entry in ordered],
         )

@@ -49,7 +49,7 @@ class TableScene:
         noise: draws the sensor's noise.
         table: the table top.
         names: what the objects are called, unique; by default their nouns, numbered.
-        called: what an instruction can call them; by default their names.
+        display_names: what an instruction can call them; by default their names.
         attributes: their colours and sizes; by default those of the models.
         ground: the whole surface that carries things, where it is more than the table top.
         camera: what looks at the table.
@@ -57,7 +57,7 @@ class TableScene:
         world_from_base: (4, 4) where its base stands, upright.
 
     Attributes:
-        models, world_from_initial, count, names, called: as given.
+        models, world_from_initial, count, names, display_names: as given.
         referents: the objects, as an instruction can refer to them.
         out_of_reach: the names of objects that the arm cannot take.
         missing: name -> why an object that was asked for takes no part.
@@ -83,7 +83,7 @@ class TableScene:
         noise: np.random.Generator,
         table: Table = Table(),
         names: Sequence[str] | None = None,
-        called: Sequence[str] | None = None,
+        display_names: Sequence[str] | None = None,
         attributes: Sequence[ObjectAttributes] | None = None,
         ground: Table | None = None,
         camera: DepthCamera = DepthCamera(),
@@ -94,7 +94,7 @@ class TableScene:
         self.world_from_initial = world_from_initial
         self.count = count
         self.names = tuple(unique_names(self.models) if names is None else names)
-        self.called = tuple(self.names if called is None else called)
+        self.display_names = tuple(self.names if display_names is None else display_names)
         self._attributes = tuple(map(attributes_of, self.models) if attributes is None else attributes)
         self._place = {name: place for place, name in enumerate(self.names)}
         self._noise = noise
@@ -118,7 +118,7 @@ class TableScene:
         self.world.close()
 
     def look(self) -> Scene:
-        """What the camera sees: the objects that take part, and the distractors.
+        """Return what the camera sees: the objects that take part, and the distractors.
 
         What was seen before and only moved since, upright, keeps the cloud of its first look: from a tower the camera
         sees little but the top. Where it is now is taken from the simulation's poses, as when the arm builds: this
@@ -182,7 +182,7 @@ class TableScene:
         self.world.reorder(order)
         self.models = tuple(self.models[i] for i in order)
         self.names = tuple(self.names[i] for i in order)
-        self.called = tuple(self.called[i] for i in order)
+        self.display_names = tuple(self.display_names[i] for i in order)
         self._attributes = tuple(self._attributes[i] for i in order)
         self.world_from_initial = self.world_from_initial[order]
         self.count = len(names)
@@ -190,7 +190,12 @@ class TableScene:
     @property
     def referents(self) -> tuple[SceneObject, ...]:
         """The objects as an instruction can refer to them, in the order of `names`."""
-        return tuple(map(SceneObject, self.called, self._attributes))
+        return tuple(map(SceneObject, self.display_names, self._attributes))
+
+    def referents_of(self, names: Sequence[str]) -> list[SceneObject]:
+        """Return these objects, in this order, as an instruction can refer to them."""
+        referents = dict(zip(self.names, self.referents, strict=True))
+        return [referents[name] for name in names]
 
     @property
     def color_names(self) -> tuple[str, ...]:
@@ -198,7 +203,7 @@ class TableScene:
         return tuple(each.colors[0] if each.colors else "" for each in self._attributes)
 
     def poses(self) -> dict[str, np.ndarray]:
-        """world_from_object (4, 4) of every object, by name."""
+        """Return world_from_object (4, 4) of every object, by name."""
         return dict(zip(self.names, self.world.poses(), strict=True))
 
     @property
@@ -227,7 +232,7 @@ class TableScene:
         return tuple(moved)
 
     def picture(self, view: str = "robot") -> np.ndarray:
-        """A picture (H, W, 3) uint8 of the table as it is now, as the camera sees it, or from another view.
+        """Return a picture (H, W, 3) uint8 of the table as it is now, as the camera sees it, or from another view.
 
         Over the arm's "shoulder" the floor and what the arm stands on are in the picture too.
         """
@@ -261,6 +266,6 @@ def _moved(seen: _Seen, pose: np.ndarray) -> ObjectCloud | None:
 
 
 def drawing_and_noise(seed: int) -> tuple[np.random.Generator, np.random.Generator]:
-    """What draws a scene, and what draws its sensor's noise: both follow from the seed."""
+    """Return what draws a scene, and what draws its sensor's noise: both follow from the seed."""
     drawing, noise = (np.random.default_rng(part) for part in np.random.SeedSequence(seed).spawn(2))
     return drawing, noise

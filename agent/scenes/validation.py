@@ -33,7 +33,7 @@ _BESIDE = 0.01  # m: what is as near as this may lean on it
 def problems_of_places(
     found: Sequence[StandingObject], missing: Sequence[PlacedObject], table: Table
 ) -> list[Problem]:
-    """What is off the table, in each other, or would fall.
+    """Return what is off the table, in each other, or would fall.
 
     Args:
         found: the objects whose meshes are known, wherever they stand.
@@ -69,7 +69,8 @@ class _Area:
 
     @classmethod
     def around(cls, placed: PlacedObject, radius: float) -> _Area:
-        """Of an object that reaches no farther than the radius from its place, as far as that is known."""
+        """Make the area of an object that reaches no farther than the radius from its place, as far as that is
+        known."""
         low, high = zip(
             *(
                 (-math.inf, math.inf) if key in placed.unread else (value - radius, value + radius)
@@ -133,8 +134,8 @@ def _places_off_table(named: Sequence[tuple[str, PlacedObject]], table: Table) -
         over = table.overhang(np.array([[x, y]]))
         if over > _TOUCHING:
             place = " and ".join(f"{key} {value:.3f}" for key, value in (("x", x), ("y", y)) if key in known)
-            called = repr(name) if name else "the object"
-            message = f"{called} is off the table by {_length(over)}, at {place}; {_legal(table)}"
+            display_name = repr(name) if name else "the object"
+            message = f"{display_name} is off the table by {_length(over)}, at {place}; {_legal(table)}"
             problems.append(Problem(placed.line, message))
     return problems
 
@@ -200,7 +201,7 @@ class StandingObject:
     source: str | Path
 
     @property
-    def called(self) -> str:
+    def display_name(self) -> str:
         """What the instruction can call it: its name, with its noun and colour where they say more."""
         first, _, rest = self.name.partition(",")
         if read_name(first).head != read_name(self.model.category).head:

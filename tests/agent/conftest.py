@@ -8,6 +8,7 @@ import trimesh
 
 from agent import events
 from agent.arm.events import Picked, Placed, Planned
+from agent.event_base import Event
 from agent.scenes.table_scene import TableScene
 from grounding.spec import StructureSpec
 from structdiffusion.geometry import pose_from_xyz_yaw
@@ -56,7 +57,7 @@ def scene() -> Scene:
 
 
 @pytest.fixture
-def told(scene: Scene) -> list[events.Event]:
+def told(scene: Scene) -> list[Event]:
     """The events of a run in which three cups are put into a circle, with one number that is not finite."""
     motions = np.tile(np.eye(4), (3, 1, 1))
     motions[:, 1, 3] = 0.1

@@ -16,9 +16,9 @@ from agent.evaluation.result_store import kept_folder
 from agent.evaluation.success.config import Asked
 from agent.evaluation.success.failure_images import failure_picture, pictured
 from agent.evaluation.success.results_folder import EvaluationFolder
-from agent.events import json_value
+from agent.event_base import json_value
 from agent.pipeline.candidates import checked_planner
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.runtime.atomic_files import write_whole
 from agent.runtime.progress import progress
 from agent.runtime.worker_pool import Workforce, workforce
@@ -87,7 +87,7 @@ def measure_success(
         # A worker's current folder may be another one.
         there = replace(asked, weights=asked.weights and asked.weights.absolute())
         with progress("rows", len(jobs)) as tell:
-            for row in force.do(partial(_row, there), Loaded, (), jobs):
+            for row in force.do(partial(_row, there), ResourceCache, (), jobs):
                 if isinstance(row, Lost):
                     name, scene = row.job
                     row = _lost(asked, name, (scene.structure, scene.number), row.reason)
@@ -139,7 +139,7 @@ def _drawn(
     return draw_evaluation_scene(library, shape, number, seed=seed, conditions=conditions, accepted=accepted)
 
 
-def _row(asked: Asked, loaded: Loaded, job: tuple[str, EvaluationScene]) -> Row:
+def _row(asked: Asked, loaded: ResourceCache, job: tuple[str, EvaluationScene]) -> Row:
     """A planner on a scene. One that is not spoken to is told the true slots."""
     name, scene = job
     scene = scene if name in SPOKEN_TO else replace(scene, heard=None)

@@ -15,17 +15,17 @@ LONGEST_NAME = 80  # characters
 
 
 def bad_input(message: str) -> StructagentError:
-    """The error of data that cannot be used."""
+    """Make the error of data that cannot be used."""
     return StructagentError(message, BAD_INPUT)
 
 
 def wrong_argument(message: str) -> StructagentError:
-    """The error of an argument that is not legal."""
+    """Make the error of an argument that is not legal."""
     return StructagentError(message, USAGE)
 
 
 def shown(value: object, longest: int = 60) -> str:
-    """A value as a message shows it: on one line, and short."""
+    """Write a value as a message shows it: on one line, and short."""
     if hasattr(value, "shape") and hasattr(value, "dtype"):
         return f"an array of shape {tuple(value.shape)}"
     text = " ".join(repr(value).split())
@@ -33,14 +33,14 @@ def shown(value: object, longest: int = 60) -> str:
 
 
 def is_listing(value: object) -> bool:
-    """Whether a value is a list, a tuple or an array that can be counted; an endless iterator is not."""
+    """Return whether a value is a list, a tuple or an array that can be counted; an endless iterator is not."""
     return not isinstance(value, str | bytes) and hasattr(value, "__len__") and hasattr(value, "__getitem__") and (
         isinstance(value, Sequence) or hasattr(value, "shape")
     )  # fmt: skip
 
 
 def as_array(value: Any, place: str, legal: str) -> np.ndarray:
-    """Any real-valued array-like as a NumPy array of its own dtype; tensors come to the CPU.
+    """Convert any real-valued array-like to a NumPy array of its own dtype; tensors come to the CPU.
 
     Raises:
         StructagentError: for ragged lists, and for values that are no real numbers.
@@ -58,7 +58,7 @@ def as_array(value: Any, place: str, legal: str) -> np.ndarray:
 
 
 def check_text(text: Any) -> None:
-    """Refuses what is no text.
+    """Refuse what is no text.
 
     Raises:
         StructagentError: for anything but a string that can be written as UTF-8.
@@ -72,7 +72,7 @@ def check_text(text: Any) -> None:
 
 
 def check_choice(argument: str, value: Any, legal: Sequence[str]) -> None:
-    """Refuses what is none of the legal values.
+    """Refuse what is none of the legal values.
 
     Raises:
         StructagentError: naming the argument, the value and the legal ones.
@@ -82,7 +82,7 @@ def check_choice(argument: str, value: Any, legal: Sequence[str]) -> None:
 
 
 def checked_integer(argument: str, value: Any, least: int, most: int) -> int:
-    """A whole number as `int`; NumPy's are taken too.
+    """Check and return a whole number as `int`; NumPy's are taken too.
 
     Raises:
         StructagentError: for anything else, and outside of the limits.
@@ -97,7 +97,7 @@ def checked_integer(argument: str, value: Any, least: int, most: int) -> int:
 
 
 def checked_pose(pose: Any) -> np.ndarray:
-    """A rigid transform (4, 4) as float64.
+    """Check and return a rigid transform (4, 4) as float64.
 
     Raises:
         StructagentError: for anything else.

@@ -25,7 +25,7 @@ WORLD_FRAME = "the world frame has z = 0 on the table top, x away from the robot
 
 
 def checked_clouds(clouds: Any) -> list[np.ndarray]:
-    """The clouds as read-only float32 arrays (P, 3), copied.
+    """Check clouds, and return them as read-only float32 arrays (P, 3), copied.
 
     Raises:
         StructagentError: for a wrong shape, dtype, unit or place, too few points, and coordinates that are not finite.
@@ -93,7 +93,7 @@ def _unit(across: float) -> str:
 
 
 def check_places(clouds: Sequence[np.ndarray], table: Table, bottoms: Sequence[float]) -> None:
-    """Refuses clouds that stand nowhere near the table.
+    """Refuse clouds that stand nowhere near the table.
 
     Raises:
         StructagentError: with the place of the first such cloud, and the legal range.
@@ -119,7 +119,7 @@ def check_places(clouds: Sequence[np.ndarray], table: Table, bottoms: Sequence[f
 
 
 def checked_colors(colors: Any, clouds: Sequence[np.ndarray]) -> tuple[np.ndarray | None, ...]:
-    """For each cloud (P, 3) its colours (P, 3) uint8, read-only; `None` where none are given.
+    """Check and return for each cloud (P, 3) its colours (P, 3) uint8, read-only; `None` where none are given.
 
     Raises:
         StructagentError: for another number of entries, shape or range.
@@ -153,7 +153,7 @@ def _checked_color(entry: Any, count: int, place: str, legal: str) -> np.ndarray
 
 
 def checked_names(names: Any, count: int, place: str = "names") -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """What the objects are called, each name unique ("cup 1", "cup 2"), and the names as they were given.
+    """Check names, and return them once unique ("cup 1", "cup 2") and once as they were given.
 
     An object without a name is "object 3" by its number, counted from 1.
 
@@ -193,7 +193,7 @@ def _checked_name(name: Any, place: str, legal: str) -> str:
 
 
 def checked_bottoms(bottoms: Any, count: int) -> tuple[float, ...]:
-    """z of what each object stands on, metres; 0, the table top, where nothing is said.
+    """Check and return z of what each object stands on, metres; 0, the table top, where nothing is said.
 
     Raises:
         StructagentError: for another number of entries, or heights outside of 0 to `HIGHEST`.
@@ -211,7 +211,7 @@ def checked_bottoms(bottoms: Any, count: int) -> tuple[float, ...]:
 
 
 def checked_table(table: Any) -> Table:
-    """The table top; that of the simulated table where nothing is said.
+    """Check and return the table top; that of the simulated table where nothing is said.
 
     Raises:
         StructagentError: for what is no rectangle of a table's size.

@@ -9,24 +9,24 @@ from threading import RLock
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from agent.pipeline.resources import Loaded
+    from agent.pipeline.resources import ResourceCache
 
 # Tokenizers and physics are not made for several threads at once; callers on other threads wait for their turn.
 _LOCK = RLock()
 
 
 @lru_cache(maxsize=1)
-def _resources() -> Loaded:
+def _resources() -> ResourceCache:
     from structdiffusion.simulation.pybullet_import import import_pybullet_silently
 
     import_pybullet_silently()
-    from agent.pipeline.resources import Loaded
+    from agent.pipeline.resources import ResourceCache
 
-    return Loaded()
+    return ResourceCache()
 
 
 @contextmanager
-def computing() -> Iterator[Loaded]:
+def computing() -> Iterator[ResourceCache]:
     """Give the shared models to one thread at a time, with one thread of torch; torch's own number is put back after.
 
     With one thread results are the same on every machine, and the tensors are too small to be shared anyway.

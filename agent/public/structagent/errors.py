@@ -22,7 +22,7 @@ _PHRASES = (
 
 
 class StructagentError(ValueError):
-    """An input that cannot be used, or a wish that cannot come true, in one sentence.
+    """An input that cannot be used, or an instruction that cannot be carried out, in one sentence.
 
     Attributes:
         exit_code: as the command line ends with: 2 a wrong argument, 3 an instruction that cannot be built with these
@@ -50,7 +50,7 @@ def public_errors() -> Iterator[None]:
 
 
 def in_python(message: str) -> str:
-    """The message with flags of `structagent run` as parameters: "--allow-unverified" as "allow_unverified=True"."""
+    """Write flags of `structagent run` in a message as parameters: "--allow-unverified" as "allow_unverified=True"."""
     for flag, parameter in _PHRASES:
         message = flag.sub(parameter, message)
     return message

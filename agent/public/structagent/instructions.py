@@ -16,7 +16,7 @@ from structagent.errors import StructagentError, in_python, public_errors
 from structagent.scenes import Scene
 
 if TYPE_CHECKING:
-    from agent.pipeline.resources import Loaded
+    from agent.pipeline.resources import ResourceCache
     from grounding.interpreter import Interpretation
 
 PARSERS = ("embedding", "llm")
@@ -49,7 +49,7 @@ class ParsedInstruction:
 
 
 @dataclass(frozen=True)
-class Wish:
+class SceneGoal:
     """What is to be built with which objects of a scene.
 
     Attributes:
@@ -86,8 +86,8 @@ def parse(
         StructagentError: for a text or names that are no strings, and an unknown viewpoint or parser.
     """
     referents = objects.referents if isinstance(objects, Scene) else _named_objects(objects)
-    with computing() as loaded:
-        goal = _interpreted(loaded, text, viewpoint, parser, referents)
+    with computing() as cache:
+        goal = _interpreted(cache, text, viewpoint, parser, referents)
     names = [each.name for each in referents or ()]
     display = dict(zip(names, objects.names, strict=True)) if isinstance(objects, Scene) else {}
     return ParsedInstruction(
@@ -112,18 +112,18 @@ def _named_objects(objects: Any) -> tuple[SceneObject, ...] | None:
 
 
 def _interpreted(
-    loaded: Loaded, text: Any, viewpoint: Any, parser: Any, referents: Sequence[SceneObject] | None = None
+    cache: ResourceCache, text: Any, viewpoint: Any, parser: Any, referents: Sequence[SceneObject] | None = None
 ) -> Interpretation:
     from agent.pipeline.instruction_parser import ReadingOptions
 
     check_text(text)
     check_choice("viewpoint", viewpoint, VIEWPOINTS)
     check_choice("parser", parser, PARSERS)
-    return loaded.interpreter(ReadingOptions(parser, viewpoint)).interpret(text, referents)
+    return cache.interpreter(ReadingOptions(parser, viewpoint)).interpret(text, referents)
 
 
 def buildable(goal: Interpretation, hint: str = "") -> Interpretation:
-    """The same, where it says what to build.
+    """Return an interpretation that says what to build, and refuse any other.
 
     Args:
         goal: what was understood.
@@ -138,34 +138,34 @@ def buildable(goal: Interpretation, hint: str = "") -> Interpretation:
     return goal
 
 
-def goal_of_text(loaded: Loaded, text: Any, viewpoint: Any, parser: Any = PARSERS[0]) -> Interpretation:
-    """What a sentence asks for, whatever objects there are.
+def goal_of_text(cache: ResourceCache, text: Any, viewpoint: Any, parser: Any = PARSERS[0]) -> Interpretation:
+    """Interpret a sentence, whatever objects there are.
 
     Raises:
         StructagentError: where it is refused, or has to ask.
     """
-    return buildable(_interpreted(loaded, text, viewpoint, parser))
+    return buildable(_interpreted(cache, text, viewpoint, parser))
 
 
-def wish_of_text(loaded: Loaded, text: str, scene: Scene, viewpoint: str, parser: str) -> Wish:
-    """What a sentence asks for in a scene.
+def scene_goal_of_text(cache: ResourceCache, text: str, scene: Scene, viewpoint: str, parser: str) -> SceneGoal:
+    """Interpret a sentence about the objects of a scene.
 
     Raises:
         StructagentError: where it is refused, where it has to ask, and where objects that it names are not there.
     """
-    goal = buildable(_interpreted(loaded, text, viewpoint, parser, scene.referents))
+    goal = buildable(_interpreted(cache, text, viewpoint, parser, scene.referents))
     notes = (goal.message, goal.fallback, *dropped_notes(goal.spec, goal.parse.dropped))
-    return Wish(goal.spec, tuple(sorted(goal.selection.indices)), tuple(filter(None, notes)))
+    return SceneGoal(goal.spec, tuple(sorted(goal.selection.indices)), tuple(filter(None, notes)))
 
 
 def dropped_notes(spec: StructureSpec, dropped: Mapping[str, str]) -> list[str]:
-    """A sentence for each slot that was understood and cannot be had."""
+    """Write a sentence for each slot that was understood and that the shape cannot have."""
     shape = spec.shape or "structure"
     return [f"the {slot.replace('_', ' ')} {value!r} was left out: a {shape} has none" for slot, value in dropped.items()]
 
 
 def checked_spec(slots: Any) -> StructureSpec:
-    """The slots of a `StructureSpec` or a mapping; a slot that is missing or `None` is left open.
+    """Check and return the slots of a `StructureSpec` or a mapping; a slot that is missing or `None` is left open.
 
     Raises:
         StructagentError: for an unknown slot, and where no slot says anything.
@@ -193,7 +193,7 @@ def checked_spec(slots: Any) -> StructureSpec:
 
 
 def checked_members(objects: Any, names: Sequence[str]) -> tuple[int, ...]:
-    """Indices of the objects that take part, ascending; `None` means all.
+    """Check and return the indices of the objects that take part, ascending; `None` means all.
 
     Args:
         objects: indices or names.

@@ -16,14 +16,14 @@ from grounding.spec import StructureSpec
 from structagent.arguments import MOST_SEED, checked_integer, shown, wrong_argument
 from structagent.engine import computing
 from structagent.errors import StructagentError, public_errors
-from structagent.instructions import PARSERS, Wish, check_choice, checked_members, checked_spec, wish_of_text
+from structagent.instructions import PARSERS, SceneGoal, check_choice, checked_members, checked_spec, scene_goal_of_text
 from structagent.scenes import Scene
 from structdiffusion.observation import Arrangement, Table
 from structdiffusion.planners.registry import PLANNERS, legal_instead_of, networks_of
 
 if TYPE_CHECKING:
     import torch
-    from agent.pipeline.resources import Loaded
+    from agent.pipeline.resources import ResourceCache
     from numpy.typing import ArrayLike
     from structdiffusion.planners.factory import Planner
 
@@ -51,7 +51,7 @@ class Proposal:
 
     @property
     def score(self) -> float:
-        """The total score, in [0, 1]."""
+        """Return the total score, in [0, 1]."""
         return self.scores["total"]
 
 
@@ -94,11 +94,11 @@ class Proposals(Sequence[Proposal]):
 
     @property
     def best(self) -> Proposal:
-        """The first one."""
+        """Return the first proposal."""
         return self.items[0]
 
     def clouds_after(self, index: int = 0) -> tuple[np.ndarray, ...]:
-        """The scene's clouds where a proposal puts them: (P, 3) float64 each, world frame, metres."""
+        """Return the scene's clouds where a proposal puts them: (P, 3) float64 each, world frame, metres."""
         motions = self.items[index].goal_from_initial
         return tuple(
             cloud @ motion[:3, :3].T + motion[:3, 3] for cloud, motion in zip(self.scene.clouds, motions, strict=True)
@@ -158,16 +158,16 @@ def propose(
     check_model(model)
     count, folder = checked_integer("count", count, 1, MOST_PROPOSALS), checked_weights(weights)
     number = _checked_seed(seed, generator)
-    with computing() as loaded:
+    with computing() as cache:
         if spec is None:
-            wish = wish_of_text(loaded, instruction, scene, viewpoint, parser)
+            asked = scene_goal_of_text(cache, instruction, scene, viewpoint, parser)
         else:
             check_choice("viewpoint", viewpoint, ("robot",))
-            wish = Wish(spec, members)
-        _check_number(wish, scene, model, most_objects(model, folder))
-        planner = loaded.planner(model, folder, allow_unverified)
-        arrangements = _arranged(loaded, planner, model, scene, wish, count, number)
-        return _ranked(arrangements, scene, wish, model, keep_invalid)
+            asked = SceneGoal(spec, members)
+        _check_number(asked, scene, model, most_objects(model, folder))
+        planner = cache.planner(model, folder, allow_unverified)
+        arrangements = _arranged(cache, planner, model, scene, asked, count, number)
+        return _ranked(arrangements, scene, asked, model, keep_invalid)
 
 
 def _scene_of(clouds: Any, **given: Any) -> Scene:
@@ -180,7 +180,7 @@ def _scene_of(clouds: Any, **given: Any) -> Scene:
 
 
 def check_model(model: Any) -> None:
-    """Refuses what is no planner's name.
+    """Refuse what is no planner's name.
 
     Raises:
         StructagentError: with names that are.
@@ -190,7 +190,7 @@ def check_model(model: Any) -> None:
 
 
 def checked_weights(weights: Any) -> Path | None:
-    """The folder of checkpoints, or `None` for those shipped.
+    """Check and return the folder of checkpoints, absolute, or `None` for those shipped.
 
     Raises:
         StructagentError: for what is no path.
@@ -217,7 +217,7 @@ def _checked_seed(seed: Any, generator: Any) -> int:
 
 
 def most_objects(model: str, weights: Path | None) -> int:
-    """How many objects a planner's networks take at most."""
+    """Return how many objects a planner's networks take at most."""
     if weights is None:
         return MOST_OBJECTS
     most = [MOST_OBJECTS]
@@ -231,42 +231,42 @@ def most_objects(model: str, weights: Path | None) -> int:
     return min(most)
 
 
-def _check_number(wish: Wish, scene: Scene, model: str, most: int) -> None:
-    """Refuses wishes for too few or too many objects."""
-    meant = f"{len(wish.members)} of {len(scene)} objects ({', '.join(scene.names[index] for index in wish.members)})"
-    shape = wish.spec.shape or "structure"
+def _check_number(goal: SceneGoal, scene: Scene, model: str, most: int) -> None:
+    """Refuse too few or too many objects."""
+    meant = f"{len(goal.members)} of {len(scene)} objects ({', '.join(scene.names[index] for index in goal.members)})"
+    shape = goal.spec.shape or "structure"
     fewest = FEWEST_IN_A_CIRCLE if shape == "circle" else FEWEST_OBJECTS
-    if len(wish.members) < fewest:
+    if len(goal.members) < fewest:
         raise StructagentError(
             f"the instruction means {meant}, and a {shape} takes {fewest} to {most}", NOT_BUILDABLE
         )
-    if len(wish.members) > most:
+    if len(goal.members) > most:
         raise StructagentError(
             f"the instruction means {meant}, and the model {model!r} takes {most} at most", NOT_BUILDABLE
         )
 
 
 def _arranged(
-    loaded: Loaded, planner: Planner, model: str, scene: Scene, wish: Wish, count: int, seed: int
+    cache: ResourceCache, planner: Planner, model: str, scene: Scene, goal: SceneGoal, count: int, seed: int
 ) -> Sequence[Arrangement]:
-    """The arrangements that the pipeline would rank, best first."""
-    from agent.pipeline.run import wished
-    from agent.pipeline.steps import imagine
+    """Return the arrangements as the pipeline ranks them, best first."""
+    from agent.pipeline.run import make_goal
+    from agent.pipeline.proposing import propose_arrangements
 
-    goal = wished(wish.spec, loaded.encoder)
-    return imagine(planner, model, scene.observation(wish.members), goal, seed, count=count).arrangements
+    told = make_goal(goal.spec, cache.encoder)
+    return propose_arrangements(planner, model, scene.observation(goal.members), told, seed, count=count).arrangements
 
 
 def _ranked(
-    arrangements: Sequence[Arrangement], scene: Scene, wish: Wish, model: str, keep_invalid: bool
+    arrangements: Sequence[Arrangement], scene: Scene, goal: SceneGoal, model: str, keep_invalid: bool
 ) -> Proposals:
-    from agent.pipeline.candidates import worth_a_try, worthwhile
+    from agent.pipeline.candidates import is_viable, filter_viable
 
-    kept = arrangements if keep_invalid else worthwhile(arrangements)
-    items = tuple(_proposal(each, wish.members, len(scene), worth_a_try(each)) for each in kept)
+    kept = arrangements if keep_invalid else filter_viable(arrangements)
+    items = tuple(_proposal(each, goal.members, len(scene), is_viable(each)) for each in kept)
     status = "ok" if any(each.valid for each in items) else "no valid arrangement"
     return Proposals(
-        wish.spec, scene, wish.members, (*scene.notes, *wish.notes), status, len(arrangements), model, items
+        goal.spec, scene, goal.members, (*scene.notes, *goal.notes), status, len(arrangements), model, items
     )
 
 

@@ -19,11 +19,13 @@ from structagent.proposals import check_model, checked_weights
 from structagent.sources import checked_source, recorded_options
 
 if TYPE_CHECKING:
+    from agent.event_base import Event, Listener
     from agent.pipeline.run import RunOptions
     from numpy.typing import ArrayLike
 
-Listener = Callable[[Any], object]
-# Nothing was tried: the wish or what was given cannot be used.
+    EventListener = Callable[[Event], object] | Listener
+
+# Nothing was tried: the instruction or an argument cannot be used.
 _REFUSED = (USAGE, NOT_BUILDABLE, BAD_INPUT, NOT_VERIFIED)
 
 
@@ -74,7 +76,7 @@ def run(
     execute: bool = True,
     viewpoint: str = "robot",
     parser: str = PARSERS[0],
-    on_event: Listener | Sequence[Listener] = (),
+    on_event: EventListener | Sequence[EventListener] = (),
     at: float | None = None,
     topics: Mapping[str, str] | None = None,
     world_from_camera: ArrayLike | None = None,
@@ -90,7 +92,8 @@ def run(
         execute: build with the arm; `False` stops at the chosen arrangement and only tries it in physics.
         viewpoint: whose left and right is meant: "robot", or "opposite" for a person across the table.
         parser: "embedding", or "llm" for the local language model.
-        on_event: called with every event (`agent.events`, `agent.arm.events`) as it happens; or several such functions.
+        on_event: called with every event (`agent.events`, `agent.arm.events`) as it happens: a function, a listener
+            (`agent.event_base.Listener`), or a list of these.
 
     Returns:
         What became of it. A structure that does not stand is a result, with `success` false.
@@ -125,8 +128,8 @@ def _events(instruction: str, options: RunOptions) -> Iterator[Any]:
     """The events of a run; models are in use only between one and the next, so that listeners may use them too."""
     from agent.pipeline.run import run_instruction
 
-    with computing() as loaded:
-        stream = run_instruction(instruction, options, loaded)
+    with computing() as cache:
+        stream = run_instruction(instruction, options, cache)
     try:
         while True:
             with computing():
@@ -139,11 +142,15 @@ def _events(instruction: str, options: RunOptions) -> Iterator[Any]:
             stream.close()
 
 
-def _checked_listeners(on_event: Any) -> tuple[Listener, ...]:
-    listeners = (on_event,) if callable(on_event) else on_event
-    if not isinstance(listeners, list | tuple) or not all(map(callable, listeners)):
-        raise wrong_argument(f"on_event cannot be {shown(on_event)}; legal: a function of one event, or a list of them")
-    return tuple(listeners)
+def _checked_listeners(on_event: Any) -> tuple[Callable[[Event], object], ...]:
+    given = on_event if isinstance(on_event, list | tuple) else (on_event,)
+    listeners = tuple(getattr(each, "on_event", each) for each in given)
+    if not all(map(callable, listeners)):
+        raise wrong_argument(
+            f"on_event cannot be {shown(on_event)}; legal: a function of one event, a listener with the method on_event, "
+            "or a list of these"
+        )
+    return listeners
 
 
 class _Log:
@@ -155,7 +162,7 @@ class _Log:
         self._last: dict[str, Any] = {}
 
     def take(self, event: Any) -> None:
-        """Take an event."""
+        """Take one event in."""
         kind = type(event).__name__
         self._last[kind] = event
         self._events.append(event.to_dict())
@@ -167,7 +174,7 @@ class _Log:
             self._notes += filter(None, (event.fallback, *dropped_notes(event.spec, event.dropped)))
 
     def result(self) -> RunResult:
-        """The result of a run that has finished.
+        """Return the result of a run that has finished.
 
         Raises:
             StructagentError: where nothing was tried.

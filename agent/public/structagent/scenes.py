@@ -103,7 +103,7 @@ class Scene:
         return f"Scene({len(self)} objects: {', '.join(self.names)})"
 
     def observation(self, members: Sequence[int]) -> Observation:
-        """The scene as planners take it.
+        """Return the scene as planners take it.
 
         Args:
             members: indices of the objects that take part; the others stay where they are.
@@ -133,7 +133,8 @@ def _attributes(
 ) -> list[ObjectAttributes]:
     """What an instruction can say of objects besides their names: "the red ones", "the tallest"."""
     from agent.perception.color import lab
-    from agent.perception.description import color_word, lightness_of_white, oriented_box
+    from agent.perception.color_names import color_word, lightness_of_white
+    from agent.perception.description import oriented_box
     from agent.scenes.object_attributes import color_words
 
     known = [shade for shade in colors if shade is not None]

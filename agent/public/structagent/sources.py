@@ -53,12 +53,12 @@ def load_scene(
     checked_source(source, objects)
     seed = checked_integer("seed", seed, 0, MOST_SEED)
     recorded = recorded_options(at, topics, world_from_camera, nouns)
-    with computing() as loaded:
-        origin = loaded.source(os.fspath(source), objects, recorded)
+    with computing() as cache:
+        origin = cache.source(os.fspath(source), objects, recorded)
         if instruction is None:
             with origin.set_out(seed) as table:
                 return _as_seen(table)
-        goal = goal_of_text(loaded, instruction, viewpoint).among(origin.referents, origin.catalogue)
+        goal = goal_of_text(cache, instruction, viewpoint).among(origin.referents, origin.catalogue)
         with origin.open(buildable(goal, origin.hint), seed) as table:
             return _as_seen(table)
 
@@ -88,7 +88,7 @@ def _as_seen(table: TableScene) -> Scene:
 
 
 def checked_source(source: Any, objects: Any) -> None:
-    """Refuses sources and libraries that are no names or paths.
+    """Refuse sources and libraries that are no names or paths.
 
     Raises:
         StructagentError: naming the argument and what is legal.
@@ -100,7 +100,7 @@ def checked_source(source: Any, objects: Any) -> None:
 
 
 def recorded_options(at: Any, topics: Any, world_from_camera: Any, nouns: Any) -> RecordedOptions:
-    """How a recording is read.
+    """Check and return how a recording is read.
 
     Raises:
         StructagentError: for a moment, topics, a pose or nouns that are none.

@@ -17,7 +17,7 @@ _ROOM = 0.12  # of the gauge, beyond the outermost of what it shows
 
 
 def gauge(measured: float | None, limit: str) -> str:
-    """Where a measured value lies with respect to its limit.
+    """Draw where a measured value lies with respect to its limit.
 
     Args:
         measured: the value.
@@ -66,7 +66,7 @@ def _allowed(limit: str) -> tuple[float, float] | None:
 
 
 def timing(seconds: Mapping[str, float], total: float | None) -> str:
-    """One bar of what every step took, with what is left of the whole time as the last part.
+    """Draw one bar of what every step took, with the rest of the whole time as the last part.
 
     Args:
         seconds: step -> time.

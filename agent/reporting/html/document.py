@@ -7,11 +7,11 @@ from html import escape
 from importlib.resources import files
 
 from agent.reporting.html.turn import Turn
-from agent.reporting.session_log import Session
+from agent.reporting.session_reader import Session
 
 
 def run_page(turn: Turn) -> str:
-    """The page (HTML) of one run."""
+    """Make the page (HTML) of one run."""
     body = (
         f'<header><h1 class="kicker">structagent</h1><h2>{escape(turn.title)}</h2>{_result(turn)}</header>\n'
         f"<article>\n{turn.sections()}\n</article>\n"
@@ -21,7 +21,7 @@ def run_page(turn: Turn) -> str:
 
 
 def session_page(session: Session, turns: Sequence[Turn]) -> str:
-    """The page (HTML) of a session: its turns one after the other, behind a list of them."""
+    """Make the page (HTML) of a session: its turns one after the other, behind a list of them."""
     listed = "".join(
         f'<li><a href="#turn-{number}">{escape(turn.title)}</a> {turn.outcome}</li>'
         for number, turn in enumerate(turns, start=1)
@@ -47,7 +47,7 @@ def _result(turn: Turn) -> str:
 
 
 def document(title: str, body: str, more_style: str = "") -> str:
-    """A whole page (HTML) in the style of the reports, and in some more."""
+    """Make a whole page (HTML) in the style of the reports."""
     style = files("agent.reporting.html").joinpath("report.css").read_text(encoding="utf-8") + more_style
     script = ""
     if '<figure class="film"' in body:

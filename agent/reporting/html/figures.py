@@ -22,7 +22,7 @@ _LETTER = 34  # mm
 
 
 def legend(scene: Mapping[str, Any]) -> str:
-    """Which letter is which object; `scene` is a report's."""
+    """List which letter is which object, as HTML; `scene` is a report's."""
     entries = "".join(
         f"<li>{swatch(marker)}{escape(marker.label)}</li>"
         for marker in sorted(markers_of_scene(scene), key=lambda marker: (marker.faint, marker.letter))
@@ -31,22 +31,22 @@ def legend(scene: Mapping[str, Any]) -> str:
 
 
 def swatch(marker: Marker) -> str:
-    """An object's letter on its colour."""
+    """Draw an object's letter on its colour."""
     kind = "key faint" if marker.faint else "key"
     look = f"background:rgb{marker.color};color:rgb{ink_on(marker.color)}"
     return f'<span class="{kind}" style="{look}">{escape(marker.letter)}</span>'
 
 
 def candidates(report: Mapping[str, Any]) -> str:
-    """The best candidates of a report side by side, with their scores and why they are not the best."""
-    scene, told = report["scene"], report["imagination"]["candidates"]
+    """Draw the best candidates of a report side by side, with their scores and why they are not the best."""
+    scene, ranked = report["scene"], report["imagination"]["candidates"]
     chosen = report["chosen"]["rank"] if report["chosen"] else None
-    shown = [each for each in told if each["rank"] <= CANDIDATES_SHOWN or each["rank"] == chosen]
+    shown = [each for each in ranked if each["rank"] <= CANDIDATES_SHOWN or each["rank"] == chosen]
     figures = []
     for candidate in shown:
         markers = markers_of_candidate(scene, candidate["positions"], candidate.get("turns") or ())
         rank, total = candidate["rank"], number(candidate["scores"].get("total"), 3)
-        why = "the best" if rank == 1 else shortcoming(candidate["scores"], told[0]["scores"])
+        why = "the best" if rank == 1 else shortcoming(candidate["scores"], ranked[0]["scores"])
         picked = rank == chosen
         figures.append(
             f'<figure class="{"candidate chosen" if picked else "candidate"}">'
@@ -74,7 +74,7 @@ def _stacks(markers: Sequence[Marker]) -> str:
 
 
 def tried(report: Mapping[str, Any]) -> str:
-    """Where the objects of a goal came to rest that was tried without the arm, from above, as a figure."""
+    """Draw where the objects came to rest when a goal was tried without the arm, from above."""
     markers = markers_of_candidate(report["scene"], report["tried"]["positions"], report["tried"]["turns"])
     words = f"what was tried from above: {_places(markers)}"
     return (

@@ -13,18 +13,18 @@ from agent.rendering.text import duration
 
 
 def data_address(content: bytes) -> str:
-    """The bytes of a WebP file as the address of a picture."""
+    """Return the bytes of a WebP file as the address of a picture."""
     return f"data:image/webp;base64,{base64.b64encode(content).decode('ascii')}"
 
 
 def figure(content: bytes, caption: str) -> str:
-    """A picture (the bytes of a WebP file) with its caption."""
+    """Show a picture (the bytes of a WebP file) with its caption."""
     text = escape(caption)
     return f'<figure><img alt="{text}" src="{data_address(content)}"><figcaption>{text}</figcaption></figure>'
 
 
 def film(content: bytes, caption: str, interval: float) -> str:
-    """A film (the bytes of an animated WebP file) with its controls and its caption.
+    """Show a film (the bytes of an animated WebP file) with its controls and its caption.
 
     The last picture stands in for it where no script runs. A film whose frames are no whole pictures just plays.
 
@@ -56,13 +56,13 @@ def album(figures: Sequence[str | None], kind: str = "pictures") -> str:
 
 
 def section(title: str, content: str, seconds: float | None = None) -> str:
-    """A section; `content` is HTML, `seconds` what it took."""
+    """Make a section; `content` is HTML, `seconds` what it took."""
     note = f' <span class="soft">{duration(seconds)}</span>' if seconds is not None else ""
     return f"<section>\n<h3>{escape(title)}{note}</h3>\n{content}\n</section>"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], chosen: int | None = None) -> str:
-    """A table; the cells are HTML, row `chosen` is marked."""
+    """Make a table; the cells are HTML, row `chosen` is marked."""
     lines = "".join(
         ('<tr class="chosen">' if index == chosen else "<tr>") + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>"
         for index, row in enumerate(rows)
@@ -72,10 +72,10 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], chosen: int | None
 
 
 def bar(share: float) -> str:
-    """A bar that is filled to a share, in [0, 1]."""
+    """Draw a bar that is filled to a share, in [0, 1]."""
     return f'<div class="bar"><i style="width:{100 * min(max(share, 0.0), 1.0):.0f}%"></i></div>'
 
 
 def paragraph(sentence: str) -> str:
-    """A sentence, told in lower case elsewhere, as a paragraph."""
+    """Make a paragraph of a sentence that begins in lower case."""
     return f"<p>{escape(sentence[:1].upper() + sentence[1:])}{'' if sentence.endswith(('.', '?', '!')) else '.'}</p>"

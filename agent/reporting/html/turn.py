@@ -44,7 +44,7 @@ class Turn:
     def outcome(self) -> str:
         """How it ended, as HTML; empty where nothing was asked for.
 
-        A failure is one of a wish: a question, its answer, a greeting and a declined proposal are none.
+        A failure is one of a goal: a question, its answer, a greeting and a declined proposal are none.
         """
         if self.report["instruction"] is None:
             return ""
@@ -74,7 +74,7 @@ class Turn:
         return any(_NO.match(line) for line in lines)
 
     def sections(self) -> str:
-        """All that there is to show, as HTML."""
+        """Return all that there is to show, as HTML."""
         parts = (
             self._parse(), self._scene(), self._imagination(), self._arm(), self._verdict(), self._remarks(),
             self._time(), self._options(),
@@ -114,7 +114,7 @@ class Turn:
         return section("What was understood", content, self._seconds("parse"))
 
     def _remarks(self) -> str:
-        lines = "".join(f'<li class="answer">{_remark(told)}</li>' for told in self.report["remarks"])
+        lines = "".join(f'<li class="answer">{_remark(remark)}</li>' for remark in self.report["remarks"])
         return section("What was said besides", f'<ul class="story">{lines}</ul>') if lines else ""
 
     def _scene(self) -> str:
@@ -142,20 +142,20 @@ class Turn:
         imagination = self.report["imagination"]
         if imagination is None:
             return ""
-        told = imagination["candidates"]
-        content = f"<p>{len(told)} candidates by the model “{escape(imagination['model'])}”, best first. "
+        ranked = imagination["candidates"]
+        content = f"<p>{len(ranked)} candidates by the model “{escape(imagination['model'])}”, best first. "
         content += "A score is the product of its factors; up is away from the robot.</p>"
-        if self.report["scene"] is not None and told:
+        if self.report["scene"] is not None and ranked:
             content += legend(self.report["scene"]) + candidates(self.report)
         content += album([self._figures.get("goal-overlay"), self._figures.get("imagined-goal")])
-        return section("What was imagined", content + self._scores(told), self._seconds("imagination"))
+        return section("What was imagined", content + self._scores(ranked), self._seconds("imagination"))
 
-    def _scores(self, told: list[Mapping[str, Any]]) -> str:
-        names = list(told[0]["scores"]) if told else []
+    def _scores(self, ranked: list[Mapping[str, Any]]) -> str:
+        names = list(ranked[0]["scores"]) if ranked else []
         rows = [
             [str(each["rank"])]
             + [number(each["scores"].get(name), 3) + bar(each["scores"].get(name) or 0.0) for name in names]
-            for each in told
+            for each in ranked
         ]
         chosen = self.report["chosen"]
         index = chosen["rank"] - 1 if chosen else None
@@ -167,7 +167,7 @@ class Turn:
             return ""
         scene = self.report["scene"]
         names = [seen["name"] for seen in scene["objects"]] if scene else []
-        lines = "".join(f"<li>{escape(arm_sentence(told, names))}</li>" for told in self.report["arm"])
+        lines = "".join(f"<li>{escape(arm_sentence(event, names))}</li>" for event in self.report["arm"])
         steps = [shown for name, shown in self._figures.items() if name.startswith("placement-")]
         reel = self._figures.get(FILM, "")
         content = f'<div class="{"beside" if reel else ""}">{reel}<ol class="story">{lines}</ol></div>'
@@ -203,15 +203,15 @@ class Turn:
         return section("Where the time went", bars, self.report["outcome"]["seconds"]) if bars else ""
 
     def _options(self) -> str:
-        rows = [(escape(slot_label(name)), escape(_told(value))) for name, value in _flat(self.report["options"])]
+        rows = [(escape(slot_label(name)), escape(_option_value(value))) for name, value in _flat(self.report["options"])]
         options = table(("option", "value"), rows) if rows else ""
         return f"<details><summary>every option of this run</summary>{options}</details>" if options else ""
 
 
-def _remark(told: Mapping[str, Any]) -> str:
+def _remark(payload: Mapping[str, Any]) -> str:
     """What was said besides, as HTML; an answer behind its question."""
-    sentence = escape(remark_sentence(told))
-    return f"<b>{escape(told['question'])}</b>\n{sentence}" if told["kind"] == "answered" else sentence
+    sentence = escape(remark_sentence(payload))
+    return f"<b>{escape(payload['question'])}</b>\n{sentence}" if payload["kind"] == "answered" else sentence
 
 
 def _measured(value: float | None) -> str:
@@ -225,7 +225,7 @@ def _flat(options: Mapping[str, Any]) -> list[tuple[str, Any]]:
     return plain + [entry for inner in options.values() if isinstance(inner, Mapping) for entry in _flat(inner)]
 
 
-def _told(value: Any) -> str:
+def _option_value(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return "not set" if value is None else str(value)

@@ -6,7 +6,7 @@ from agent import events
 from agent.batch.row_task import carry_out
 from agent.batch.rows import Row
 from agent.errors import BadInput
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 
 ROW = Row(4, "mine", "stack the cans", RunOptions(seed=3), "00ff")
@@ -20,15 +20,15 @@ ROW = Row(4, "mine", "stack the cans", RunOptions(seed=3), "00ff")
     ],
 )
 def test_an_error_that_ends_the_run(error, code, step, message, tmp_path, monkeypatch):
-    def run(text, options, loaded):
+    def run(text, options, cache):
         yield events.Started(text, {})
         raise error
 
     monkeypatch.setattr("agent.batch.row_task.run_instruction", run)
-    result = carry_out(ROW, tmp_path / "mine", Loaded())
+    result = carry_out(ROW, tmp_path / "mine", ResourceCache())
     assert (result["success"], result["exit_code"], result["step"], result["message"]) == (False, code, step, message)
     assert (result["id"], result["line"], result["seed"], result["fingerprint"]) == ("mine", 4, 3, "00ff")
     traceback = tmp_path / "mine" / "traceback.txt"
     assert traceback.exists() == (code == 1)
     if code == 1:
-        assert "ZeroDivisionError" in traceback.read_text() and "test_working.py" in traceback.read_text()
+        assert "ZeroDivisionError" in traceback.read_text() and "test_row_task.py" in traceback.read_text()

@@ -17,7 +17,7 @@ def result(row_id: str, code: int, message: str | None = None, shape: str | None
 
 def table(results: list[dict], width: int | None = None) -> str:
     out = io.StringIO()
-    Summary(results, 0, Path("out/results.jsonl"), Path("out/index.html")).tell(out, width)
+    Summary(results, 0, Path("out/results.jsonl"), Path("out/index.html")).print_table(out, width)
     return out.getvalue()
 
 

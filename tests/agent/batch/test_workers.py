@@ -15,7 +15,7 @@ from agent.batch.row_task import carry_out
 from agent.batch.rows import Row
 from agent.batch.workers import Job, on_ray, on_this_machine
 from agent.errors import UsageError
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 
 
@@ -53,11 +53,11 @@ def test_results_and_reports_of_one_process(jobs):
     assert not multiprocessing.active_children()
 
 
-def dies_at_the_first(loaded: Loaded, job: Job) -> dict:
+def dies_at_the_first(cache: ResourceCache, job: Job) -> dict:
     """Carries rows out in a worker, which is killed at one of them."""
     if job.row.id == "first":
         os.kill(os.getpid(), signal.SIGKILL)
-    return carry_out(job.row, job.folder, loaded)
+    return carry_out(job.row, job.folder, cache)
 
 
 def test_a_worker_that_dies_takes_its_row_along_and_no_other(jobs, monkeypatch):

@@ -5,25 +5,26 @@ from pathlib import Path
 import pytest
 
 from agent.chat.conversation import Conversation
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
+from tests.agent.event_log import EventLog
 
 DESK = Path(__file__).parent / "desk.yaml"
 
 
 @pytest.fixture(scope="session")
-def loaded() -> Loaded:
-    return Loaded()
+def cache() -> ResourceCache:
+    return ResourceCache()
 
 
 @pytest.fixture
-def heard() -> list:
-    return []
+def sent() -> EventLog:
+    return EventLog()
 
 
 @pytest.fixture
-def conversation(loaded, heard):
+def conversation(cache, sent):
     """About three cups, two boxes and an orange; the geometric planner, because it is quick and always the same."""
     options = RunOptions(str(DESK), model="geometric")
-    with Conversation(options, loaded, heard.append) as conversation:
+    with Conversation(options, cache, [sent]) as conversation:
         yield conversation

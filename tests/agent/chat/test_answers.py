@@ -9,7 +9,7 @@ from agent import events
 from agent.chat.answers import answer
 from agent.chat.knowledge import Knowledge
 from agent.chat.state import Situation
-from agent.chat.table_facts import facts_of, meant_by, place_in_words
+from agent.chat.table_facts import facts_of, matching_facts, place_in_words
 from grounding.dialogue.acts import acts_of
 from structdiffusion.observation import ObjectCloud, Scene
 
@@ -35,7 +35,7 @@ def cloud(name, noun, color, at, sides, bottom=0.0) -> ObjectCloud:
 def seen(clouds) -> events.Perceived:
     scene = Scene(tuple(clouds), world_from_camera=np.eye(4), color=PICTURE)
     objects = tuple(
-        events.SeenObject(one.name, one.category, True, tuple(one.centroid.tolist()), len(one.points), called=one.name)
+        events.SeenObject(one.name, one.category, True, tuple(one.centroid.tolist()), len(one.points), display_name=one.name)
         for one in clouds
     )
     return events.Perceived(objects, TABLE, 0.0, scene=scene)
@@ -113,9 +113,9 @@ def test_without_colours_none_is_claimed():
 
 
 def test_words_of_a_recording_are_kept(known):
-    objects = tuple(replace(one, called=f"{one.name}, green, tall") for one in known.seen.objects)
+    objects = tuple(replace(one, display_name=f"{one.name}, green, tall") for one in known.seen.objects)
     facts = facts_of(replace(known.seen, objects=objects))
-    assert {fact.color for fact in facts} == {"green"} and facts[0].called.startswith("cup 1, green, tall")
+    assert {fact.color for fact in facts} == {"green"} and facts[0].display_name.startswith("cup 1, green, tall")
 
 
 def test_an_empty_table():
@@ -126,8 +126,8 @@ def test_an_empty_table():
 
 def test_words_that_mean_no_object_mean_none(known):
     for about in ("moon", "left", "love"):
-        assert meant_by(about, known.facts) == []
-    assert [fact.name for fact in meant_by("red ones", known.facts)] == ["cup 1", "box"]
+        assert matching_facts(about, known.facts) == []
+    assert [fact.name for fact in matching_facts("red ones", known.facts)] == ["cup 1", "box"]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """A conversation keeps its context: corrections, choices, building, and the way back, with real physics."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from agent import events
 from agent.arm.events import Picked, Placed, Planned, Stopped
 from agent.chat.conversation import Conversation
 from agent.errors import INTERRUPTED, NOT_BUILDABLE, NotBuildable, UsageError
-from agent.events import kind_of
+from agent.event_base import kind_of
 from agent.pipeline.run import RunOptions
 from grounding.spec import StructureSpec
 from tests.agent.chat.conftest import DESK
@@ -15,12 +17,12 @@ from tests.agent.chat.conftest import DESK
 CUPS = ("cup 1", "cup 2", "cup 3")
 
 
-def kinds(heard) -> list[str]:
-    return [kind_of(event) for event in heard if not isinstance(event, events.Previewed)]
+def kinds(sent) -> list[str]:
+    return [kind_of(event) for event in sent if not isinstance(event, events.Previewed)]
 
 
-def of(heard, kind):
-    return [event for event in heard if isinstance(event, kind)]
+def of(sent, kind):
+    return [event for event in sent if isinstance(event, kind)]
 
 
 def assert_stands_at(conversation, poses):
@@ -28,28 +30,28 @@ def assert_stands_at(conversation, poses):
         assert np.abs(pose - poses[name]).max() < 1e-6, name
 
 
-def test_an_instruction_becomes_a_proposal_and_moves_nothing(conversation, heard):
+def test_an_instruction_becomes_a_proposal_and_moves_nothing(conversation, sent):
     before = conversation.table.poses()
     assert conversation.say("put the cups in a small circle on the left")
-    assert kinds(heard) == ["started", "parsed", "perceived", "imagined", "chosen"]
-    (parsed,) = of(heard, events.Parsed)
+    assert kinds(sent) == ["started", "parsed", "perceived", "imagined", "chosen"]
+    (parsed,) = of(sent, events.Parsed)
     assert parsed.spec == StructureSpec("circle", "small", "left") and parsed.named == CUPS and parsed.before is None
-    (seen,) = of(heard, events.Perceived)
+    (seen,) = of(sent, events.Perceived)
     assert [one.takes_part for one in seen.objects] == [True] * 3 + [False] * 3
     assert conversation.situation.proposal.rank == 1
     assert_stands_at(conversation, before)
 
 
-def test_a_correction_changes_the_last_wish_with_the_same_objects(conversation, heard):
+def test_a_correction_changes_the_last_wish_with_the_same_objects(conversation, sent):
     conversation.say("put the cups in a small circle on the left")
-    heard.clear()
+    sent.clear()
     assert conversation.say("bigger")
-    (parsed,) = of(heard, events.Parsed)
+    (parsed,) = of(sent, events.Parsed)
     assert parsed.spec == StructureSpec("circle", "medium", "left")
     assert parsed.before == StructureSpec("circle", "small", "left") and parsed.named == CUPS
 
 
-def test_objects_can_be_added_and_removed(conversation, heard):
+def test_objects_can_be_added_and_removed(conversation, sent):
     conversation.say("put the cups in a row")
     conversation.say("add the orange")
     assert conversation.situation.objects == (*CUPS, "orange")
@@ -69,12 +71,12 @@ def test_objects_can_be_added_and_removed(conversation, heard):
         ("put the orange in the middle of the table as a line", "1 object would take part (orange); legal: 2 to 12"),
     ],
 )
-def test_a_refusal_says_why_and_changes_nothing(conversation, heard, text, words):
+def test_a_refusal_says_why_and_changes_nothing(conversation, sent, text, words):
     conversation.say("put the cups in a small circle on the left")
     before = conversation.situation
-    heard.clear()
+    sent.clear()
     assert not conversation.say(text)
-    failed, finished = heard[-2:]
+    failed, finished = sent[-2:]
     assert words in failed.message and failed.exit_code == finished.exit_code == NOT_BUILDABLE
     assert conversation.situation is before
 
@@ -91,45 +93,45 @@ def test_objects_are_exchanged_and_come_and_go(conversation):
     assert not conversation.say("use everything")
     assert conversation.say("everything except the boxes")
     assert set(conversation.situation.objects) == {*CUPS, "orange"}
-    assert conversation.situation.wish == StructureSpec("line")
+    assert conversation.situation.goal == StructureSpec("line")
 
 
-def test_what_was_proposed_is_turned_and_moved(conversation, heard):
+def test_what_was_proposed_is_turned_and_moved(conversation, sent):
     clockwise = {"north": "east", "east": "south", "south": "west", "west": "north"}
     conversation.say("put the cups in a line")
     was = conversation.situation.proposal.realised
     assert conversation.say("turn it clockwise")
-    assert conversation.situation.wish == StructureSpec("line", rotation=clockwise[was.rotation])
-    assert f"the proposal faced {was.rotation}" in of(heard, events.Noted)[-1].message
+    assert conversation.situation.goal == StructureSpec("line", rotation=clockwise[was.rotation])
+    assert f"the proposal faced {was.rotation}" in of(sent, events.Noted)[-1].message
     assert conversation.situation.proposal.realised.rotation in ("north", "east")
     assert conversation.situation.proposal.realised.rotation != was.rotation
     conversation.choose(2)
     was = conversation.situation.proposal.realised
     conversation.drop()
     conversation.say({"small": "bigger", "medium": "bigger", "large": "smaller"}[was.size])
-    assert conversation.situation.wish.size == {"small": "medium", "medium": "large", "large": "medium"}[was.size]
+    assert conversation.situation.goal.size == {"small": "medium", "medium": "large", "large": "medium"}[was.size]
 
 
-def test_what_was_built_is_turned_across_the_table_too(conversation, heard):
+def test_what_was_built_is_turned_across_the_table_too(conversation, sent):
     conversation.speak_from("opposite")
     conversation.say("put the cups in a small circle on the left")
-    assert conversation.go(), of(heard, events.Failed)
+    assert conversation.go(), of(sent, events.Failed)
     assert conversation.situation.stands.x_position == "left"
-    (planned,) = of(heard, Planned)
+    (planned,) = of(sent, Planned)
     assert conversation.situation.shown.rank == planned.arrangement + 1
     assert not conversation.say("turn it clockwise")
     assert "a full ring looks the same" in conversation.question.text
 
 
-def test_a_question_is_answered_or_left_open(conversation, heard):
+def test_a_question_is_answered_or_left_open(conversation, sent):
     assert not conversation.say("make something nice with the cups")
-    assert kinds(heard) == ["started", "asked"] and conversation.question.slot == "shape"
+    assert kinds(sent) == ["started", "asked"] and conversation.question.slot == "shape"
     assert conversation.answer("line")
-    assert conversation.question is None and conversation.situation.wish == StructureSpec("line")
+    assert conversation.question is None and conversation.situation.goal == StructureSpec("line")
     assert not conversation.say("move it somewhere else")
     assert conversation.question.slot == "x_position"
     assert conversation.answer("right")
-    assert conversation.situation.wish == StructureSpec("line", x_position="right")
+    assert conversation.situation.goal == StructureSpec("line", x_position="right")
     with pytest.raises(UsageError, match="nothing was asked"):
         conversation.answer("left")
 
@@ -140,7 +142,7 @@ def test_another_instruction_takes_the_place_of_a_question(conversation):
     assert conversation.question is None and conversation.situation.objects == ("box 1", "box 2")
 
 
-def test_words_can_answer_and_the_objects_stay(conversation, heard):
+def test_words_can_answer_and_the_objects_stay(conversation, sent):
     conversation.say("put the cups")
     assert conversation.question.slot == "shape"
     assert not conversation.answer_in_words("on the left")
@@ -148,7 +150,7 @@ def test_words_can_answer_and_the_objects_stay(conversation, heard):
     with pytest.raises(NotBuildable, match="which shape"):
         conversation.answer_in_words("blah blah")
     assert conversation.answer_in_words("in a circle, please")
-    assert conversation.situation.wish == StructureSpec("circle", x_position="left")
+    assert conversation.situation.goal == StructureSpec("circle", x_position="left")
     assert conversation.situation.objects == CUPS
 
 
@@ -161,7 +163,7 @@ def test_words_can_answer_and_change_the_objects(conversation):
     assert not conversation.answer_in_words("put the bananas in a row") and conversation.question.slot == "shape"
     assert not conversation.answer_in_words("replace cup 1 with box 1")
     assert conversation.answer_in_words("in a line on the left")
-    assert conversation.situation.wish == StructureSpec("line", x_position="left")
+    assert conversation.situation.goal == StructureSpec("line", x_position="left")
     assert conversation.situation.objects == ("cup 2", "cup 3", "orange", "box 1")
 
 
@@ -171,7 +173,7 @@ def test_a_number_can_answer_after_the_objects_changed(conversation):
     assert not conversation.answer_in_words("and the orange too")
     assert conversation.question.slot == "rotation"
     assert conversation.answer("east")
-    assert conversation.situation.wish == StructureSpec("line", rotation="east")
+    assert conversation.situation.goal == StructureSpec("line", rotation="east")
     assert conversation.situation.objects == (*CUPS, "orange")
 
 
@@ -184,18 +186,18 @@ def test_an_answer_that_names_objects_is_an_instruction(conversation):
 @pytest.mark.parametrize("text", ["only the boxes", "bigger", "the other way round"])
 def test_a_correction_of_nothing_is_asked_for_its_shape(conversation, text):
     assert not conversation.say(text)
-    assert conversation.situation.wish is None
+    assert conversation.situation.goal is None
     assert conversation.question is None or conversation.question.slot in ("shape", "rotation", "x_position")
 
 
-def test_what_is_not_there_is_said_before_anything_is_asked(conversation, heard):
+def test_what_is_not_there_is_said_before_anything_is_asked(conversation, sent):
     assert not conversation.say("put the bananas")
-    assert conversation.question is None and "banana" in of(heard, events.Failed)[0].message
+    assert conversation.question is None and "banana" in of(sent, events.Failed)[0].message
 
 
-def test_a_second_stop_is_tidied_up_before_the_next_look(conversation, heard):
+def test_a_second_stop_is_tidied_up_before_the_next_look(conversation, sent):
     def interrupt_twice(event):
-        heard.append(event)
+        sent.append(event)
         if isinstance(event, Picked):
             conversation.table.arm.command = interrupted
             raise KeyboardInterrupt
@@ -205,34 +207,34 @@ def test_a_second_stop_is_tidied_up_before_the_next_look(conversation, heard):
         raise KeyboardInterrupt
 
     conversation.say("put the cups in a small circle on the left")
-    conversation._tell = interrupt_twice
+    conversation.listeners = [SimpleNamespace(on_event=interrupt_twice)]
     assert not conversation.go()
-    (stopped,) = of(heard, Stopped)
+    (stopped,) = of(sent, Stopped)
     assert not stopped.folded and conversation.table.arm.weld is not None
-    conversation._tell = heard.append
+    conversation.listeners = [sent]
     assert conversation.say("the same again")
-    assert "the arm emptied its hand and folded" in [event.message for event in of(heard, events.Noted)]
+    assert "the arm emptied its hand and folded" in [event.message for event in of(sent, events.Noted)]
     assert conversation.table.arm.weld is None
-    assert conversation.go(), of(heard, events.Failed)
+    assert conversation.go(), of(sent, events.Failed)
 
 
-def test_building_undoing_and_redoing(conversation, heard):
+def test_building_undoing_and_redoing(conversation, sent):
     start = conversation.table.poses()
     conversation.say("put the cups in a small circle on the left")
     assert conversation.go()
-    assert of(heard, events.Checked)[0].success and kinds(heard)[-1] == "finished"
+    assert of(sent, events.Checked)[0].success and kinds(sent)[-1] == "finished"
     circle = conversation.table.poses()
     conversation.say("now as a line")
-    assert conversation.situation.wish == StructureSpec("line", "small", "left")
+    assert conversation.situation.goal == StructureSpec("line", "small", "left")
     assert conversation.go()
     line = conversation.table.poses()
-    heard.clear()
+    sent.clear()
     conversation.undo()
-    (restored,) = heard
+    (restored,) = sent
     assert restored.spec == StructureSpec("circle", "small", "left") and set(restored.moved) <= set(CUPS)
     assert_stands_at(conversation, circle)
     conversation.undo()
-    assert conversation.situation.wish is None
+    assert conversation.situation.goal is None
     assert_stands_at(conversation, start)
     with pytest.raises(UsageError, match="nothing to undo"):
         conversation.undo()
@@ -248,33 +250,33 @@ def test_building_undoing_and_redoing(conversation, heard):
         conversation.redo()
 
 
-def test_a_tower_is_taken_down_again(conversation, heard):
+def test_a_tower_is_taken_down_again(conversation, sent):
     conversation.say("stack the boxes on the right")
     assert conversation.go()
     assert max(cloud.bottom for cloud in conversation.table.look().objects) > 0.02
-    heard.clear()
+    sent.clear()
     conversation.say("now a line")
-    assert conversation.go(), of(heard, events.Failed)
+    assert conversation.go(), of(sent, events.Failed)
     assert all(cloud.bottom == 0.0 for cloud in conversation.table.look().objects)
 
 
-def test_what_others_stand_on_is_not_taken_away(conversation, heard):
+def test_what_others_stand_on_is_not_taken_away(conversation, sent):
     conversation.say("stack the boxes on the right")
     conversation.go()
     poses = conversation.table.poses()
     lower = min(("box 1", "box 2"), key=lambda name: poses[name][2, 3])
-    heard.clear()
+    sent.clear()
     assert not conversation.say(f"make a line of the cups and {lower}")
-    assert "stands on" in of(heard, events.Failed)[0].message
+    assert "stands on" in of(sent, events.Failed)[0].message
 
 
-def test_another_candidate_can_be_chosen(conversation, heard):
+def test_another_candidate_can_be_chosen(conversation, sent):
     conversation.say("put the cups in a small circle on the left")
     conversation.choose(3)
-    chosen = of(heard, events.Chosen)[-1]
+    chosen = of(sent, events.Chosen)[-1]
     assert chosen.rank == 3
     conversation.plan()
-    assert heard[-1].arrangement == 2
+    assert sent[-1].arrangement == 2
     conversation.go()
     goals = {goal["name"]: goal["position"] for goal in chosen.goals}
     for cloud in conversation.table.look().objects:
@@ -301,25 +303,25 @@ def test_again_imagines_from_the_next_seed(conversation):
 
 
 @pytest.mark.parametrize("kind", [Picked, Placed])
-def test_an_interruption_leaves_the_arm_safe_and_the_scene_as_it_is(loaded, conversation, heard, kind):
+def test_an_interruption_leaves_the_arm_safe_and_the_scene_as_it_is(cache, conversation, sent, kind):
     def interrupt(event):
-        heard.append(event)
+        sent.append(event)
         if isinstance(event, kind):
             raise KeyboardInterrupt
 
     start = conversation.table.poses()
     conversation.say("put the cups in a small circle on the left")
-    conversation._tell = interrupt
+    conversation.listeners = [SimpleNamespace(on_event=interrupt)]
     assert not conversation.go()
-    (stopped,) = of(heard, Stopped)
+    (stopped,) = of(sent, Stopped)
     assert stopped.folded and (stopped.set_down if kind is Picked else stopped.object is None)
-    failed, finished = heard[-2:]
+    failed, finished = sent[-2:]
     assert (failed.message, failed.exit_code, finished.success) == ("interrupted", INTERRUPTED, False)
     poses = conversation.table.poses()
-    (at_work,) = of(heard, kind)
+    (at_work,) = of(sent, kind)
     assert all(np.abs(pose - start[name]).max() < 0.01 for name, pose in poses.items() if name != at_work.name)
     assert poses[at_work.name][2, 3] < 0.005 and poses[at_work.name][2, 2] > 0.99  # on the table, upright
-    conversation._tell = heard.append
+    conversation.listeners = [sent]
     assert conversation.say("again, please, as a line")
     assert conversation.go()
     conversation.undo()
@@ -327,40 +329,40 @@ def test_an_interruption_leaves_the_arm_safe_and_the_scene_as_it_is(loaded, conv
     assert_stands_at(conversation, start)
 
 
-def test_across_the_table_left_is_right(conversation, heard):
+def test_across_the_table_left_is_right(conversation, sent):
     conversation.speak_from("opposite")
     conversation.say("put the cups in a circle on the left")
-    assert of(heard, events.Parsed)[0].spec.x_position == "right"
+    assert of(sent, events.Parsed)[0].spec.x_position == "right"
     conversation.speak_from("robot")
-    assert conversation.situation.wish.x_position == "right"
+    assert conversation.situation.goal.x_position == "right"
     conversation.say("further left")
-    assert conversation.situation.wish.x_position == "center"
+    assert conversation.situation.goal.x_position == "center"
 
 
-def test_undo_keeps_its_side_of_the_table(conversation, heard):
+def test_undo_keeps_its_side_of_the_table(conversation, sent):
     conversation.say("put the cups in a circle on the left")
     conversation.say("bigger")
     conversation.speak_from("opposite")
     conversation.undo()
-    assert conversation.situation.wish.x_position == "right"  # as seen from across
+    assert conversation.situation.goal.x_position == "right"  # as seen from across
     conversation.say("make it a line")
-    assert of(heard, events.Parsed)[-1].spec.x_position == "left"
+    assert of(sent, events.Parsed)[-1].spec.x_position == "left"
 
 
-def test_a_saved_table_is_a_scene(conversation, heard, tmp_path):
+def test_a_saved_table_is_a_scene(conversation, sent, tmp_path):
     conversation.say("stack the boxes on the right")
     conversation.go()
     poses = conversation.table.poses()
     conversation.save(tmp_path / "saved.yaml")
     conversation.another_table(str(tmp_path / "saved.yaml"), 0)
-    assert conversation.situation.wish is None
+    assert conversation.situation.goal is None
     for name, pose in conversation.table.poses().items():
         assert np.abs(pose - poses[name]).max() < 2e-3
     with pytest.raises(UsageError, match="nothing to undo"):
         conversation.undo()
-    heard.clear()
+    sent.clear()
     conversation.say("put the boxes in a line on the left")
-    assert conversation.go(), of(heard, events.Failed)
+    assert conversation.go(), of(sent, events.Failed)
 
 
 def test_a_table_that_cannot_be_set_leaves_the_old_one(conversation):
@@ -373,42 +375,42 @@ def test_a_table_that_cannot_be_set_leaves_the_old_one(conversation):
     assert conversation.situation is before and conversation.say("bigger")
 
 
-def test_words_for_one_that_fit_several_objects_are_a_question(conversation, heard):
+def test_words_for_one_that_fit_several_objects_are_a_question(conversation, sent):
     assert not conversation.say("put the box and the orange in a line")
-    (asked,) = of(heard, events.Asked)
+    (asked,) = of(sent, events.Asked)
     assert asked.slot == "object" and asked.options == ("box 1", "box 2")
     assert asked.question == "'box' can be each of 2 objects: box 1 (yellow); box 2 (pink); which one?"
-    assert conversation.situation.wish is None  # nothing is taken over before it is answered
+    assert conversation.situation.goal is None  # nothing is taken over before it is answered
     assert conversation.answer("box 2")
-    assert conversation.situation.wish == StructureSpec("line") and conversation.situation.objects == (
+    assert conversation.situation.goal == StructureSpec("line") and conversation.situation.objects == (
         "box 2",
         "orange",
     )
 
 
-def test_such_a_question_is_answered_in_words_too(conversation, heard):
+def test_such_a_question_is_answered_in_words_too(conversation, sent):
     conversation.say("put the red cup, the box and the orange in a line")
     assert conversation.answer_in_words("the yellow one")
     assert conversation.situation.objects == ("cup 1", "box 1", "orange")
 
 
-def test_two_such_questions_come_one_after_the_other(conversation, heard):
+def test_two_such_questions_come_one_after_the_other(conversation, sent):
     conversation.say("put the cup, the box and the orange in a line")
     assert not conversation.answer("cup 3")
-    assert of(heard, events.Asked)[-1].options == ("box 1", "box 2")
+    assert of(sent, events.Asked)[-1].options == ("box 1", "box 2")
     assert conversation.answer("box 1")
     assert conversation.situation.objects == ("cup 3", "box 1", "orange")
 
 
-def test_which_corner_is_a_question(conversation, heard):
+def test_which_corner_is_a_question(conversation, sent):
     assert not conversation.say("put the cups in a circle in the corner")
-    (asked,) = of(heard, events.Asked)
+    (asked,) = of(sent, events.Asked)
     assert asked.options == ("front left", "front right", "back left", "back right")
     assert conversation.answer("back right")
-    assert conversation.situation.wish == StructureSpec("circle", None, "right", "top")
+    assert conversation.situation.goal == StructureSpec("circle", None, "right", "top")
 
 
-def test_colours_choose_in_a_conversation(conversation, heard):
+def test_colours_choose_in_a_conversation(conversation, sent):
     conversation.say("put the red and the green cup in a line")
     assert conversation.situation.objects == ("cup 1", "cup 2")
     conversation.say("use only the purple cup and the orange")
@@ -416,27 +418,27 @@ def test_colours_choose_in_a_conversation(conversation, heard):
     conversation.say("add the pink things")
     assert conversation.situation.objects == ("cup 3", "orange", "box 2")
     assert not conversation.say("add the blue one")
-    assert "names 'blue one'; of that kind there is only: " in of(heard, events.Failed)[-1].message
+    assert "names 'blue one'; of that kind there is only: " in of(sent, events.Failed)[-1].message
     assert conversation.situation.objects == ("cup 3", "orange", "box 2")
 
 
-def test_what_cannot_be_judged_is_told(conversation, heard):
+def test_what_cannot_be_judged_is_told(conversation, sent):
     conversation.say("put the shiny cups in a line")
-    assert "which of the cups here are 'shiny'" in of(heard, events.Noted)[0].message
+    assert "which of the cups here are 'shiny'" in of(sent, events.Noted)[0].message
 
 
-def test_something_that_cannot_take_part_makes_no_plain_success(loaded, heard):
-    with Conversation(RunOptions(str(DESK), model="geometric", execute=False), loaded, heard.append) as conversation:
+def test_something_that_cannot_take_part_makes_no_plain_success(cache, sent):
+    with Conversation(RunOptions(str(DESK), model="geometric", execute=False), cache, [sent]) as conversation:
         fallen = conversation.table.poses()["cup 2"]
         fallen[2, 3] = -1.0
         conversation.table.world.set_pose(conversation.table.names.index("cup 2"), fallen)
         assert conversation.say("put the cups in a line")
         assert (
-            of(heard, events.Noted)[-1].message
+            of(sent, events.Noted)[-1].message
             == "2 of 3 objects take part; cup 2 is left where it is: it has fallen off the table"
         )
         assert not conversation.go()
-        assert of(heard, events.Checked)[-1].success
-        assert of(heard, events.Failed)[-1].message.startswith("2 of 3 objects stand as asked; cup 2")
+        assert of(sent, events.Checked)[-1].success
+        assert of(sent, events.Failed)[-1].message.startswith("2 of 3 objects stand as asked; cup 2")
         assert not conversation.say("put cup 2 and the orange in a line")
-        assert of(heard, events.Failed)[-1].message == "cup 2 cannot take part: it has fallen off the table"
+        assert of(sent, events.Failed)[-1].message == "cup 2 cannot take part: it has fallen off the table"

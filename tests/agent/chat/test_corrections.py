@@ -1,10 +1,10 @@
-"""Corrections of a wish over a table of eight things: what is asked for then, and which objects take part."""
+"""Corrections of a goal over a table of eight things: what is asked for then, and which objects take part."""
 
 from types import SimpleNamespace
 
 import pytest
 
-from agent.chat.participants import meant_objects
+from agent.chat.participants import select_participants
 from agent.chat.state import Situation, with_a_shape
 from agent.errors import NotBuildable
 from agent.pipeline.instruction_parser import ReadingOptions
@@ -17,7 +17,7 @@ NAMES = {
     "block": "wooden block", "can": "tall can",
 }  # fmt: skip
 EVERYTHING = " ".join(NAMES)
-# (the wish, who takes part, what the proposal realises)
+# (the goal, who takes part, what the proposal realises)
 LINE = (StructureSpec("line"), "mug bowl banana block", StructureSpec("line", "medium", "center", "middle", "north"))
 SHORT = StructureSpec("line", "small", "left")
 SHORT_LINE = (SHORT, LINE[1], StructureSpec("line", "small", "left", "middle", "north"))
@@ -33,16 +33,16 @@ def named(words: str) -> set[str]:
     return {NAMES[word] for word in words.split()}
 
 
-def corrected(loaded, stands, text):
+def corrected(cache, stands, text):
     """The revision, and who takes part after it."""
-    wish, objects, realised = stands
+    goal, objects, realised = stands
     names = tuple(NAMES.values())
     table = SimpleNamespace(names=names, referents=[SceneObject(name) for name in names], fallen=(), out_of_reach=())
-    before = Situation(wish, tuple(NAMES[word] for word in objects.split()), {})
-    revision = with_a_shape(loaded.interpreter(ReadingOptions()).revise(wish, text, realised), wish)
+    before = Situation(goal, tuple(NAMES[word] for word in objects.split()), {})
+    revision = with_a_shape(cache.interpreter(ReadingOptions()).revise(goal, text, realised), goal)
     if revision.status in ("refused", "unchanged"):
         raise NotBuildable(revision.message)
-    return revision, set(meant_objects(revision, table, before, loaded.encoder).names)
+    return revision, set(select_participants(revision, table, before, cache.encoder).names)
 
 
 @pytest.mark.parametrize(
@@ -169,8 +169,8 @@ def corrected(loaded, stands, text):
         (SHORT_LINE, "switch sides", {"x_position": "right"}, None),
     ],
 )  # fmt: skip
-def test_what_is_asked_for_then(loaded, stands, text, changes, objects):
-    revision, meant = corrected(loaded, stands, text)
+def test_what_is_asked_for_then(cache, stands, text, changes, objects):
+    revision, meant = corrected(cache, stands, text)
     assert revision.status == "ok"
     assert meant == named(stands[1] if objects is None else objects)
     before, after = stands[0].to_dict(), revision.spec.to_dict()
@@ -257,9 +257,9 @@ def test_what_is_asked_for_then(loaded, stands, text, changes, objects):
         (LINE, "use the can", "'add the can'"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_done_is_said(loaded, stands, text, words):
+def test_what_cannot_be_done_is_said(cache, stands, text, words):
     """Refused or asked, never built as something else; the message names what the matter is."""
     with pytest.raises((NotBuildable, SelectionError)) as told:
-        revision, _ = corrected(loaded, stands, text)
+        revision, _ = corrected(cache, stands, text)
         raise NotBuildable(revision.message if revision.status == "ask" else "")
     assert str(told.value) and words.lower() in str(told.value).lower()

@@ -13,30 +13,30 @@ from tests.agent.chat.conftest import DESK
 SENTENCE = "put the cups in a small circle on the left"  # of the README
 
 
-def assert_can_be_read(loaded, table, suggested):
+def assert_can_be_read(cache, table, suggested):
     """The words mean the slots and the objects that are meant."""
-    parse = loaded.interpreter(ReadingOptions("embedding", "robot", None, None)).parse(suggested.text)
+    parse = cache.interpreter(ReadingOptions("embedding", "robot", None, None)).parse(suggested.text)
     assert (parse.status, parse.spec) == ("ok", suggested.spec)
-    indices = select_objects(suggested.text, table.called, loaded.encoder).indices
+    indices = select_objects(suggested.text, table.display_names, cache.encoder).indices
     assert {table.names[index] for index in indices} == set(suggested.objects)
 
 
 @pytest.mark.parametrize("objects", ["ycb", "procedural"])
-def test_every_table_that_is_drawn_has_an_instruction_that_can_be_read(loaded, objects):
-    source = loaded.source("simulated", objects)
+def test_every_table_that_is_drawn_has_an_instruction_that_can_be_read(cache, objects):
+    source = cache.source("simulated", objects)
     texts = set()
     for seed in range(20):
         with source.set_out(seed) as table:
             suggested = suggestion(table, table.look())
             assert suggested is not None, seed
             assert len(suggested.objects) == 3 and suggested.spec.shape in ("circle", "line")
-            assert_can_be_read(loaded, table, suggested)
+            assert_can_be_read(cache, table, suggested)
             texts.add(suggested.text)
     assert len(texts) > 2
 
 
-def test_the_first_table_suits_the_sentence_of_the_readme(loaded):
-    with loaded.source("simulated", "ycb").set_out(0) as table:
+def test_the_first_table_suits_the_sentence_of_the_readme(cache):
+    with cache.source("simulated", "ycb").set_out(0) as table:
         suggested = suggestion(table, table.look())
     assert suggested.text == SENTENCE and suggested.objects == ("cup 1", "cup 2", "cup 3")
     assert invitation(suggested) == f"Say what to build, for example “{SENTENCE}”."
@@ -44,43 +44,43 @@ def test_the_first_table_suits_the_sentence_of_the_readme(loaded):
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_what_is_suggested_is_built(loaded, heard, seed):
-    with Conversation(RunOptions("simulated", model="geometric", seed=seed), loaded, heard.append) as conversation:
+def test_what_is_suggested_is_built(cache, sent, seed):
+    with Conversation(RunOptions("simulated", model="geometric", seed=seed), cache, [sent]) as conversation:
         suggested = conversation.example()
         assert conversation.say(suggested.text)
-        assert conversation.situation.wish == suggested.spec
+        assert conversation.situation.goal == suggested.spec
         assert set(conversation.situation.objects) == set(suggested.objects)
-        assert conversation.go(), heard[-2:]
+        assert conversation.go(), sent[-2:]
 
 
-def test_a_recording_without_nouns(loaded):
-    with loaded.source("example", "ycb").set_out(0) as table:
+def test_a_recording_without_nouns(cache):
+    with cache.source("example", "ycb").set_out(0) as table:
         suggested = suggestion(table, table.look())
         assert suggested.text.startswith("put everything in a ")
-        assert_can_be_read(loaded, table, suggested)
+        assert_can_be_read(cache, table, suggested)
 
 
-def set_out(loaded, tmp_path, *rows):
+def set_out(cache, tmp_path, *rows):
     file = tmp_path / "scene.yaml"
     file.write_text("version: 1\nobjects:\n" + "".join(f"- {{{row}}}\n" for row in rows))
-    return loaded.source(str(file), "ycb").set_out(0)
+    return cache.source(str(file), "ycb").set_out(0)
 
 
-def test_scene_files(loaded, tmp_path):
-    with loaded.source(str(DESK), "ycb").set_out(0) as table:
+def test_scene_files(cache, tmp_path):
+    with cache.source(str(DESK), "ycb").set_out(0) as table:
         assert suggestion(table, table.look()).text == SENTENCE
     two = ("mesh: ycb/065-g_cups, x: 0.30, y: -0.30", "mesh: ycb/065-h_cups, x: 0.30, y: 0.20", "mesh: ycb/banana, x: 0.60, y: 0.0")
-    with set_out(loaded, tmp_path, *two) as table:
+    with set_out(cache, tmp_path, *two) as table:
         suggested = suggestion(table, table.look())
         assert suggested.text == "stack the cups on the right" and suggested.spec == StructureSpec("tower", None, "right")
-        assert_can_be_read(loaded, table, suggested)
-    with set_out(loaded, tmp_path, "mesh: ycb/banana, x: 0.60, y: 0.0") as table:
+        assert_can_be_read(cache, table, suggested)
+    with set_out(cache, tmp_path, "mesh: ycb/banana, x: 0.60, y: 0.0") as table:
         assert suggestion(table, table.look()) is None
 
 
-def test_there_is_no_suggestion_of_what_carries_something(loaded, tmp_path):
+def test_there_is_no_suggestion_of_what_carries_something(cache, tmp_path):
     cups = [f"mesh: ycb/065-{letter}_cups, x: 0.{x}, y: 0.3" for letter, x in zip("ghi", (25, 40, 55))]
-    with set_out(loaded, tmp_path, *cups, "mesh: ycb/plum, x: 0.40, y: -0.3") as table:
+    with set_out(cache, tmp_path, *cups, "mesh: ycb/plum, x: 0.40, y: -0.3") as table:
         assert suggestion(table, table.look()).text == SENTENCE
         pose = table.poses()["cup 2"].copy()
         pose[2, 3] = table.models[1].height

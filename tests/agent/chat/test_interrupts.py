@@ -20,14 +20,14 @@ with ended_by_interrupts(sys.stdout) as stopped:
             print("ignored", number, flush=True)
         except KeyboardInterrupt:
             print("swallowed", number, flush=True)
-        if number in {heard}:
+        if number in {sent}:
             stopped()
 print("left", signal.getsignal(signal.SIGINT) is getattr(signal, {handler!r}))
 """
 
 
 @pytest.mark.parametrize(
-    ("handler", "heard", "code", "shown"),
+    ("handler", "sent", "code", "shown"),
     [
         ("default_int_handler", (), 130, ["swallowed 1", "swallowed 2"]),
         ("default_int_handler", (2,), 130, [f"swallowed {number}" for number in range(1, 5)]),
@@ -35,9 +35,9 @@ print("left", signal.getsignal(signal.SIGINT) is getattr(signal, {handler!r}))
         ("SIG_IGN", (), 0, [*(f"ignored {number}" for number in range(1, 6)), "left True"]),
     ],
 )
-def test_the_third_that_stops_nothing_ends_the_process(handler, heard, code, shown):
+def test_the_third_that_stops_nothing_ends_the_process(handler, sent, code, shown):
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM.format(handler=handler, heard=heard)], capture_output=True, text=True,
+        [sys.executable, "-c", PROGRAM.format(handler=handler, sent=sent)], capture_output=True, text=True,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
     assert (done.returncode, done.stdout.splitlines()) == (code, shown), done.stderr

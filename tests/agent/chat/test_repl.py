@@ -2,6 +2,7 @@
 
 import io
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from agent.arm.events import Placed
 from agent.chat.input import PlainLines
 from agent.chat.repl import Chat
 from agent.chat.view import ChatScreen
+from agent.event_base import kind_of
 from agent.reporting.event_schema import complaint
 from agent.reporting.event_text import remark_sentence
 from agent.reporting.run_report import RunRecord
@@ -23,20 +25,16 @@ def assert_stands_at(conversation, poses):
 
 
 @pytest.fixture
-def chat_of(conversation, heard, tmp_path):
+def chat_of(conversation, sent, tmp_path):
     """Talks the given lines; what was shown, and the chat."""
 
     def talk(*lines: str, yes: bool = False) -> tuple[str, Chat]:
         console = Console(file=io.StringIO(), width=100)
         screen = ChatScreen(console)
 
-        def tell(event):
-            heard.append(event)
-            screen(event)
-
-        conversation._tell = tell
+        conversation.listeners = [sent, screen]
         source = PlainLines(io.StringIO("\n".join(lines) + "\n"), lambda text: console.print(text, end=""))
-        chat = Chat(conversation, screen, source, tell, tmp_path / "session.jsonl", yes)
+        chat = Chat(conversation, screen, source, tmp_path / "session.jsonl", yes)
         chat.run()
         return console.file.getvalue(), chat
 
@@ -53,7 +51,7 @@ def test_answers(chat_of, conversation):
     shown, _ = chat_of("put the cups", "7", "yes", "n", "put the cups", "line")
     assert "'7' is no answer; legal: 1 to 4, or say it differently" in shown
     assert "'yes' is no answer" in shown and "the question is dropped" in shown
-    assert conversation.situation.wish.shape == "line"
+    assert conversation.situation.goal.shape == "line"
 
 
 def test_yes_builds_at_once(chat_of):
@@ -61,7 +59,7 @@ def test_yes_builds_at_once(chat_of):
     assert "build it?" not in shown and "It stands as it was asked for." in shown
 
 
-def test_without_the_arm_the_map_is_that_of_what_was_tried(chat_of, conversation, heard):
+def test_without_the_arm_the_map_is_that_of_what_was_tried(chat_of, conversation, sent):
     conversation.options = replace(conversation.options, execute=False)
     before = conversation.table.poses()
     shown, _ = chat_of("stack the boxes on the right", yes=True)
@@ -69,7 +67,7 @@ def test_without_the_arm_the_map_is_that_of_what_was_tried(chat_of, conversation
     assert after.count("+--") == 2 and "stacked: " in after  # one map, of the tower; the table has none
     assert "It stands" not in shown and "It holds as it was asked for, tried without the arm" in " ".join(after.split())
     assert all((pose == before[name]).all() for name, pose in conversation.table.poses().items())
-    kinds = [events.kind_of(event) for event in heard]
+    kinds = [kind_of(event) for event in sent]
     assert kinds.index("tried") < kinds.index("pictured") < kinds.index("checked")
 
 
@@ -150,15 +148,15 @@ QUESTIONS = ("hello", "what do you see", "where is the orange", "why that one", 
 
 
 @pytest.mark.parametrize("line", QUESTIONS)
-def test_small_talk_and_questions_are_answered_and_change_nothing(chat_of, conversation, heard, line):
+def test_small_talk_and_questions_are_answered_and_change_nothing(chat_of, conversation, sent, line):
     chat_of(line)
-    assert conversation.situation.wish is None and conversation.question is None
+    assert conversation.situation.goal is None and conversation.question is None
     for before in ("put the cups in a small circle on the left", "put the cups"):
         conversation.say(before)
         situation, question = conversation.situation, conversation.question
-        heard.clear()
+        sent.clear()
         shown, _ = chat_of(line)
-        (answered,) = heard
+        (answered,) = sent
         assert isinstance(answered, events.Answered) and answered.question == line
         assert " ".join(answered.answer.split()[:3]) in " ".join(shown.split())
         assert conversation.situation is situation and conversation.question is question
@@ -166,33 +164,33 @@ def test_small_talk_and_questions_are_answered_and_change_nothing(chat_of, conve
 
 def test_an_instruction_beside_a_greeting_is_an_instruction(chat_of, conversation):
     chat_of("hello, can you put the cups in a line?")
-    assert conversation.situation.wish.shape == "line"
+    assert conversation.situation.goal.shape == "line"
     chat_of("thanks, what about a circle?")
-    assert conversation.situation.wish.shape == "circle"
+    assert conversation.situation.goal.shape == "circle"
 
 
-def test_a_question_that_cannot_be_answered_is_no_bad_instruction(chat_of, heard):
+def test_a_question_that_cannot_be_answered_is_no_bad_instruction(chat_of, sent):
     shown, _ = chat_of("who won the football match?")
-    (answered,) = heard
+    (answered,) = sent
     assert answered.answer.startswith("I cannot answer that.") and "asks for no arrangement" not in shown
     shown, _ = chat_of("what a nice day")
     assert "asks for no arrangement" in shown
 
 
-def test_answers_are_kept_with_the_session(chat_of, heard):
+def test_answers_are_kept_with_the_session(chat_of, sent):
     chat_of("where is the orange")
-    told = heard[0].to_dict()
+    told = sent[0].to_dict()
     assert told["kind"] == "answered" and complaint(told) is None
     record = RunRecord()
-    record.take(told)
+    record.on_event(sent[0])
     assert record.report["remarks"] == [told]
     assert remark_sentence(told).startswith("The orange is on the left")
 
 
-def test_commands_in_words_before_anything_was_asked(chat_of, heard):
+def test_commands_in_words_before_anything_was_asked(chat_of, sent):
     shown, chat = chat_of("stop", "clear", "continue", "put it back", "start over")
     for sentence in (
-        "there is no proposal and no question", "nothing is wished for", "nothing was asked for yet",
+        "there is no proposal and no question", "there is no goal", "nothing was asked for yet",
         "there is nothing to put back", "everything is as it was at the start",
     ):  # fmt: skip
         assert sentence in shown
@@ -203,9 +201,9 @@ def test_stop_drops_a_proposal_and_continue_takes_it_up_again(chat_of, conversat
     shown, _ = chat_of("put the cups in a small circle on the left", "stop")
     assert "the proposal is dropped; nothing was moved" in shown and conversation.situation.proposal is None
     chat_of("continue")
-    assert conversation.situation.proposal is not None and conversation.situation.wish.size == "small"
+    assert conversation.situation.proposal is not None and conversation.situation.goal.size == "small"
     chat_of("put the cups", "stop")
-    assert conversation.question is None and conversation.situation.wish.size == "small"
+    assert conversation.question is None and conversation.situation.goal.size == "small"
 
 
 def test_continue_asks_again_where_a_question_stands(chat_of, conversation):
@@ -215,11 +213,11 @@ def test_continue_asks_again_where_a_question_stands(chat_of, conversation):
 
 def test_clear_drops_the_wish_and_can_be_undone(chat_of, conversation):
     chat_of("put the cups in a circle", "forget it")
-    assert conversation.situation.wish is None and conversation.situation.proposal is None
+    assert conversation.situation.goal is None and conversation.situation.proposal is None
     chat_of("undo")
-    assert conversation.situation.wish.shape == "circle"
+    assert conversation.situation.goal.shape == "circle"
     chat_of("stack the boxes", "put the cups", "clear")
-    assert conversation.question is None and conversation.situation.wish is None
+    assert conversation.question is None and conversation.situation.goal is None
 
 
 def test_building_putting_back_and_starting_over(chat_of, conversation):
@@ -230,32 +228,32 @@ def test_building_putting_back_and_starting_over(chat_of, conversation):
     circle = conversation.table.poses()
     chat_of("put everything back where it was")
     assert_stands_at(conversation, start)
-    assert conversation.situation.wish.shape == "circle"
+    assert conversation.situation.goal.shape == "circle"
     chat_of("undo")
     assert_stands_at(conversation, circle)
     chat_of("now as a line", "y")
-    assert conversation.situation.wish.shape == "line"
+    assert conversation.situation.goal.shape == "line"
     chat_of("put it back")
     assert_stands_at(conversation, circle)
     chat_of("put it back")
     assert_stands_at(conversation, start)
     chat_of("undo", "undo", "start over")
     assert_stands_at(conversation, start)
-    assert conversation.situation.wish is None and conversation.situation.builds == ()
+    assert conversation.situation.goal is None and conversation.situation.builds == ()
     chat_of("undo")
-    assert conversation.situation.wish.shape == "line"
+    assert conversation.situation.goal.shape == "line"
 
 
-def test_an_interrupted_build_is_gone_on_with(chat_of, conversation, heard):
+def test_an_interrupted_build_is_gone_on_with(chat_of, conversation, sent):
     conversation.say("put the cups in a small circle on the left")
     start = conversation.table.poses()
 
     def interrupt(event):
-        heard.append(event)
+        sent.append(event)
         if isinstance(event, Placed):
             raise KeyboardInterrupt
 
-    conversation._tell = interrupt
+    conversation.listeners = [SimpleNamespace(on_event=interrupt)]
     assert not conversation.go()
     (build,) = conversation.situation.builds
     assert build.trouble == "interrupted" and len(build.moved) == 1
@@ -289,9 +287,9 @@ class Pressed:
         ([None, None, "/seed wrong", None, None, None], 2),
     ],
 )
-def test_three_interruptions_in_a_row_end_the_chat(conversation, heard, tmp_path, lines, notes):
+def test_three_interruptions_in_a_row_end_the_chat(conversation, sent, tmp_path, lines, notes):
     console = Console(file=io.StringIO(), width=100)
-    chat = Chat(conversation, ChatScreen(console), Pressed(*lines), heard.append, tmp_path / "session.jsonl")
+    chat = Chat(conversation, ChatScreen(console), Pressed(*lines), tmp_path / "session.jsonl")
     with pytest.raises(KeyboardInterrupt):
         chat.run()
     assert console.file.getvalue().count("Ctrl-C once more ends the chat") == notes

@@ -23,7 +23,7 @@ def shown(events_told, terminal=False, width=80, echo=True) -> str:
     console = console_of(terminal, width)
     screen = ChatScreen(console, echo)
     for event in events_told:
-        screen(event)
+        screen.on_event(event)
     screen.idle()
     return console.file.getvalue()
 
@@ -96,7 +96,7 @@ def test_one_map_of_the_best_and_three_only_when_asked_for_where_there_is_room(t
         console = console_of(False, width)
         screen = ChatScreen(console)
         for event in told[:4]:
-            screen(event)
+            screen.on_event(event)
         before = len(console.file.getvalue())
         screen.candidates(3)
         asked = console.file.getvalue()[before:]
@@ -108,7 +108,7 @@ def test_the_key_is_not_repeated_until_it_changes_or_somebody_asks(told):
     console = console_of(False)
     screen = ChatScreen(console, echo=True)
     for event in (*told[:4], told[3], told[3]):
-        screen(event)
+        screen.on_event(event)
     assert console.file.getvalue().count("1 cup 1") == 1
     screen.maps.forget_key()
     screen.candidates(3)
@@ -189,7 +189,7 @@ def test_why_names_every_factor_of_the_chosen_one(told):
     screen = ChatScreen(console)
     screen.why()
     for event in told[:5]:
-        screen(event)
+        screen.on_event(event)
     screen.why()
     text = console.file.getvalue()
     assert text.startswith("nothing was imagined yet")

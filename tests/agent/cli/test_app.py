@@ -187,16 +187,16 @@ def test_models_that_know_nothing_have_no_valid_goal(checkpoints, tmp_path, caps
 
 def test_candidates_that_score_next_to_nothing_are_no_goal():
     from agent.errors import NoValidGoal
-    from agent.pipeline.candidates import LEAST_SCORE, worthwhile
+    from agent.pipeline.candidates import LEAST_SCORE, filter_viable
     from structdiffusion.observation import Arrangement
 
     good, bad = (Arrangement(np.eye(4)[None], {"total": score}) for score in (LEAST_SCORE, LEAST_SCORE / 2))
-    assert worthwhile([good, bad]) == [good]
+    assert filter_viable([good, bad]) == [good]
     stood = Arrangement(np.eye(4)[None], {"total": LEAST_SCORE / 9, "imagined": 1.0})
     fell = Arrangement(np.eye(4)[None], {"total": LEAST_SCORE / 9, "imagined": 0.1})
-    assert worthwhile([stood, good, bad, fell]) == [stood, good]
+    assert filter_viable([stood, good, bad, fell]) == [stood, good]
     with pytest.raises(NoValidGoal, match="none of 2 imagined arrangements is valid"):
-        worthwhile([bad, bad])
+        filter_viable([bad, bad])
 
 
 def test_checkpoint_of_another_model(fails, checkpoints, tmp_path):

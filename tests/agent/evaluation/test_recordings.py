@@ -13,7 +13,7 @@ from agent.errors import UsageError
 from agent.evaluation import recordings
 from agent.evaluation.common import report_of
 from agent.evaluation.recordings import _Job, _overlaps, _rates, _round_trip, tell_recordings
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import draw_scene
@@ -47,7 +47,7 @@ def test_a_planner_that_is_not_there_is_known_before_any_scene_is_drawn(monkeypa
 
 
 def test_a_scene_that_is_recorded_ends_as_it_does_in_simulation(job):
-    row = _round_trip(RUN, Loaded(), job)
+    row = _round_trip(RUN, ResourceCache(), job)
     assert row["found"] == 3 and row["exact"] and row["iou"] > 0.85
     assert row["simulated"] is None and row["recorded"] is None and row["same"]
 
@@ -60,7 +60,7 @@ def test_a_recording_that_cannot_be_used_is_a_row_of_its_own(job, monkeypatch):
             raise BadInput("no table")
 
     monkeypatch.setattr(recordings, "RecordedSource", Refused)
-    row = _round_trip(RUN, Loaded(), job)
+    row = _round_trip(RUN, ResourceCache(), job)
     assert (row["found"], row["exact"], row["recorded"], row["same"]) == (0, False, "no table", False)
 
 

@@ -16,7 +16,7 @@ from agent.evaluation.success import measure
 from agent.model_cards.catalogue import SHIPPED
 from agent.model_cards.provenance import MATCHES, NO_CARD, provenance_of
 from agent.pipeline.candidates import checked_planner
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from structdiffusion.planners.registry import PLANNERS
 
@@ -80,7 +80,7 @@ def test_a_network_unlike_its_card_is_not_loaded(way, name, weights):
     with pytest.raises(NotVerified, match=f"{name}.* --allow-unverified"):
         checked_planner("diffusion", weights)
     with pytest.raises(NotVerified):
-        Loaded().planner("diffusion", weights)
+        ResourceCache().planner("diffusion", weights)
     found = provenance_of("diffusion", weights)
     assert [one for one in MADE_OF if not found[one].verified] == [name]
 

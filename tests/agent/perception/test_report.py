@@ -9,7 +9,7 @@ import pytest
 from scipy import ndimage
 
 from agent.perception.overlay import labelled_picture
-from agent.perception.report import objects_json, tell_objects
+from agent.perception.report import objects_json, print_objects
 from agent.perception.segmentation import segment
 from agent.recordings.recording import DepthFrame
 from structdiffusion.objects.procedural import procedural_object
@@ -27,16 +27,16 @@ def found(two):
 
 def test_every_object_has_a_line(found):
     told = io.StringIO()
-    tell_objects(found, told)
+    print_objects(found, told)
     lines = told.getvalue().splitlines()
-    assert [line.startswith(one.called) for line, one in zip(lines[1:3], found.objects, strict=True)] == [True, True]
+    assert [line.startswith(one.display_name) for line, one in zip(lines[1:3], found.objects, strict=True)] == [True, True]
     assert len({len(line) for line in lines[:3]}) == 1
     assert lines[3].startswith("2 objects on a table that was seen from x 0.1")
 
 
 def test_json_holds_what_was_found(found):
     told = json.loads(json.dumps(objects_json(found)))
-    assert [one["called"] for one in told["objects"]] == [one.called for one in found.objects]
+    assert [one["called"] for one in told["objects"]] == [one.display_name for one in found.objects]
     for one, other in zip(told["objects"], found.objects, strict=True):
         np.testing.assert_allclose((one["x"], one["y"]), other.world_from_box[:2, 3], atol=1e-3)
         np.testing.assert_allclose(one["world_from_box"], other.world_from_box, atol=1e-6)

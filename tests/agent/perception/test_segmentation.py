@@ -90,7 +90,7 @@ def test_the_table_is_as_large_as_what_was_seen_of_it(found):
 
 
 def test_a_name_says_what_tells_an_object_from_the_others(found):
-    names = [one.called for one in found.objects]
+    names = [one.display_name for one in found.objects]
     assert "red" in names[3] and "tall" in names[3]
     assert "blue" in names[4] and "tall" not in names[4]
     assert select_objects("put the red tall object on the left", names).indices == (3,)
@@ -112,7 +112,7 @@ def test_an_unorganised_cloud_without_colour_shows_the_same_objects(mixed, found
     assert min(overlaps(seen.labels[0], mixed.truth.ravel()[there])) > 0.6
     for one, other in zip(seen.objects, found.objects, strict=True):
         np.testing.assert_allclose(one.world_from_box[:2, 3], other.world_from_box[:2, 3], atol=0.015)
-        assert one.colors is None and "red" not in one.called
+        assert one.colors is None and "red" not in one.display_name
 
 
 def test_without_any_pose_the_objects_lie_where_the_arm_reaches(mixed, found):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from agent import events
+from agent.event_base import Event
 from agent.pipeline.run import RunOptions, run_instruction
 from agent.recordings.recording import ReadingOf, RecordedOptions
 from agent.scenes.digital_twin import RecordedSource
@@ -22,11 +23,11 @@ from tests.agent.scenes.test_digital_twin import GREEN, RED, block
 BLUE = (0.15, 0.3, 0.7)
 
 
-def told(text: str, **options) -> list[events.Event]:
+def told(text: str, **options) -> list[Event]:
     return list(run_instruction(text, RunOptions(model="geometric", execute=False, **options)))
 
 
-def only(kind: type, happened: list[events.Event]):
+def only(kind: type, happened: list[Event]):
     return next(event for event in happened if isinstance(event, kind))
 
 

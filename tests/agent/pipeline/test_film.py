@@ -8,7 +8,7 @@ from PIL import Image
 
 from agent.arm.events import Stopped
 from agent.events import Checked, Filmed
-from agent.pipeline import steps
+from agent.pipeline.building import build_with_arm
 from agent.pipeline.film import Film
 from agent.rendering.image_files import film_of, pictures_of
 from agent.scenes.table_scene import TableScene
@@ -64,14 +64,14 @@ def test_an_interrupted_build_has_its_film_too(table):
     motions[0, 1, 3] = 0.1
     passed, told = [0], []
 
-    def watch(watched: TableScene) -> None:
+    def on_step(watched: TableScene) -> None:
         assert watched is table
         passed[0] += 1
         if passed[0] == 600:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        for event in steps.build(table, scene, StructureSpec("line"), [Arrangement(motions)], 0, watch=watch):
+        for event in build_with_arm(table, scene, StructureSpec("line"), [Arrangement(motions)], 0, on_step=on_step):
             told.append(event)
     assert isinstance(told[-2], Stopped) and isinstance(told[-1], Filmed)
     assert not any(isinstance(event, Checked) for event in told)

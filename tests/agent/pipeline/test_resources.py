@@ -6,7 +6,7 @@ import pytest
 import trimesh
 
 from agent.errors import UsageError
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.recordings.recording import ReadingOf, RecordedOptions
 
 DESK = Path(__file__).parents[1] / "chat" / "desk.yaml"
@@ -21,16 +21,16 @@ def block(folder: Path, width: float) -> str:
 
 def test_a_library_of_simulated_scenes_is_loaded_once(tmp_path):
     blocks, others = block(tmp_path / "blocks", 0.05), block(tmp_path / "others", 0.04)
-    loaded = Loaded()
-    first = loaded.source("simulated", blocks)
+    cache = ResourceCache()
+    first = cache.source("simulated", blocks)
     # Every turn of a chat and every row of a batch brings its own options, in which nothing is said of recordings.
-    assert loaded.source("simulated", blocks, RecordedOptions(ReadingOf())) is first
-    assert loaded.source("simulated", others, RecordedOptions(ReadingOf())) is not first
+    assert cache.source("simulated", blocks, RecordedOptions(ReadingOf())) is first
+    assert cache.source("simulated", others, RecordedOptions(ReadingOf())) is not first
     # What only a recording can answer is still an error, though the library is there.
     with pytest.raises(UsageError, match="are for recordings"):
-        loaded.source("simulated", blocks, RecordedOptions(ReadingOf(at=1.0)))
+        cache.source("simulated", blocks, RecordedOptions(ReadingOf(at=1.0)))
 
 
 def test_files_are_read_anew():
-    loaded = Loaded()
-    assert loaded.source(str(DESK), "procedural") is not loaded.source(str(DESK), "procedural")
+    cache = ResourceCache()
+    assert cache.source(str(DESK), "procedural") is not cache.source(str(DESK), "procedural")

@@ -7,8 +7,12 @@ import pytest
 
 from agent import events
 from agent.arm.events import Placed, PlanFailed, Planned, Stopped
-from agent.errors import NotBuildable, NoValidGoal
-from agent.pipeline import steps
+from agent.errors import ExecutionFailed, NotBuildable, NoValidGoal
+from agent.event_base import Event
+from agent.pipeline.building import build_with_arm, forward_events
+from agent.pipeline.event_builders import chosen_event
+from agent.pipeline.proposing import propose_arrangements
+from agent.pipeline.release import TRIED_PICTURE, release_in_physics
 from agent.scenes.table_scene import TableScene
 from grounding.spec import StructureSpec
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
@@ -44,7 +48,7 @@ def stacked() -> Iterator[TableScene]:
 
 def test_the_planner_sees_what_stands_on_something_lowered(stacked):
     scene, planner = stacked.look(), Watched()
-    imagined = steps.imagine(planner, "geometric", scene, Goal(StructureSpec("line")), 0)
+    imagined = propose_arrangements(planner, "geometric", scene, Goal(StructureSpec("line")), 0)
     assert [cloud.bottom for cloud in scene.objects] == pytest.approx([0.0, BLOCKS[0].height, 0.0])
     assert [cloud.bottom for cloud in planner.shown.objects] == [0.0, 0.0, 0.0]
     assert abs(planner.shown.objects[1].points[:, 2].max() - BLOCKS[1].height) < 0.01
@@ -53,7 +57,7 @@ def test_the_planner_sees_what_stands_on_something_lowered(stacked):
 
 def test_the_motion_is_right_from_where_it_really_stands(stacked):
     scene = stacked.look()
-    imagined = steps.imagine(GeometricPlanner(), "geometric", scene, Goal(StructureSpec("line")), 0)
+    imagined = propose_arrangements(GeometricPlanner(), "geometric", scene, Goal(StructureSpec("line")), 0)
     best = imagined.arrangements[0]
     for pose, motion in zip(stacked.world.poses(), best.goal_from_initial, strict=True):
         assert (motion @ pose)[2, 3] == pytest.approx(0.0, abs=0.01)  # of a line everything stands on the table
@@ -64,7 +68,7 @@ def test_the_motion_is_right_from_where_it_really_stands(stacked):
 
 
 def test_a_tower_of_what_is_a_tower_already_has_its_heights(stacked):
-    imagined = steps.imagine(GeometricPlanner(), "geometric", stacked.look(), Goal(StructureSpec("tower")), 0)
+    imagined = propose_arrangements(GeometricPlanner(), "geometric", stacked.look(), Goal(StructureSpec("tower")), 0)
     goals = imagined.arrangements[0].goal_from_initial @ np.array(stacked.world.poses())
     order = np.argsort(goals[:, 2, 3])
     heights = np.concatenate(([0.0], np.cumsum([BLOCKS[i].height for i in order])))[:3]
@@ -74,35 +78,35 @@ def test_a_tower_of_what_is_a_tower_already_has_its_heights(stacked):
 def test_what_would_fall_with_another_has_to_take_part(stacked):
     stacked.involve(["block 1", "block 3"])
     with pytest.raises(NotBuildable, match="the block 2 stands on the block 1 and would fall: let the block 2 take"):
-        steps.imagine(GeometricPlanner(), "geometric", stacked.look(), Goal(StructureSpec("line")), 0)
+        propose_arrangements(GeometricPlanner(), "geometric", stacked.look(), Goal(StructureSpec("line")), 0)
     stacked.involve(["block 2", "block 3"])  # what stands below may stay
-    assert steps.imagine(GeometricPlanner(), "geometric", stacked.look(), Goal(StructureSpec("line")), 0).candidates
+    assert propose_arrangements(GeometricPlanner(), "geometric", stacked.look(), Goal(StructureSpec("line")), 0).candidates
 
 
 def test_a_distractor_that_stands_beside_does_not_matter():
     scene = Scene((cube("a", 0.3, 0.0), cube("b", 0.4, 0.2)), distractors=(cube("c", 0.5, -0.2, 0.06),))
-    assert steps.imagine(GeometricPlanner(), "geometric", scene, Goal(StructureSpec("line")), 0).candidates
+    assert propose_arrangements(GeometricPlanner(), "geometric", scene, Goal(StructureSpec("line")), 0).candidates
 
 
 def test_a_circle_needs_three():
     scene = Scene((cube("a", 0.3, 0.0), cube("b", 0.5, 0.2)))
     with pytest.raises(NotBuildable, match="a circle needs 3 objects or more, and 2 take part"):
-        steps.imagine(GeometricPlanner(), "geometric", scene, Goal(StructureSpec("circle")), 0)
+        propose_arrangements(GeometricPlanner(), "geometric", scene, Goal(StructureSpec("circle")), 0)
     three = Scene((*scene.objects, cube("c", 0.4, -0.2)))
-    assert steps.imagine(GeometricPlanner(), "geometric", three, Goal(StructureSpec("circle")), 0).candidates
+    assert propose_arrangements(GeometricPlanner(), "geometric", three, Goal(StructureSpec("circle")), 0).candidates
 
 
 def test_no_layout_is_no_valid_goal():
     """Two slabs that are each wider than the table."""
     slabs = [ObjectCloud(name, "slab", cube(name, 0.0, 0.0).points * (15.0, 15.0, 1.0)) for name in "ab"]
     with pytest.raises(NoValidGoal, match="the model 'geometric' imagined no valid arrangement"):
-        steps.imagine(GeometricPlanner(), "geometric", Scene(tuple(slabs)), Goal(StructureSpec("line")), 0)
+        propose_arrangements(GeometricPlanner(), "geometric", Scene(tuple(slabs)), Goal(StructureSpec("line")), 0)
 
 
 def test_the_same_seed_imagines_the_same():
     scene = Scene((cube("a", 0.3, 0.0), cube("b", 0.5, 0.2)))
     first, again, other = (
-        steps.imagine(GeometricPlanner(), "geometric", scene, Goal(StructureSpec("line")), seed) for seed in (1, 1, 2)
+        propose_arrangements(GeometricPlanner(), "geometric", scene, Goal(StructureSpec("line")), seed) for seed in (1, 1, 2)
     )
     assert first.candidates == again.candidates != other.candidates
 
@@ -110,7 +114,7 @@ def test_the_same_seed_imagines_the_same():
 # --- interruptions -------------------------------------------------------------------------------
 
 
-def work(told: list[str]) -> Iterator[events.Event]:
+def work(told: list[str]) -> Iterator[Event]:
     """An arm at work that tells that it was stopped."""
     try:
         for number in range(3):
@@ -125,7 +129,7 @@ def work(told: list[str]) -> Iterator[events.Event]:
 
 def test_an_interruption_is_handed_on_and_what_it_tells_is_told():
     told: list[str] = []
-    given = steps.each_of(work(told), lambda event: iter((event, events.Noted("more"))))
+    given = forward_events(work(told), lambda event: iter((event, events.Noted("more"))))
     assert [next(given).message for _ in range(3)] == ["step 0", "more", "step 1"]
     assert told == []
     assert given.throw(KeyboardInterrupt()) == Stopped(None, "", False, True)
@@ -137,7 +141,7 @@ def test_an_interruption_is_handed_on_and_what_it_tells_is_told():
 
 
 def test_an_interruption_while_more_is_made_of_an_event_is_handed_on_too():
-    def more(event: events.Event) -> Iterator[events.Event]:
+    def more(event: Event) -> Iterator[Event]:
         yield event
         if getattr(event, "message", "") == "step 1":
             raise KeyboardInterrupt
@@ -145,7 +149,7 @@ def test_an_interruption_while_more_is_made_of_an_event_is_handed_on_too():
     told: list[str] = []
     got = []
     with pytest.raises(KeyboardInterrupt):
-        for event in steps.each_of(work(told), more):
+        for event in forward_events(work(told), more):
             got.append(event)
     assert got == [events.Noted("step 0"), events.Noted("step 1"), Stopped(None, "", False, True)]
     assert told == ["stopping", "ended"]
@@ -153,7 +157,7 @@ def test_an_interruption_while_more_is_made_of_an_event_is_handed_on_too():
 
 def test_undisturbed_everything_is_told_in_turn():
     told: list[str] = []
-    got = list(steps.each_of(work(told), lambda event: iter((event,))))
+    got = list(forward_events(work(told), lambda event: iter((event,))))
     assert got == [events.Noted(f"step {number}") for number in range(3)]
     assert told == ["ended"]
 
@@ -171,7 +175,7 @@ def test_ranks_number_what_is_told_of_plans(table):
     far[:, 0, 3] = 1.6
     choices = [Arrangement(goals @ np.linalg.inv(start), {"total": 0.5}) for goals in (far, near)]
     told = []
-    building = steps.build(table, scene, StructureSpec("line"), choices, 0, ranks=[4, 2], film=False)
+    building = build_with_arm(table, scene, StructureSpec("line"), choices, 0, ranks=[4, 2], film=False)
     for event in building:
         told.append(event)
         if isinstance(event, Planned):
@@ -188,8 +192,8 @@ def test_without_ranks_they_are_numbered_in_order(table):
     motions = np.tile(np.eye(4), (2, 1, 1))
     motions[:, 0, 3] = 1.2
     told = []
-    building = steps.build(table, scene, StructureSpec("line"), [Arrangement(motions)] * 2, 0, film=False)
-    with pytest.raises(steps.ExecutionFailed, match="0 of 2 objects were placed: no arrangement could be planned"):
+    building = build_with_arm(table, scene, StructureSpec("line"), [Arrangement(motions)] * 2, 0, film=False)
+    with pytest.raises(ExecutionFailed, match="0 of 2 objects were placed: no arrangement could be planned"):
         for event in building:
             told.append(event)
     assert [event.arrangement for event in told if isinstance(event, PlanFailed)] == [0, 1]
@@ -206,12 +210,12 @@ def test_what_was_tried_is_told_and_pictured_and_the_table_stays(table):
     goals = start.copy()
     goals[:, :2, 3] = [(0.4, 0.3), (0.4, 0.1)]
     arrangement = Arrangement(goals @ np.linalg.inv(start))
-    tried, pictured, checked = steps.release(table, scene, StructureSpec("line"), arrangement)
+    tried, pictured, checked = release_in_physics(table, scene, StructureSpec("line"), arrangement)
     assert isinstance(tried, events.Tried) and isinstance(checked, events.Checked) and checked.success
-    expected = steps.chosen(1, arrangement, scene).goals
+    expected = chosen_event(1, arrangement, scene).goals
     for position, goal in zip(tried.positions, expected, strict=True):
         np.testing.assert_allclose(position, goal["position"], atol=0.01)
-    assert pictured.name == steps.TRIED_PICTURE and "unchanged" in pictured.caption
+    assert pictured.name == TRIED_PICTURE and "unchanged" in pictured.caption
     for place in goals[:, :3, 3] + (0, 0, 0.02):  # a box is where none was
         column, row = table.world.camera.pixels(place).astype(int)
         assert np.abs(pictured.image[row, column].astype(int) - before[row, column]).max() > 30
@@ -226,15 +230,15 @@ def test_what_failed_when_tried_is_shown_too(table):
     goals[:, :2, 3] = [(0.4, 0.0), (0.4, 0.01)]
     arrangement = Arrangement(goals @ np.linalg.inv(start))
     with pytest.raises(NoValidGoal, match="does not hold"):
-        list(steps.release(table, scene, StructureSpec("line"), arrangement))
-    told = list(_until_failure(steps.release(table, scene, StructureSpec("line"), arrangement)))
+        list(release_in_physics(table, scene, StructureSpec("line"), arrangement))
+    told = list(_until_failure(release_in_physics(table, scene, StructureSpec("line"), arrangement)))
     tried, pictured, checked = told
     assert not checked.success and checked.failure_class == "intersection"
     assert np.isfinite(tried.positions).all() and len(tried.positions) == 2
     assert pictured.image.shape == (480, 640, 3)
 
 
-def _until_failure(work: Iterator[events.Event]) -> Iterator[events.Event]:
+def _until_failure(work: Iterator[Event]) -> Iterator[Event]:
     try:
         yield from work
     except NoValidGoal:

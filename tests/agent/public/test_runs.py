@@ -77,9 +77,20 @@ def test_listeners_hear_everything_in_order_and_may_compute():
             other.join(120)
             second.append(structagent.parse("a line").spec.shape)
 
+    class Counter:
+        count = 0
+
+        def on_event(self, event) -> None:
+            self.count += 1
+
+    counter, threads = Counter(), torch.get_num_threads()
     torch.set_num_threads(2)
-    result = structagent.run(CUPS, seed=2, on_event=[listen, lambda event: None], **FAST)
-    assert torch.get_num_threads() == 2
+    try:
+        result = structagent.run(CUPS, seed=2, on_event=[listen, counter], **FAST)
+        assert torch.get_num_threads() == 2
+    finally:
+        torch.set_num_threads(threads)
+    assert counter.count == len(heard) == len(result.events)
     assert second == ["tower", "line"]
     assert heard[:4] == ["Started", "Parsed", "Perceived", "Imagined"] and heard[-1] == "Finished"
     assert [event["kind"] for event in result.events][:3] == ["started", "parsed", "perceived"]

@@ -7,7 +7,7 @@ import pytest
 
 from agent.errors import BadInput
 from agent.recordings.bag_reader import Bag
-from agent.recordings.inspection import inspect_bag, tell_info
+from agent.recordings.inspection import inspect_bag, print_bag_info
 from tests.agent.recordings.bag_making import (
     COLOR,
     DEPTH,
@@ -37,7 +37,7 @@ def test_a_whole_session_is_told_whole(tmp_path, name):
     assert told["frames"][-1] == {"name": "root", "parent": "world", "static": True}
     assert [topic["name"] for topic in told["topics"]] == sorted(of)
     out = io.StringIO()
-    tell_info(info, out)
+    print_bag_info(info, out)
     assert "world\n    camera_link\n      camera_color_optical_frame" in out.getvalue()
     assert "hand (moving)" in out.getvalue() and "camera to arm  yes" in out.getvalue()
 
@@ -47,7 +47,7 @@ def test_what_is_missing_is_told(tmp_path):
     assert not any(info.there.values()) and info.used == {}
     assert any("no sensor_msgs/CameraInfo" in note for note in info.notes)
     out = io.StringIO()
-    tell_info(info, out)
+    print_bag_info(info, out)
     assert "note: " in out.getvalue() and f"{DEPTH}  sensor_msgs/Image" in out.getvalue()
 
 

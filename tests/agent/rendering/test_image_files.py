@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from agent.event_base import RecordedEvent
 from agent.rendering.image_files import Picture, pictures_of, webp_of
 from agent.rendering.palette import color_of
 from agent.rendering.scene_images import goal_overlay, imagined
@@ -134,7 +135,7 @@ def test_a_picture_is_kept_as_it_is():
 def report(told):
     record = RunRecord()
     for event in told:
-        record.take(event.to_dict())
+        record.on_event(RecordedEvent(event.to_dict()))
     return record.report
 
 
@@ -249,5 +250,5 @@ def test_timing_bar_has_every_step_and_the_rest():
 def test_a_later_picture_takes_the_place_of_one_of_its_name():
     record = RunRecord()
     for content in (b"first", b"second"):
-        record.take_picture(Picture("camera-after", "after", content))
+        record.on_picture(Picture("camera-after", "after", content))
     assert record.pictures == {"camera-after": b"second"} and len(record.report["pictures"]) == 1

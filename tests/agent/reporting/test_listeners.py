@@ -30,7 +30,7 @@ from agent.rendering.image_files import Picture
 from agent.reporting.event_text import arm_sentence
 from agent.reporting.html.document import session_page
 from agent.reporting.run_report import SCHEMA_VERSION, RunRecord
-from agent.reporting.session_log import Session
+from agent.reporting.session_reader import Session
 from agent.reporting.terminal_report import TerminalReport
 
 KEYS = {
@@ -42,7 +42,7 @@ KEYS = {
 def record_of(told) -> RunRecord:
     record = RunRecord()
     for event in told:
-        record(event)
+        record.on_event(event)
     return record
 
 
@@ -123,7 +123,7 @@ def test_a_film_of_an_old_session_still_plays(told):
         picture.paste((250, 250, 250), (8 * number, 0, 8 * number + 8, 8))
     buffer = io.BytesIO()
     first.save(buffer, format="WEBP", save_all=True, append_images=rest, duration=80, loop=0)
-    record.take_picture(Picture("film", "the arm at work", buffer.getvalue()))
+    record.on_picture(Picture("film", "the arm at work", buffer.getvalue()))
     text = session_page(Session("0.1.0", "2025-01-31T09:30:00+00:00", "Python", {}, ()), [record.turn])
     assert '<figure><img alt="the arm at work"' in text and '<figure class="film"' not in text
 
@@ -166,9 +166,9 @@ def test_what_was_tried_without_the_arm_is_shown_and_said(told, tmp_path):
     assert "What was tried without the arm" in text and "the goal as it came to rest" in text
     assert "stacked: 2 on 1" in text and "It stands as" not in text and "the table is unchanged" in text
     out = io.StringIO()
-    tell = TerminalReport(Console(file=out, width=100))
+    terminal = TerminalReport(Console(file=out, width=100))
     for event in (*told[:5], tried, picture, verdict):
-        tell(event)
+        terminal.on_event(event)
     assert "It stands" not in out.getvalue() and "the table is unchanged." in out.getvalue()
 
 
@@ -235,9 +235,9 @@ def test_remarks_are_kept_and_told_in_order(told, tmp_path):
     assert [remark["kind"] for remark in record.report["remarks"]] == ["asked", "noted", "commanded", "restored"]
     assert [entry["kind"] for entry in record.report["arm"]] == ["stopped"]
     text, out = record.write(tmp_path).read_text(encoding="utf-8"), io.StringIO()
-    tell = TerminalReport(Console(file=out, width=100))
+    terminal = TerminalReport(Console(file=out, width=100))
     for event in (*told[:3], *remarks, Stopped(1, "cup 2", True, True)):
-        tell(event)
+        terminal.on_event(event)
     for part in ("A circle or a line? 1) circle, 2) line", "/undo", "undo: put back cup 2", "set the cup 2 down"):
         assert part in text and part in out.getvalue(), part
     assert "ours &lt;b&gt;now" in text and "ours <b>now</b>" in out.getvalue()
@@ -269,9 +269,9 @@ def test_report_into_a_file_is_a_usage_error(told, tmp_path):
 
 def test_terminal_tells_plain_text_where_there_is_no_terminal(told):
     out = io.StringIO()
-    tell = TerminalReport(Console(file=out))
+    terminal = TerminalReport(Console(file=out))
     for event in told:
-        tell(event)
+        terminal.on_event(event)
     text = out.getvalue()
     assert "\x1b" not in text
     for part in (
@@ -291,5 +291,5 @@ def test_terminal_does_not_read_markup_in_the_instruction(told):
     out = io.StringIO()
     from agent.events import Started
 
-    TerminalReport(Console(file=out))(Started("a [bold]circle[/bold] [/]", {}))
+    TerminalReport(Console(file=out)).on_event(Started("a [bold]circle[/bold] [/]", {}))
     assert "a [bold]circle[/bold] [/]" in out.getvalue()

@@ -9,7 +9,8 @@ from rerun.chunk import RrdReader
 
 from agent import events
 from agent.errors import UsageError
-from agent.pipeline import steps
+from agent.pipeline.building import build_with_arm
+from agent.pipeline.event_builders import chosen_event, perceived_event
 from agent.reporting.rerun_log import CANDIDATES, EVERY, RerunLog
 from grounding.spec import StructureSpec
 from structdiffusion.observation import Arrangement
@@ -45,21 +46,21 @@ def recording(table, tmp_path):
     with RerunLog(path) as log:
         hand = []
 
-        def watch(watched) -> None:
-            log.watch(watched)
+        def on_step(watched) -> None:
+            log.on_physics_step(watched)
             if passed[0] % EVERY == 0:
                 hand.append(watched.arm.world_from_ee())
             passed[0] += 1
             if passed[0] == STEPS:
                 raise KeyboardInterrupt
 
-        log(events.Started("put the box to the left", {}))
-        log(steps.perceived(scene, 0.1))
-        log(events.Imagined("geometric", (), 0.1, scene=scene, arrangements=(arrangement,) * (CANDIDATES + 2)))
-        log(steps.chosen(1, arrangement, scene))
+        log.on_event(events.Started("put the box to the left", {}))
+        log.on_event(perceived_event(scene, 0.1))
+        log.on_event(events.Imagined("geometric", (), 0.1, scene=scene, arrangements=(arrangement,) * (CANDIDATES + 2)))
+        log.on_event(chosen_event(1, arrangement, scene))
         with pytest.raises(KeyboardInterrupt):
-            for event in steps.build(table, scene, StructureSpec("line"), [arrangement], 0, film=False, watch=watch):
-                log(event)
+            for event in build_with_arm(table, scene, StructureSpec("line"), [arrangement], 0, film=False, on_step=on_step):
+                log.on_event(event)
     return scene, motions, table, hand, rows_of(path)
 
 

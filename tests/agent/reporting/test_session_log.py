@@ -10,12 +10,15 @@ from agent import events
 from agent.cli.report import replay as replay_verb
 from agent.cli.report import report as report_verb
 from agent.errors import BadInput, UsageError
-from agent.reporting import session_log
-from agent.reporting.event_schema import complaint, kinds
+from agent.reporting import session_reader
+from agent.reporting.event_schema import complaint, event_classes
 from agent.reporting.replay import records_of, replay
 from agent.reporting.run_report import RunRecord
-from agent.reporting.session_log import SCHEMA_VERSION, SessionWriter, read_session, run_session
+from agent.reporting.session_format import READABLE_VERSIONS
+from agent.reporting.session_log import SessionWriter, run_session
+from agent.reporting.session_reader import read_session
 from agent.runtime.redaction import without_credentials
+from tests.agent.event_log import EventLog
 
 
 @pytest.fixture
@@ -25,7 +28,7 @@ def path(told, tmp_path):
     with SessionWriter(path, {"seed": 0}) as session:
         record = RunRecord(session)
         for event in told:
-            record(event)
+            record.on_event(event)
     return path
 
 
@@ -36,7 +39,7 @@ def lines_of(path) -> list[dict]:
 def test_session_gives_back_the_report_and_every_picture(told, path):
     live = RunRecord()
     for event in told:
-        live(event)
+        live.on_event(event)
     session = read_session(path)
     (record,) = records_of(session)
     assert record.report == live.report and record.pictures == live.pictures
@@ -50,7 +53,7 @@ def test_every_line_is_in_the_file_as_soon_as_it_is_told(told, tmp_path):
     path = tmp_path / "session.jsonl"
     session = SessionWriter(path, {})
     for number, event in enumerate(told, start=1):
-        session(event)
+        session.on_event(event)
         assert len(lines_of(path)) == 1 + number
     session.close()
 
@@ -58,7 +61,7 @@ def test_every_line_is_in_the_file_as_soon_as_it_is_told(told, tmp_path):
 def test_previews_are_not_kept(tmp_path):
     path = tmp_path / "session.jsonl"
     with SessionWriter(path, {}) as session:
-        session(events.Previewed(1, 25, (((0.0, 0.0, 0.0),),), ((0.0,),)))
+        session.on_event(events.Previewed(1, 25, (((0.0, 0.0, 0.0),),), ((0.0,),)))
     assert len(lines_of(path)) == 1
 
 
@@ -73,7 +76,7 @@ def test_a_torn_session_is_gone_on_with(told, path):
     before = read_session(path)
     path.write_bytes(path.read_bytes()[:-20])
     with SessionWriter(path, {"seed": 1}) as session:
-        session(told[0])
+        session.on_event(told[0])
     after = read_session(path)
     assert after.lines[:-1] == before.lines[:-1]
     assert after.lines[-1].event["instruction"] == told[0].instruction
@@ -93,13 +96,13 @@ def test_other_files_are_not_written_into(tmp_path):
 
 def test_session_of_a_run_begins_with_what_it_saw_and_replaces_an_earlier_one(told, tmp_path):
     with run_session(tmp_path / "out", {}) as session:
-        session(told[0])
-        session(told[-2])
+        session.on_event(told[0])
+        session.on_event(told[-2])
     assert not (tmp_path / "out").exists()
     for _ in range(2):
         with run_session(tmp_path / "out", {}) as session:
             for event in told:
-                session(event)
+                session.on_event(event)
     kinds_told = [line.event["kind"] for line in read_session(tmp_path / "out" / "session.jsonl").lines]
     assert kinds_told == [event.to_dict()["kind"] for event in told]
 
@@ -111,7 +114,7 @@ def test_keys_and_passwords_are_in_no_file(told, tmp_path):
     with SessionWriter(path, options) as session:
         record = RunRecord(session)
         for event in (events.Started("stack the cans", options), *told[1:]):
-            record(event)
+            record.on_event(event)
     page = record.write(tmp_path / "report")
     for text in (path.read_text(), record.json(), page.read_text(encoding="utf-8")):
         assert "hunter" not in text and "someone" not in text
@@ -139,7 +142,7 @@ def test_addresses_are_shown_without_what_is_secret(address, shown):
     [
         (1, "no JSON", ("no session",)),
         (1, '{"seconds": 0}', ("no session",)),
-        (1, None, ("schema version 99", str(SCHEMA_VERSION))),
+        (1, None, ("schema version 99", *map(str, READABLE_VERSIONS))),
         (3, "{", ("line 3", "no JSON")),
         (3, "\xff", ("line 3",)),
         (3, "[" * 100_000, ("line 3", "no JSON")),
@@ -174,7 +177,7 @@ def test_no_file_and_empty_file_are_bad_input(tmp_path):
 def test_told_events_are_told_from_others(told):
     for event in told:
         assert complaint(event.to_dict()) is None
-    assert {"started", "stopped", "restored", "plan_failed", "finished"} <= kinds().keys()
+    assert {"started", "stopped", "restored", "plan_failed", "finished"} <= event_classes().keys()
     perceived = told[2].to_dict()
     perceived["objects"][1]["position"] = [0.1, "far", 0.0]
     assert complaint(perceived) == "perceived.objects[1].position[1] must be a number"
@@ -223,9 +226,9 @@ def test_what_was_tried_goes_with_the_scene(told, path):
 
 
 def test_replay_tells_every_event_with_the_pauses_as_they_were(told, path):
-    session, again, pauses = read_session(path), [], []
-    replay(session, again.append, speed=2.0, sleep=pauses.append)
-    assert again == [event.to_dict() for event in told]
+    session, again, pauses = read_session(path), EventLog(), []
+    replay(session, again, speed=2.0, sleep=pauses.append)
+    assert [event.to_dict() for event in again] == [event.to_dict() for event in told]
     last = next(line for line in reversed(session.lines) if line.event is not None)
     assert sum(pauses) == pytest.approx(last.seconds / 2) and min(pauses) >= 0
 
@@ -272,8 +275,26 @@ def test_what_never_ends_is_refused_by_its_beginning(tmp_path):
 
 def test_a_session_that_is_too_large_is_refused(path, monkeypatch):
     size = path.stat().st_size
-    monkeypatch.setattr(session_log, "SESSION_BYTES", size)
+    monkeypatch.setattr(session_reader, "SESSION_BYTES", size)
     read_session(path)
-    monkeypatch.setattr(session_log, "SESSION_BYTES", size - 1)
+    monkeypatch.setattr(session_reader, "SESSION_BYTES", size - 1)
     with pytest.raises(BadInput, match=f"has more than {size - 1} bytes"):
         read_session(path)
+
+
+def test_a_session_of_schema_version_1_is_read_and_continued(told, path):
+    current = read_session(path)
+    lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    lines[0]["schema_version"] = 1
+    for line in lines[1:]:
+        for seen in line.get("event", {}).get("objects", ()):
+            seen["called"] = seen.pop("display_name")
+    path.write_text("".join(f"{json.dumps(line)}\n" for line in lines), encoding="utf-8")
+    assert '"called"' in path.read_text(encoding="utf-8")
+    old = read_session(path)
+    assert old.lines == current.lines
+    with SessionWriter(path, {}) as session:
+        for event in told:
+            session.on_event(event)
+    both = [line.event for line in read_session(path).lines if line.event is not None]
+    assert both == 2 * [line.event for line in current.lines if line.event is not None]

@@ -8,6 +8,7 @@ import pytest
 
 from agent.cli.app import command_line
 from agent.errors import NotWritten, UsageError
+from agent.event_base import RecordedEvent
 from agent.rendering.image_files import Picture
 from agent.reporting.replay import write_page
 from agent.reporting.run_report import RunRecord
@@ -27,7 +28,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 def record_with(*names: str) -> RunRecord:
     record = RunRecord()
     for name in names:
-        record.take_picture(Picture(name, "", b"RIFF"))
+        record.on_picture(Picture(name, "", b"RIFF"))
     return record
 
 
@@ -165,7 +166,7 @@ def test_a_link_in_the_place_of_a_report_is_replaced_and_not_followed(tmp_path):
     for name in ("report.json", "report.html", "session.jsonl", MARKER):
         (folder / name).symlink_to(tmp_path / "mine")
     with run_session(folder, {}) as session:
-        session.tell({"kind": "perceived"})
+        session.on_event(RecordedEvent({"kind": "perceived"}))
         record_with().write(folder)
     assert (tmp_path / "mine").read_text() == "kept"
     assert not any(path.is_symlink() for path in folder.iterdir())
@@ -204,9 +205,9 @@ def test_a_session_on_a_full_disk_has_whole_lines_alone(tmp_path, monkeypatch):
         before = path.read_bytes()
         session._file = HalfFull(session._file)
         with pytest.raises(NotWritten, match="No space left on device"):
-            session.tell({"kind": "noted", "message": "x" * 100})
+            session.on_event(RecordedEvent({"kind": "noted", "message": "x" * 100}))
         assert path.read_bytes() == before
-        session.tell({"kind": "noted", "message": "after that"})
+        session.on_event(RecordedEvent({"kind": "noted", "message": "after that"}))
     assert [list(json.loads(line)) for line in path.read_text().splitlines()][1] == ["seconds", "event"]
 
 
@@ -229,7 +230,7 @@ class HalfFull:
 def test_the_session_of_an_earlier_run_stays_where_there_is_no_room_for_a_new_one(tmp_path, monkeypatch):
     def told() -> None:
         with run_session(tmp_path, {}) as session:
-            session.tell({"kind": "perceived"})
+            session.on_event(RecordedEvent({"kind": "perceived"}))
 
     told()
     before = contents(tmp_path)
@@ -241,8 +242,8 @@ def test_the_session_of_an_earlier_run_stays_where_there_is_no_room_for_a_new_on
 
 def test_two_runs_in_one_folder(tmp_path):
     with run_session(tmp_path, {}) as session:
-        session.tell({"kind": "perceived"})
+        session.on_event(RecordedEvent({"kind": "perceived"}))
         with run_session(tmp_path, {}) as second, pytest.raises(UsageError, match="another process writes the session"):
-            second.tell({"kind": "perceived"})
-        session.tell({"kind": "noted", "message": "still mine"})
+            second.on_event(RecordedEvent({"kind": "perceived"}))
+        session.on_event(RecordedEvent({"kind": "noted", "message": "still mine"}))
     assert "still mine" in (tmp_path / "session.jsonl").read_text()

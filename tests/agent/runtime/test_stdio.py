@@ -10,6 +10,7 @@ import pytest
 import trimesh
 
 from agent.cli.app import command_line
+from agent.events import Imagined
 from agent.reporting.terminal_report import TerminalReport
 from agent.runtime.stdio import NO_TEXT, ReaderGone
 
@@ -109,12 +110,12 @@ def test_a_command_ends_when_nobody_reads_its_errors(folder):
 
 
 def test_a_run_that_nobody_reads_any_more_says_so_in_its_report(folder, monkeypatch):
-    def tell(self, told):
-        if told["kind"] == "imagined":
+    def on_event(self, event):
+        if isinstance(event, Imagined):
             raise ReaderGone(0)
 
     monkeypatch.chdir(folder)
-    monkeypatch.setattr(TerminalReport, "tell", tell)
+    monkeypatch.setattr(TerminalReport, "on_event", on_event)
     with pytest.raises(ReaderGone):
         command_line(["run", "stack two boxes", "--out", "left", *EXACT])
     report = json.loads((folder / "left" / "report.json").read_text())

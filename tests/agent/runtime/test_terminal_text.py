@@ -12,6 +12,7 @@ import pytest
 from rich.progress import Progress
 from rich.text import Text
 
+from agent.event_base import RecordedEvent
 from agent.reporting.session_log import SessionWriter
 from agent.runtime.terminal_text import VisibleStream, console_on, styled, visible
 
@@ -38,9 +39,9 @@ def assert_harmless(text: str) -> None:
 
 def session_of(path: Path) -> Path:
     with SessionWriter(path, {}) as session:
-        session.tell({"kind": "started", "instruction": HOSTILE, "options": {}})
-        session.tell({"kind": "noted", "message": HOSTILE})
-        session.tell({"kind": "failed", "step": "parse", "message": HOSTILE, "exit_code": 3})
+        session.on_event(RecordedEvent({"kind": "started", "instruction": HOSTILE, "options": {}}))
+        session.on_event(RecordedEvent({"kind": "noted", "message": HOSTILE}))
+        session.on_event(RecordedEvent({"kind": "failed", "step": "parse", "message": HOSTILE, "exit_code": 3}))
     return path
 
 

@@ -228,9 +228,9 @@ def test_own_meshes_are_found_from_the_file_and_take_its_noun_and_colour(tmp_pat
         "- {mesh: parts/thing_1.stl, x: 0.4, y: -0.1, name: left one}\n"
     )
     block, thing = load_scene(written(tmp_path / "scene.yaml", text))
-    assert (block.name, block.model.category, block.called) == ("block", "block", "block")
+    assert (block.name, block.model.category, block.display_name) == ("block", "block", "block")
     assert block.model.color == pytest.approx((0, 128 / 255, 1))
-    assert (thing.name, thing.model.category, thing.called) == ("left one", "thing", "left one thing")
+    assert (thing.name, thing.model.category, thing.display_name) == ("left one", "thing", "left one thing")
     assert block.model.height == pytest.approx(0.06, abs=1e-3)
 
 
@@ -330,7 +330,7 @@ def test_help_has_an_example(scene, verb):
 def run(text: str, where: Path | str) -> dict:
     record = RunRecord()
     for event in run_instruction(text, RunOptions(scene=str(where), model="geometric", execute=False)):
-        record(event)
+        record.on_event(event)
     return record.report
 
 

@@ -114,7 +114,7 @@ def test_those_that_take_part_come_first(stacked):
     before = stacked.poses()
     stacked.look()
     stacked.involve(["block 3", "block 2"])
-    assert stacked.names == stacked.called == ("block 2", "block 3", "block 1") and stacked.count == 2
+    assert stacked.names == stacked.display_names == ("block 2", "block 3", "block 1") and stacked.count == 2
     assert [model.name for model in stacked.models] == [BLOCKS[i].name for i in (1, 2, 0)]
     assert list(stacked.world.models) == list(stacked.models)
     positions = [before[name][:3, 3] for name in stacked.names]
@@ -199,9 +199,9 @@ def test_a_stack_that_was_saved_is_a_stack_when_it_is_loaded(tmp_path, source, s
         stacked.involve(["block 2", "block 3"])
     file = tmp_path / "stack.yaml"
     write_scene(source.saved(stacked, tmp_path), file)
-    with FileSource(file).set_out(seed=0) as loaded:
-        assert sorted(loaded.names) == sorted(stacked.names)
+    with FileSource(file).set_out(seed=0) as cache:
+        assert sorted(cache.names) == sorted(stacked.names)
         for name, pose in stacked.poses().items():
-            np.testing.assert_allclose(loaded.poses()[name], pose, atol=1e-5)
-        bottoms = {cloud.name: cloud.bottom for cloud in loaded.look().objects}
+            np.testing.assert_allclose(cache.poses()[name], pose, atol=1e-5)
+        bottoms = {cloud.name: cloud.bottom for cloud in cache.look().objects}
     assert bottoms == {"block 1": 0.0, "block 2": pytest.approx(UPON, abs=1e-4), "block 3": 0.0}

@@ -18,7 +18,7 @@ from agent.evaluation.success import measure
 from agent.evaluation.success.config import Asked
 from agent.evaluation.success.measure import measure_success
 from agent.evaluation.success.report import tell_success, write_success
-from agent.pipeline.resources import Loaded
+from agent.pipeline.resources import ResourceCache
 from agent.runtime.output_ownership import mark
 from structdiffusion.observation import Arrangement
 from structdiffusion.simulation.world import TabletopWorld
@@ -188,7 +188,7 @@ class _Failing:
 
 
 def test_failures_are_pictured(asked, tmp_path, monkeypatch):
-    monkeypatch.setattr(Loaded, "planner", lambda *_: _Failing())
+    monkeypatch.setattr(ResourceCache, "planner", lambda *_: _Failing())
     out = tmp_path / "out"
     for most in (0, 3, 3):
         report = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=out, pictures=most)

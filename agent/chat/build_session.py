@@ -1,0 +1,158 @@
+"""Proposals for what was asked, and building them, on the table of a conversation."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from agent import events
+from agent.arm.events import Planned
+from agent.chat.state import Build, Proposal, Situation
+from agent.chat.table_session import TableSession
+from agent.chat.turn import Turn
+from agent.errors import DONE, PartlyDone, UsageError
+from agent.event_base import Event, Listener
+from agent.pipeline.building import LAST_PICTURE, build_with_arm, forward_events
+from agent.pipeline.candidates import filter_viable
+from agent.pipeline.event_builders import describe_shortfall, perceived_event
+from agent.pipeline.proposing import propose_arrangements
+from agent.pipeline.release import release_in_physics
+from agent.pipeline.resources import ResourceCache
+from agent.pipeline.run import RunOptions, make_goal
+from grounding.spec import StructureSpec
+
+
+class BuildSession(TableSession):
+    """A table with proposals, one of which can be built; as `TableSession`."""
+
+    def __init__(self, options: RunOptions, cache: ResourceCache, listeners: Sequence[Listener]) -> None:
+        super().__init__(options, cache, listeners)
+        self._turn = Turn(self.send)
+
+    # --- what is proposed --------------------------------------------------------------------
+
+    def _propose(self, situation: Situation) -> None:
+        self._turn.step, began = "scene", time.perf_counter()
+        if self.table.tidy_up():
+            self.send(events.Noted("the arm emptied its hand and folded"))
+            situation = replace(situation, poses=self.table.poses())
+        self.table.involve(situation.objects)
+        self.table.missing = situation.missing
+        if shortfall := describe_shortfall(self.table, "take part"):
+            self.send(events.Noted(shortfall))
+        scene = self.table.look()
+        self.send(perceived_event(scene, time.perf_counter() - began, self.table))
+        self._turn.step = "imagination"
+        options, cache = self.options, self._cache
+        planner = cache.planner(options.model, options.weights, options.allow_unverified)
+        networks = cache.provenance(options.model, options.weights)
+        for one in networks.values():
+            if not one.verified:
+                self.send(events.Noted(one.card))
+        goal = make_goal(situation.spec, cache.encoder)
+        imagined = propose_arrangements(planner, options.model, scene, goal, options.seed, self.send)
+        imagined = replace(imagined, networks=networks)
+        self.send(imagined)
+        proposal = Proposal(situation.spec, scene, imagined, len(filter_viable(imagined.arrangements)))
+        self._remember(replace(situation, proposal=proposal, shown=proposal))
+        self.send(proposal.chosen)
+
+    def choose(self, rank: int) -> None:
+        """Makes another arrangement the one that would be built.
+
+        Raises:
+            UsageError: when there is no such arrangement.
+        """
+        proposal = self._proposed()
+        if not 1 <= rank <= len(proposal.imagined.arrangements):
+            raise UsageError(f"there is no candidate {rank}; legal: 1 to {len(proposal.imagined.arrangements)}")
+        proposal = replace(proposal, rank=rank)
+        self.situation = replace(self.situation, proposal=proposal, shown=proposal)
+        self.send(proposal.chosen)
+
+    def again(self) -> bool:
+        """Imagines anew, from the next seed; as `say`."""
+        if self.situation.goal is None:
+            raise UsageError("nothing was asked for yet")
+        self.options = replace(self.options, seed=self.options.seed + 1)
+        with self._turn.part("scene"):
+            self._propose(replace(self.situation, poses=self.table.poses()))
+            return True
+        return False
+
+    def resume(self) -> bool:
+        """Goes on with what was asked last and does not stand yet: proposes it on the table as it is; as `say`."""
+        if self.question is not None:
+            self.send(events.Asked(self.question.slot, self.question.text, self.question.options))
+            return False
+        if self.situation.goal is None:
+            raise UsageError("nothing was asked for yet; say what to build")
+        last = self.situation.builds[-1] if self.situation.builds else None
+        stands = last is not None and not last.trouble and last.moved
+        if stands and (last.goal, last.objects) == (self.situation.goal, self.situation.objects):
+            raise UsageError("it stands as it was asked for; say what to change, or what to build next")
+        self._turn.begin()
+        with self._turn.part("scene"):
+            self._propose(replace(self.situation, poses=self.table.poses()))
+            return True
+        return False
+
+    def _proposed(self) -> Proposal:
+        proposal = self.situation.proposal
+        if proposal is None:
+            raise UsageError("there is no proposal; say what to build, or /again")
+        return proposal
+
+    # --- what is built -----------------------------------------------------------------------
+
+    def plan(self) -> None:
+        """Tells the plan for the chosen arrangement, and moves nothing."""
+        from agent.arm.plan_selection import plan_structure
+
+        proposal = self._proposed()
+        rng = np.random.default_rng(self.options.seed)
+        kinematics = self.table.arm.kinematics
+        for event in plan_structure(proposal.scene, proposal.choice[:1], rng=rng, kinematics=kinematics):
+            self.send(replace(event, arrangement=proposal.rank - 1))
+
+    def go(self) -> bool:
+        """Builds the chosen arrangement, and judges it; whether it stands as asked."""
+        from agent.scenes.table_scene import MOVED
+
+        proposal, options = self._proposed(), self.options
+        built, before = False, self.table.poses()
+        self._future.clear()
+        try:
+            with self._turn.part("build"):
+                arrangements = proposal.choice
+                if options.execute:
+                    building = build_with_arm(
+                        self.table, proposal.scene, proposal.spec, arrangements, options.seed, ranks=proposal.ranks
+                    )
+                else:
+                    building = release_in_physics(self.table, proposal.scene, proposal.spec, arrangements[0])
+                for _ in forward_events(building, self._watched):
+                    pass
+                if shortfall := describe_shortfall(self.table, "stand as asked"):
+                    raise PartlyDone(shortfall)
+                built = True
+        finally:
+            poses, goal, objects = self.table.poses(), self.situation.goal, self.situation.objects
+            moved = tuple(name for name, pose in poses.items() if np.abs(pose - before[name]).max() > MOVED)
+            build = Build(goal or StructureSpec(), objects, before, moved, "" if built else self._turn.trouble)
+            builds = (*self.situation.builds, build)
+            self.situation = replace(self.situation, poses=poses, proposal=None, builds=builds)
+        if built:
+            self.send(events.Finished(True, DONE, self._turn.seconds))
+        return built
+
+    def _watched(self, event: Event) -> Iterator[Event]:
+        if isinstance(event, Planned) and self.situation.shown is not None:  # it need not be the one that was chosen
+            self.situation = replace(self.situation, shown=replace(self.situation.shown, rank=event.arrangement + 1))
+        if isinstance(event, events.Pictured) and event.name == LAST_PICTURE:
+            self._turn.step = "check"
+        self.send(event)
+        yield event

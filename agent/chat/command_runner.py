@@ -1,0 +1,177 @@
+"""What the slash commands of a chat do."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from agent.chat.commands import PARSERS, help_lines, one_of, whole_number
+from agent.chat.conversation import Conversation
+from agent.chat.greeting import invitation
+from agent.chat.view import SHOWN, ChatScreen
+from agent.errors import UsageError
+from agent.rendering.text import aligned
+from agent.reporting.replay import write_page
+from agent.runtime.settings import MOST_SEED
+from agent.scenes.files import SUFFIXES
+from agent.scenes.sources import SIMULATED
+from grounding.parse_result import shortened
+from grounding.viewpoint import VIEWPOINTS
+
+
+class CommandRunner:
+    """Carries out slash commands.
+
+    Args:
+        conversation: what they change.
+        screen: where their output is shown.
+        session: the file that keeps the conversation.
+        on_proposal: called when a command has led to a proposal.
+    """
+
+    def __init__(
+        self, conversation: Conversation, screen: ChatScreen, session: Path, on_proposal: Callable[[], None]
+    ) -> None:
+        self._conversation, self._screen = conversation, screen
+        self._session, self._on_proposal = session, on_proposal
+        self._overwrites: Path | None = None
+
+    def show_table(self) -> None:
+        """Show the table from above, and an instruction that suits it."""
+        self._screen.scene(self._conversation.look().to_dict())
+        self._screen.note(f"{invitation(self._conversation.example())} /help lists what else there is.")
+
+    def build(self) -> None:
+        """Build what is proposed, and show the table afterwards."""
+        self._screen.busy("looking for a plan")
+        self._conversation.go()
+        if self._conversation.options.execute:  # without the arm the table is as it was, and what was tried was shown
+            self._screen.scene(self._conversation.look().to_dict())
+
+    def run(self, name: str, rest: str) -> None:
+        """Carry out a command.
+
+        Args:
+            name: with its slash.
+            rest: what follows it.
+
+        Raises:
+            UsageError: when it cannot be carried out.
+        """
+        talk, screen = self._conversation, self._screen
+        match name:
+            case "/scene":
+                self._scene(rest)
+            case "/objects":
+                screen.scene_read(talk.look().to_dict())
+                if talk.table.held is not None:
+                    screen.note(f"in the hand: {talk.table.held}")
+            case "/candidates":
+                screen.maps.forget_key()
+                screen.candidates(whole_number(name, rest, 1) if rest else SHOWN)
+            case "/choose":
+                talk.choose(whole_number(name, rest, 1))
+            case "/why":
+                screen.why()
+            case "/plan":
+                screen.busy("looking for a plan")
+                talk.plan()
+            case "/go":
+                self.build()
+            case "/continue":
+                self._continue()
+            case "/stop":
+                talk.stop()
+            case "/clear":
+                talk.forget()
+            case "/again":
+                screen.busy("imagining")
+                if talk.again():
+                    self._on_proposal()
+            case "/undo" | "/redo" | "/back" | "/reset":
+                {"/undo": talk.undo, "/redo": talk.redo, "/back": talk.put_back, "/reset": talk.reset}[name]()
+                screen.scene(talk.look().to_dict())
+                proposal = talk.situation.proposal
+                if proposal is not None:  # shown again, not told: nothing new was imagined
+                    screen.on_event(proposal.imagined)
+                    screen.on_event(proposal.chosen)
+            case "/parser":
+                if rest:
+                    talk.read_with(one_of(name, rest, PARSERS))
+                screen.note(f"parser: {talk.options.reading.parser}")
+            case "/viewpoint":
+                if rest:
+                    talk.speak_from(one_of(name, rest, VIEWPOINTS))
+                screen.note(f"viewpoint: {talk.options.reading.viewpoint}")
+            case "/seed":
+                if rest:
+                    talk.seed_with(whole_number(name, rest, 0, MOST_SEED))
+                screen.note(f"seed: {talk.options.seed}")
+            case "/save":
+                self._save(_path(rest))
+            case "/load":
+                self._set_table(str(_path(rest)), talk.options.seed)
+            case "/report":
+                page = self._file(name, _path(rest), (".html",)) if rest else self._session.with_name("report.html")
+                screen.busy("writing the page")
+                screen.note(f"report: {write_page(self._session, page)}")
+            case "/help":
+                self._help()
+
+    def _continue(self) -> None:
+        if self._conversation.question is None and self._conversation.situation.proposal is not None:
+            self.build()
+            return
+        self._screen.busy("imagining")
+        if self._conversation.resume():
+            self._on_proposal()
+
+    def _scene(self, rest: str) -> None:
+        word, _, seed = rest.partition(" ")
+        if word:
+            one_of("/scene", word, ("new",))
+            number = whole_number("/scene new", seed.strip(), 0, MOST_SEED) if seed else None
+            self._set_table(SIMULATED, self._conversation.options.seed + 1 if number is None else number)
+        else:
+            self._screen.maps.forget_key()
+            self._screen.scene(self._conversation.look().to_dict())
+
+    def _set_table(self, scene: str, seed: int) -> None:
+        self._screen.busy("setting the table")
+        self._conversation.another_table(scene, seed)
+        self._screen.forget()
+        self.show_table()
+
+    def _save(self, path: Path) -> None:
+        held = self._conversation.table.held
+        if held is not None:
+            raise UsageError(f"the arm holds {held}; undo, or say what to build, before you save")
+        self._conversation.save(self._file("/save", path, SUFFIXES))
+        self._screen.note(f"saved {path}; structagent chat --scene {shlex.quote(str(path))} goes on with it")
+
+    def _file(self, command: str, path: Path, suffixes: Sequence[str]) -> Path:
+        """The path, where it may be written to: a file that is there must be asked for twice."""
+        if path.suffix.lower() not in suffixes:
+            legal = " or ".join(suffixes)
+            raise UsageError(f"{command} needs a file that ends in {legal}, got {shortened(str(path))!r}")
+        if path.is_dir():
+            raise UsageError(f"{command} needs a file, and {str(path)!r} is a folder")
+        known, self._overwrites = path == self._overwrites, path
+        if path.exists() and not known:
+            raise UsageError(f"there is already a file {str(path)!r}; the same command again overwrites it")
+        return path
+
+    def _help(self) -> None:
+        for line in aligned(help_lines()).splitlines():
+            self._screen.note(line)
+        self._screen.note(
+            "Anything else is an instruction, a correction of the last one, or a question: put the cups in a small "
+            "circle on the left; bigger; now a line; the other side; what do you see; where is the orange; undo"
+        )
+        self._screen.note("Ctrl-C stops what is going on; Alt-Enter begins another line; Ctrl-D ends")
+
+
+def _path(text: str) -> Path:
+    """What somebody types as a file, who is used to a shell."""
+    return Path(text).expanduser() if text.startswith("~/") else Path(text)

@@ -1,0 +1,160 @@
+"""The step in which the arm builds, with the choices and pictures that belong to it, and the final verdict."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator, Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from agent import events
+from agent.arm.events import Picked, Placed, PlaceFailed, PlanFailed, Planned
+from agent.errors import ExecutionFailed
+from agent.event_base import Event
+from agent.pipeline.event_builders import chosen_event
+
+if TYPE_CHECKING:
+    from agent.pipeline.film import Film
+    from agent.recordings.trajectory_export import TrajectoryLog
+    from agent.scenes.table_scene import TableScene
+    from grounding.spec import StructureSpec
+    from structdiffusion.observation import Arrangement, Scene
+
+LAST_PICTURE = "camera-after"  # taken when the arm is done and what it built is about to be judged
+
+
+def build_with_arm(
+    table: TableScene,
+    scene: Scene,
+    spec: StructureSpec,
+    arrangements: Sequence[Arrangement],
+    seed: int,
+    *,
+    ranks: Sequence[int] | None = None,
+    film: bool = True,
+    on_step: Callable[[TableScene], None] | None = None,
+    log: TrajectoryLog | None = None,
+) -> Generator[Event, None, None]:
+    """Build with the arm, look after every placement, and judge what stands.
+
+    Args:
+        table: where it is built.
+        scene: what was seen there.
+        spec: what was asked for.
+        arrangements: proposed goals, best first.
+        seed: of what the arm's planning draws at random.
+        ranks: of the arrangements, from 1; by default they are numbered in order.
+        film: whether to film the arm at work too, however the build ends.
+        on_step: called after every physics step while the arm is at work.
+        log: gets every motion of the arm.
+
+    Raises:
+        ExecutionFailed: when not everything was placed, or what was built does not stand as asked.
+        KeyboardInterrupt: when somebody interrupts it; the event `Stopped` comes first where the arm was at work.
+    """
+    from agent.arm.executor import build_structure
+    from agent.pipeline.film import Film
+    from agent.scenes.table_scene import SHOULDER
+
+    initial = np.array(table.world.poses()[: table.count])
+    rng = np.random.default_rng(seed)
+    progress = _BuildProgress(table, scene, arrangements, ranks or range(1, len(arrangements) + 1))
+    reel = Film(lambda: table.picture(SHOULDER))
+
+    def after_step() -> None:
+        if film:
+            reel.step()
+        if on_step is not None:
+            on_step(table)
+
+    try:
+        work = build_structure(table.world, table.arm, scene, arrangements, rng=rng, on_step=after_step, log=log)
+        yield from forward_events(work, progress.with_context)
+    except (Exception, KeyboardInterrupt):  # not `finally`: a generator that is closed may yield nothing more
+        yield from _finished_film(reel)
+        raise
+    yield from _finished_film(reel)
+    goals = arrangements[progress.index].goal_from_initial @ initial
+    yield from _judge(table, spec, goals, len(set(progress.placed)), progress.trouble)
+
+
+class _BuildProgress:
+    """Follows the arm: adds the choice of an arrangement and the pictures to its events.
+
+    Attributes:
+        index: of the arrangement that is being built.
+        placed: the indices of the objects that were placed; one that was pushed away may be placed twice.
+        trouble: why something could not be placed, in a sentence.
+    """
+
+    def __init__(
+        self, table: TableScene, scene: Scene, arrangements: Sequence[Arrangement], ranks: Sequence[int]
+    ) -> None:
+        self._table, self._scene, self._arrangements, self._ranks = table, scene, arrangements, ranks
+        self.index, self.trouble = 0, "no arrangement could be planned"
+        self.placed: list[int] = []
+
+    def with_context(self, event: Event) -> Iterator[Event]:
+        """Yield an event of the arm, with the choice before it and the picture after it."""
+        from agent.scenes.table_scene import SHOULDER
+
+        if isinstance(event, Planned) and event.arrangement != self.index:
+            self.index = event.arrangement
+            yield chosen_event(self._ranks[self.index], self._arrangements[self.index], self._scene)
+        if isinstance(event, Planned | PlanFailed):
+            event = replace(event, arrangement=self._ranks[event.arrangement] - 1)
+        yield event
+        if isinstance(event, PlaceFailed):
+            self.trouble = f"{event.name} could not be placed: {event.reason}"
+        if isinstance(event, Picked):
+            picture = self._table.picture(SHOULDER)
+            yield events.Pictured(f"placement-{len(self.placed) + 1}-picked", f"{event.name} in the hand", picture)
+        if isinstance(event, Placed) and not event.aside:
+            self.placed.append(event.object)
+            number = len(self.placed)
+            caption = f"after placement {number}: {event.name}"
+            yield events.Pictured(f"placement-{number}-after", caption, self._table.picture())
+
+
+def forward_events(
+    work: Generator[Event, None, None], more: Callable[[Event], Iterator[Event]]
+) -> Generator[Event, None, None]:
+    """Yield what `more` makes of each event of `work`, in turn.
+
+    A KeyboardInterrupt that reaches a listener is thrown into `work`, which may be moving an arm: the events that it
+    yields then are forwarded too, before the interruption is raised again.
+    """
+    event = next(work, None)
+    while event is not None:
+        try:
+            yield from more(event)
+        except KeyboardInterrupt as interruption:
+            event = work.throw(interruption)
+        else:
+            event = next(work, None)
+
+
+def _finished_film(reel: Film) -> Iterator[events.Filmed]:
+    filmed = reel.finish()
+    if filmed is not None:
+        yield filmed
+
+
+def _judge(
+    table: TableScene, spec: StructureSpec, goals: np.ndarray, placed: int, trouble: str
+) -> Iterator[Event]:
+    from agent.pipeline.verdict import judge_built
+
+    began = time.perf_counter()
+    if placed < table.count:
+        yield events.Pictured(LAST_PICTURE, "the scene in the end, through the camera", table.picture())
+        raise ExecutionFailed(f"{placed} of {table.count} objects were placed: {trouble}")
+    failure, checks = judge_built(table.world, range(table.count), goals, spec)
+    yield events.Pictured(LAST_PICTURE, "the scene in the end, through the camera", table.picture())
+    failed = next((check for check in checks if not check.passed), None)
+    detail = f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}" if failed else "everything stands as asked"
+    yield events.Checked(failure is None, failure, checks, detail, "arm", time.perf_counter() - began, table.bodies)
+    if failure is not None:
+        raise ExecutionFailed(f"the structure was built but does not stand as asked ({failure}): {detail}")

@@ -1,0 +1,61 @@
+"""The lines of session files: their layout, their schema versions, and how a line becomes bytes and back.
+
+The first line says what the session is; it stands again where a later process continues the file:
+
+    {"schema_version": 2, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": ...}
+
+Every other line is an event (its payload, see `agent.event_base`) or a picture; `seconds` count from the latest start:
+
+    {"seconds": 1.25, "event": {"kind": "started", "instruction": "stack the cans", "options": {...}}}
+    {"seconds": 2.5, "picture": {"name": "scene-before", "caption": "...", "format": "webp", "data": "<base64>"}}
+
+An event `started` begins a turn. In version 1 the `display_name` of an object that was seen was its key `called`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+SCHEMA_VERSION = 2
+READABLE_VERSIONS = (1, 2)
+
+
+def encode_line(entry: Mapping[str, Any]) -> bytes:
+    """Return the line of a session file that holds `entry`."""
+    return json.dumps(entry, ensure_ascii=False, allow_nan=False).encode("utf-8", errors="replace") + b"\n"
+
+
+def decode_line(line: bytes) -> Any:
+    """Return the JSON value of a line, or `None`, which is no line of a session, where it holds none."""
+    try:
+        return json.loads(line)
+    except (ValueError, RecursionError):  # a UnicodeDecodeError is a ValueError too
+        return None
+
+
+def is_start(entry: Any) -> bool:
+    """Return whether this is a session's first line, of whatever schema version."""
+    return isinstance(entry, dict) and {"schema_version", "version", "started", "machine"} <= entry.keys() and (
+        isinstance(entry["started"], str) and isinstance(entry.get("options"), dict)
+    )
+
+
+def upgrade_payload(payload: Any, schema_version: int) -> Any:
+    """Return an event's payload in the current schema version.
+
+    Args:
+        payload: as it was read, which may be anything.
+        schema_version: in which it was written, one of `READABLE_VERSIONS`.
+    """
+    if schema_version == SCHEMA_VERSION or not isinstance(payload, dict) or payload.get("kind") != "perceived":
+        return payload
+    seen = payload.get("objects")
+    return payload | {"objects": [_with_display_name(one) for one in seen]} if isinstance(seen, list) else payload
+
+
+def _with_display_name(seen: Any) -> Any:
+    if not isinstance(seen, dict) or "called" not in seen:
+        return seen
+    return {("display_name" if key == "called" else key): value for key, value in seen.items()}
