@@ -83,6 +83,7 @@ _EXIT_CODE_OF = {
     ("structdiffusion.data.scene_sampling", "SceneError"): NOT_BUILDABLE,
     ("structdiffusion.structures.structure", "LayoutError"): NOT_BUILDABLE,
     ("structdiffusion.simulation.world", "ObservationError"): NOT_BUILDABLE,
+    ("structdiffusion.word_tokens", "UnknownWordError"): NOT_BUILDABLE,
     ("structdiffusion.objects.model", "ObjectError"): BAD_INPUT,
     ("structdiffusion.models.checkpoint", "CheckpointError"): BAD_INPUT,
     ("structdiffusion.data.npz_files", "DataFolderError"): BAD_INPUT,

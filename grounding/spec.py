@@ -10,7 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
-SHAPES = ("circle", "line", "tower", "table setting")
+from grounding.structure_words import STRUCTURES
+
+SHAPES = tuple(STRUCTURES)
 SIZES = ("small", "medium", "large")
 X_POSITIONS = ("left", "center", "right")
 Y_POSITIONS = ("top", "middle", "bottom")
@@ -27,11 +29,8 @@ LEGAL_VALUES: Mapping[str, tuple[str, ...]] = {
 # Which slots a shape can carry. Without a shape every slot is open: the builder chooses a shape
 # that can carry them all.
 SLOTS_OF_SHAPE: Mapping[str | None, tuple[str, ...]] = {
-    "circle": ("size", "x_position", "y_position", "rotation"),
-    "line": ("size", "x_position", "y_position", "rotation"),
-    "tower": ("x_position", "y_position"),
-    "table setting": ("x_position", "y_position", "rotation"),
-    None: ("size", "x_position", "y_position", "rotation"),
+    **{shape: structure.slots for shape, structure in STRUCTURES.items()},
+    None: SLOTS[1:],
 }
 _OPPOSITE = {
     "left": "right",

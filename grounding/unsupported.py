@@ -16,6 +16,7 @@ from grounding.references.attributes import COMPARATIVES, SUPERLATIVES
 from grounding.references.function_words import SHAPE_WORDS
 from grounding.references.lexicon import FORMS, GROUPS
 from grounding.spec import StructureSpec
+from grounding.structure_words import STRUCTURES
 
 _TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_]+(?:['’][^\W\d_]+)*|[,.;:!?°\"]")
 
@@ -105,12 +106,21 @@ _ONTO = re.compile(
     rf"\b(?:on|onto|on top of|atop|over) (?:it\b|(?:the|a|an|my|this|that) (?:\w+ ){{0,2}}?(?P<noun>{_NOUN})\b)"
 )
 _CARRIERS = frozenset("table tables board tray mat placemat cloth napkin shelf".split())
-_VERTICAL = re.compile(r"\b(?P<way>vertical|vertically|lengthwise|horizontal|horizontally|crosswise|sideways)\b")
 _TABLETOP = re.compile(r"\b(?:table|desk|bench|counter) top\b")
-_PIECES = "(?:fork|knife|spoon|teaspoon|cup|mug|glass|bowl|plate)"
-_PIECE = re.compile(
-    rf"\bwith (?:the|a|an|its|my|your) {_PIECES} (?:on|to|at) (?:the|its|my|your) (?:left|right|top|bottom|back|front)\b"
-)
+# Words of rotations, and pieces with places of their own, for the shapes that have them.
+_ROTATIONS = {
+    shape: re.compile(rf"\b{_any(structure.rotations)}\b")
+    for shape, structure in STRUCTURES.items()
+    if structure.rotations
+}
+_PIECES = {
+    shape: re.compile(
+        rf"\bwith (?:the|a|an|its|my|your) {_any(structure.pieces)} (?:on|to|at) (?:the|its|my|your)"
+        r" (?:left|right|top|bottom|back|front)\b"
+    )
+    for shape, structure in STRUCTURES.items()
+    if structure.pieces
+}
 CORNER = "corner"  # what a question about a corner asks for, in place of a slot
 # A corner by its name, as a question offers it: the positions of both slots.
 CORNERS: Mapping[str, tuple[str, str]] = {
@@ -160,6 +170,8 @@ def _normalized(text: str) -> str:
 
 
 def _unsupported(sentence: str, parse: Parse) -> _Wish | None:
+    structure = STRUCTURES.get(parse.spec.shape or "")
+    on_each_other = structure is not None and structure.stacked
     for what, pattern in _REFUSED:
         if match := pattern.search(sentence):
             return _Wish(what, match.group().strip(" ,;:."))
@@ -167,15 +179,16 @@ def _unsupported(sentence: str, parse: Parse) -> _Wish | None:
         words = match.group("what").split()
         # "A circle with the cups in the middle" says where the circle is; "with the bowl in the middle" where the bowl is.
         others = _OTHERS.search(sentence[: match.start()])
-        others = others or (parse.spec.shape == "tower" and sentence[match.end() :].startswith(" of "))
+        others = others or (on_each_other and sentence[match.end() :].startswith(" of "))
         single = words[-1] in ("one", "object", "thing", "item") or not FORMS.get(words[-1], ("", True))[1]
-        stacked = parse.spec.shape == "tower" and "middle" not in match.group() and "cent" not in match.group()
+        stacked = on_each_other and "middle" not in match.group() and "cent" not in match.group()
         if words[-1] not in SHAPE_WORDS and others and (single or stacked) and words[-1] not in GROUPS:
             return _Wish("a place of one object within the structure", match.group().strip(" ,"))
-    if parse.spec.shape == "tower" and (match := _ONTO.search(sentence)) and _OTHERS.search(sentence[: match.start()]):
+    if on_each_other and (match := _ONTO.search(sentence)) and _OTHERS.search(sentence[: match.start()]):
         if (match.group("noun") or "") not in _CARRIERS:
             return _Wish("an order of the objects", match.group())
-    if parse.spec.shape == "table setting" and (match := _PIECE.search(sentence)):
+    pieces = _PIECES.get(parse.spec.shape or "")
+    if pieces and (match := pieces.search(sentence)):
         return _Wish("a place of one object within the structure", match.group())
     return None
 
@@ -186,10 +199,10 @@ def _corrected(sentence: str, parse: Parse) -> Parse:
     if spec.y_position == "top" and _TABLETOP.search(sentence) and len(re.findall(r"\btop\b", sentence)) == 1:
         if not re.search(r"\b(?:back|rear|far|away)\b", sentence):
             spec = replace(spec, y_position=None)
-    if spec.shape == "line" and spec.rotation is None and (match := _VERTICAL.search(sentence)):
-        away = match.group("way").startswith(("vertical", "lengthwise"))
-        spec = replace(spec, rotation="east" if away else "north")
-        evidence = {**parse.evidence, "rotation": (match.group("way"),)}
+    rotations = _ROTATIONS.get(spec.shape or "")
+    if rotations and spec.rotation is None and (match := rotations.search(sentence)):
+        spec = replace(spec, rotation=STRUCTURES[spec.shape].rotations[match.group()])
+        evidence = {**parse.evidence, "rotation": (match.group(),)}
         parse = replace(parse, evidence=evidence, confidence={**parse.confidence, "rotation": 1.0})
     return parse if spec == parse.spec else replace(parse, spec=spec)
 
@@ -197,7 +210,7 @@ def _corrected(sentence: str, parse: Parse) -> Parse:
 def _edge_question(sentence: str, parse: Parse) -> Question | None:
     """A question about a line along an edge: what can be built stands in the outer third, at any angle."""
     match = _ALONG.search(sentence)
-    if match is None or parse.spec.shape not in ("line", None):
+    if match is None or (parse.spec.shape and not STRUCTURES[parse.spec.shape].along_edges):
         return None
     slot = "x_position" if re.search(r"\b(?:left|right|east|west)\b", match.group()) else "y_position"
     value = getattr(parse.spec, slot)

@@ -13,19 +13,15 @@ import typer
 from agent.cli.options import JsonOption, ObjectsOption, SeedOption
 from agent.errors import BadInput, UsageError
 from agent.runtime.stdio import import_pybullet_silently, results_stream
+from grounding.spec import SHAPES
 
 scene_app = typer.Typer(rich_markup_mode=None)
 
 FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The scene file.", show_default=False)]
 
 
-class Shape(str, Enum):
-    """What the objects of a new scene can make."""
-
-    circle = "circle"
-    line = "line"
-    tower = "tower"
-    setting = "table setting"
+# What the objects of a new scene can make.
+Shape = Enum("Shape", {shape.replace(" ", "_"): shape for shape in SHAPES}, type=str)
 
 
 @scene_app.callback()

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import torch
 
     from structdiffusion.models.checkpoint import Checkpointed
-    from structdiffusion.training.distributed import Together
+    from structdiffusion.training.distributed import DistributedContext
     from structdiffusion.training.loss import Loss
 
 
@@ -99,18 +99,18 @@ def _device(run: TrainingRun) -> torch.device:
 
 def _train_together(run: TrainingRun, device_type: str) -> None:
     """The life of one process among several."""
-    from structdiffusion.training.distributed import Together
+    from structdiffusion.training.distributed import DistributedContext
 
-    together = Together(cpu=device_type == "cpu")
-    _train(run, together.device, together)
-    together.end()
+    distributed = DistributedContext(cpu=device_type == "cpu")
+    _train(run, distributed.device, distributed)
+    distributed.end()
 
 
-def _train(run: TrainingRun, device: torch.device, together: Together | None = None) -> None:
+def _train(run: TrainingRun, device: torch.device, distributed: DistributedContext | None = None) -> None:
     import torch
 
     from structdiffusion.training.loop import TrainingOptions, train
-    from structdiffusion.training.run_record import Surroundings, about_data
+    from structdiffusion.training.run_record import RunMetadata, about_data
 
     with torch.random.fork_rng():  # torch draws initial weights from its global generator alone
         torch.manual_seed(run.seed)
@@ -119,16 +119,16 @@ def _train(run: TrainingRun, device: torch.device, together: Together | None = N
         loss = partial(loss, autocast=True)
     options = TrainingOptions(steps=run.recipe.steps, learning_rate=run.recipe.learning_rate, seed=run.seed)
     examples = "pairs" if run.kind == "collision" else "scenes"
-    surroundings = Surroundings(__version__, about_data(run.data), run.recipe.batch, examples, run.precision)
-    told = together is None or together.rank == 0
+    metadata = RunMetadata(__version__, about_data(run.data), run.recipe.batch, examples, run.precision)
+    told = distributed is None or distributed.rank == 0
     console = console_on(sys.stdout, soft_wrap=True, highlight=False, quiet=not told)
     with progress_bar(quiet=not told) as progress:
         task = progress.add_task(run.kind, total=run.recipe.steps)
-        for row in train(model, loss, run.out, options, device, surroundings=surroundings, together=together):
+        for row in train(model, loss, run.out, options, device, metadata=metadata, distributed=distributed):
             progress.update(task, completed=row.step)
             losses = "  ".join(f"{name} {value:.4f}" for name, value in row.losses.items())
             console.print(f"step {row.step}/{row.steps}  {row.seconds:.0f} s  {losses}")
-    where = str(device) if together is None else f"{together.count} devices ({device.type})"
+    where = str(device) if distributed is None else f"{distributed.count} devices ({device.type})"
     console.print(f"trained for {run.recipe.steps} steps on {where}: {run.out}")
 
 

@@ -12,24 +12,15 @@ from functools import lru_cache
 from itertools import product
 
 from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, SLOTS_OF_SHAPE, StructureSpec
+from grounding.structure_words import STRUCTURES, Grammar
 
 SIZE_WORDS = {
     "small": ("small", "compact", "little", "tight"),
     "medium": ("medium", "medium-sized", "mid-sized", "medium"),
     "large": ("large", "big", "wide", "large"),
 }
-LINE_SIZE_WORDS = {
-    "small": ("short", "small", "short", "compact"),
-    "medium": ("medium", "medium-length", "mid-sized", "medium-sized"),
-    "large": ("long", "large", "long", "wide"),
-}
-SHAPE_WORDS = {
-    "circle": ("circle", "ring", "circle", "circle shape"),
-    "line": ("line", "row", "straight line", "row"),
-    "tower": ("tower", "stack", "pile", "tower"),
-    "table setting": ("table setting", "place setting", "dinner setting", "table setting"),
-    None: ("structure", "arrangement", "formation", "structure"),
-}
+# For a structure without a shape; each shape has its own in its file of words.
+STRUCTURE_NOUNS = ("structure", "arrangement", "formation", "structure")
 # Instructions name the objects; the sentence-conditioned model must not mind which.
 OBJECT_WORDS = ("objects", "things", "items", "cups", "objects", "cans", "boxes")
 X_PHRASES = {
@@ -76,29 +67,8 @@ NOUN_TEMPLATES = (
     "{Where}make {a}{turn} with the {objects}",
     "could you form {a}{where}{turn}, please?",
 )
-SETTING_TEMPLATES = (
-    "build {a}{where}{turn}",
-    "arrange the dishes as {a}{turn}{where}",
-    "I would like {a}{where}{turn}",
-    "prepare {a}{turn}{where}",
-    "{Where}lay out {a}{turn}",
-    "could you make {a}{where}{turn}, please?",
-)
-# {size}, {where} and {turn} begin with a space, or are empty.
-ACTION_TEMPLATES = {
-    "circle": (
-        "place the {objects} in a circle{size}{where}{turn}",
-        "let the {objects} form a ring{size}{where}{turn}",
-    ),
-    "line": ("line up the {objects}{size}{where}{turn}", "set all the {objects} in a row{size}{where}{turn}"),
-    "tower": (
-        "stack the {objects}{where}",
-        "pile up all the {objects}{where}",
-        "{Where}stack the {objects} on each other",
-    ),
-    "table setting": ("set the table{where}{turn}", "lay the table for dinner{where}{turn}"),
-    None: ("put the {objects}{size}{where}{turn}", "place all the {objects}{size}{where}{turn}"),
-}
+# {size}, {where} and {turn} begin with a space, or are empty. Those of a shape are in its file of words.
+ACTION_TEMPLATES = ("put the {objects}{size}{where}{turn}", "place all the {objects}{size}{where}{turn}")
 
 # What the parsers' training never sees, so that their benchmark can tell reading from remembering.
 HELD_OUT_TEMPLATES = (4, 7)
@@ -135,9 +105,10 @@ def sentences(spec: StructureSpec) -> list[str]:
 def _numbered_sentences(spec: StructureSpec) -> dict[str, int]:
     """Sentence -> the number of its template."""
     start = _mixed_index(spec)
-    nouns = SETTING_TEMPLATES if spec.shape == "table setting" else NOUN_TEMPLATES
+    grammar = _grammar(spec.shape)
+    nouns = grammar.templates or NOUN_TEMPLATES
     texts: dict[str, int] = {}
-    for number, template in enumerate((*nouns, *ACTION_TEMPLATES[spec.shape])):
+    for number, template in enumerate((*nouns, *grammar.actions)):
         phrases = ROTATION_PHRASES if number < len(nouns) else ACTION_ROTATION_PHRASES
         turn = _pick(phrases[spec.rotation], start + number) if spec.rotation else ""
         texts.setdefault(_fill(template, spec, start + number, turn), number)
@@ -182,6 +153,10 @@ def sentence_table() -> tuple[list[str], list[StructureSpec]]:
     return [text for text, _ in _table()], [spec for _, spec in _table()]
 
 
+def _grammar(shape: str | None) -> Grammar:
+    return STRUCTURES[shape].grammar if shape else Grammar(STRUCTURE_NOUNS, ACTION_TEMPLATES)
+
+
 def _mixed_index(spec: StructureSpec) -> int:
     """A number that differs between neighbouring specs, so that synonyms take turns along every slot."""
     number = 0
@@ -206,9 +181,10 @@ def _where(spec: StructureSpec, index: int) -> str:
 
 def _fill(template: str, spec: StructureSpec, index: int, turn: str) -> str:
     """The template with this spec's phrases."""
-    size_words = LINE_SIZE_WORDS if spec.shape == "line" else SIZE_WORDS
+    grammar = _grammar(spec.shape)
+    size_words = grammar.sizes or SIZE_WORDS
     size = _pick(size_words[spec.size], index) if spec.size else ""
-    noun = " ".join(part for part in (size, _pick(SHAPE_WORDS[spec.shape], index)) if part)
+    noun = " ".join(part for part in (size, _pick(grammar.nouns, index)) if part)
     where = _where(spec, index)
     return template.format(
         a=("an " if noun[0] in "aeiou" else "a ") + noun,

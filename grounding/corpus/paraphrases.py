@@ -13,9 +13,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from grounding.corpus.templates import SLOTS_OF_HOLE, Frame, Hole, all_frames, all_phrases
+from grounding.corpus.templates import SLOTS_OF_HOLE, Frame, Hole, all_frames, all_phrases, own_table
 from grounding.corpus.typos import roughen
 from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, SLOTS_OF_SHAPE
+from grounding.structure_words import STRUCTURES
 
 # How much more often a frame of a file is drawn: plain frames are mostly holes and stand for many
 # sentences; spoken ones are nearest to what people say.
@@ -97,10 +98,10 @@ def _fill(hole: Hole, values: Mapping[str, str | None], rng: np.random.Generator
         )
     (value,) = meant.values()
     table = _TABLE.get(name, name)
-    if name == "size_adj" and values["shape"] == "line" and rng.random() < 0.6:
-        table = "size_adj_line"
-    if name == "rot" and values["shape"] == "circle" and rng.random() < 0.4:
-        table = "rot_circle"
+    shape = values["shape"]
+    own = STRUCTURES[shape].own_phrases.get(name) if shape else None
+    if own and rng.random() < own.share:
+        table = own_table(name, shape)
     phrase = _one_of(phrases[table][value or "any"], rng)
     if name in _SHAPE_HOLES and value is not None and rng.random() < 0.25:
         # The plain word now and then: it is what most people say.

@@ -2,7 +2,8 @@
 
 `language/frames_*.txt` has one frame a line, `labels => text`: the labels that the fixed words say,
 and a text whose holes ({x}, {a_shape}, {not_size_adj} ...) bring their own. `language/phrases.toml`
-has the phrases per hole and value. Both are plain text, to be read and extended by people.
+has the phrases per hole and value, `structures/*.toml` those of each shape. All are plain text, to be
+read and extended by people.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from importlib import resources
 
 from grounding.parse_result import REFUSALS
 from grounding.spec import LEGAL_VALUES
+from grounding.structure_words import STRUCTURES
 
 FRAME_FILES = (
     "frames_plain", "frames_wording", "frames_corrections", "frames_passing", "frames_distraction", "frames_spoken",
@@ -35,6 +37,8 @@ SLOTS_OF_HOLE: Mapping[str, tuple[str, ...]] = {
     "rot": ("rotation",),
     "heading": ("rotation",),
 }
+# Hole -> which phrases of a shape's own file fill it.
+_OF_STRUCTURES: Mapping[str, str] = {"shape_noun": "noun", "do_shape": "action"}
 OTHER_HOLES = ("objects", "object", "nouns", "noun", "fact", "other_shape", "idle")
 _HOLE = re.compile(r"\{(?P<negated>not_)?(?P<name>\w+)\}")
 
@@ -128,9 +132,19 @@ def all_frames() -> Mapping[str, tuple[Frame, ...]]:
 
 @lru_cache(maxsize=1)
 def all_phrases() -> Mapping[str, Mapping[str, tuple[str, ...]]]:
-    """Table -> value -> phrases."""
+    """Read all phrases: table -> value -> phrases. A shape's own phrases of a hole are the table `own_table` names."""
     text = (resources.files("grounding") / "language" / "phrases.toml").read_text(encoding="utf-8")
-    return {
-        table: {value: tuple(phrases) for value, phrases in values.items()}
-        for table, values in tomllib.loads(text).items()
-    }
+    tables: dict[str, dict[str, tuple[str, ...]]] = {}
+    for table, values in tomllib.loads(text).items():
+        kind = _OF_STRUCTURES.get(table)
+        tables[table] = {shape: structure.phrases[kind] for shape, structure in STRUCTURES.items()} if kind else {}
+        tables[table] |= {value: tuple(phrases) for value, phrases in values.items()}
+        for shape, structure in STRUCTURES.items():
+            if table in structure.own_phrases:
+                tables[own_table(table, shape)] = dict(structure.own_phrases[table].phrases)
+    return tables
+
+
+def own_table(hole: str, shape: str) -> str:
+    """Name the table of the phrases that only one shape has for a hole."""
+    return f"{hole} of a {shape}"

@@ -6,6 +6,8 @@ import re
 
 import numpy as np
 
+from grounding.structure_words import STRUCTURES
+
 _NEIGHBOURS = {
     letter: row[max(0, i - 1) : i] + row[i + 1 : i + 2]
     for row in ("qwertyuiop", "asdfghjkl", "zxcvbnm")
@@ -14,9 +16,9 @@ _NEIGHBOURS = {
 _SHORTER = {
     "please": ("pls", "plz", "pleas"), "you": ("u",), "and": ("n", "&", "+"), "with": ("w/", "w"), "are": ("r",),
     "to": ("2",), "for": ("4",), "the": ("da", "teh"), "of": ("o",), "that": ("tht",), "because": ("bc", "cuz"),
-    "right": ("rite", "rght"), "left": ("lft", "letf"), "circle": ("circel", "cirle", "crcle"), "line": ("lien",),
-    "tower": ("towr", "twoer"), "center": ("cntr", "ctr"), "middle": ("midle", "mid"), "table": ("tabel", "tbl"),
+    "right": ("rite", "rght"), "left": ("lft", "letf"), "center": ("cntr", "ctr"), "middle": ("midle", "mid"), "table": ("tabel", "tbl"),
     "facing": ("facin",), "small": ("smal", "sml"), "large": ("lrg",), "medium": ("med",), "everything": ("evrything",),
+    **{word: slips for structure in STRUCTURES.values() for word, slips in structure.typos.items()},
 }  # fmt: skip
 
 

@@ -15,12 +15,13 @@ from grounding.references.attributes import TELLING_ADJECTIVES
 from grounding.references.lexicon import FORMS
 from grounding.references.mentions import read_mentions
 from grounding.references.phrases import ANY, Mention, Vocabulary
+from grounding.structure_words import words_of_all
 
 EVERYTHING = "everything"
 _VERBS = (
-    r"(?:add|include|insert|remove|drop|lose|ditch|delete|exclude|omit|skip|take|leave|get|kick|throw|use|make|put"
+    rf"(?:{'|'.join(words_of_all('clause_verbs'))}|add|include|insert|remove|drop|lose|ditch|delete|exclude|omit|skip|take|leave|get|kick|throw|use|make|put"
     r"|move|turn|rotate|shift|slide|swap|replace|exchange|substitute|switch|trade|change|with|without|only"
-    r"|just|keep|have|bring|set|spin|flip|forget|stack|line up|build|sort|paint|order|colou?r|mix|push|pull|spread"
+    r"|just|keep|have|bring|set|spin|flip|forget|build|sort|paint|order|colou?r|mix|push|pull|spread"
     r"|let|do|give|arrange|point|face|lay|balance|place|form)"
 )
 _CLAUSE = re.compile(

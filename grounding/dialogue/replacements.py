@@ -9,6 +9,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from grounding.references.phrases import ANY, Mention
+from grounding.structure_words import STRUCTURES
 
 # What cannot be done to objects -> what is said of it, after the words that ask for it.
 IMPOSSIBLE: Mapping[str, str] = {
@@ -47,7 +48,7 @@ _PLACE_OF_ITS_OWN = (
     r"(?:table|desk))"
 )
 _OWN_PLACE = re.compile(_PLACE_OF_ITS_OWN)
-_OWN_PLACE_IN_A_TOWER = re.compile(
+_OWN_PLACE_IN_A_STACK = re.compile(
     _PLACE_OF_ITS_OWN + r"|^(?: (?:goes?|should|must|be|is|are))* (?:at the (?:bottom|top)|in the middle|in between)\b"
     r"(?! of the (?:table|desk))"
 )
@@ -103,7 +104,8 @@ def impossible(clause: str, named: Sequence[Mention], shape: str | None) -> str:
     if exchange and exchange["verb"] not in ("change", "turn", "switch") and exchange["link"] in ("for", "with", "by"):
         if bool(_within(exchange, "one", named)) and not _within(exchange, "other", named):
             return "which"  # "replace the cups with unicorns"
-    own = _OWN_PLACE_IN_A_TOWER if shape == "tower" else _OWN_PLACE
+    stacked = shape is not None and STRUCTURES[shape].stacked
+    own = _OWN_PLACE_IN_A_STACK if stacked else _OWN_PLACE
     if any(own.search(clause[m.span[1] :]) or _BEFORE_A_LANDMARK.search(clause[: m.span[0]]) for m in named):
         return "apart"
     if named and _WITH_ONE_PLACED.search(clause) and not _AGAIN.search(clause):

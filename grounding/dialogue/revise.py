@@ -18,16 +18,15 @@ from grounding.dialogue.unread import NOT_UNDERSTOOD, unread_words
 from grounding.parse_result import REFUSALS, WHICH_SHAPE, Parse, Parser, Question, shortened
 from grounding.references.selection import mentioned
 from grounding.spec import StructureSpec
+from grounding.structure_words import words_of_all
 from grounding.viewpoint import turned
 
 Read = Callable[[str], Parse]
 REVISION_STATUSES = ("ok", "ask", "refused", "unchanged")
 _LONGEST_CORRECTION = 400  # characters; what is longer is an instruction of its own
-_SHAPE_WORDS = (
-    r"(?:circle|ring|loop|round|line|row|queue|file|tower|stack|pile|column|place setting"
-    r"|table setting|setting"
-    r"|square|triangle|rectangle|grid|heart|star|pyramid|spiral|cross|arc|semicircle|diamond|wall|bridge)"
-)
+# Shapes that cannot be built, and are asked for all the same.
+_OTHER_SHAPES = "square triangle rectangle grid heart star pyramid spiral cross arc semicircle diamond wall bridge".split()
+_SHAPE_WORDS = rf"(?:{'|'.join((*words_of_all('nouns'), *_OTHER_SHAPES))})"
 _STRUCTURE = r"(?:structure|arrangement|whole thing|shape|formation|layout|thing)"
 _AS_SHAPE = rf"an? (?:\w+ ){{0,2}}{_SHAPE_WORDS}"
 # What makes a sentence a correction: it speaks of what is there already, or of a change.
@@ -48,30 +47,28 @@ _PRONOUNS = re.compile(r"\b(?:it|them|they)\b")
 _AGAIN = re.compile(r"\b(?:same|again)\b")
 _OTHER_OBJECTS = re.compile(r"\b(?:with|using|use|only|just)\b")
 _BUILDING = re.compile(
-    r"\b(?:make|build|form|create|put|construct|set|stack|pile|line up|arrange|lay|erect|draw|do"
-    r"|give|want|need|place"
-    r"|queue|organi[sz]e|align)\b"
+    rf"\b(?:{'|'.join(words_of_all('verbs'))}|make|build|form|create|put|construct|set|arrange|lay|erect|draw|do"
+    r"|give|want|need|place|organi[sz]e)\b"
 )
 # What is said besides, and need not be read.
-_FILLERS = frozenset(
+_FILLERS = frozenset(words_of_all("plain_nouns")) | frozenset(
     "a an the please it its it's them they this that these those make move put set place turn shift have "
     "let get bring keep do be is are i i'd i'll want like would you could can will should we need and but "
     "also too so now then just ok okay well no nope yes yeah actually sorry hmm hm oh ah wait thanks "
     "thank a bit little to by of at in on over up everything all thing things structure arrangement whole "
     "same again instead as what how about still only more much very really maybe perhaps one some , for "
     "me us my go going rather between their there here up even that's fine good great nice hey hi robot "
-    "dear then was were been much if possible mind try don't not circle ring line row tower stack "
-    "pile".split()
+    "dear then was were been much if possible mind try don't not".split()
 )
 # Words for what a slot can say; without one of them, there is nothing for the parser to read.
 _ABSOLUTE = re.compile(
-    rf"\b(?:{_SHAPE_WORDS}s?|round|circular|straight|side by side|left|right|center|centre|central"
+    rf"\b(?:{_SHAPE_WORDS}s?|{'|'.join(words_of_all('adjectives'))}|left|right|center|centre|central"
     rf"|middle|back|front"
     r"|rear|top|bottom|near|far|close|away|corner|edge|end|side|small|medium|large|big|tiny|huge"
     r"|tight|compact|loose"
     r"|wide|short|long|facing|faces?|look(?:s|ing)?|point(?:s|ing)?|towards?|north|south|east"
     r"|west|open(?:s|ing)?|gap"
-    r"|stacked|lined|piled|stack|size|spread|on top of)\b"
+    r"|size|spread)\b"
 )
 _FRAGMENT = re.compile(rf"\b(?:as|into|a|an|now) (?:\w+ )?{_SHAPE_WORDS}\b|\b(?:on the|at the|in the) \w+")
 _PREAMBLE = re.compile(

@@ -7,6 +7,7 @@ from dataclasses import replace
 from grounding.dialogue.relative_edits import Edit
 from grounding.parse_result import Parse, Question
 from grounding.spec import LEGAL_VALUES, SLOTS, SLOTS_OF_SHAPE, X_POSITIONS, Y_POSITIONS, StructureSpec
+from grounding.structure_words import STRUCTURES
 
 _SLOTS_OF_PLACE = ("x_position", "y_position")
 _CLOCKWISE = ("north", "east", "south", "west")
@@ -152,14 +153,15 @@ class Editing:
     def _turn(self, edit: Edit) -> None:
         now = self._now("rotation")
         quarters = 2 if edit.how == "flip" else edit.by
+        structure = STRUCTURES[self.spec.shape] if self.spec.shape else None
         if quarters is None:
             self._ask("rotation", "it can be turned by quarters only; which way should it face", _CLOCKWISE)
         elif quarters % 4 == 0:
             self.notes.append("a full turn changes nothing")
-        elif now is not None and self.spec.shape == "line" and quarters % 2 == 0:
-            self.notes.append("a line looks the same after half a turn")
-        elif now is None and self.spec.shape == "circle" and self._stands is not None:
-            self._ask("rotation", "a full ring looks the same when it is turned; which way should it open", _CLOCKWISE)
+        elif now is not None and structure and structure.half_turn and quarters % 2 == 0:
+            self.notes.append(structure.half_turn)
+        elif now is None and structure and structure.unrotated and self._stands is not None:
+            self._ask("rotation", structure.unrotated, _CLOCKWISE)
         elif now is None:
             self._ask("rotation", "it has faced no particular way so far; which way should it face", _CLOCKWISE)
         else:

@@ -14,6 +14,7 @@ from grounding.dialogue.object_changes import clauses, named_in, object_change
 from grounding.dialogue.relative_edits import Edit, normalized
 from grounding.parse_result import Parse
 from grounding.references.lexicon import COLOURS
+from grounding.structure_words import words_of_all
 
 NOT_UNDERSTOOD = "{} was not understood, so nothing was changed; say the correction without it"
 _NUMBER = (
@@ -43,10 +44,10 @@ _ARRANGED = re.compile(
 )
 _COLOUR = re.compile(rf"\b(?:{'|'.join(sorted(COLOURS))})\b")
 _ASKING = (
-    r"(?:add|include|insert|paint|colou?r|sort|mix|balance|hide|hang|fill|pour|throw|break|open|close|clean"
+    rf"(?:{'|'.join(words_of_all('asking_verbs'))}|add|include|insert|paint|colou?r|sort|mix|balance|hide|hang|fill|pour|throw|break|open|close|clean"
     r"|wash|wipe|wrap"
     r"|tie|connect|attach|glue|label|mark|draw|write|play|sing|dance|jump|dim|take|bring|remove|delete|make"
-    r"|put|place|build|set|stack|lay|keep"
+    r"|put|place|build|set|lay|keep"
     r"|point|lift|raise|lower|drop|push|pull|press|hold|touch|shake|roll|light|count|show|invert|cover|give)"
 )
 _BEGINS = re.compile(rf"^(?:(?:please|then|also|now|just|and|but|to|can you|could you) )*{_ASKING}\b")

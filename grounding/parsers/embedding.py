@@ -12,13 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from grounding.parse_result import Parse, decide, unreadable
-from grounding.parsers.sentence_encoder import MAX_TOKENS, SentenceEncoder
+from grounding.parsers.sentence_encoder import EMBEDDING_WIDTH, MAX_TOKENS, SentenceEncoder
 from grounding.parsers.spelling import Mended, mend
 from grounding.spec import SLOTS
 
 if TYPE_CHECKING:
     import torch
 
+    from grounding.parsers.named_encoder import NamedEncoder
     from grounding.parsers.slot_head import SlotReader
 
 WEIGHTS = Path(__file__).parents[1] / "weights"
@@ -42,15 +43,22 @@ class EmbeddingParser:
     Args:
         encoder: gives the word states.
         reader: the trained network; its own, in evaluation mode.
-        layer: of the encoder, whose states the reader takes.
+        layer: of the encoder, whose states the reader takes; `None` for the last.
         temperatures: question -> what its logits are divided by (Guo et al. 2017).
+        name: what the parser is called in reports.
     """
 
     name = "embedding"
 
     def __init__(
-        self, encoder: SentenceEncoder, reader: SlotReader, layer: int, temperatures: Mapping[str, float]
+        self,
+        encoder: SentenceEncoder | NamedEncoder,
+        reader: SlotReader,
+        layer: int | None,
+        temperatures: Mapping[str, float],
+        name: str = name,
     ) -> None:
+        self.name = name
         self.encoder = encoder
         self.reader = reader.eval()
         self._layer = layer
@@ -58,7 +66,7 @@ class EmbeddingParser:
 
     @classmethod
     def from_pretrained(
-        cls, folder: str | Path = WEIGHTS, encoder: SentenceEncoder | None = None
+        cls, folder: str | Path = WEIGHTS, encoder: SentenceEncoder | NamedEncoder | None = None
     ) -> EmbeddingParser:
         """The trained parser.
 
@@ -81,11 +89,12 @@ class EmbeddingParser:
         encoder = encoder or SentenceEncoder()
         try:
             config = json.loads((folder / "config.json").read_text())
-            reader = SlotReader(layers=config["layers"], hidden=config["hidden"])
+            width = config.get("width", EMBEDDING_WIDTH)
+            reader = SlotReader(layers=config["layers"], width=width, hidden=config["hidden"])
             reader.load_state_dict(
                 {name: tensor.float() for name, tensor in load_file(folder / "model.safetensors").items()}
             )
-            layer = int(config["encoder_layer"])
+            layer = None if config["encoder_layer"] is None else int(config["encoder_layer"])
             temperatures = {question: float(config["temperatures"][question]) for question in QUESTIONS}
             checksum = config["encoder_sha256"]
         except (ValueError, KeyError, TypeError, RuntimeError, SafetensorError) as error:
@@ -96,7 +105,7 @@ class EmbeddingParser:
                 f"the parser in {folder} was trained on the encoder {checksum[:12]}..., not on "
                 f"{encoder.checksum[:12]}... of {encoder.folder}"
             )
-        return cls(encoder, reader, layer, temperatures)
+        return cls(encoder, reader, layer, temperatures, config.get("name", cls.name))
 
     def parse(self, text: str) -> Parse:
         """What one instruction says; see `Parse.status` for whether it can be built."""
@@ -112,6 +121,11 @@ class EmbeddingParser:
                 found[place] = unreadable(text, why, self.name)
             else:
                 readable.append((place, text, mend(text, self.encoder.whole_words)))
+        overflowing = self.encoder.overflowing([mended.text for _, _, mended in readable])
+        for (place, text, _), too_long in zip(readable, overflowing, strict=True):
+            if too_long:  # known before the network runs: texts of the greatest length would cost it most
+                found[place] = unreadable(text, _too_long(text), self.name)
+        readable = [entry for entry, too_long in zip(readable, overflowing, strict=True) if not too_long]
         readable.sort(key=lambda entry: len(entry[2].text))  # little padding per batch
         for start in range(0, len(readable), BATCH):
             chosen = readable[start : start + BATCH]
@@ -133,9 +147,6 @@ class EmbeddingParser:
             }
         parses = []
         for row, text in enumerate(texts):
-            if states.truncated[row]:
-                parses.append(unreadable(text, _too_long(text), self.name))
-                continue
             probabilities = {
                 question: dict(zip(ANSWERS[question], shares[question][row], strict=True)) for question in QUESTIONS
             }

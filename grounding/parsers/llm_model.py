@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from grounding.parsers.llm_reply import LLMError
+from grounding.parsers.model_files import ModelFilesError, fetch, first_line, names_code
 
 if TYPE_CHECKING:
     import torch
@@ -88,7 +89,10 @@ def find_folder(model: str) -> Path:
     elif Path(model).is_absolute() or model.startswith((".", "~")) or model.count("/") != 1:
         raise LLMError(f"no language model at {model!r}: there is no such folder")
     else:
-        folder = _fetch(model)
+        try:
+            folder = fetch(model)
+        except ModelFilesError as error:
+            raise LLMError(str(error)) from error
     for name in FILES[:2]:
         if not (folder / name).is_file():
             raise LLMError(f"no language model in {folder}: {name} is missing")
@@ -109,7 +113,10 @@ def load_model(folder: Path) -> tuple[PreTrainedModel, Tokenizer]:
 
     logging.set_verbosity_error()
     logging.disable_progress_bar()
-    brings_code = _brings_code(folder)
+    try:
+        brings_code = names_code(folder)
+    except ModelFilesError as error:
+        raise LLMError(f"the language model in {folder} cannot be loaded: {error}") from error
     try:
         tokenizer = Tokenizer.from_file(str(folder / "tokenizer.json"))
         # Without a plain no, the library asks on standard input, where a chat's next line would answer.
@@ -117,35 +124,9 @@ def load_model(folder: Path) -> tuple[PreTrainedModel, Tokenizer]:
             folder, dtype=quick_dtype(), local_files_only=True, trust_remote_code=False, use_safetensors=True
         )
     except Exception as error:  # the libraries raise many kinds
-        reason = "it needs code of its own, which is never run" if brings_code else _first_line(error)
+        reason = "it needs code of its own, which is never run" if brings_code else first_line(error)
         raise LLMError(f"the language model in {folder} cannot be loaded: {reason}") from error
     return network.eval(), tokenizer
-
-
-def _brings_code(folder: Path) -> bool:
-    """Whether a model's config names Python code in its folder, which a known architecture does without.
-
-    Raises:
-        LLMError: for a config that cannot be read, or that has attention computed by a program from the model hub.
-    """
-    try:
-        config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise LLMError(f"the language model in {folder} cannot be loaded: config.json is no JSON text") from error
-    if not isinstance(config, dict):
-        raise LLMError(f"the language model in {folder} cannot be loaded: config.json holds no JSON object")
-    # The library fetches an attention that is called OWNER/NAME from the hub and runs it, wherever it is asked for.
-    parts = [config]
-    while parts:
-        part = parts.pop()
-        parts += part.values() if isinstance(part, dict) else part if isinstance(part, list) else []
-        for key in ("attn_implementation", "_attn_implementation", "_attn_implementation_internal"):
-            if isinstance(part, dict) and "/" in json.dumps(part.get(key)):
-                raise LLMError(
-                    f"the language model in {folder} cannot be loaded: {key} in config.json asks for a program from "
-                    "the model hub, which is never run"
-                )
-    return bool(config.get("auto_map"))
 
 
 def quick_dtype() -> torch.dtype:
@@ -195,25 +176,7 @@ def _convert(gguf: Path, folder: Path) -> None:
             shutil.rmtree(folder)
             unfinished.rename(folder)
     except Exception as error:  # the libraries raise many kinds
-        raise LLMError(f"{gguf} cannot be converted into {folder}: {_first_line(error)}") from error
+        raise LLMError(f"{gguf} cannot be converted into {folder}: {first_line(error)}") from error
     finally:
         if unfinished is not None:
             shutil.rmtree(unfinished, ignore_errors=True)
-
-
-def _fetch(name: str) -> Path:
-    """The folder of a model of the hub, from the local cache where it is already there."""
-    from huggingface_hub import snapshot_download
-    from huggingface_hub.utils import disable_progress_bars
-
-    disable_progress_bars()
-    try:
-        return Path(snapshot_download(name, allow_patterns=["*.json", "*.safetensors"]))
-    except Exception as error:  # the hub's client raises many kinds: offline, not found, not allowed
-        raise LLMError(
-            f"there is no folder {name!r} and the model hub could not give it: {_first_line(error)}"
-        ) from error
-
-
-def _first_line(error: Exception) -> str:
-    return next(iter(str(error).strip().splitlines()), "") or type(error).__name__

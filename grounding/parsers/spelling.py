@@ -16,6 +16,7 @@ from rapidfuzz import process
 from rapidfuzz.distance import OSA
 
 from grounding.corpus.templates import SLOTS_OF_HOLE, all_frames, all_phrases
+from grounding.structure_words import STRUCTURES
 
 _WORD = re.compile(r"[^\W\d_]+(?:['’][^\W\d_]+)*|\d+[^\W\d_]*|[@&+]")
 # "Object 1, object 2 and object 3", "objects 1 and 3": to the parser one thing after another, each with an order.
@@ -34,14 +35,15 @@ SHORTHAND = {
     "da": "the", "teh": "the", "hte": "the", "em": "them", "dem": "them", "dis": "this", "dat": "that",
     "tbl": "table", "sml": "small", "sm": "small", "med": "medium", "tht": "that", "lrg": "large", "lg": "large", "cntr": "center",
     "ctr": "center", "lft": "left", "rt": "right", "rgt": "right", "rite": "right", "rght": "right",
-    "btm": "bottom", "circ": "circle", "frnt": "front", "bk": "back", "bak": "back", "nr": "near",
+    "btm": "bottom", "frnt": "front", "bk": "back", "bak": "back", "nr": "near",
     "neer": "near", "thru": "through", "sth": "something", "smth": "something", "gimme": "give me", "wanna": "want to",
-    "gonna": "going to", "lien": "line", "rwo": "row", "otu": "out", "ot": "to", "fo": "of", "adn": "and",
+    "gonna": "going to", "otu": "out", "ot": "to", "fo": "of", "adn": "and",
     "nad": "and", "taht": "that", "si": "is", "ti": "it", "jsut": "just", "yuo": "you", "wiht": "with",
     # The encoder knows these as names or fragments, and nobody means them.
     "lok": "look", "wes": "west", "goin": "going", "tha": "the", "wil": "will", "stil": "still", "tal": "tall",
     "pleas": "please", "somethin": "something", "nothin": "nothing", "tak": "take", "wat": "what", "sid": "side",
-    "lin": "line", "mor": "more", "ito": "into", "dow": "down", "wal": "wall", "cas": "cans",
+    "mor": "more", "ito": "into", "dow": "down", "wal": "wall", "cas": "cans",
+    **{short: word for structure in STRUCTURES.values() for short, word in structure.shorthand.items()},
 }  # fmt: skip
 _ENDINGS = (
     ("s", ""), ("es", ""), ("ies", "y"), ("ed", ""), ("ed", "e"), ("ing", ""), ("ing", "e"), ("er", ""), ("er", "e"),

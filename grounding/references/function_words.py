@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from grounding.structure_words import words_of_all
+
 _COUNTING = (
     "one",
     "two",
@@ -37,25 +39,20 @@ GENERIC: Mapping[str, str] = {
     "utensils": "stuff",
 }  # fmt: skip
 PRONOUNS = frozenset("them em these those they it both".split())
-SHAPE_WORDS = frozenset(
-    "circle circles ring loop hoop halo wreath roundel carousel line lines row rows queue file column "
-    "columns rank chain parade procession tower towers stack stacks pile piles heap heaps pillar setting "
-    "layout arrangement "
-    "structure formation necklace garland skyscraper line-up lineup crown".split()
-)
-ARRANGING = frozenset(
-    "put place arrange line stack pile queue organize organise align position order gather group spread "
-    "heap set lay distribute assemble collect bring move range squeeze string stand make have get let keep "
+SHAPE_WORDS = frozenset(("layout", "arrangement", "structure", "formation", *words_of_all("never_objects")))
+ARRANGING = frozenset(words_of_all("arranging")) | frozenset(
+    "put place arrange organize organise position order gather group spread "
+    "set lay distribute assemble collect bring move range squeeze stand make have get let keep "
     "turn shift slide scoot "
     "push pop stick use take build form configure sit rearrange bunch pack space display sort balance".split()
 )
 PARTICLES = frozenset("up out down together back away along just only".split())
 GAPS = frozenset("room space spaces gap gaps distance air breathing leave".split())
 GENERAL = ALL_WORDS | frozenset(GENERIC) - {"one", "ones"} | {"but"}
-CUES = frozenset(
+CUES = frozenset(words_of_all("participles")) | frozenset(
     "should must need needs want wants like please go goes belong belongs can could would may ought let's "
     "supposed kept meant i'd we'd appreciate wish "
-    "lined stacked piled arranged".split()
+    "arranged".split()
 )
 # Verbs of sentences that tell something.
 TELLING = frozenset(

@@ -25,6 +25,7 @@ from grounding.benchmark import Row, development_rows, score
 from grounding.corpus.grammar import all_sentences, split_of
 from grounding.corpus.paraphrases import LabelledText, paraphrase
 from grounding.parsers.embedding import WEIGHTS, EmbeddingParser
+from grounding.parsers.named_encoder import NamedEncoder
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.parsers.slot_head import ANSWERS, QUESTIONS, REFUSE, SlotReader
 from grounding.parsers.spelling import mend
@@ -145,6 +146,11 @@ def loss_of(reader: SlotReader, encoder: SentenceEncoder, batch: Sequence[Labell
     # bfloat16 halves the time of a step; the weights stay float32.
     with torch.autocast("cpu", dtype=torch.bfloat16):
         votes = reader(states.hidden.clone(), states.mask)
+    return loss_of_votes(votes, batch)
+
+
+def loss_of_votes(votes: Sequence[torch.Tensor], batch: Sequence[LabelledText]) -> torch.Tensor:
+    """Sum the questions' cross-entropies, from what each word piece adds to each answer (B, T, answers)."""
     logits = [vote.float().sum(dim=1) for vote in votes]  # (B, answers) each
     answers = torch.tensor(
         [[*(ANSWERS[slot].index(entry.labels[slot]) for slot in SLOTS), ANSWERS[REFUSE].index(entry.refuse)]
@@ -221,11 +227,16 @@ def _optimiser(
     return optimiser, schedule
 
 
-def calibrate(reader: SlotReader, encoder: SentenceEncoder, rows: Sequence[Row]) -> dict[str, float]:
+def calibrate(
+    reader: SlotReader,
+    encoder: SentenceEncoder | NamedEncoder,
+    rows: Sequence[Row],
+    layer: int | None = ENCODER_LAYER,
+) -> dict[str, float]:
     """Find each question's temperature: the least negative log-likelihood of the acceptable answers, by grid search."""
     logits: dict[str, list[torch.Tensor]] = {question: [] for question in QUESTIONS}
     for row in rows:
-        states = encoder.token_states([mend(row.text, encoder.whole_words).text], ENCODER_LAYER)
+        states = encoder.token_states([mend(row.text, encoder.whole_words).text], layer)
         with torch.inference_mode():
             for question, vote in zip(QUESTIONS, reader(states.hidden, states.mask), strict=True):
                 logits[question].append(vote[0].sum(dim=0))

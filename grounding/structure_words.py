@@ -1,0 +1,169 @@
+"""The words of each structure, read from `grounding/structures/*.toml`: one file for each shape.
+
+All that the understanding of language knows of a single shape stands in its file, so that another shape needs another
+file and nothing else here (and a parser that is trained with it: the answers of the trained parsers are numbered).
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+FOLDER = Path(__file__).parent / "structures"
+
+
+class StructureWordsError(ValueError):
+    """A file of words that cannot be used; the message names the file, the key and what is legal."""
+
+
+@dataclass(frozen=True)
+class OwnPhrases:
+    """Phrases of a hole of the training language that fit one shape better than the common ones.
+
+    Attributes:
+        share: how often they are drawn in place of the common ones, 0 to 1.
+        phrases: value -> phrases.
+    """
+
+    share: float
+    phrases: Mapping[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Grammar:
+    """Words of the grammar of instructions (`grounding.corpus.grammar`).
+
+    Attributes:
+        nouns: four of them, which take turns.
+        actions: sentences that need no noun for the structure.
+        templates: sentences with the noun; empty for those that all shapes share.
+        sizes: size -> adjectives; empty for those that all shapes share.
+    """
+
+    nouns: tuple[str, ...]
+    actions: tuple[str, ...]
+    templates: tuple[str, ...] = ()
+    sizes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Words:
+    """Single words and phrases of a structure, by what they do in a sentence.
+
+    Attributes:
+        nouns: by which a correction names the structure: "the ring".
+        plain_nouns: those of them that ask for nothing by themselves in a correction.
+        never_objects: nouns, with their plurals, that mean a structure and never an object on the table.
+        adjectives: of the structure, in a correction: "circular", "side by side".
+        verbs: that build it: "stack".
+        clause_verbs: those of them with which a clause of a correction begins.
+        asking_verbs: those of them that ask for something even where nothing else was understood.
+        arranging: single verbs whose objects take part.
+        participles: of its verbs: "stacked".
+    """
+
+    nouns: tuple[str, ...] = ()
+    plain_nouns: tuple[str, ...] = ()
+    never_objects: tuple[str, ...] = ()
+    adjectives: tuple[str, ...] = ()
+    verbs: tuple[str, ...] = ()
+    clause_verbs: tuple[str, ...] = ()
+    asking_verbs: tuple[str, ...] = ()
+    arranging: tuple[str, ...] = ()
+    participles: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class StructureWords:
+    """What the understanding of language knows of one shape.
+
+    Attributes:
+        name: the shape, as the slot's value.
+        number: its place among the shapes, from 1; trained parsers depend on it, so that a new shape comes last.
+        slots: those that it can carry besides the shape.
+        words: see `Words`.
+        grammar: see `Grammar`.
+        phrases: "noun" and "action" -> phrases of the training language.
+        stacked: whether its objects stand on each other: then "at the bottom" is a place of an object in it.
+        along_edges: whether it can run along an edge of the table.
+        pieces: nouns of objects that have a place of their own in it.
+        rotations: word -> the rotation that it means: a "vertical" line.
+        half_turn: what to say where half a turn changes nothing; empty where it does.
+        unrotated: why to ask which way it should face, where it shows no rotation; empty for the common reason.
+        typos: word -> how it is mistyped in the training language.
+        shorthand: mistyped word -> word.
+        own_phrases: hole of the training language -> the shape's own phrases.
+    """
+
+    name: str
+    number: int
+    slots: tuple[str, ...]
+    words: Words
+    grammar: Grammar
+    phrases: Mapping[str, tuple[str, ...]]
+    stacked: bool = False
+    along_edges: bool = False
+    pieces: tuple[str, ...] = ()
+    rotations: Mapping[str, str] = field(default_factory=dict)
+    half_turn: str = ""
+    unrotated: str = ""
+    typos: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    shorthand: Mapping[str, str] = field(default_factory=dict)
+    own_phrases: Mapping[str, OwnPhrases] = field(default_factory=dict)
+
+
+def read_structure(path: Path) -> StructureWords:
+    """Read the file of one shape.
+
+    Raises:
+        StructureWordsError: for a file that is no TOML, lacks a key or has an unknown one.
+    """
+    try:
+        entries = _frozen(tomllib.loads(path.read_text(encoding="utf-8")))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise StructureWordsError(f"{path} is no TOML file: {error}") from error
+    entries["words"] = _made(Words, entries.get("words", {}), f"{path}, [words]")
+    entries["grammar"] = _made(Grammar, entries.get("grammar", {}), f"{path}, [grammar]")
+    entries["own_phrases"] = {
+        hole: OwnPhrases(own["share"], {value: phrases for value, phrases in own.items() if value != "share"})
+        for hole, own in entries.get("own_phrases", {}).items()
+    }
+    return _made(StructureWords, entries, str(path))
+
+
+def _made(kind: type, entries: Mapping[str, Any], where: str) -> Any:
+    """An instance of a dataclass, whose fields are the keys that are legal."""
+    legal = [each.name for each in fields(kind)]
+    if unknown := [key for key in entries if key not in legal]:
+        raise StructureWordsError(f"{where}: unknown key {unknown[0]!r}; legal keys: {', '.join(legal)}")
+    needed = [each.name for each in fields(kind) if each.default is MISSING and each.default_factory is MISSING]
+    if missing := [key for key in needed if key not in entries]:
+        raise StructureWordsError(f"{where}: the key {missing[0]!r} is missing")
+    return kind(**entries)
+
+
+def _frozen(value: Any) -> Any:
+    """Lists as tuples, at every depth."""
+    if isinstance(value, dict):
+        return {key: _frozen(entry) for key, entry in value.items()}
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _all_structures() -> dict[str, StructureWords]:
+    found = sorted(map(read_structure, FOLDER.glob("*.toml")), key=lambda each: each.number)
+    numbers = [each.number for each in found]
+    if numbers != list(range(1, len(found) + 1)):
+        raise StructureWordsError(f"the files in {FOLDER} must be numbered from 1 without gaps, not {numbers}")
+    return {each.name: each for each in found}
+
+
+# Shape -> its words, in the order of the shapes' numbers.
+STRUCTURES: Mapping[str, StructureWords] = _all_structures()
+
+
+def words_of_all(kind: str) -> tuple[str, ...]:
+    """Collect the words of one kind, a field of `Words`, of all shapes."""
+    return tuple(dict.fromkeys(word for each in STRUCTURES.values() for word in getattr(each.words, kind)))
