@@ -88,6 +88,7 @@ def evaluate(
     seed: int = 0,
     count: int = 64,
     weights: str | os.PathLike[str] | None = None,
+    allow_unverified: bool = False,
     workers: int = 0,
     out: str | os.PathLike[str] | None = None,
 ) -> EvaluationReport:
@@ -101,6 +102,7 @@ def evaluate(
         seed: of the scenes, the sensor's noise and the sampling, in [0, 2**63).
         count: arrangements that a planner proposes for each scene, 1 to 1024.
         weights: a folder of checkpoints; by default those shipped.
+        allow_unverified: take checkpoints that are not what their cards say.
         workers: processes that share the work; 0 for this one alone. With more, a script needs the usual
             `if __name__ == "__main__":`, because each process imports it.
         out: a folder that keeps every row, in which the same call continues where it was stopped.
@@ -131,12 +133,14 @@ def evaluate(
     from structdiffusion.simulation.pybullet_import import import_pybullet_silently
 
     import_pybullet_silently()
-    from agent.evaluation.success.config import TOP_K, Asked
+    from agent.evaluation.success.config import TOP_K, SuccessConfig
     from agent.evaluation.success.measure import measure_success
 
-    asked = Asked(objects, folder, seed, count, min(TOP_K, count))
+    config = SuccessConfig(
+        objects, folder, seed, count, min(TOP_K, count), allow_unverified=allow_unverified
+    )
     report = measure_success(
-        asked, list(names), list(shapes), scenes, workers=workers, out=None if out is None else Path(out)
+        config, list(names), list(shapes), scenes, workers=workers, out=None if out is None else Path(out)
     )
     return EvaluationReport(tuple(_rates(report)), report["command"], report)
 
