@@ -30,6 +30,7 @@ def propose_arrangements(
     goal: Goal,
     seed: int,
     on_preview: Callable[[events.Previewed], None] | None = None,
+    count: int = CANDIDATES,
 ) -> events.Imagined:
     """Let the planner propose arrangements, and rank them.
 
@@ -40,6 +41,7 @@ def propose_arrangements(
         goal: what is asked for.
         seed: of the samples.
         on_preview: called with the first samples while they are denoised, where the planner can show them.
+        count: how many arrangements are proposed.
 
     Raises:
         NotBuildable: when too few objects take part, or something that has to stay stands on one of them.
@@ -65,7 +67,7 @@ def propose_arrangements(
     more = {"preview": preview} if shows else {}
     generator = torch.Generator().manual_seed(seed)
     try:
-        arrangements = planner.propose(flat, goal, count=CANDIDATES, generator=generator, **more)
+        arrangements = planner.propose(flat, goal, count=count, generator=generator, **more)
     except LayoutError as error:
         raise NoValidGoal(f"the model {model!r} proposed no valid arrangement: {error}") from error
     lowering = np.tile(np.eye(4), (len(scene.objects), 1, 1))
