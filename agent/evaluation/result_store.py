@@ -25,6 +25,7 @@ from agent.runtime.atomic_files import write_whole
 from agent.runtime.jsonl_journal import Journal, locked
 from agent.runtime.output_ownership import check_own_folder, mark
 from structdiffusion.benchmark.success import Row
+from structdiffusion.limits import ABOUT_BYTES, read_at_most
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.planners.factory import WEIGHTS
 from structdiffusion.planners.registry import networks_of

@@ -6,7 +6,6 @@ python docs/examples/propose_from_clouds.py ["put the cups in a line"] [--count 
 import argparse
 
 import numpy as np
-
 import structagent
 
 

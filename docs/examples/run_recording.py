@@ -8,6 +8,7 @@ SCENE is "example" (the recording that comes along), a scene file (.yaml), or a 
 import argparse
 
 import structagent
+
 from agent import events
 
 

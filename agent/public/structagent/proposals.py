@@ -23,8 +23,9 @@ from structdiffusion.planners.registry import PLANNERS, legal_instead_of, networ
 
 if TYPE_CHECKING:
     import torch
-    from agent.pipeline.resources import ResourceCache
     from numpy.typing import ArrayLike
+
+    from agent.pipeline.resources import ResourceCache
     from structdiffusion.planners.factory import Planner
 
 MOST_PROPOSALS = 1024
@@ -250,8 +251,8 @@ def _arranged(
     cache: ResourceCache, planner: Planner, model: str, scene: Scene, goal: SceneGoal, count: int, seed: int
 ) -> Sequence[Arrangement]:
     """Return the arrangements as the pipeline ranks them, best first."""
-    from agent.pipeline.run import make_goal
     from agent.pipeline.proposing import propose_arrangements
+    from agent.pipeline.run import make_goal
 
     told = make_goal(goal.spec, cache.encoder)
     return propose_arrangements(planner, model, scene.observation(goal.members), told, seed, count=count).arrangements
@@ -260,7 +261,7 @@ def _arranged(
 def _ranked(
     arrangements: Sequence[Arrangement], scene: Scene, goal: SceneGoal, model: str, keep_invalid: bool
 ) -> Proposals:
-    from agent.pipeline.candidates import is_viable, filter_viable
+    from agent.pipeline.candidates import filter_viable, is_viable
 
     kept = arrangements if keep_invalid else filter_viable(arrangements)
     items = tuple(_proposal(each, goal.members, len(scene), is_viable(each)) for each in kept)

@@ -19,9 +19,10 @@ from structagent.proposals import check_model, checked_weights
 from structagent.sources import checked_source, recorded_options
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from agent.event_base import Event, Listener
     from agent.pipeline.run import RunOptions
-    from numpy.typing import ArrayLike
 
     EventListener = Callable[[Event], object] | Listener
 

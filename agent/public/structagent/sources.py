@@ -13,9 +13,10 @@ from structagent.instructions import buildable, goal_of_text
 from structagent.scenes import Scene
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from agent.recordings.recording import RecordedOptions
     from agent.scenes.table_scene import TableScene
-    from numpy.typing import ArrayLike
 
 TOPICS = ("points", "depth", "depth_info", "color", "joints")
 
