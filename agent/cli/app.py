@@ -17,7 +17,7 @@ from agent.cli.benchmark import benchmark
 from agent.cli.chat import chat
 from agent.cli.config import ConfiguredGroup, config_app
 from agent.cli.doctor import doctor
-from agent.cli.evaluate import evaluate_app
+from agent.cli.evaluate.app import evaluate_app
 from agent.cli.generate import generate
 from agent.cli.models import models_app
 from agent.cli.options import (

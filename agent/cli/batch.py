@@ -16,6 +16,7 @@ from agent.cli.options import (
     CameraPoseOption,
     ForceOutOption,
     JsonOption,
+    EncoderOption,
     LLMModelOption,
     LLMUrlOption,
     ModelOption,
@@ -54,6 +55,7 @@ def batch(
     json_output: JsonOption = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
+    encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     execute: Annotated[
@@ -73,7 +75,7 @@ def batch(
       {"text": "make a line", "id": "mine", "seed": 3, "scene": "desk.yaml"}
     where only text is needed; id is unique and names the report's folder; all other
     keys are called as the flags below, which hold where a row has none: scene, objects,
-    model, weights, seed, execute, parser, viewpoint, llm_model, llm_url. Paths in a row
+    model, weights, seed, execute, parser, viewpoint, encoder, llm_model, llm_url. Paths in a row
     are seen from FILE's folder. A row that is wrong fails in its place.
 
     \b
@@ -93,7 +95,7 @@ def batch(
     from agent.batch.run import run_batch
     from agent.pipeline.run import RunOptions
 
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     recorded = recorded_options(at, topic, camera_pose, call)
     defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
     with results_stream() as results:

@@ -15,6 +15,7 @@ from agent.cli.options import (
     CallOption,
     CameraPoseOption,
     ForceOutOption,
+    EncoderOption,
     LLMModelOption,
     LLMUrlOption,
     ModelOption,
@@ -51,6 +52,7 @@ def chat(
     force: ForceOutOption = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
+    encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     execute: Annotated[
@@ -71,7 +73,7 @@ def chat(
     """
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-chat"
     check_own_folder(folder, "chat", force)
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     recorded = recorded_options(at, topic, camera_pose, call)
     if sys.stdin is None:
         raise UsageError("chat needs standard input, and it is closed")
@@ -80,12 +82,12 @@ def chat(
         console = console_on(results)
         console.print(_AT_ONCE, style="dim", highlight=False)  # before what follows is imported, which takes seconds
         import_pybullet_silently()
-        from agent.chat.run import talk
+        from agent.chat.run import run_chat
         from agent.pipeline.run import RunOptions
 
         options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
         session = folder / "session.jsonl"
-        code = talk(options, console, session, sys.stdin, yes)
+        code = run_chat(options, console, session, sys.stdin, yes)
     print(f"session: {session}", file=sys.stderr)
     if code:
         raise typer.Exit(code)

@@ -61,7 +61,12 @@ def defaults_of(group: Any, configuration: Configuration) -> dict[str, Any]:
 
 
 def reading_options(
-    ctx: typer.Context, parser: str, viewpoint: str, llm_model: str | None, llm_url: str | None
+    ctx: typer.Context,
+    parser: str,
+    viewpoint: str,
+    llm_model: str | None,
+    llm_url: str | None,
+    encoder: str | None = None,
 ) -> ReadingOptions:
     """How a command reads instructions; a key is kept for the endpoint that the user named, and not the project."""
     from agent.pipeline.instruction_parser import ReadingOptions
@@ -71,7 +76,8 @@ def reading_options(
     source = ctx.get_parameter_source("llm_url")
     by_flag = source is not None and source.name == "COMMANDLINE"
     by_project = not by_flag and configured is not None and configured.layer == PROJECT
-    return ReadingOptions(parser, viewpoint, llm_model, llm_url, key_url=None if by_project else llm_url)
+    key_url = None if by_project else llm_url
+    return ReadingOptions(parser, viewpoint, llm_model, llm_url, key_url=key_url, encoder=encoder)
 
 
 def configurable(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:

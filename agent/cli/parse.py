@@ -11,6 +11,7 @@ import typer
 
 from agent.cli.config import reading_options
 from agent.cli.options import (
+    EncoderOption,
     LLMModelOption,
     LLMUrlOption,
     ParserOption,
@@ -48,6 +49,7 @@ def parse(
     objects: Annotated[
         str | None, typer.Option(metavar="NAMES", help='What is on the table, as "mug,bowl,plate,fork".')
     ] = None,
+    encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     json_output: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
@@ -63,7 +65,7 @@ def parse(
     names = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]
     if names == []:
         raise UsageError(f'--objects must name objects, as "mug,bowl,plate", and {objects!r} names none')
-    options = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
+    options = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     with results_stream() as results:
         read, refused = read_instructions(given, options, names, json_output, results, print_error)
     if not read:

@@ -18,6 +18,7 @@ from agent.cli.options import (
     CameraPoseOption,
     ForceOutOption,
     JsonOption,
+    EncoderOption,
     LLMModelOption,
     LLMUrlOption,
     ModelOption,
@@ -61,6 +62,7 @@ def run(
     json_output: JsonOption = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
+    encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     execute: Annotated[
@@ -101,7 +103,7 @@ def run(
         raise BadInput(f"the instruction {text!r} has a byte that is no UTF-8 text, where {NO_TEXT} stands")
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-seed{seed}"
     check_own_folder(folder, "run", force)
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     trajectories = export_trajectory or []
     if trajectories and not execute:
         raise UsageError("--export-trajectory needs the arm at work, and --no-execute stops before it")

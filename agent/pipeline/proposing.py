@@ -67,7 +67,7 @@ def propose_arrangements(
     try:
         arrangements = planner.propose(flat, goal, count=CANDIDATES, generator=generator, **more)
     except LayoutError as error:
-        raise NoValidGoal(f"the model {model!r} imagined no valid arrangement: {error}") from error
+        raise NoValidGoal(f"the model {model!r} proposed no valid arrangement: {error}") from error
     lowering = np.tile(np.eye(4), (len(scene.objects), 1, 1))
     lowering[:, 2, 3] = [-cloud.bottom for cloud in scene.objects]
     arrangements = [replace(each, goal_from_initial=each.goal_from_initial @ lowering) for each in arrangements]

@@ -18,7 +18,7 @@ from structdiffusion.structures.checks import Check
 def judge_built(
     world: TabletopWorld, indices: Sequence[int], world_from_goal: np.ndarray, spec: StructureSpec
 ) -> tuple[str | None, tuple[Check, ...]]:
-    """Waits 2 s, then checks where the objects are and what they make.
+    """Wait 2 s, then check where the objects are and what they make.
 
     Args:
         world: the physics in which the arm has built.

@@ -1,4 +1,4 @@
-"""A session file once more: its turns on a page, its events to whoever tells them."""
+"""What can be made of a session file: a page of its turns, and its events sent to a listener again."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def records_of(session: Session) -> list[RunRecord]:
 
 
 def write_page(session: Path, page: Path) -> Path:
-    """Makes the page of a session file.
+    """Make the page of a session file.
 
     Args:
         session: the file.

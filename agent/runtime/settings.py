@@ -120,6 +120,7 @@ SETTINGS = (
     Setting("seed", int, "a whole number of at least 0", _at_least(0)),
     Setting("parser", str, "embedding, llm", _one_of("embedding", "llm")),
     Setting("viewpoint", str, "robot, opposite", _one_of("robot", "opposite")),
+    Setting("encoder", str, "a sentence encoder's folder or name", _model_name),
     Setting("llm_model", str, "a model folder or name", _model_name),
     Setting("llm_url", str, "an http or https address", _web_address),
     Setting("execute", bool, "true, false", lambda value, folder: value),
@@ -276,7 +277,7 @@ def _check_address(address: str, called: str) -> None:
 def _check_project(values: Mapping[str, Value]) -> None:
     """Refuses what a project's file, which comes with other people's folders, may not decide by itself."""
     trusting = "or, if you trust this file, call `structagent --trust-project VERB`"
-    address, model = values.get("llm_url"), values.get("llm_model")
+    address = values.get("llm_url")
     if address is not None and address.layer == PROJECT:
         host = (urlsplit(address.value).hostname or "").rstrip(".")
         if host not in ("localhost", "::1") and not re.fullmatch(r"127(\.[0-9]{1,3}){3}", host):
@@ -285,11 +286,13 @@ def _check_project(values: Mapping[str, Value]) -> None:
                 "your instructions are sent there; set another in your own file or as "
                 f"{_BY_NAME['llm_url'].variable}, {trusting}"
             )
-    if model is not None and model.layer == PROJECT and _is_path(model.value):
-        raise ConfigError(
-            f"{model.place}: llm_model of a project cannot be a folder, because its files would be loaded; set it in "
-            f"your own file or as {_BY_NAME['llm_model'].variable}, {trusting}"
-        )
+    for name in ("llm_model", "encoder"):
+        model = values.get(name)
+        if model is not None and model.layer == PROJECT and _is_path(model.value):
+            raise ConfigError(
+                f"{model.place}: {name} of a project cannot be a folder, because its files would be loaded; set it in "
+                f"your own file or as {_BY_NAME[name].variable}, {trusting}"
+            )
 
 
 def _is_path(model: str) -> bool:

@@ -1,4 +1,4 @@
-"""From the lines of a scene file to objects that stand on the table, and back."""
+"""Converts the lines of a scene file to objects that stand on the table, and back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A simulated table: objects drawn from a library so that the goal can come true, seen by the depth camera."""
+"""A simulated table: objects drawn from a library so that the goal can be built, seen by the depth camera."""
 
 from __future__ import annotations
 

@@ -149,33 +149,40 @@ def _find_folder(source: str) -> Path:
 
 def _load(folder: Path) -> Any:
     try:
-        brings_code = names_code(folder) or _names_foreign_modules(folder)
-        if brings_code:
-            raise EncoderError(f"the sentence encoder in {folder} cannot be loaded: it needs code of its own, which is never run")
+        if _brings_code(folder):
+            raise ModelFilesError("it needs code of its own, which is never run")
         from sentence_transformers import SentenceTransformer
         from transformers.utils import logging
 
         logging.set_verbosity_error()
         logging.disable_progress_bar()
         model = SentenceTransformer(
-            str(folder), device="cpu", trust_remote_code=False, local_files_only=True, model_kwargs={"use_safetensors": True}
+            str(folder),
+            device="cpu",
+            trust_remote_code=False,
+            local_files_only=True,
+            model_kwargs={"use_safetensors": True},
         )
-    except EncoderError:
-        raise
-    except ImportError as error:
-        raise EncoderError(f"--encoder needs the package sentence-transformers, which cannot be imported: {first_line(error)}") from error
     except Exception as error:  # the library raises many kinds
         raise EncoderError(f"the sentence encoder in {folder} cannot be loaded: {first_line(error)}") from error
     return model.float().eval()
 
 
-def _names_foreign_modules(folder: Path) -> bool:
-    """Whether `modules.json` names a module that is none of the library's own."""
-    path = folder / "modules.json"
-    if not path.is_file():
+def _brings_code(folder: Path) -> bool:
+    """Whether any file of the model names code that is none of the libraries' own.
+
+    Raises:
+        ModelFilesError: for files that are missing or cannot be read.
+    """
+    configs, modules = sorted(folder.rglob("config.json")), folder / "modules.json"
+    if not modules.is_file() and not (folder / "config.json").is_file():
+        raise ModelFilesError("it has neither modules.json nor config.json")
+    if any(names_code(path.parent) for path in configs):
+        return True
+    if not modules.is_file():
         return False
     try:
-        modules = json.loads(path.read_text(encoding="utf-8"))
-        return not all(str(module["type"]).startswith("sentence_transformers.") for module in modules)
+        listed = json.loads(modules.read_text(encoding="utf-8"))
+        return not all(str(module["type"]).startswith("sentence_transformers.") for module in listed)
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise ModelFilesError("modules.json is no list of modules with their types") from error

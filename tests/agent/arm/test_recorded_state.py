@@ -43,7 +43,7 @@ def test_what_is_within_the_limits_stays_as_it_is():
     np.testing.assert_array_equal(found.joints, HOME)
     assert not found.wound.any()
     np.testing.assert_array_equal(found.fingers, [FINGER_OPEN] * 3)
-    assert found.notes == (f"the recording does not tell {', '.join(FINGERS)}: taken to be open",)
+    assert found.notes == (f"the recording does not have {', '.join(FINGERS)}: taken to be open",)
 
 
 def test_an_encoder_may_tell_a_little_beyond_a_limit():

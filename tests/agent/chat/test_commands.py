@@ -56,8 +56,8 @@ def test_values():
 
 
 def test_help_tells_every_command():
-    told = dict(help_lines())
-    assert len(told) == len(COMMANDS) and all(told.values())
+    help_texts = dict(help_lines())
+    assert len(help_texts) == len(COMMANDS) and all(help_texts.values())
 
 
 @pytest.mark.parametrize(

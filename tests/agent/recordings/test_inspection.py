@@ -1,4 +1,4 @@
-"""What a bag holds, told to people and as JSON."""
+"""What a bag holds, for people and as JSON."""
 
 import io
 import json
@@ -33,9 +33,9 @@ def test_a_whole_session_is_told_whole(tmp_path, name):
     assert of["/tf"].rate is None and of["/tf"].first == of["/tf"].last == pytest.approx(0.2)
     assert all(info.there.values()) and info.notes == ()
     assert (info.used["color"], info.used["joints"]) == (COLOR, JOINTS)
-    told = json.loads(json.dumps(info.to_dict()))
-    assert told["frames"][-1] == {"name": "root", "parent": "world", "static": True}
-    assert [topic["name"] for topic in told["topics"]] == sorted(of)
+    output = json.loads(json.dumps(info.to_dict()))
+    assert output["frames"][-1] == {"name": "root", "parent": "world", "static": True}
+    assert [topic["name"] for topic in output["topics"]] == sorted(of)
     out = io.StringIO()
     print_bag_info(info, out)
     assert "world\n    camera_link\n      camera_color_optical_frame" in out.getvalue()

@@ -77,4 +77,4 @@ def test_joints_from_another_time_are_told(tmp_path):
 
 def test_without_an_arm_that_is_said(tmp_path):
     arm, stream, notes = stood(tmp_path, [joints(0, FINGERS, (1, 1, 1))])
-    assert arm is None and stream is None and notes == ["the recording does not tell how the arm stood"]
+    assert arm is None and stream is None and notes == ["the recording does not say how the arm stood"]

@@ -93,7 +93,7 @@ def test_a_file_that_is_no_text(scene, tmp_path):
     path = tmp_path / "scene.yaml"
     path.write_bytes(b"version: 1\n\xff\n")
     code, said, _ = scene("validate", path)
-    assert code == 6 and said == f"{path}:2: byte 0xff is no UTF-8 text\n"
+    assert code == 6 and said == f"{path}:2: byte 0xff is not UTF-8 text\n"
 
 
 def test_meshes_that_are_not_there_or_not_clear(tmp_path):
@@ -250,8 +250,8 @@ def test_pose_and_numbers_are_each_others_inverse(tmp_path):
 
 def test_a_drawn_scene_is_valid_and_loads_again_bit_for_bit(scene, tmp_path):
     path, again = tmp_path / "new" / "scene.yaml", tmp_path / "new" / "again.yaml"
-    code, _, told = scene("new", "--objects", "ycb", "--shape", "line", "--seed", 4, "--out", path)
-    assert code == 0 and str(path) in told
+    code, _, output = scene("new", "--objects", "ycb", "--shape", "line", "--seed", 4, "--out", path)
+    assert code == 0 and str(path) in output
     assert scene("validate", path)[:2] == (0, f"{path}: {len(load_scene(path))} objects, nothing wrong\n")
     assert scene("new", "--shape", "line", "--seed", 4)[1] == path.read_text()
 
