@@ -73,9 +73,11 @@ def _files(network: Network) -> str:
 
 
 def _checkpoint(network: Network) -> str:
+    from structdiffusion.models.checkpoint import ADDED_KEYS
+
     model = _loaded(network)
     config = json.loads((network.folder / CONFIG).read_text())
-    missing = sorted(asdict(model.config).keys() - config.keys())
+    missing = sorted(asdict(model.config).keys() - config.keys() - ADDED_KEYS.keys())
     if missing:
         raise _Wrong(f"{network.folder / CONFIG} lacks {missing[0]!r}")
     return _finite(model.state_dict(), network)

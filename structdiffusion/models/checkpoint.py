@@ -19,6 +19,8 @@ from structdiffusion.models.config_values import checked_values
 from structdiffusion.word_tokens import FIRST_VOCABULARY
 
 CONFIG_NAME = "config.json"
+# Keys that older configs do not have, with what they stand for there: the shapes that every network knows.
+ADDED_KEYS: dict[str, Any] = {"vocabulary": FIRST_VOCABULARY}
 WEIGHTS_NAME = "model.safetensors"
 _NUMBERS = (torch.float16, torch.bfloat16, torch.float32, torch.float64)  # that weights may be written in
 
@@ -71,8 +73,7 @@ class Checkpointed(nn.Module):
         if unknown:
             legal = ", ".join(sorted(known))
             raise CheckpointError(f"{folder / CONFIG_NAME} has the unknown key {unknown[0]!r}; legal: {legal}")
-        if "vocabulary" in known:  # configs that do not tell it are older than the second set of shapes
-            values.setdefault("vocabulary", FIRST_VOCABULARY)
+        values = {key: value for key, value in ADDED_KEYS.items() if key in known} | values
         try:
             legal = checked_values(cls.Config, values)
             _check_config_size(cls, folder / CONFIG_NAME, legal)

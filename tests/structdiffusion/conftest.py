@@ -9,6 +9,7 @@ from structdiffusion.data import demonstrations
 from structdiffusion.footprints import turned
 from structdiffusion.models.encoders import SENTENCE_WIDTH
 from structdiffusion.objects.procedural import procedural_objects
+from structdiffusion.structures import STRUCTURES
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.word_tokens import word_ids
 
@@ -37,7 +38,7 @@ def built():
         placed = []
         for i, (item, turn, at) in enumerate(zip(items, layout.turns, layout.positions)):
             place = layout.order.index(i)
-            carrier = (layout.order[place - 1],) if layout.spec.shape == "tower" and place else ()
+            carrier = (layout.order[place - 1],) if STRUCTURES[layout.spec.shape].stacks and place else ()
             outline = turned(item.footprint, turn) + at[:2]
             named, top, yaw = (f"{item.category} {i + 1}", item.category), at[2] + item.height, item.front_yaw + turn
             placed.append(PlacedBody(*named, outline, at[:2], at[2], top, yaw, carrier))

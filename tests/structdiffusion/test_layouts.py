@@ -12,11 +12,10 @@ from structdiffusion.layouts import lay_out
 from structdiffusion.objects.solids import circle_outline
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
+from structdiffusion.structures import STRUCTURES
 from structdiffusion.structures.bodies import LayoutItem
 from structdiffusion.structures.structure import LayoutError
 from structdiffusion.structures.tower import tower_order
-
-COUNTS = {"circle": (3, 7), "line": (2, 6), "tower": (2, 4), "table setting": (2, 6)}
 
 
 def disc(radius: float = 0.03, category: str = "can", **more) -> LayoutItem:
@@ -31,9 +30,9 @@ def some_spec(shape: str, rng: np.random.Generator) -> StructureSpec:
 
 def some_items(library, shape: str, rng: np.random.Generator) -> list[LayoutItem]:
     models = eligible(library, shape)
-    if shape == "tower":
+    if STRUCTURES[shape].stacks:
         models = [model for model in models if model.stackable]
-    wanted = int(rng.integers(COUNTS[shape][0], COUNTS[shape][1] + 1))
+    wanted = int(rng.integers(STRUCTURES[shape].least, STRUCTURES[shape].usual_counts[1] + 1))
     chosen = [models[i] for i in rng.permutation(len(models))[:wanted]]
     if shape == "table setting":
         base = str(rng.choice(["plate", "bowl"]))
@@ -58,7 +57,7 @@ def test_every_layout_passes_every_check(shape, library, built):
         assert not failed, (seed, spec, failed)
         assert table.overhang(np.concatenate([body.footprint for body in bodies])) == 0.0
         assert sorted(layout.order) == list(range(len(items)))
-        if shape != "tower":
+        if not STRUCTURES[shape].stacks:
             gaps = [clear_gap(a.footprint, b.footprint) for a, b in itertools.combinations(bodies, 2)]
             assert min(gaps) > 0.0095, (seed, spec)
             assert np.ptp(layout.positions[:, 2]) == 0

@@ -96,7 +96,7 @@ def _failures_of_methods(found: Mapping[str, Any]) -> Table:
     rows += [(*_paper_row(f"paper: {name}", values), *none) for name, values in paper_results.FAILURES_OF_METHODS.items()]
     about = (
         "The first failure of the best-ranked arrangement, in percent of all scenes. The last column is the share of scenes "
-        f"in which it intersects the table by more than the allowed {1000 * MAX_PENETRATION:g} mm; it is part of the "
+        f"in which it intersects the table by more than the allowed {MAX_PENETRATION * 1000:g} mm; it is part of the "
         "intersections."
     )
     return Table("Failure modes per method", about, ("model", "n", *_CAUSES, *died, "into the table"), tuple(rows))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, StructureSpec
+from grounding.spec import LEGAL_VALUES, SLOTS, StructureSpec
 from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.data.demonstrations import DemonstrationSet, keep_shard
 from structdiffusion.data.shards import draw_shard
@@ -16,7 +16,7 @@ from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.rotations import yaw_matrices
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
-from structdiffusion.word_tokens import WORDS
+from structdiffusion.word_tokens import FIRST_SHAPES, WORDS
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +136,7 @@ def test_a_missing_file_is_named_with_the_command_that_makes_it(data_folder, tmp
 
 def test_every_value_of_every_slot_is_a_word():
     assert set(WORDS) == {(slot, value) for slot in SLOTS for value in LEGAL_VALUES[slot]}
-    assert [WORDS["shape", shape] for shape in SHAPES] == [1, 2, 3, 4]
+    assert [WORDS["shape", shape] for shape in FIRST_SHAPES] == [1, 2, 3, 4]
 
 
 def test_a_batch_is_as_wide_as_its_scenes(data_folder, library, tmp_path):

@@ -8,6 +8,7 @@ from structdiffusion.data.collision_pairs import generate_pairs
 from structdiffusion.data.datasheet import write_datasheet
 from structdiffusion.data.demonstrations import DemonstrationSet
 from structdiffusion.training.run_record import about_data
+from structdiffusion.word_tokens import WORDS
 
 ABOUT = {"version": "1.0", "command": "structagent generate --seed 3", "library": "training", "seed": 3}
 
@@ -27,8 +28,8 @@ def test_the_sheet_counts_what_is_there(folder, library):
     assert sheet["scenes"] == 24 == sum(sheet["scenes_per_shape"].values())
     assert sheet["objects"] == len(library) == sum(sheet["objects_per_category"].values())
     assert sheet["objects_per_source"] == {"procedural": len(library)}
-    for number, (shape, slots) in enumerate(sheet["slots"].items(), start=1):
-        assert sheet["scenes_per_shape"][shape] == (data.words[:, 0] == number).sum()
+    for shape, slots in sheet["slots"].items():
+        assert sheet["scenes_per_shape"][shape] == (data.words[:, 0] == WORDS["shape", shape]).sum()
         assert sum(sheet["objects_in_a_structure"][shape].values()) == sheet["scenes_per_shape"][shape]
         assert all(sum(values.values()) == sheet["scenes_per_shape"][shape] for values in slots.values())
     opened = ((data.words[:, 0] == 1) & (data.words[:, 4] == 0)).sum()
