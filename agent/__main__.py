@@ -6,17 +6,17 @@ from agent.runtime.stdio import end_when_nobody_reads
 
 
 def main() -> None:
-    """Runs the command line; it ends quietly when nobody reads its output any more, as in `structagent ... | head`."""
+    """Run the command line; end quietly when its output is no longer read, as in `structagent ... | head`."""
     end_when_nobody_reads()
     try:
         _command_line()
     finally:
         for stream in (sys.stdout, sys.stderr):
-            stream.flush()  # here, because what goes wrong after this is told as a defect of the interpreter
+            stream.flush()  # here, because a later failure would be reported as a defect of the interpreter
 
 
 def _command_line() -> None:
-    """Runs the command line; where its own packages are missing or broken, says so, and still knows the doctor."""
+    """Run the command line; if packages are missing or broken, say so, but still run the doctor."""
     try:
         from agent.cli.app import main as command_line
     except Exception as error:  # a broken package raises anything
@@ -25,7 +25,7 @@ def _command_line() -> None:
 
             examine()
         reason = " ".join(str(error).split()) or type(error).__name__
-        print(f"structagent: cannot start: {reason}; `structagent doctor` names what would mend it", file=sys.stderr)
+        print(f"structagent: cannot start: {reason}; `structagent doctor` suggests a repair", file=sys.stderr)
         sys.exit(6)
     command_line()
 

@@ -1,7 +1,7 @@
 """What happens while an instruction is carried out, one frozen dataclass per step.
 
-The pipeline yields these; the terminal, `report.json` and `report.html` are listeners of the same events, so that a
-step is told once and nothing is told that did not happen. `to_dict` gives the JSON form; pictures are not part of it.
+The pipeline yields these; the terminal, `report.json` and `report.html` are listeners of the same events, so that they
+all report the same. `to_dict` gives the payload, an event's JSON form, which pictures are not part of.
 The arm's own events are in `agent.arm.events`. Lengths in metres, angles in radians, times in seconds.
 """
 

@@ -130,7 +130,7 @@ class Arrangement:
         goal_from_initial: (N, 4, 4) float64, world frame: an initial point p of object i goes to
             `goal_from_initial[i] @ p` (paper section IV: goal_pose @ inverse(initial_pose)).
         scores: what ranked it, each in [0, 1], larger is better; "total" decides, and among those tried out in
-            imagination what `trials.tried_out` says.
+            physics what `rerank_by_physics` says.
         world_from_structure: (4, 4) the structure's frame, or `None`.
     """
 

@@ -2,14 +2,44 @@
 
 from __future__ import annotations
 
-from grounding.spec import LEGAL_VALUES, SLOTS, StructureSpec
+from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, StructureSpec
 
-# Word tokens: 0 is "not specified", then every value of every slot has an id of its own.
-WORDS = {word: i + 1 for i, word in enumerate((slot, value) for slot in SLOTS for value in LEGAL_VALUES[slot])}
+# The shapes that every network knows. Ids are part of checkpoints: the words of later shapes come after all others, so
+# that adding a shape changes no id. A network knows as many words as there were when it was trained.
+FIRST_SHAPES = SHAPES[:4]
+_WORDS = [(slot, value) for slot in SLOTS for value in LEGAL_VALUES[slot]]
+_LATER = [("shape", shape) for shape in SHAPES if shape not in FIRST_SHAPES]
+
+# 0 is "not specified", then every value of every slot has an id of its own.
+WORDS = {word: i + 1 for i, word in enumerate([word for word in _WORDS if word not in _LATER] + _LATER)}
 VOCABULARY = len(WORDS) + 1
+FIRST_VOCABULARY = VOCABULARY - len(_LATER)
 WORD_TOKENS = len(SLOTS)
 
 
+class UnknownWordError(ValueError):
+    """A network is asked for something that it was not trained on; the message names both."""
+
+
 def word_ids(spec: StructureSpec) -> list[int]:
-    """The five word-token ids of a spec, slot by slot; 0 where unspecified."""
+    """Return the five word-token ids of a spec, slot by slot; 0 where unspecified."""
     return [WORDS.get((slot, value), 0) for slot, value in spec.to_dict().items()]
+
+
+def require_known_words(spec: StructureSpec, vocabulary: int, network: str) -> None:
+    """Refuse what a network does not know.
+
+    Args:
+        spec: what is asked for.
+        vocabulary: of the network: how many ids it has, 0 included.
+        network: its name.
+
+    Raises:
+        UnknownWordError: for a value that it was not trained on.
+    """
+    for slot, value in spec.tokens():
+        if WORDS[slot, value] >= vocabulary:
+            raise UnknownWordError(
+                f"the network {network!r} was not trained on the {slot} {value!r}: train it on scenes that have it, or "
+                "use the model 'geometric', which needs no training"
+            )

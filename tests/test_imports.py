@@ -23,7 +23,7 @@ LAYERS = (
     ("grounding.benchmark", "grounding.parsers", "structdiffusion.objects", "structdiffusion.structures"),
     ("grounding.references", "grounding.training", "structdiffusion.layouts", "structdiffusion.simulation"),
     ("grounding.dialogue", "grounding.foreign_languages", "grounding.unsupported"),
-    ("grounding.interpreter", "structdiffusion.parallel_imports", "structdiffusion.protocol"),
+    ("grounding.interpreter", "structdiffusion.parallel_imports", "structdiffusion.protocol", "structdiffusion.worker_process"),
     ("structdiffusion.parallel",),
     ("structdiffusion.completion", "structdiffusion.data"),
     ("structdiffusion.models",),
@@ -40,12 +40,22 @@ LAYERS = (
     ("agent.batch", "agent.chat", "agent.evaluation"),
     ("agent.cli",),
     ("agent.__main__",),
+    # The public interface: agent/public/structagent.
+    ("structagent.errors",),
+    ("structagent.arguments", "structagent.engine"),
+    ("structagent.clouds",),
+    ("structagent.scenes",),
+    ("structagent.instructions",),
+    ("structagent.proposals", "structagent.sources"),
+    ("structagent.evaluations", "structagent.runs"),
+    ("structagent",),
 )
 LEVEL = {package: level for level, row in enumerate(LAYERS) for package in row}
 
 
 def module_name(path: Path) -> str:
-    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+    name = ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+    return name.removeprefix("agent.public.")
 
 
 MODULES = {module_name(path): path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))}

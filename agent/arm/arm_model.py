@@ -1,4 +1,4 @@
-"""The Kinova Jaco 2 arms that are known, each as its URDF describes it: joints, limits, links and their solids.
+"""The supported Kinova Jaco 2 arms, as their URDFs describe them: joints, limits, links and their solids.
 
 All three carry the same hand with three fingers. Metres, radians, seconds, newton metres.
 """
@@ -37,7 +37,7 @@ FINGER_CLOSED = 1.51  # rad
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """Where a link hangs: turned about z of `parent_from_joint` by the joint's angle.
+    """A joint that carries a link: turned about z of `parent_from_joint` by the joint's angle.
 
     Attributes:
         name: of the joint. parent, child: of its links.
@@ -69,7 +69,7 @@ class Solid:
 
 @dataclass(frozen=True, eq=False)
 class ArmModel:
-    """One kind of Jaco. Arrays have one entry for each of its n joints, from the base on.
+    """One model of the Jaco. Arrays have one entry for each of its n joints, from the base on.
 
     Attributes:
         name: as the maker calls it.

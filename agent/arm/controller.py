@@ -22,7 +22,7 @@ SQUEEZE = 0.15  # rad beyond contact that the finger motors aim for in a grasp h
 
 
 class MotionListener(Protocol):
-    """Whoever wants to know what the arm is told to do."""
+    """Anything that follows the commands of the arm."""
 
     def begin(self, doing: str, arm: JacoArm) -> None:
         """Take note that a motion begins; `doing` says what for."""
@@ -39,7 +39,7 @@ class ArmDriver:
         arm: the arm, in `world.client`.
         weld: whether a grasp is held by a fixed constraint, or by the fingers' friction alone.
         on_step: called after every physics step, or `None`.
-        log: told of every motion, or `None`.
+        log: gets every motion, or `None`.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class ArmDriver:
         return None if self.arm.weld is None else self.arm.weld[1]
 
     def halt(self) -> None:
-        """Stops the joints where they are."""
+        """Stop the joints where they are."""
         self._begin("stop")
         self.arm.command(self.arm.configuration())
         self.wait(HALTING_SECONDS)
@@ -89,16 +89,16 @@ class ArmDriver:
             self.log.begin(doing, self.arm)
 
     def wait(self, seconds: float) -> None:
-        """Lets physics run while the arm holds still."""
+        """Let physics run while the arm holds still."""
         for _ in range(round(seconds / TIME_STEP)):
             self.step()
 
     def follow(self, path: np.ndarray, doing: str, speed: float = 0.9) -> None:
-        """Drives the joints along a path (T, n), from wherever its continuous joints have wound to.
+        """Drive the joints along a path (T, n), from wherever its continuous joints have wound to.
 
         Args:
             path: joint angles.
-            doing: what for, as a listener is told.
+            doing: what for, as the listener gets it.
             speed: of the joints' limits.
         """
         self._begin(doing)
@@ -111,7 +111,7 @@ class ArmDriver:
         self.wait(0.08)
 
     def close(self, body: int) -> set[int]:
-        """Closes each finger until it touches `body`; which fingers touch."""
+        """Close each finger until it touches `body`; which fingers touch."""
         self._begin("close hand")
         arm = self.arm
         targets = arm.finger_angles()
@@ -135,7 +135,7 @@ class ArmDriver:
         return touched
 
     def weld(self, body: int) -> None:
-        """Joins `body` to the hand as it lies in it now."""
+        """Join `body` to the hand as it lies in it now."""
         arm, client = self.arm, self.world.client
         self._wake(body)
         position, quaternion = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
@@ -151,12 +151,12 @@ class ArmDriver:
         arm.command_fingers(list(arm.finger_angles()))
 
     def open(self, opening: float) -> None:
-        """Tells the fingers to go to the angle `opening`, and does not wait for them."""
+        """Command the fingers to the angle `opening`, without waiting for them."""
         self._begin("open hand")
         self.arm.command_fingers([opening] * 3)
 
     def let_go(self, opening: float) -> None:
-        """Opens the fingers to the angle `opening`; a weld ends when none of them touches the object any more."""
+        """Open the fingers to the angle `opening`; a weld ends when none of them touches the object any more."""
         self.open(opening)
         if self.arm.weld is not None:
             for _ in range(round(LETTING_GO_SECONDS / TIME_STEP)):

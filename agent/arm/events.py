@@ -1,4 +1,4 @@
-"""What the arm tells while it plans and builds: one frozen dataclass per step.
+"""The events of the arm while it plans and builds: one frozen dataclass per step.
 
 Objects are named by their index in `Scene.objects` and by their name. Metres, radians, seconds.
 """
@@ -109,7 +109,7 @@ class PlaceFailed(ArmEvent):
 
 @dataclass(frozen=True)
 class Stopped(ArmEvent):
-    """Somebody stopped the arm while it was at work.
+    """The arm was stopped while it was at work.
 
     Attributes:
         object, name: what was in the hand then, or `None` and empty.

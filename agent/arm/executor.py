@@ -38,7 +38,7 @@ HOLDS = ("weld", "friction")
 PICK_ATTEMPTS = 3
 REPLANNING_CHECKS = PLANNING_CHECKS // 4  # for one object, when the world is not as planned
 REPLANNING_ATTEMPTS = 2
-STALE = 0.003  # m that an object may have moved before the plan around it is made anew
+STALE = 0.003  # m that an object may have moved before the plan around it is made again
 LARGEST_SLIP, LARGEST_SLIP_ANGLE = 0.03, 0.25  # m, rad while the fingers close: more is no grasp
 PUSHED = 0.02  # m from its goal: worth another move
 LARGEST_CORRECTION = 0.02  # m by which an object follows the real place of the one it will stand on
@@ -56,7 +56,7 @@ def build_structure(
     on_step: Callable[[], None] | None = None,
     log: MotionListener | None = None,
 ) -> Generator[ArmEvent, None, None]:
-    """Finds the first arrangement with a plan for every object, builds it, and tells each step.
+    """Find the first arrangement with a plan for every object, build it, and yield the events of each step.
 
     Args:
         world: the true objects; `world.bodies[i]` is `scene.objects[i]`. Planning never looks at its models.
@@ -66,7 +66,7 @@ def build_structure(
         planning_checks: limit for the search over all arrangements, in configurations that are checked.
         hold: "weld" (see the module's text) or "friction".
         on_step: called after every physics step.
-        log: told of every motion of the arm.
+        log: gets every motion of the arm.
 
     Yields:
         `PlanFailed` for every arrangement without a plan, `Planned` for the one that is built, then per
@@ -74,7 +74,7 @@ def build_structure(
 
     Raises:
         ValueError: for an unknown `hold`.
-        KeyboardInterrupt: when somebody interrupts it; while the arm is at work, `Stopped` is told first: what was in
+        KeyboardInterrupt: when somebody interrupts it; while the arm is at work, `Stopped` comes first: what was in
             the hand is set down, and the arm folds.
     """
     if hold not in HOLDS:
@@ -101,7 +101,7 @@ def build_structure(
 
 
 class _Builder:
-    """Executes the plans of one arrangement, and plans anew where the world has changed."""
+    """Executes the plans of one arrangement, and plans again where the world has changed."""
 
     def __init__(self, driver: ArmDriver, scene: Scene, arrangement: Arrangement, search: Search) -> None:
         self.driver, self.scene, self.search = driver, scene, search
@@ -117,7 +117,7 @@ class _Builder:
         self.driver.let_sleep(True)
         self._pose_before = np.eye(4)  # of the object being moved, when its plan was made
 
-    # --- what a look tells -------------------------------------------------------------------
+    # --- what a look shows -------------------------------------------------------------------
 
     def _motions_so_far(self) -> list[np.ndarray]:
         """now_from_initial (4, 4) of every object, by a look."""
@@ -140,13 +140,13 @@ class _Builder:
     # --- beginning and being stopped ---------------------------------------------------------
 
     def begin(self) -> None:
-        """Folds the arm where it stands elsewhere: an earlier build was cut short, or it was recorded so."""
+        """Fold the arm where it stands elsewhere: an earlier build was cut short, or it was recorded so."""
         if not is_folded(self.arm):
             self.search.set_out(self.start_clouds, self.distractors, self.start_bottoms)
             leave_start(self.driver, self.search.scene)
 
     def stop(self) -> Stopped:
-        """Stops the arm, sets down what is in the hand, and folds; stopped once more, it stays where it is."""
+        """Stop the arm, set down what is in the hand, and fold; stopped once more, the arm stays where it is."""
         index = None if self.driver.holds is None else self.world.bodies.index(self.driver.holds)
         name = "" if index is None else self.scene.objects[index].name
         set_down = False
@@ -179,7 +179,7 @@ class _Builder:
     # --- one object --------------------------------------------------------------------------
 
     def move(self, plan: ObjectPlan) -> Iterator[ArmEvent]:
-        """Picks and places one object; tells every attempt and the result."""
+        """Pick and place one object; yields every attempt and the result."""
         began = time.monotonic()
         index = plan.object
         name = self.scene.objects[index].name

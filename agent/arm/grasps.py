@@ -76,7 +76,7 @@ def is_round(points: np.ndarray) -> bool:
 
 
 def grasps_of(points: np.ndarray, support: float = 0.0, limit: int = 60) -> list[Grasp]:
-    """Grasps of one object, best first.
+    """Return the grasps of one object, best first.
 
     Args:
         points: (P, 3) its partial cloud, world frame, metres.
@@ -199,7 +199,7 @@ def _across(points: np.ndarray, support: float) -> list[Grasp]:
 
 
 def _rim(points: np.ndarray, support: float) -> list[Grasp]:
-    """Pinches of the wall of something hollow and at least 9 cm wide, from above."""
+    """Return pinches of the wall of something hollow and at least 9 cm wide, from above."""
     top = float(np.percentile(points[:, 2], 98))
     rim = points[points[:, 2] > top - 0.008]
     if len(rim) < 20 or top - support < 0.012:

@@ -1,4 +1,4 @@
-"""How wide the Jaco's hand is between its fingers, at every opening and height; from the URDF's numbers.
+"""The gap between the Jaco's fingers at every opening and height, from the dimensions in the URDF.
 
 Levels are heights along the end_effector's +z (the approach): negative towards the palm, positive
 towards and beyond the tips. The gap is between the inner surfaces of the thumb (+x) and of fingers

@@ -1,6 +1,6 @@
-"""Where the hand of a Jaco is: forward and inverse kinematics of an arm as it is mounted, and its PyBullet body.
+"""Forward and inverse kinematics of a Jaco as it is mounted, and its PyBullet body.
 
-Unless told otherwise the arm's base stands at the world origin and is turned by 90 degrees about z, so that its usual
+By default the arm's base stands at the world origin and is turned by 90 degrees about z, so that its usual
 workspace (the base's -y side) lies at world +x. In the `end_effector` frame the approach direction is +z and the hand
 closes along x: the thumb (finger 1) at +x, fingers 2 and 3 at -x. n is the number of the arm's joints.
 """
@@ -34,7 +34,7 @@ WORLD_FROM_BASE = pose_from_xyz_yaw(0.0, 0.0, 0.0, math.pi / 2)
 
 @dataclass(frozen=True, eq=False)
 class Kinematics:
-    """An arm and where it is mounted.
+    """The kinematics of an arm at its mounting place.
 
     Attributes:
         model: which arm it is.
@@ -175,7 +175,7 @@ class JacoArm:
         body: PyBullet body id. joints: the n arm joints. fingers, tips: 3 joints each.
         end_effector, hand: link indices. finger_links: links that may touch an object.
         weld: the constraint that holds an object in the hand, and its body; `None` while it is empty.
-        set_point, finger_set_point: (n,) and (3,) rad, what the motors were told last.
+        set_point, finger_set_point: (n,) and (3,) rad, what the motors were commanded last.
         wound: (n,) rad, the whole turns by which a real arm's joints are wound beyond the simulated ones.
     """
 
@@ -211,13 +211,13 @@ class JacoArm:
     def stand_on(self, table: int) -> None:
         """Declare that the arm's lowest links stand on the body `table`: they do not count as touching it.
 
-        Of an arm that stands lower these include the upper arm, for nobody knows where exactly the table's edge is.
+        Of an arm that stands lower these include the upper arm, because where the table's edge is exactly is unknown.
         """
         for link in (-1, *self.joints[: 2 if self.kinematics.lowered else 1]):
             pybullet.setCollisionFilterPair(table, self.body, -1, link, 0, physicsClientId=self.client)
 
     def fold_at_once(self) -> None:
-        """Puts the arm into its waiting pose, at rest, the hand open."""
+        """Put the arm into its waiting pose, at rest, the hand open."""
         self.teleport(self.kinematics.folded, [FINGER_OPEN] * 3)
 
     def teleport(self, q: np.ndarray, fingers: Sequence[float] | None = None) -> None:
@@ -234,7 +234,7 @@ class JacoArm:
             self.command_fingers(fingers)
 
     def drop(self) -> None:
-        """Ends the weld at once; whatever it held falls."""
+        """End the weld at once; whatever it held falls."""
         if self.weld is not None:
             pybullet.removeConstraint(self.weld[0], physicsClientId=self.client)
             self.weld = None

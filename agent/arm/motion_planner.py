@@ -211,7 +211,7 @@ class PlanningScene:
         straight = np.stack((start, goal))
         if not self.path_collides(straight) and self._holds_finely(straight, overlap):
             return straight
-        # Coarse checks are quick and mostly enough; a path that cuts a corner between them is searched anew.
+        # Coarse checks are quick and mostly enough; a path that cuts a corner between them is searched again.
         for step in (CHECK_STEP, FINE_STEP):
             path = self._search(start, goal, step, checks, overlap)
             if path is not None and self._holds_finely(path, overlap):
@@ -229,7 +229,7 @@ class PlanningScene:
     ) -> np.ndarray | None:
         """One run of RRT-Connect whose motions are checked every `step` radians; a shortened path or `None`."""
         # OMPL seeds by the clock, and takes a seed for its whole process alone; what a search draws with is made below,
-        # from this one. OMPL complains when it is seeded again, to nobody.
+        # from this one. OMPL complains when it is seeded again.
         ompl_util.RNG.setSeed(int(self._rng.integers(1, 2**31)))
         model = self.kinematics.model
         lower = np.where(model.continuous, np.minimum(start, goal) - math.pi, model.lower)

@@ -1,4 +1,4 @@
-"""In which order objects can be placed, and where to put one that stands in another's way."""
+"""Orders in which objects can be placed, and free places for objects that block others."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def asides(
     table: Table,
     rng: np.random.Generator,
 ) -> list[tuple[int, np.ndarray, bool]]:
-    """Steps that would each move one blocking object to a free place on the table.
+    """Return steps that would each move one blocking object to a free place on the table.
 
     Args:
         waiting: the objects that still have to be placed.

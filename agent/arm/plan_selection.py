@@ -1,4 +1,4 @@
-"""Which of the ranked arrangements the arm can build: the first one with a plan for every object."""
+"""Selects the first of the ranked arrangements with a plan for every object."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def plan_structure(
     planning_checks: int = PLANNING_CHECKS,
     kinematics: Kinematics = Kinematics(),
 ) -> Iterator[ArmEvent]:
-    """Finds the first arrangement with a plan for every object, and moves nothing.
+    """Find the first arrangement with a plan for every object, and move nothing.
 
     With the same `rng` it is the plan that `agent.arm.executor.build_structure` carries out.
 
@@ -40,7 +40,7 @@ def plan_structure(
 def find_plan(
     search: Search, scene: Scene, arrangements: Sequence[Arrangement], planning_checks: int
 ) -> Generator[ArmEvent, None, tuple[int, list[ObjectPlan]] | None]:
-    """Tells what could be planned; returns the place of the first arrangement with a plan, and the plan, or `None`."""
+    """Yield the events of planning; returns the place of the first arrangement with a plan, and the plan, or `None`."""
     began = time.monotonic()
     clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
     bottoms = [cloud.bottom for cloud in scene.objects]

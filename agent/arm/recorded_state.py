@@ -1,4 +1,4 @@
-"""An arm that stands as it was recorded: names and unwrapped angles become a configuration of its model."""
+"""Converts the recorded state of an arm, names and unwrapped angles, to a configuration of its model."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from agent.arm.kinematics import JacoArm
 from agent.arm.state import ArmState
 from agent.errors import BadInput
 
-BEYOND = math.radians(2.0)  # what an encoder may tell beyond a limit: the joint then stands at its limit
+BEYOND = math.radians(2.0)  # what an encoder may report beyond a limit: the joint then stands at its limit
 
 
 @dataclass(frozen=True)
 class Standing:
-    """How a recorded arm stands, as its model counts.
+    """The configuration of a recorded arm, in the joints of its model.
 
     Attributes:
         joints: (n,) rad, within the model's limits.
@@ -36,7 +36,7 @@ def standing(state: ArmState) -> Standing:
     """Return how the arm of a recording stands.
 
     Raises:
-        BadInput: for an unknown model, a joint of the arm that is not told, or an angle beyond its limits.
+        BadInput: for an unknown model, a joint of the arm that is missing, or an angle beyond its limits.
     """
     model = arm_model(state.model)
     notes: list[str] = []
@@ -45,7 +45,7 @@ def standing(state: ArmState) -> Standing:
         angle = state.joints.get(name, math.nan)
         if not math.isfinite(angle):
             raise BadInput(
-                f"the recording does not tell how {name} of its {model.name} stood; needed: {', '.join(model.joints)}"
+                f"the recording does not say how {name} of its {model.name} stood; needed: {', '.join(model.joints)}"
             )
         lower, upper = float(model.lower[k]), float(model.upper[k])
         # The nearest whole turns that bring it within the limits, or as near to their middle as can be.
@@ -54,7 +54,7 @@ def standing(state: ArmState) -> Standing:
         joints[k] = _within(name, angle - wound[k], lower, upper, notes)
     untold = [name for name in FINGERS if not math.isfinite(state.joints.get(name, math.nan))]
     if untold:
-        notes.append(f"the recording does not tell {', '.join(untold)}: taken to be open")
+        notes.append(f"the recording does not have {', '.join(untold)}: taken to be open")
     fingers = [
         FINGER_OPEN if name in untold else _within(name, state.joints[name], 0.0, FINGER_CLOSED, notes)
         for name in FINGERS
@@ -73,7 +73,7 @@ def _within(name: str, angle: float, lower: float, upper: float, notes: list[str
 
 
 def stand(arm: JacoArm, state: ArmState) -> tuple[str, ...]:
-    """Puts the arm where it was recorded, at rest; what was assumed or mended, a sentence each.
+    """Put the arm where it was recorded, at rest; what was assumed or mended, a sentence each.
 
     Raises:
         BadInput: as `standing`.

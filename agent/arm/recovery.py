@@ -1,4 +1,4 @@
-"""What the arm does after somebody stopped it: it sets down what it holds, and draws its hand out of the way."""
+"""Recovery after the arm was stopped: it sets down what it holds, and moves its hand out of the way."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SLACK = 0.002  # m: an overlap is not measured the same from all sides
 
 
 def set_down_below(driver: ArmDriver, index: int) -> None:
-    """Lowers an object that is in the hand until it meets something, and opens the hand.
+    """Lower an object that is in the hand until it meets something, and open the hand.
 
     Args:
         driver: moves the arm.
@@ -41,7 +41,7 @@ def set_down_below(driver: ArmDriver, index: int) -> None:
 
 
 def withdraw(driver: ArmDriver) -> None:
-    """Opens the hand and draws it back from what it stands around: against the way it points, then up."""
+    """Open the hand and draw it back from what it stands around: against the way it points, then up."""
     driver.open(FINGER_OPEN)
     driver.wait(0.3)
     pose = driver.arm.world_from_ee()
@@ -93,7 +93,7 @@ def leave_start(driver: ArmDriver, scene: PlanningScene) -> None:
 
 
 def tidy_up(world: TabletopWorld, arm: JacoArm, rng: np.random.Generator) -> bool:
-    """Empties the hand and folds the arm where somebody stopped it for good; whether there was anything to do."""
+    """Empty the hand and fold the arm where it was stopped for good; returns whether there was anything to do."""
     if arm.weld is None and is_folded(arm):
         return False
     driver = ArmDriver(world, arm, weld=True)

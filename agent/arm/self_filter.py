@@ -1,4 +1,4 @@
-"""How near points are to an arm that stands as recorded: what a camera saw of the arm itself is told by it."""
+"""Distances of points to an arm that stands as recorded, to find what a camera saw of the arm itself."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SLACK = 2e-3  # m
 def distance_to_arm(points: np.ndarray, arm: ArmState) -> np.ndarray:
     """Distances (P,), metres, of points (P, 3) in the frame `link_base` to the arm, its hand and fingers included.
 
-    0 inside one of its solids; NaN for a point that is NaN. Fingers that the recording does not tell are taken to be
+    0 inside one of its solids; NaN for a point that is NaN. Fingers that the recording does not have are taken to be
     open.
 
     Raises:
@@ -27,7 +27,7 @@ def distance_to_arm(points: np.ndarray, arm: ArmState) -> np.ndarray:
     missing = [name for name in model.joints if not np.isfinite(angles.get(name, np.nan))]
     if missing:
         raise BadInput(
-            f"the recording does not tell how {', '.join(missing)} of its {model.name} stood; "
+            f"the recording does not say how {', '.join(missing)} of its {model.name} stood; "
             f"needed: {', '.join(model.joints)}"
         )
     poses = model.link_poses(angles)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ArmState:
-    """How the arm stood.
+    """The joint state of the arm.
 
     Attributes:
-        model: "j2s7s300", "j2n6s300" or "j2s6s300", as the number of joints and the prefix tell.
+        model: "j2s7s300", "j2n6s300" or "j2s6s300", by the number of joints and the prefix.
         joints: "joint_1", ..., "joint_finger_tip_3" -> radians, not wrapped.
         prefix: what the recording puts before those names, such as "j2s7s300_".
     """

@@ -87,7 +87,7 @@ class Search:
         limit: float,
         bottoms: Sequence[float] | None = None,
     ) -> tuple[list[ObjectPlan], int | None, str]:
-        """Plans for all objects in an executable order.
+        """Plan for all objects in an executable order.
 
         Args:
             clouds, distractors: (P, 3) each, as they stand at first.
@@ -184,7 +184,7 @@ class Search:
     def set_out(
         self, clouds: Sequence[np.ndarray], distractors: Sequence[np.ndarray], bottoms: Sequence[float]
     ) -> None:
-        """Puts everything in the way of the arm where it is now."""
+        """Put everything in the way of the arm where it is now."""
         for j, cloud in enumerate(clouds):
             self.scene.set_obstacle(j, solid_hull(cloud, bottoms[j]))
         for j, cloud in enumerate(distractors):

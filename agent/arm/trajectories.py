@@ -1,4 +1,4 @@
-"""Paths of the joints: straight lines of the hand, and what the motors are told along a path.
+"""Joint paths: straight lines of the hand, and the set points of the motors along a path.
 
 A path is (T, n) joint angles in radians; n is the number of the arm's joints. Times in seconds.
 """

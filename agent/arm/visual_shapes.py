@@ -1,4 +1,4 @@
-"""What the arm looks like, for those who draw it: the cylinders and boxes of its links, and where the links are."""
+"""Visual shapes of the arm: the cylinders and boxes of its links, and the poses of the links."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The folder of a batch: `results.jsonl`, a page, and `rows/ID` with report and session of what saw something.
 
 Only a folder that is empty or was made by a batch is taken, unless it is forced (`agent.runtime.output_ownership`). In `rows/ID` only
-the files are replaced that a batch wrote there; what somebody else put beside them stays.
+the files are replaced that a batch wrote there; other files beside them stay.
 
 `results.jsonl` is a journal while the batch works: one process appends a whole line for every row that ends, and forces
 it to the disk; of two lines with one id the later holds. When all rows have ended it is replaced by one line per row in
@@ -58,7 +58,7 @@ class Results:
         by_id: row id -> the latest line, as a dictionary.
 
     Raises:
-        UsageError: when the folder is a file, another batch is at work in it, or it holds files of somebody else.
+        UsageError: when the folder is a file, another batch is at work in it, or it holds files of another origin.
         BadInput: when its `results.jsonl` is not one of a batch.
     """
 
@@ -90,7 +90,7 @@ class Results:
         self.close()
 
     def close(self) -> None:
-        """Lets other batches into the folder."""
+        """Unlock the folder for other batches."""
         shutil.rmtree(self._work, ignore_errors=True)
         self._journal.close()
         os.close(self._lock)
@@ -107,7 +107,7 @@ class Results:
             foreign = {entry.name for entry in os.scandir(final)} - files_written(final, "run")
             if taken := sorted(name for name in foreign if name in _NAMES):
                 raise BadInput(
-                    f"{str(final / taken[0])!r} is there, and no batch wrote it; choose another --out, or move it away"
+                    f"{str(final / taken[0])!r} exists and was not written by a batch; choose another --out, or move it away"
                 )
         return self._work / row_id
 
@@ -116,7 +116,7 @@ class Results:
         return result["report"] is None or (self.folder / result["report"]).is_file()
 
     def add(self, result: dict[str, Any]) -> None:
-        """Moves what the row has left in its workplace into place, and keeps its result."""
+        """Move the files of a row from its workplace into place, and keep its result."""
         final, workplace = self._rows / result["id"], self._work / result["id"]
         check_subfolder(final)
         if final.exists():
@@ -128,15 +128,15 @@ class Results:
         self._journal.add(result)
 
     def arrange(self, results: Sequence[dict[str, Any]]) -> None:
-        """Replaces the journal by these results, at once."""
+        """Replace the journal by these results in one step."""
         self._journal.arrange(results)
 
     def write_page(self, page: str) -> None:
-        """Replaces the folder's page (HTML), at once."""
+        """Replace the folder's page (HTML) in one step."""
         write_whole(self.folder / PAGE, page)
 
     def _clear(self, final: Path) -> None:
-        """Removes what a batch wrote into a row's folder, and the folder where nothing else is in it."""
+        """Remove what a batch wrote into a row's folder, and the folder where nothing else is in it."""
         remove_written(final, "run")
         with suppress(OSError):
             if [path.name for path in final.iterdir()] == [MARKER]:
@@ -144,14 +144,14 @@ class Results:
             final.rmdir()
 
     def _sweep(self) -> None:
-        """Removes the workplaces of batches that were killed: folders with the names that `tempfile` gave them."""
+        """Remove the workplaces of batches that were killed: folders with the names that `tempfile` gave them."""
         for path in self.folder.glob(f"{_WORK}*"):
             if _WORKPLACE.fullmatch(path.name) and not path.is_symlink():
                 shutil.rmtree(path, ignore_errors=True)
 
 
 def _check_results(path: Path) -> None:
-    """Refuses a file of results that is none, before anything is written beside it.
+    """Refuse a file of results that is none, before anything is written beside it.
 
     Raises:
         BadInput: when it is something else, or a symbolic link.
@@ -163,11 +163,11 @@ def _check_results(path: Path) -> None:
     with path.open("rb") as file:
         first = file.readline()
     if first.endswith(b"\n") and entry_of(first, _KEYS) is None:
-        raise BadInput(f"{str(path)!r}, line 1: this is no result of a batch; choose another --out")
+        raise BadInput(f"{str(path)!r}, line 1: this is not a result of a batch; choose another --out")
 
 
 def _move(workplace: Path, final: Path) -> None:
-    """Moves a workplace, or where files of somebody else stayed in the row's folder, what is in it."""
+    """Move a workplace, or where other files stayed in the row's folder, what is in it."""
     if not final.exists():
         workplace.rename(final)
         return

@@ -1,4 +1,4 @@
-"""One row of a batch: carried out, its report written, and what became of it as a line of `results.jsonl`.
+"""Carries out one row of a batch, writes its report, and makes its line of `results.jsonl`.
 
 | key | value |
 |---|---|
@@ -36,7 +36,7 @@ _REPORT = "report"  # the step at which it could not be written
 
 
 def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
-    """Carries a row out.
+    """Carry out a row.
 
     Args:
         row: what to do.
@@ -53,7 +53,7 @@ def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
             for event in run_instruction(row.text, row.options, cache):
                 record.on_event(event)
         page = record.write(folder) if record.saw_something else None
-    except Exception as error:  # the other rows go on, whatever it is
+    except Exception as error:  # the other rows continue, whatever it is
         code = exit_code_of(error)
         if code is not None:
             return failed(row, code, _REPORT, one_sentence(error))
@@ -72,18 +72,18 @@ def is_final(result: Mapping[str, Any]) -> bool:
     return result["exit_code"] != CRASHED and result["step"] != _REPORT
 
 
-def refused(row: BadRow) -> dict[str, Any]:
+def refused_result(row: BadRow) -> dict[str, Any]:
     """Return the result of a row that cannot be carried out."""
     return _blank(row.line, row.id, row.text) | _failure(row.exit_code, "row", row.message)
 
 
-def lost(row: Row, reason: str) -> dict[str, Any]:
+def lost_result(row: Row, reason: str) -> dict[str, Any]:
     """Return the result of a row whose worker died at it."""
     return failed(row, CRASHED, "crash", reason)
 
 
 def failed(row: Row, exit_code: int, step: str, message: str) -> dict[str, Any]:
-    """Return the result of a row of which nothing is left but how it failed."""
+    """Return the result of a row that failed without a report."""
     return _of(row) | _failure(exit_code, step, message)
 
 

@@ -1,4 +1,4 @@
-"""The rows of a batch file, read and checked; a row that is wrong is told in its place, and the rest goes on.
+"""Reads and checks the rows of a batch file; a row that is wrong becomes a `BadRow`, and the others are carried out.
 
 A file is JSON lines when its name ends in .jsonl or .ndjson, plain text when it ends in .txt, and otherwise what its
 first character that is no space says: "{" begins JSON lines. In both, blank lines are left out.
@@ -41,7 +41,7 @@ _PLACES = ("scene", "objects", "weights")  # what is not there is bad input; any
 _READING = ("parser", "viewpoint", "encoder", "llm_model", "llm_url")
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,79}")
 _DEFAULT_ID = re.compile(r"line-\d+", re.IGNORECASE)
-_KIND = {str: "a text", int: "a whole number", bool: "true or false"}
+_KIND = {str: "a string", int: "a whole number", bool: "true or false"}
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def read_rows(source: str, defaults: RunOptions) -> list[Row | BadRow]:
         UsageError, BadInput: when the defaults themselves are not legal.
     """
     if source == STANDARD_INPUT and sys.stdin is None:
-        raise BadInput("the rows should come from standard input, and it is closed")
+        raise BadInput("the rows should come from standard input, which is closed")
     if source == STANDARD_INPUT:
         content, folder = sys.stdin.buffer.read(BATCH_BYTES + 1), Path.cwd()
     else:
@@ -146,7 +146,7 @@ def _accepted(name: str, value: Any, folder: Path, flags: bool) -> Any:
     place = "--" + name.replace("_", "-") if flags else name
     if type(value) is not setting.kind:
         shown = "this" if name == "llm_url" else _json_excerpt(value)
-        raise BadInput(f"{place} must be {_KIND[setting.kind]}, and {shown} is none")
+        raise BadInput(f"{place} must be {_KIND[setting.kind]}, got {shown}")
     try:
         accepted = setting.accept(value, folder)
     except (ValueError, OSError):
@@ -188,13 +188,13 @@ class _Reader:
             if unknown := [key for key in keys if key not in KEYS]:
                 raise BadInput(f"the key {_json_excerpt(unknown[0])} is unknown; legal: {', '.join(KEYS)}")
             if "text" not in keys:
-                raise BadInput('the key "text" is missing: it holds the instruction')
+                raise BadInput('the key "text", which holds the instruction, is missing')
             if text is None:
-                raise BadInput(f"text must be a text, and {_json_excerpt(keys['text'])} is none")
+                raise BadInput(f"text must be a string, got {_json_excerpt(keys['text'])}")
             del keys["text"]
             yield self._checked(line, own, text, keys)
         except UnicodeDecodeError as error:
-            message = f"line {line}: byte {content[error.start]:#04x} at place {error.start + 1} is no UTF-8 text"
+            message = f"line {line}: byte {content[error.start]:#04x} at place {error.start + 1} is not UTF-8 text"
             yield BadRow(line, own, None, message, BadInput.exit_code)
         except AgentError as error:
             yield BadRow(line, own, text, f"line {line}: {error}", error.exit_code)
@@ -202,14 +202,14 @@ class _Reader:
     def _id(self, line: int, own: str, given: Any) -> str:
         if not isinstance(given, str) or not _ID.fullmatch(given):
             raise BadInput(
-                f"the id cannot be {_json_excerpt(given)}, because it names a folder; legal: a text of 1 to 80 letters "
+                f"the id cannot be {_json_excerpt(given)}, because it names a folder; legal: a string of 1 to 80 letters "
                 'a-z, digits, ".", "_" and "-", the first a letter or a digit'
             )
         if given != own and _DEFAULT_ID.fullmatch(given):
-            raise BadInput(f"the id {_json_excerpt(given)} is kept for rows without one; this one would be {_json_excerpt(own)}")
+            raise BadInput(f"the id {_json_excerpt(given)} is reserved for rows without one; this row would be {_json_excerpt(own)}")
         earlier = self._lines.setdefault(given.lower(), line)
         if earlier != line:
-            raise BadInput(f"the id {_json_excerpt(given)} is that of line {earlier} already; each must be unique")
+            raise BadInput(f"the id {_json_excerpt(given)} is already that of line {earlier}; each must be unique")
         return given
 
     def _checked(self, line: int, own: str, text: str, given: Mapping[str, Any]) -> Row:
@@ -236,13 +236,13 @@ def _object(line: str) -> dict[str, Any]:
         value = json.loads(line, object_pairs_hook=once)
         json.dumps(value, ensure_ascii=False).encode()
     except json.JSONDecodeError as error:
-        raise BadInput(f"this is no JSON: {error.msg} at place {error.colno}") from None
+        raise BadInput(f"this is not JSON: {error.msg} at place {error.colno}") from None
     except UnicodeEncodeError:
-        raise BadInput("this is no text: it has one half of a surrogate pair without the other") from None
+        raise BadInput("this is not text: it has one half of a surrogate pair without the other") from None
     except (ValueError, RecursionError) as error:  # a number of thousands of digits; brackets in thousands of brackets
-        raise BadInput(f"this is no JSON that can be read: {error}") from None
+        raise BadInput(f"this is not JSON that can be read: {error}") from None
     if not isinstance(value, dict):
-        raise BadInput(f'a row must be an object such as {{"text": "make a line"}}, and {_json_excerpt(value)} is none')
+        raise BadInput(f'a row must be an object such as {{"text": "make a line"}}, got {_json_excerpt(value)}')
     return value
 
 

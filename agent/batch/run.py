@@ -1,4 +1,4 @@
-"""A batch from its file to its folder: what is there already is kept, the rest is carried out and kept as it ends."""
+"""Carries out a batch: results that are there are kept, the other rows are carried out and kept as they end."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from typing import Any
 
 from agent.batch.index_page import index_page
 from agent.batch.results import PAGE, Results
-from agent.batch.row_task import is_final, refused
+from agent.batch.row_task import is_final, refused_result
 from agent.batch.rows import BadRow, Row, read_rows
 from agent.batch.summary import Summary, outcome_in_words
-from agent.batch.workers import Job, on_ray, on_this_machine
+from agent.batch.workers import Job, run_locally, run_on_ray
 from agent.pipeline.run import RunOptions
 from agent.rendering.text import duration
 from agent.runtime.progress import progress
@@ -32,7 +32,7 @@ def run_batch(
     retry: bool = False,
     force: bool = False,
 ) -> Summary:
-    """Carries out every row of a file whose outcome is not known yet.
+    """Carry out every row of a file whose outcome is not known yet.
 
     Known is that of rows that succeeded, and of rows that failed and would fail in the same way again. What was lost
     to a worker that died, or to an interruption, is not.
@@ -61,8 +61,8 @@ def run_batch(
         page = _Page(rows, results)
         try:
             for number, row in enumerate(bad, start=1):
-                results.add(refused(row))
-                print(f"{number} of {count}: {_line(refused(row))}", file=sys.stderr, flush=True)
+                results.add(refused_result(row))
+                print(f"{number} of {count}: {_line(refused_result(row))}", file=sys.stderr, flush=True)
             with closing(_ended(jobs, workers, ray)) as ended, progress("rows", count, len(bad), len(bad)) as tell:
                 for result in ended:
                     results.add(result)
@@ -82,7 +82,7 @@ def _is_known(row: Row | BadRow, results: Results, retry: bool) -> bool:
     if result is None or retry and not result["success"]:
         return False
     if isinstance(row, BadRow):
-        return result == refused(row)
+        return result == refused_result(row)
     return result["fingerprint"] == row.fingerprint and is_final(result) and results.has_report(result)
 
 
@@ -107,9 +107,9 @@ def _ended(jobs: Sequence[Job], workers: int | None, ray: str | None) -> Iterato
     if not jobs:
         return
     if ray is not None:
-        yield from on_ray(jobs, ray, workers)
+        yield from run_on_ray(jobs, ray, workers)
     else:
-        yield from on_this_machine(jobs, min(len(jobs), workers or os.cpu_count() or 1))
+        yield from run_locally(jobs, min(len(jobs), workers or os.cpu_count() or 1))
 
 
 class _Page:
@@ -120,12 +120,12 @@ class _Page:
         self._written = time.monotonic()
 
     def update(self) -> None:
-        """Writes it where that was not done for a while."""
+        """Write the page unless that was done a moment ago."""
         if time.monotonic() - self._written >= _PAGE_SECONDS:
             self.write()
 
     def write(self) -> None:
-        """Writes it with all rows, whether they have ended or not."""
+        """Write the page with all rows, whether they have ended or not."""
         by_id = self._results.by_id
         # The result of a row that has changed since is that of another row.
         ended = {row.id: by_id[row.id] for row in self._rows if _is_of(row, by_id.get(row.id))}

@@ -1,4 +1,4 @@
-"""What became of a batch: counted by outcome and by shape, and what failed and why."""
+"""The results of a batch, counted by outcome and by shape, and the reasons of failures."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ OUTCOMES = {
     NOT_BUILDABLE: "not understood or not buildable",
 }  # but for the first, the most serious first
 _FAILURES_SHOWN = 20  # failures in the table; all are in the results
-_NARROWEST = 20  # characters of a message that are told on any terminal
+_NARROWEST = 20  # characters of a message that any terminal shows
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class Summary:
 
 
 def outcome_in_words(result: Mapping[str, Any]) -> str:
-    """Return what became of a row, such as "failed: no valid goal"."""
+    """Return the outcome of a row in words, such as "failed: no valid goal"."""
     said = OUTCOMES[result["exit_code"]]
     return said if result["success"] else f"failed: {said}"
 

@@ -1,6 +1,6 @@
-"""Who carries rows out: processes of this machine, or workers of a Ray cluster. Each loads what rows share once.
+"""Carries rows out in processes of this machine, or by workers of a Ray cluster. Each loads what rows share once.
 
-A worker that dies takes its row along, which is told as failed, and another takes its place.
+When a worker dies, its row counts as failed, and another worker takes its place.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from agent.batch.row_task import carry_out, lost
+from agent.batch.row_task import carry_out, lost_result
 from agent.batch.rows import Row
 from agent.pipeline.resources import ResourceCache
 from agent.runtime.atomic_files import write_whole
@@ -28,15 +28,15 @@ class Job:
     folder: Path
 
 
-def on_this_machine(jobs: Sequence[Job], workers: int) -> Iterator[dict[str, Any]]:
+def run_locally(jobs: Sequence[Job], workers: int) -> Iterator[dict[str, Any]]:
     """Carry out every row in one of `workers` processes; yields the results as they end. Close it to stop them."""
     with closing(in_parallel(_carried_out, ResourceCache, (), jobs, workers, ordered=False, threads=None)) as ended:
         for result in ended:
-            yield lost(result.job.row, result.reason) if isinstance(result, Lost) else result
+            yield lost_result(result.job.row, result.reason) if isinstance(result, Lost) else result
 
 
-def on_ray(jobs: Sequence[Job], address: str, workers: int | None) -> Iterator[dict[str, Any]]:
-    """Carry out every row as `on_this_machine`, by workers of a Ray cluster, whose machines need structagent and the
+def run_on_ray(jobs: Sequence[Job], address: str, workers: int | None) -> Iterator[dict[str, Any]]:
+    """Carry out every row as `run_locally`, by workers of a Ray cluster, whose machines need structagent and the
     rows' files.
 
     Args:
@@ -50,7 +50,7 @@ def on_ray(jobs: Sequence[Job], address: str, workers: int | None) -> Iterator[d
         ended = in_parallel(_carried_out_there, ResourceCache, (), jobs, count, ray=True, ordered=False, threads=None)
         for result in ended:
             if isinstance(result, Lost):
-                yield lost(result.job.row, result.reason)
+                yield lost_result(result.job.row, result.reason)
                 continue
             job, row_result, files = result
             for name, content in files.items():

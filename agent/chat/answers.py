@@ -1,4 +1,4 @@
-"""What the agent answers to small talk and questions, from what the table and the conversation really hold."""
+"""Answers to small talk and questions, from the table and the state of the conversation."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from agent.chat.explanations import done, planned, requested, why
-from agent.chat.knowledge import Knowledge, invited
-from agent.chat.table_facts import Fact, capitalized, inventory, listed, the, unjudged
+from agent.chat.explanations import describe_last_build, describe_plan, explain_choice, requested
+from agent.chat.knowledge import Knowledge, next_step
+from agent.chat.table_facts import Fact, capitalized, count_by_noun, join_words, unknown_adjectives, with_article
 from agent.rendering.text import aligned
 from grounding.dialogue.act_patterns import SUPERLATIVES
 from grounding.dialogue.acts import Act
@@ -25,12 +25,12 @@ def answer(acts: Sequence[Act], known: Knowledge) -> str:
     return "\n".join(_ANSWERS[act.kind](act, known) for act in acts)
 
 
-def unanswerable(known: Knowledge) -> str:
+def reply_to_unknown_question(known: Knowledge) -> str:
     """Reply to a question that is none of those that can be answered."""
     return (
         "I cannot answer that. I can say what is on the table (“what do you see”, “where is "
-        f"{the(known.facts[0].name) if known.facts else 'the cup'}”), what I propose (“why that one”) and what I did "
-        f"(“what did you just do”). {invited(known)}"
+        f"{with_article(known.facts[0].name) if known.facts else 'the cup'}”), what I propose (“why that one”) and what I did "
+        f"(“what did you just do”). {next_step(known)}"
     )
 
 
@@ -38,17 +38,17 @@ def unanswerable(known: Knowledge) -> str:
 
 
 def _greeting(act: Act, known: Knowledge) -> str:
-    return f"Hello. {invited(known)}"
+    return f"Hello. {next_step(known)}"
 
 
 def _thanks(act: Act, known: Knowledge) -> str:
-    return f"You are welcome. {invited(known)}" if known.situation.proposal or known.question else "You are welcome."
+    return f"You are welcome. {next_step(known)}" if known.situation.proposal or known.question else "You are welcome."
 
 
 def _identity(act: Act, known: Knowledge) -> str:
     return (
         "I am structagent, a program that arranges objects on a table with a simulated Kinova Jaco arm. "
-        f"{invited(known)}"
+        f"{next_step(known)}"
     )
 
 
@@ -57,16 +57,16 @@ def _abilities(act: Act, known: Knowledge) -> str:
         f"I arrange the objects on the table into one structure: a {', a '.join(SHAPES[:-1])} or a {SHAPES[-1]}, of a "
         "size, at a place and facing a way that you can name. Afterwards “bigger”, “now a line” or “the other side” "
         "change it, and “undo” takes it back. You can ask what is on the table, where something is, and why I chose an "
-        f"arrangement. /help lists the commands. {invited(known)}"
+        f"arrangement. /help lists the commands. {next_step(known)}"
     )
 
 
 def _working(act: Act, known: Knowledge) -> str:
     return (
         "I read your sentence into a shape, a size, a position and a rotation, look at the table through a depth "
-        "camera, imagine 64 arrangements of the objects that you named, and rank them by how well they fit and how "
+        "camera, propose 64 arrangements of the objects that you named, and rank them by how well they fit and how "
         "safely they stand. You decide, then the arm builds the best one and I check what stands. "
-        f"{invited(known)}"
+        f"{next_step(known)}"
     )
 
 
@@ -76,7 +76,7 @@ def _working(act: Act, known: Knowledge) -> str:
 def _not_there(about: str, known: Knowledge) -> str:
     gone = [name for name in known.fallen if singular(about.split()[-1]) in name]
     if gone:
-        return f"{capitalized(listed([the(name) for name in gone]))} fell off the table."
+        return f"{capitalized(join_words([with_article(name) for name in gone]))} fell off the table."
     if not known.facts:
         return "Nothing stands on the table."
     words = about.split()
@@ -87,12 +87,12 @@ def _not_there(about: str, known: Knowledge) -> str:
 
 def _there(known: Knowledge) -> str:
     nouns = [fact.noun for fact in known.facts]
-    return f"There {'is' if nouns.count(nouns[0]) == 1 else 'are'}: {inventory(known.facts)}."
+    return f"There {'is' if nouns.count(nouns[0]) == 1 else 'are'}: {count_by_noun(known.facts)}."
 
 
 def _caveat(about: str, known: Knowledge) -> str:
-    words = unjudged(about, known.facts)
-    return f"I cannot tell what is {listed([f'“{word}”' for word in words])}. " if words else ""
+    words = unknown_adjectives(about, known.facts)
+    return f"I cannot tell what is {join_words([f'“{word}”' for word in words])}. " if words else ""
 
 
 def _objects(act: Act, known: Knowledge) -> str:
@@ -105,19 +105,19 @@ def _objects(act: Act, known: Knowledge) -> str:
     else:
         lines.append("Nothing stands on the table.")
     if known.held is not None:
-        lines.append(f"{capitalized(the(known.held))} is in the hand.")
+        lines.append(f"{capitalized(with_article(known.held))} is in the hand.")
     if known.fallen:
-        lines.append(f"Fallen off the table: {listed(known.fallen)}.")
+        lines.append(f"Fallen off the table: {join_words(known.fallen)}.")
     return "\n".join(lines)
 
 
 def _where(act: Act, known: Knowledge) -> str:
     if act.about.split()[-1] in _STRUCTURES:
-        return planned(act, known) if known.situation.proposal is not None else done(act, known)
+        return describe_plan(act, known) if known.situation.proposal is not None else describe_last_build(act, known)
     found = known.matching(act.about)
     if not found:
         return _not_there(act.about, known)
-    sentences = "\n".join(capitalized(f"{the(one.name)} is {_in_hand(one, known)}.") for one in found)
+    sentences = "\n".join(capitalized(f"{with_article(one.name)} is {_in_hand(one, known)}.") for one in found)
     return _caveat(act.about, known) + sentences
 
 
@@ -129,7 +129,7 @@ def _is_there(act: Act, known: Knowledge) -> str:
     found = known.matching(act.about)
     if not found:
         return f"No. {_not_there(act.about, known)}"
-    places = "; ".join(f"{the(one.name)} is {_in_hand(one, known)}" for one in found)
+    places = "; ".join(f"{with_article(one.name)} is {_in_hand(one, known)}" for one in found)
     return f"{_caveat(act.about, known)}Yes: {places}."
 
 
@@ -140,7 +140,7 @@ def _count(act: Act, known: Knowledge) -> str:
         found = known.matching(act.about)
     if not found:
         return _not_there(act.about, known)
-    names = listed([f"{one.name} ({one.color})" if one.color else one.name for one in found])
+    names = join_words([f"{one.name} ({one.color})" if one.color else one.name for one in found])
     nouns = {one.noun for one in found}
     noun = nouns.pop() if len(nouns) == 1 else "object"
     counted = f"is 1 {noun}" if len(found) == 1 else f"are {len(found)} {plural(noun)}"
@@ -153,7 +153,7 @@ def _color(act: Act, known: Knowledge) -> str:
         return _not_there(act.about, known)
     offered = [word for word in act.value.split() if word != "or"]
     colors = [
-        f"{the(one.name)} is {one.color}" if one.color else f"the color of {the(one.name)} was not seen"
+        f"{with_article(one.name)} is {one.color}" if one.color else f"the color of {with_article(one.name)} was not seen"
         for one in found
     ]
     said = capitalized("; ".join(colors)) + "."
@@ -165,8 +165,8 @@ def _color(act: Act, known: Knowledge) -> str:
 def _size(act: Act, known: Knowledge) -> str:
     found = known.matching(act.about)
     if not found:
-        return planned(act, known) if act.about.split()[-1] in _STRUCTURES else _not_there(act.about, known)
-    return "\n".join(capitalized(f"{the(one.name)} is about {_sides(one)}.") for one in found)
+        return describe_plan(act, known) if act.about.split()[-1] in _STRUCTURES else _not_there(act.about, known)
+    return "\n".join(capitalized(f"{with_article(one.name)} is about {_sides(one)}.") for one in found)
 
 
 def _object(act: Act, known: Knowledge) -> str:
@@ -202,12 +202,13 @@ def _extreme(act: Act, known: Knowledge) -> str:
     if measure == "left" and known.situation.viewpoint == "opposite":
         most = not most
     first, *others = sorted(found, key=value, reverse=most)
-    second = f" Next is {the(others[0].name)}, {in_words(others[0])}." if others else ""
-    return f"{_caveat(act.about, known)}The {act.value} is {the(first.name)}, {in_words(first)}.{second}"
+    second = f" Next is {with_article(others[0].name)}, {in_words(others[0])}." if others else ""
+    return f"{_caveat(act.about, known)}The {act.value} is {with_article(first.name)}, {in_words(first)}.{second}"
 
 
 _ANSWERS: Mapping[str, Callable[[Act, Knowledge], str]] = {
     "greeting": _greeting, "thanks": _thanks, "identity": _identity, "abilities": _abilities, "working": _working,
     "objects": _objects, "where": _where, "there": _is_there, "count": _count, "color": _color, "size": _size,
-    "object": _object, "extreme": _extreme, "why": why, "next": planned, "done": done, "wish": requested,
+    "object": _object, "extreme": _extreme, "why": explain_choice, "next": describe_plan, "done": describe_last_build,
+    "wish": requested,
 }  # fmt: skip

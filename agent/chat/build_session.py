@@ -32,7 +32,7 @@ class BuildSession(TableSession):
         super().__init__(options, cache, listeners)
         self._turn = Turn(self.send)
 
-    # --- what is proposed --------------------------------------------------------------------
+    # --- proposals --------------------------------------------------------------------
 
     def _propose(self, situation: Situation) -> None:
         self._turn.step, began = "scene", time.perf_counter()
@@ -61,7 +61,7 @@ class BuildSession(TableSession):
         self.send(proposal.chosen)
 
     def choose(self, rank: int) -> None:
-        """Makes another arrangement the one that would be built.
+        """Choose another arrangement to be built.
 
         Raises:
             UsageError: when there is no such arrangement.
@@ -74,9 +74,9 @@ class BuildSession(TableSession):
         self.send(proposal.chosen)
 
     def again(self) -> bool:
-        """Imagines anew, from the next seed; as `say`."""
+        """Propose other arrangements, from the next seed; returns as `say`."""
         if self.situation.goal is None:
-            raise UsageError("nothing was asked for yet")
+            raise UsageError("nothing was asked for yet; say what to build")
         self.options = replace(self.options, seed=self.options.seed + 1)
         with self._turn.part("scene"):
             self._propose(replace(self.situation, poses=self.table.poses()))
@@ -84,7 +84,7 @@ class BuildSession(TableSession):
         return False
 
     def resume(self) -> bool:
-        """Goes on with what was asked last and does not stand yet: proposes it on the table as it is; as `say`."""
+        """Propose what was asked last and does not stand yet once more, on the table as it is; returns as `say`."""
         if self.question is not None:
             self.send(events.Asked(self.question.slot, self.question.text, self.question.options))
             return False
@@ -93,7 +93,7 @@ class BuildSession(TableSession):
         last = self.situation.builds[-1] if self.situation.builds else None
         stands = last is not None and not last.trouble and last.moved
         if stands and (last.goal, last.objects) == (self.situation.goal, self.situation.objects):
-            raise UsageError("it stands as it was asked for; say what to change, or what to build next")
+            raise UsageError("it already stands as asked; say what to change, or what to build next")
         self._turn.begin()
         with self._turn.part("scene"):
             self._propose(replace(self.situation, poses=self.table.poses()))
@@ -106,20 +106,20 @@ class BuildSession(TableSession):
             raise UsageError("there is no proposal; say what to build, or /again")
         return proposal
 
-    # --- what is built -----------------------------------------------------------------------
+    # --- building -----------------------------------------------------------------------
 
     def plan(self) -> None:
-        """Tells the plan for the chosen arrangement, and moves nothing."""
+        """Plan the chosen arrangement, send the events of the plan, and move nothing."""
         from agent.arm.plan_selection import plan_structure
 
         proposal = self._proposed()
         rng = np.random.default_rng(self.options.seed)
         kinematics = self.table.arm.kinematics
-        for event in plan_structure(proposal.scene, proposal.choice[:1], rng=rng, kinematics=kinematics):
+        for event in plan_structure(proposal.scene, proposal.arrangements_to_try[:1], rng=rng, kinematics=kinematics):
             self.send(replace(event, arrangement=proposal.rank - 1))
 
     def go(self) -> bool:
-        """Builds the chosen arrangement, and judges it; whether it stands as asked."""
+        """Build the chosen arrangement, and judge it; returns whether it stands as asked."""
         from agent.scenes.table_scene import MOVED
 
         proposal, options = self._proposed(), self.options
@@ -127,10 +127,10 @@ class BuildSession(TableSession):
         self._future.clear()
         try:
             with self._turn.part("build"):
-                arrangements = proposal.choice
+                arrangements = proposal.arrangements_to_try
                 if options.execute:
                     building = build_with_arm(
-                        self.table, proposal.scene, proposal.spec, arrangements, options.seed, ranks=proposal.ranks
+                        self.table, proposal.scene, proposal.spec, arrangements, options.seed, ranks=proposal.ranks_to_try
                     )
                 else:
                     building = release_in_physics(self.table, proposal.scene, proposal.spec, arrangements[0])

@@ -1,4 +1,4 @@
-"""What the slash commands of a chat do."""
+"""Carries out the slash commands of a chat."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class CommandRunner:
     def show_table(self) -> None:
         """Show the table from above, and an instruction that suits it."""
         self._screen.scene(self._conversation.look().to_dict())
-        self._screen.note(f"{invitation(self._conversation.example())} /help lists what else there is.")
+        self._screen.note(f"{invitation(self._conversation.example())} /help lists all commands.")
 
     def build(self) -> None:
         """Build what is proposed, and show the table afterwards."""
@@ -86,28 +86,18 @@ class CommandRunner:
             case "/clear":
                 talk.forget()
             case "/again":
-                screen.busy("imagining")
+                screen.busy("proposing arrangements")
                 if talk.again():
                     self._on_proposal()
             case "/undo" | "/redo" | "/back" | "/reset":
                 {"/undo": talk.undo, "/redo": talk.redo, "/back": talk.put_back, "/reset": talk.reset}[name]()
                 screen.scene(talk.look().to_dict())
                 proposal = talk.situation.proposal
-                if proposal is not None:  # shown again, not told: nothing new was imagined
+                if proposal is not None:  # shown again, not sent: nothing new was proposed
                     screen.on_event(proposal.imagined)
                     screen.on_event(proposal.chosen)
-            case "/parser":
-                if rest:
-                    talk.read_with(one_of(name, rest, PARSERS))
-                screen.note(f"parser: {talk.options.reading.parser}")
-            case "/viewpoint":
-                if rest:
-                    talk.speak_from(one_of(name, rest, VIEWPOINTS))
-                screen.note(f"viewpoint: {talk.options.reading.viewpoint}")
-            case "/seed":
-                if rest:
-                    talk.seed_with(whole_number(name, rest, 0, MOST_SEED))
-                screen.note(f"seed: {talk.options.seed}")
+            case "/parser" | "/viewpoint" | "/seed":
+                self._set_option(name, rest)
             case "/save":
                 self._save(_path(rest))
             case "/load":
@@ -119,11 +109,28 @@ class CommandRunner:
             case "/help":
                 self._help()
 
+    def _set_option(self, name: str, value: str) -> None:
+        """Change an option where a value is given, and show it."""
+        talk = self._conversation
+        match name:
+            case "/parser":
+                if value:
+                    talk.read_with(one_of(name, value, PARSERS))
+                self._screen.note(f"parser: {talk.options.reading.parser}")
+            case "/viewpoint":
+                if value:
+                    talk.speak_from(one_of(name, value, VIEWPOINTS))
+                self._screen.note(f"viewpoint: {talk.options.reading.viewpoint}")
+            case "/seed":
+                if value:
+                    talk.seed_with(whole_number(name, value, 0, MOST_SEED))
+                self._screen.note(f"seed: {talk.options.seed}")
+
     def _continue(self) -> None:
         if self._conversation.question is None and self._conversation.situation.proposal is not None:
             self.build()
             return
-        self._screen.busy("imagining")
+        self._screen.busy("proposing arrangements")
         if self._conversation.resume():
             self._on_proposal()
 
@@ -148,7 +155,7 @@ class CommandRunner:
         if held is not None:
             raise UsageError(f"the arm holds {held}; undo, or say what to build, before you save")
         self._conversation.save(self._file("/save", path, SUFFIXES))
-        self._screen.note(f"saved {path}; structagent chat --scene {shlex.quote(str(path))} goes on with it")
+        self._screen.note(f"saved {path}; structagent chat --scene {shlex.quote(str(path))} continues with it")
 
     def _file(self, command: str, path: Path, suffixes: Sequence[str]) -> Path:
         """The path, where it may be written to: a file that is there must be asked for twice."""
@@ -156,7 +163,7 @@ class CommandRunner:
             legal = " or ".join(suffixes)
             raise UsageError(f"{command} needs a file that ends in {legal}, got {shortened(str(path))!r}")
         if path.is_dir():
-            raise UsageError(f"{command} needs a file, and {str(path)!r} is a folder")
+            raise UsageError(f"{command} needs a file, but {str(path)!r} is a folder")
         known, self._overwrites = path == self._overwrites, path
         if path.exists() and not known:
             raise UsageError(f"there is already a file {str(path)!r}; the same command again overwrites it")
@@ -173,5 +180,5 @@ class CommandRunner:
 
 
 def _path(text: str) -> Path:
-    """What somebody types as a file, who is used to a shell."""
+    """Return a path as it was typed, with the home folder for ~."""
     return Path(text).expanduser() if text.startswith("~/") else Path(text)

@@ -1,4 +1,4 @@
-"""The slash commands of a conversation: what they are called, and what they take."""
+"""The slash commands of a conversation: their names, and what may follow them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ COMMANDS = (
     Command("/why", "", "what speaks for it, and against the others"),
     Command("/plan", "", "in which order the arm would build it, and with which grasps; nothing moves"),
     Command("/go", "", "build it"),
-    Command("/again", "", "imagine anew, from the next seed"),
+    Command("/again", "", "propose other arrangements, from the next seed"),
     Command("/continue", "", "build what is proposed, or propose again what was stopped"),
     Command("/stop", "", "drop the proposal or the question; Ctrl-C stops the arm"),
     Command("/clear", "", "drop the goal; the table stays"),
@@ -52,7 +52,7 @@ COMMANDS = (
     Command("/redo", "", "take an undo back"),
     Command("/parser", "[NAME]", f"who reads: {' or '.join(PARSERS)}", PARSERS),
     Command("/viewpoint", "[SIDE]", f"whose left and right is meant: {' or '.join(VIEWPOINTS)}", VIEWPOINTS),
-    Command("/seed", "[N]", "what is drawn at random follows from it"),
+    Command("/seed", "[N]", "random draws of proposals and plans follow from it"),
     Command("/save", "FILE", "the table as it stands, as a scene file"),
     Command("/load", "FILE", "a table from a scene file"),
     Command("/report", "[FILE]", "the conversation so far as a page"),

@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from dataclasses import asdict, replace
 
 from agent import events
-from agent.chat.answers import answer, unanswerable
+from agent.chat.answers import answer, reply_to_unknown_question
 from agent.chat.build_session import BuildSession
 from agent.chat.knowledge import Knowledge
 from agent.chat.participants import Participants, UnclearObjectError, select_participants
-from agent.chat.state import answered, completed, with_a_shape
+from agent.chat.state import apply_answer, complete_spec, with_a_shape
 from agent.errors import NotBuildable, UsageError
 from agent.event_base import Listener, json_value
 from agent.pipeline.resources import ResourceCache
@@ -39,7 +39,7 @@ class Conversation(BuildSession):
         self._unclear = ""  # the words of an object that is asked about
         self._resolved: dict[str, str] = {}  # such words -> the object that an answer said they mean
 
-    # --- what is said ------------------------------------------------------------------------
+    # --- instructions and answers ------------------------------------------------------------------------
 
     def say(self, text: str) -> bool:
         """Read an instruction or a correction, up to a proposal or a question; returns whether there is a proposal."""
@@ -64,7 +64,7 @@ class Conversation(BuildSession):
         """Take the answer to the question: one of the slot's values, `None` to leave it open; returns as `say`."""
         question, asked = self.question, self._asked
         if question is None or asked is None:
-            raise UsageError("nothing was asked")
+            raise UsageError("there is no question to answer")
         self.question = None
         revision, objects = asked
         with self._turn.part("parse"):
@@ -72,7 +72,7 @@ class Conversation(BuildSession):
                 self._resolved[self._unclear] = value or question.options[0]
                 self._apply(revision, objects)
                 return self.question is None
-            spec = answered(revision.spec, question.slot, value)
+            spec = apply_answer(revision.spec, question.slot, value)
             # The parser's guesses have become facts, and what it thought of them is of no interest any more.
             revision = replace(revision, spec=spec, status="ok", message="", question=None, parse=None)
             self._apply(revision.with_objects_of(None), objects)
@@ -100,7 +100,7 @@ class Conversation(BuildSession):
             return done
         if said.status in ("refused", "unchanged"):
             raise NotBuildable(f"{said.message}; {question.text}")
-        spec = completed(said.spec, revision.spec)
+        spec = complete_spec(said.spec, revision.spec)
         unanswered = question.slot == "shape" and spec.shape is None
         if unanswered or (said.kind == "edit" and said.objects_how and not said.changed):
             still_open: Question | None = question
@@ -127,11 +127,11 @@ class Conversation(BuildSession):
         self.send(events.Asked(question.slot, question.text, question.options))
 
     def _apply(self, revision: Revision, among: Participants | None = None) -> None:
-        """Takes over what was said.
+        """Apply what was said: ask where it is unclear, otherwise propose.
 
         Args:
-            revision: it.
-            among: who takes part before what it says of objects; by default those of the situation.
+            revision: what was said.
+            among: the objects that take part before it; by default those of the situation.
         """
         began, parse, cache = time.perf_counter(), revision.parse, self._cache
         before = self.situation
@@ -172,16 +172,16 @@ class Conversation(BuildSession):
         )
         self._propose(situation)
 
-    # --- what is answered --------------------------------------------------------------------
+    # --- questions --------------------------------------------------------------------
 
     def reply(self, text: str, acts: Sequence[Act]) -> None:
-        """Answers small talk and questions; what is proposed or asked stands.
+        """Answer small talk and questions; what is proposed or asked stands.
 
         Args:
             text: what was said.
             acts: what it does; nothing for a question that is none of those that can be answered.
         """
-        self.send(events.Answered(text, answer(acts, self._known()) if acts else unanswerable(self._known())))
+        self.send(events.Answered(text, answer(acts, self._known()) if acts else reply_to_unknown_question(self._known())))
 
     def asks_for_nothing(self, text: str) -> bool:
         """Return whether the parser finds no goal in a line, so that it may be a question."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from agent.chat.knowledge import DECIDE, Knowledge, invited
+from agent.chat.knowledge import DECIDE, Knowledge, next_step
 from agent.chat.state import Build
-from agent.chat.table_facts import coordinates, listed, place_in_words, the
+from agent.chat.table_facts import format_coordinates, join_words, place_in_words, with_article
 from agent.rendering.text import number
 from agent.reporting.event_text import shortcoming
 from grounding.dialogue.acts import Act
@@ -19,20 +19,20 @@ def describe_goal(spec: StructureSpec, objects: Sequence[str]) -> str:
     """Return a goal: "a small circle of cup 1, cup 2 and cup 3 (left)"."""
     values = [value for slot, value in spec.tokens() if slot not in ("shape", "size")]
     shape = " ".join(filter(None, (spec.size, spec.shape or "structure")))
-    return f"a {shape} of {listed(objects)}" + (f" ({', '.join(values)})" if values else "")
+    return f"a {shape} of {join_words(objects)}" + (f" ({', '.join(values)})" if values else "")
 
 
-def why(act: Act, known: Knowledge) -> str:
+def explain_choice(act: Act, known: Knowledge) -> str:
     """Return what speaks for a candidate, by default the chosen one, and against the next ones."""
     proposal = known.situation.proposal
     if proposal is None:
-        return f"Nothing is proposed now, so there is no choice to explain. {invited(known)}"
+        return f"Nothing is proposed now, so there is no choice to explain. {next_step(known)}"
     candidates = proposal.imagined.candidates
     rank = int(act.value or proposal.rank)
     if not 1 <= rank <= len(candidates):
         return f"There is no candidate {rank}; there are 1 to {len(candidates)}."
     mine, best = candidates[rank - 1], candidates[0]
-    factors = listed([f"{name} {number(value, 2)}" for name, value in mine.scores.items() if name != "total"])
+    factors = join_words([f"{name} {number(value, 2)}" for name, value in mine.scores.items() if name != "total"])
     place = "the best" if rank == 1 else f"number {rank}"
     total = number(mine.scores.get("total"), 2)
     lines = [f"Candidate {rank} is {place} of {len(candidates)}: its score, {total}, is the product of {factors}."]
@@ -43,32 +43,32 @@ def why(act: Act, known: Knowledge) -> str:
     return "\n".join((*lines, "/why shows all factors, /choose takes another one."))
 
 
-def planned(act: Act, known: Knowledge) -> str:
+def describe_plan(act: Act, known: Knowledge) -> str:
     """Return what would be built, and where each object that is asked about, by default all, would go."""
     situation = known.situation
     if known.question is not None or situation.proposal is None or situation.goal is None:
-        return invited(known) if known.question is not None else f"Nothing is planned. {invited(known)}"
+        return next_step(known) if known.question is not None else f"Nothing is planned. {next_step(known)}"
     lines = [f"I propose candidate {situation.proposal.rank}, {describe_goal(situation.goal, situation.objects)}:"]
     about = {fact.name for fact in known.matching(act.about)} if act.kind == "next" and act.about else set()
     for goal in situation.proposal.chosen.goals:
         if not about or goal["name"] in about:
             place = place_in_words(goal["position"], known.seen.table, situation.viewpoint)
-            lines.append(f"  {the(goal['name'])} goes {place}: {coordinates(goal['position'])}")
+            lines.append(f"  {with_article(goal['name'])} goes {place}: {format_coordinates(goal['position'])}")
     return "\n".join((*lines, f"Nothing moves until you agree: {DECIDE}."))
 
 
-def done(act: Act, known: Knowledge) -> str:
+def describe_last_build(act: Act, known: Knowledge) -> str:
     """Return what was built last."""
     builds = known.situation.builds
     if not builds:
-        return f"Nothing that I built stands on the table. {invited(known)}"
+        return f"Nothing that I built stands on the table. {next_step(known)}"
     return describe_build(builds[-1])
 
 
 def describe_build(build: Build) -> str:
     """Return what became of a build, in a sentence or two."""
     what = describe_goal(build.goal, build.objects)
-    moved = f"I moved {listed([the(name) for name in build.moved])}" if build.moved else "Nothing was moved"
+    moved = f"I moved {join_words([with_article(name) for name in build.moved])}" if build.moved else "Nothing was moved"
     if build.trouble:
         return f"I tried to build {what}. {moved}. It is not as asked: {build.trouble}."
     if not build.moved:
@@ -80,8 +80,8 @@ def requested(act: Act, known: Knowledge) -> str:
     """Return what was asked for last."""
     situation = known.situation
     if situation.goal is None:
-        return f"You have asked for nothing so far. {invited(known)}"
+        return f"You have asked for nothing so far. {next_step(known)}"
     said = f"You asked for {describe_goal(situation.goal, situation.objects)}."
     if known.question is not None or situation.proposal is not None:
-        return f"{said} {invited(known)}"
+        return f"{said} {next_step(known)}"
     return f"{said} {describe_build(situation.builds[-1])}" if situation.builds else said

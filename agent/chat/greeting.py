@@ -1,4 +1,4 @@
-"""An instruction that suits the table, so that the first thing that somebody tries works."""
+"""An instruction that suits the table, so that the first thing that a user tries works."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def suggestion(table: TableScene, scene: Scene) -> Suggestion | None:
 
 
 def invitation(suggested: Suggestion | None) -> str:
-    """Asks for an instruction, with an example where there is one."""
+    """Ask for an instruction, with an example where there is one."""
     return f"Say what to build, for example “{suggested.text}”." if suggested else "Say what to build."
 
 

@@ -21,7 +21,7 @@ class Lines(Protocol):
     """Whatever gives one line after another.
 
     Attributes:
-        typed: whether somebody types them.
+        typed: whether a user types them.
     """
 
     typed: bool
@@ -30,7 +30,7 @@ class Lines(Protocol):
         """Return the next line; `None` after the last.
 
         Raises:
-            KeyboardInterrupt: when somebody interrupts it.
+            KeyboardInterrupt: when it is interrupted.
         """
 
 
@@ -40,7 +40,7 @@ class PlainLines:
     Args:
         file: to read from.
         show: writes text, and nothing after it.
-        typed: whether somebody types at a terminal, which shows what is typed; else each line is shown behind its
+        typed: whether a user types at a terminal, which shows what is typed; else each line is shown behind its
             prompt, so that the output reads as a conversation.
     """
 

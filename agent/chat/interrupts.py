@@ -18,12 +18,12 @@ _SHOW_CURSOR = "\x1b[?25h"
 
 
 @contextmanager
-def ended_by_interrupts(screen: TextIO) -> Iterator[Callable[[], None]]:
-    """Ends the process with exit code 130 at the third Ctrl-C that stops nothing; gives what says that one did.
+def exit_on_repeated_interrupts(screen: TextIO) -> Iterator[Callable[[], None]]:
+    """End the process with exit code 130 at the third Ctrl-C that stops nothing; gives what says that one did.
 
-    The first two raise `KeyboardInterrupt` as ever. A library may catch one, or lose it in a callback, and waiting for
+    The first two raise `KeyboardInterrupt` as usual. A library may catch one, or lose it in a callback, and waiting for
     a library to be loaded must not be cut off: at the third nothing is waited for. The session is written line by line,
-    so nothing of it is lost. Whoever ignores Ctrl-C, as shells have their background processes do, goes on ignoring it.
+    so nothing of it is lost. A process that ignores Ctrl-C, as background processes of shells do, continues to ignore it.
 
     Args:
         screen: where the chat is shown.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from agent import events
 from agent.chat.greeting import Suggestion, invitation
 from agent.chat.state import Situation
-from agent.chat.table_facts import Fact, facts_of, matching_facts
+from agent.chat.table_facts import Fact, matching_facts, object_facts
 from grounding.parse_result import Question
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ class Knowledge:
     Attributes:
         seen: the table as it is now.
         situation: where the conversation stands.
-        question: what the agent has asked and nobody has answered, or `None`.
+        question: what the agent has asked and is not answered yet, or `None`.
         example: finds an instruction that suits the table, if there is one.
         held: the name of what is in the hand, or `None`.
         fallen: the names of the objects that fell off the table.
@@ -44,7 +44,7 @@ class Knowledge:
     @cached_property
     def facts(self) -> list[Fact]:
         """What there is to say of each object."""
-        return facts_of(self.seen, self.situation.viewpoint)
+        return object_facts(self.seen, self.situation.viewpoint)
 
     def matching(self, about: str) -> list[Fact]:
         """Return the objects that some words mean; "it" and "they" are those that take part."""
@@ -53,7 +53,7 @@ class Knowledge:
         return matching_facts(about, self.facts, self.encoder)
 
 
-def invited(known: Knowledge) -> str:
+def next_step(known: Knowledge) -> str:
     """Return what the speaker can say next."""
     if known.question is not None:
         return f"I still need an answer: {known.question.text}"

@@ -17,7 +17,6 @@ from typing import Any
 from agent.event_base import Event
 
 _CORRECTIONS = ("bigger", "now as a line", "on the right", "smaller", "now as a circle", "on the left")
-LEAST_RUNS = 5
 _CONTROL, _WORD = re.compile(r"\x1b\[[0-9;?]*[a-zA-Z]"), re.compile(r"[^\W\d_]{3,}")
 
 Result = dict[str, Any]
@@ -74,7 +73,7 @@ def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Re
     with folder as out, Conversation(options, ResourceCache(), [screen, ProposalTimes()]) as conversation:
         example = conversation.example()
         if example is None:
-            raise NotBuildable(f"nothing can be built of what stands on the table of {scene!r}")
+            raise NotBuildable(f"nothing can be built from the objects on the table of {scene!r}")
         lines = PlainLines(io.StringIO(), screen_file.write)
         chat = Chat(conversation, screen, lines, Path(out) / "session.jsonl")
         said = [example.text, *(_CORRECTIONS[run % len(_CORRECTIONS)] for run in range(runs))]
@@ -84,7 +83,7 @@ def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Re
             began = time.perf_counter()
             chat.handle(line)
             if not proposed or screen_file.first is None:
-                raise NotBuildable(f"{line!r} ended in no proposal")
+                raise NotBuildable(f"{line!r} did not end in a proposal")
             reactions.append(screen_file.first - began)
             proposals.append(proposed[0] - began)
     return {

@@ -1,4 +1,4 @@
-"""Who takes part after what was said: objects come, go, or are exchanged for others."""
+"""Which objects take part after what was said: some are added, removed or exchanged for others."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class UnclearObjectError(NotBuildable):
 
 @dataclass(frozen=True)
 class Participants:
-    """Who takes part.
+    """The objects that take part.
 
     Attributes:
         names: of the objects that do.
@@ -78,40 +78,40 @@ def select_participants(
     gone = {*table.fallen, *table.out_of_reach}
     there = tuple(name for name in table.names if name not in gone)
     before = tuple(name for name in (table.names if situation.goal is None else situation.objects) if name not in gone)
-    choose = _Choice(table, there, before, encoder, resolved)
-    selected = tuple(dict.fromkeys(_select(revision, choose, situation.goal is not None)))
+    finder = _ObjectFinder(table, there, before, encoder, resolved)
+    selected = tuple(dict.fromkeys(_select(revision, finder, situation.goal is not None)))
     if not FEWEST_OBJECTS <= len(selected) <= MOST_OBJECTS:
-        raise NotBuildable(_count_error(revision, selected, choose.missing))
-    missing = choose.missing if revision.objects_text is not None else situation.missing
-    return Participants(selected, dict(missing), tuple(dict.fromkeys(choose.notes)))
+        raise NotBuildable(_count_error(revision, selected, finder.missing))
+    missing = finder.missing if revision.objects_text is not None else situation.missing
+    return Participants(selected, dict(missing), tuple(dict.fromkeys(finder.notes)))
 
 
-def _select(revision: Revision, choose: _Choice, has_goal: bool) -> tuple[str, ...]:
+def _select(revision: Revision, finder: _ObjectFinder, has_goal: bool) -> tuple[str, ...]:
     """Return the names of the objects that take part, some of them perhaps twice; raises as `select_participants`."""
-    text, before = revision.objects_text or "", choose.before
+    text, before = revision.objects_text or "", finder.before
     if revision.objects_about:
-        choose.all_of(revision.objects_about)
+        finder.check_that_all_are_described(revision.objects_about)
     match revision.objects_how:
         case "add":
-            return (*before, *choose.coming(text))
+            return (*before, *finder.find_joining(text))
         case "remove":
-            goes = choose.going(text)
+            goes = finder.find_leaving(text)
             return tuple(name for name in before if name not in goes)
         case "exchange" | "swap":
-            goes, comes = choose.going(revision.objects_out_text), choose.coming(text, goes=True)
+            goes, comes = finder.find_leaving(revision.objects_out_text), finder.find_joining(text, goes=True)
             if revision.objects_how == "swap" and set(comes) <= set(before):
                 raise NotBuildable(IMPOSSIBLE["places"].format(f"swap {', '.join(goes)} with {', '.join(comes)}"))
             return (*(name for name in before if name not in goes or name in comes), *comes)
         case "others":
-            others = tuple(name for name in choose.there if name not in before)
+            others = tuple(name for name in finder.there if name not in before)
             if not others:
                 raise NotBuildable("there are no others: everything on the table takes part already")
             return others
         case "replace":
-            described = choose.of(text, choose.there, all_there=True)
-            if text == EVERYTHING and has_goal and not revision.changed and set(described) == set(before):
+            describe_object = finder.find(text, finder.there, all_there=True)
+            if text == EVERYTHING and has_goal and not revision.changed and set(describe_object) == set(before):
                 raise NotBuildable("everything on the table takes part already")
-            return described
+            return describe_object
         case _:
             return before
 
@@ -128,7 +128,7 @@ def _count_error(revision: Revision, selected: Sequence[str], missing: Mapping[s
 
 
 @dataclass(frozen=True)
-class _Choice:
+class _ObjectFinder:
     """Finds objects by their description, among those on the table and among those that take part."""
 
     table: TableScene
@@ -139,7 +139,7 @@ class _Choice:
     missing: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
-    def of(self, text: str, names: Sequence[str], all_there: bool = False) -> tuple[str, ...]:
+    def find(self, text: str, names: Sequence[str], all_there: bool = False) -> tuple[str, ...]:
         """Return those of these objects that the text describes.
 
         Args:
@@ -165,7 +165,7 @@ class _Choice:
             raise UnclearObjectError(str(error), error.phrase, tuple(names[i] for i in error.indices)) from error
 
     def _find_missing(self, text: str, names: Sequence[str]) -> None:
-        """Notes what the text describes that cannot take part.
+        """Find what the text describes that cannot take part.
 
         Raises:
             NotBuildable: when such an object was named by itself.
@@ -175,7 +175,7 @@ class _Choice:
         everything = (*names, *gone)
         try:
             selection = self._selection(text, everything) if gone else None
-        except (SelectionError, UnclearObjectError):  # told of what can take part
+        except (SelectionError, UnclearObjectError):  # this is reported for the objects that can take part
             return
         if selection is None:
             return
@@ -183,21 +183,21 @@ class _Choice:
             raise NotBuildable("; ".join(f"{name} cannot take part: {gone[name]}" for name in required))
         self.missing.update((everything[i], gone[everything[i]]) for i in selection.indices if everything[i] in gone)
 
-    def going(self, text: str) -> tuple[str, ...]:
-        """Return what is described and takes part: "the cup" is one that does, where there are several.
+    def find_leaving(self, text: str) -> tuple[str, ...]:
+        """Return the described objects that take part: of several cups, "the cup" is one that does.
 
         Raises:
             NotBuildable: when no such object takes part.
         """
-        described = self._rather(text, self.before)
-        goes = tuple(name for name in described if name in self.before)
+        describe_object = self._find_preferring(text, self.before)
+        goes = tuple(name for name in describe_object if name in self.before)
         if not goes:
-            verb = "takes" if len(described) == 1 else "take"
-            raise NotBuildable(f"{', '.join(described)} {verb} no part; taking part: {', '.join(self.before)}")
+            verb = "takes" if len(describe_object) == 1 else "take"
+            raise NotBuildable(f"{', '.join(describe_object)} {verb} no part; taking part: {', '.join(self.before)}")
         return goes
 
-    def coming(self, text: str, goes: bool = False) -> tuple[str, ...]:
-        """Return what is described, rather those that take no part yet.
+    def find_joining(self, text: str, goes: bool = False) -> tuple[str, ...]:
+        """Return the described objects, preferably those that do not take part yet.
 
         Args:
             text: the description.
@@ -206,42 +206,42 @@ class _Choice:
         Raises:
             NotBuildable: when nothing would change, because they take part already.
         """
-        described = self._rather(text, tuple(name for name in self.there if name not in self.before), some=True)
-        if not goes and set(described) <= set(self.before):
-            raise NotBuildable(f"{', '.join(described)} take{'s' * (len(described) == 1)} part already")
-        return described
+        describe_object = self._find_preferring(text, tuple(name for name in self.there if name not in self.before), some=True)
+        if not goes and set(describe_object) <= set(self.before):
+            raise NotBuildable(f"{', '.join(describe_object)} take{'s' * (len(describe_object) == 1)} part already")
+        return describe_object
 
-    def all_of(self, text: str) -> None:
-        """Looks whether the text describes all that take part.
+    def check_that_all_are_described(self, text: str) -> None:
+        """Check that the text describes all that take part.
 
         Raises:
             NotBuildable: when it describes some of them: only the whole structure can be changed.
         """
-        described = self._rather(text, self.before)
-        if others := [name for name in self.before if name not in described]:
+        describe_object = self._find_preferring(text, self.before)
+        if others := [name for name in self.before if name not in describe_object]:
             raise NotBuildable(
-                f"{', '.join(described)} cannot be placed alone, only the whole structure can; "
+                f"{', '.join(describe_object)} cannot be placed alone, only the whole structure can; "
                 f"{', '.join(others)} take{'s' * (len(others) == 1)} part too"
             )
 
-    def _rather(self, text: str, names: tuple[str, ...], some: bool = False) -> tuple[str, ...]:
-        """What is described, of these objects where it may be either them or others of the same kind.
+    def _find_preferring(self, text: str, names: tuple[str, ...], some: bool = False) -> tuple[str, ...]:
+        """Return the described objects, preferably those named, where others of their kind fit too.
 
         Args:
             text: the description.
-            names: those that are rather meant.
+            names: of the preferred objects.
             some: whether it does where some of what is described is among them.
         """
         try:
-            described = self.of(text, self.there)
-        except UnclearObjectError:  # "the cup" is one that is rather meant, where that is one
-            return self.of(text, names)
-        among = [name for name in described if name in names]
-        if not names or (among if some else len(among) == len(described)) or _COUNTED_OFF.search(text):
-            return described
+            describe_object = self.find(text, self.there)
+        except UnclearObjectError:  # "the cup" is a preferred one, where there is one
+            return self.find(text, names)
+        among = [name for name in describe_object if name in names]
+        if not names or (among if some else len(among) == len(describe_object)) or _COUNTED_OFF.search(text):
+            return describe_object
         try:
-            others = self.of(text, names)
+            others = self.find(text, names)
         except SelectionError:
-            return described
-        kinds = {read_name(name).head for name in described}
-        return others if all(read_name(name).head in kinds for name in others) else described
+            return describe_object
+        kinds = {read_name(name).head for name in describe_object}
+        return others if all(read_name(name).head in kinds for name in others) else describe_object

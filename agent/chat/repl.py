@@ -1,4 +1,4 @@
-"""The chat itself: takes a line, sees what it is, has it done, and asks for the next."""
+"""The loop of a chat: reads a line, classifies it, carries it out, and asks for the next."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Chat:
         lines: where its lines come from.
         session: the file that keeps it.
         yes: build without asking.
-        stopped: told whenever the chat comes to ask for a line, so that what was interrupted has stopped.
+        stopped: called whenever the chat asks for a line, so that what was interrupted has stopped.
 
     Attributes:
         defects: how often the program itself was at fault.
@@ -57,14 +57,14 @@ class Chat:
 
     @property
     def exit_code(self) -> int:
-        """0, or that of the worst that was told while the chat went on."""
+        """0, or the exit code of the worst error of the chat."""
         return DEFECT if self.defects else NotWritten.exit_code if self.unwritten else DONE
 
     def run(self) -> None:
-        """Talks until the lines end, or somebody quits.
+        """Talk until the lines end, or the user quits.
 
         Raises:
-            KeyboardInterrupt: when somebody interrupts it three times in a row.
+            KeyboardInterrupt: when it is interrupted three times in a row.
         """
         self._commands.show_table()
         while True:
@@ -82,7 +82,7 @@ class Chat:
                 self._interrupts = 0
             except KeyboardInterrupt:
                 self._count_interrupt()
-                if not self._lines.typed:  # nobody is there who could say how to go on
+                if not self._lines.typed:  # no user is there to say how to continue
                     raise
                 self._screen.complain("interrupted")
             except Exception as error:
@@ -93,7 +93,7 @@ class Chat:
                 self._screen.idle()
 
     def _count_interrupt(self) -> None:
-        """Lets the interruption that is being handled end the chat where it is the third in a row."""
+        """Let the interruption that is being handled end the chat where it is the third in a row."""
         self._interrupts += 1
         if self._interrupts >= _INTERRUPTS:
             raise KeyboardInterrupt
@@ -108,7 +108,7 @@ class Chat:
             self._screen.note("Ctrl-C once more ends the chat, as Ctrl-D and /quit do")
 
     def _defect(self, error: Exception) -> str:
-        """Keeps what is wrong with this program beside the session, for a report; the chat goes on."""
+        """Write the traceback of a defect beside the session, for a report; the chat continues."""
         path = self._session.with_name("traceback.txt")
         self.defects += 1
         what = f"{type(error).__name__}: {one_sentence(error)}"
@@ -117,8 +117,8 @@ class Chat:
             with os.fdopen(os.open(path, flags, 0o666), "a", encoding="utf-8") as file:
                 traceback.print_exception(error, file=file)
         except OSError as trouble:
-            return f"a defect of structagent, {what}; the chat goes on, but {one_sentence(trouble)}"
-        return f"a defect of structagent, {what}; {path} says where, and the chat goes on"
+            return f"a defect of structagent, {what}; the chat continues, but {one_sentence(trouble)}"
+        return f"a defect of structagent, {what}; {path} says where, and the chat continues"
 
     def _prompt(self) -> str:
         if self._conversation.question is not None:
@@ -126,7 +126,7 @@ class Chat:
         return "build it? [y/n] > " if self._conversation.situation.proposal is not None else "> "
 
     def handle(self, line: str) -> bool:
-        """Carry out one line, whose words have single spaces between them; whether the chat goes on."""
+        """Carry out one line, whose words have single spaces between them; returns whether the chat continues."""
         if not line:
             return True
         found = command_of(line)
@@ -154,7 +154,7 @@ class Chat:
             self._proposed()
 
     def _replied(self, line: str) -> bool:
-        """Answers what is small talk or a question, and asks for nothing to be built; whether it was that."""
+        """Answer a line that is small talk or a question and asks for nothing to be built; returns whether it was one."""
         acts = acts_of(line)
         if not acts and not (is_question(line) and self._conversation.asks_for_nothing(line)):
             return False
@@ -176,11 +176,11 @@ class Chat:
             self._screen.note(_DROPPED)
         elif said in options or (said in _ANY and question.slot != "shape"):
             self._conversation.send(events.Commanded(line))
-            self._screen.busy("imagining")
+            self._screen.busy("proposing arrangements")
             if self._conversation.answer(options.get(said)):
                 self._proposed()
         elif said.isdecimal() or said in _YES:
-            raise UsageError(f"{line!r} is no answer; legal: 1 to {len(question.options)}, or say it differently")
+            raise UsageError(f"{line!r} is not an answer; legal: 1 to {len(question.options)}, or say it differently")
         else:
             self._screen.busy("reading")
             if not self._replied(line) and self._conversation.answer_in_words(line):

@@ -1,4 +1,4 @@
-"""A chat from beginning to end: loads while one types, shows, keeps the session, and closes the table."""
+"""A whole chat: sets it up, loads models while the user types, keeps the session, and closes the table."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from agent import events
 from agent.chat.commands import COMMANDS
 from agent.chat.conversation import Conversation
 from agent.chat.input import Lines, PlainLines, PromptedLines
-from agent.chat.interrupts import ended_by_interrupts
+from agent.chat.interrupts import exit_on_repeated_interrupts
 from agent.chat.repl import Chat
 from agent.chat.view import ChatScreen
 from agent.event_base import Event, json_value
@@ -27,26 +27,26 @@ from agent.reporting.session_log import SessionWriter
 from grounding.spec import LEGAL_VALUES
 
 
-def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, yes: bool) -> int:
-    """Talks until the lines end.
+def run_chat(options: RunOptions, console: Console, session: Path, lines: TextIO, yes: bool) -> int:
+    """Talk with the user until the lines end.
 
     Args:
         options: as of a run.
         console: where the chat is shown.
-        session: the file that keeps it; one that is there is gone on with.
+        session: the file that keeps it; one that exists is continued.
         lines: what is typed; a prompt is shown where it is a terminal, as `console` must be then.
         yes: build without asking.
 
     Returns:
         The exit code: 0, or that of the worst that happened: a file could not be written, or the program itself was at
-        fault. Each was told when it happened, and the chat went on.
+        fault. Each was shown when it happened, and the chat continued.
     """
     cache = ResourceCache()
     screen = ChatScreen(console)
     with SessionWriter(session, json_value(asdict(options)), owner="chat") as writer:
         with Conversation(options, cache, [screen, _TurnRecords(writer)]) as conversation:
             preloading = Thread(target=_preload, args=(cache, options), daemon=True)
-            with ended_by_interrupts(console.file) as stopped, _without_control_echo(lines):
+            with exit_on_repeated_interrupts(console.file) as stopped, _without_control_echo(lines):
                 preloading.start()
                 try:
                     source = _lines(lines, console, conversation)
@@ -58,15 +58,15 @@ def talk(options: RunOptions, console: Console, session: Path, lines: TextIO, ye
 
 
 def _join(preloading: Thread) -> None:
-    """Waits until everything is loaded: a process that ends while a library is being loaded dies of it."""
+    """Wait until everything is loaded: a process that ends while a library is being loaded crashes."""
     while preloading.is_alive():
-        with suppress(KeyboardInterrupt):  # somebody who is in a hurry presses it more than once
+        with suppress(KeyboardInterrupt):  # users in a hurry press it more than once
             preloading.join()
 
 
 @contextmanager
 def _without_control_echo(lines: TextIO) -> Iterator[None]:
-    """Keeps a terminal from writing ^C into a picture that is being drawn."""
+    """Keep a terminal from writing ^C into a picture that is being drawn."""
     if not lines.isatty():
         yield
         return
@@ -83,7 +83,7 @@ def _without_control_echo(lines: TextIO) -> Iterator[None]:
 
 
 def _preload(cache: ResourceCache, options: RunOptions) -> None:
-    """Loads the models; what goes wrong comes up again, and is told, where they are needed."""
+    """Load the models; an error here comes up again, and is shown, where they are needed."""
     import torch
 
     from agent.errors import exit_code_of

@@ -1,4 +1,4 @@
-"""Where a conversation stands: the goal, who takes part, what stands where, and what is proposed."""
+"""The state of a conversation: the goal, the objects that take part, all poses, and the proposal."""
 
 from __future__ import annotations
 
@@ -28,30 +28,30 @@ class Proposal:
         spec: the goal in the world's frame.
         scene: what was seen.
         imagined: every arrangement.
-        worth: how many of them, the best first, are worth a try.
+        viable_count: how many of them, the best first, are worth a try.
         rank: of the chosen one, from 1.
     """
 
     spec: StructureSpec
     scene: Scene
     imagined: events.Imagined
-    worth: int
+    viable_count: int
     rank: int = 1
 
     @property
     def chosen(self) -> events.Chosen:
-        """The choice, as it is told."""
+        """The event of the choice."""
         return chosen_event(self.rank, self.imagined.arrangements[self.rank - 1], self.scene)
 
     @property
-    def ranks(self) -> list[int]:
+    def ranks_to_try(self) -> list[int]:
         """What to try, in this order: the chosen arrangement, then the others that are worth it."""
-        return [self.rank, *(rank for rank in range(1, self.worth + 1) if rank != self.rank)]
+        return [self.rank, *(rank for rank in range(1, self.viable_count + 1) if rank != self.rank)]
 
     @property
-    def choice(self) -> list[Arrangement]:
+    def arrangements_to_try(self) -> list[Arrangement]:
         """The arrangements of these ranks."""
-        return [self.imagined.arrangements[rank - 1] for rank in self.ranks]
+        return [self.imagined.arrangements[rank - 1] for rank in self.ranks_to_try]
 
     @cached_property
     def realised(self) -> StructureSpec:
@@ -66,7 +66,7 @@ class Proposal:
 
 @dataclass(frozen=True)
 class Build:
-    """One time that the arm was set to work.
+    """One build, or attempt at one.
 
     Attributes:
         goal: what was to be built, as it was spoken.
@@ -85,7 +85,7 @@ class Build:
 
 @dataclass(frozen=True)
 class Situation:
-    """Where a conversation stands, which is what "undo" goes back to.
+    """The state of a conversation, to which "undo" can return.
 
     Attributes:
         goal: what is wanted, as it was spoken; `None` before the first instruction.
@@ -119,15 +119,15 @@ class Situation:
         return self.goal.turned() if self.goal and self.viewpoint == "opposite" else self.goal
 
     def seen_from(self, viewpoint: str) -> Situation:
-        """Return the same situation, its goal in the words of somebody at this side of the table."""
+        """Return the same situation, its goal in the words of a speaker at this side of the table."""
         if viewpoint == self.viewpoint:
             return self
         builds = tuple(replace(build, goal=build.goal.turned()) for build in self.builds)
         return replace(self, goal=self.goal and self.goal.turned(), viewpoint=viewpoint, builds=builds)
 
 
-def answered(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec:
-    """Return the goal with an answer in it; what a shape that was answered cannot carry is left out."""
+def apply_answer(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec:
+    """Return the goal with an answer in it; slots that the answered shape does not have are left out."""
     value = None if value == OPEN else value
     if slot == CORNER:
         x_position, y_position = CORNERS[value] if value else (None, None)
@@ -138,15 +138,15 @@ def answered(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec
     return StructureSpec(value, **kept)
 
 
-def completed(said: StructureSpec, before: StructureSpec) -> StructureSpec:
-    """Return what was said, and from before what it leaves open and can carry."""
+def complete_spec(said: StructureSpec, before: StructureSpec) -> StructureSpec:
+    """Return what was said, completed from before where it leaves open slots of its shape."""
     legal = ("shape", *SLOTS_OF_SHAPE[said.shape or before.shape])
     values = {slot: getattr(said, slot) or getattr(before, slot) for slot in SLOTS}
     return StructureSpec(**{slot: value for slot, value in values.items() if slot in legal})
 
 
 def with_a_shape(revision: Revision, last: StructureSpec) -> Revision:
-    """Return the revision, with a question where nobody has said yet what is to be built, or anything at all.
+    """Return the revision, with a question where it was not said yet what is to be built, or anything at all.
 
     Args:
         revision: what was said.

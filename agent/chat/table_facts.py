@@ -1,4 +1,4 @@
-"""What there is to say of the objects on the table: colour, size, place, and which of them some words mean."""
+"""Facts about the objects on the table: colour, size, place, and which of them a phrase means."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from agent.arm.placement_order import stands_above
 from agent.event_base import json_value
 from agent.perception.color_names import color_word_in_picture
 from agent.perception.description import oriented_box, shape_words
-from agent.reporting.event_text import described
+from agent.reporting.event_text import describe_object
 from grounding.dialogue.act_patterns import COLORS
 from grounding.references.function_words import ORDINALS
 from grounding.references.lexicon import plural, singular
@@ -58,17 +58,17 @@ class Fact:
     @property
     def where(self) -> str:
         """Where it is, in words and numbers."""
-        on = f"on {the(self.on)}, " if self.on else ""
-        return f"{on}{self.place}: {coordinates(self.position)}"
+        on = f"on {with_article(self.on)}, " if self.on else ""
+        return f"{on}{self.place}: {format_coordinates(self.position)}"
 
 
-def the(name: str) -> str:
+def with_article(name: str) -> str:
     """Return the name in a sentence: "the banana", but "cup 2"."""
     return name if re.search(r"\d$", name) else f"the {name}"
 
 
-def facts_of(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]:
-    """Return what there is to say of each object that was seen.
+def object_facts(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]:
+    """Return the facts of each object that was seen.
 
     Args:
         seen: what was seen, with its clouds.
@@ -80,7 +80,7 @@ def facts_of(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]:
     standing_on = _supports(clouds)
     facts = []
     for index, (one, cloud) in enumerate(zip(seen.objects, clouds, strict=True)):
-        display_name = described(json_value(one))
+        display_name = describe_object(json_value(one))
         color = next((word for word in _words(display_name) if word in COLORS), "") or _color(cloud, seen.scene)
         words = [word for word in (color, *shapes[index]) if word and word not in _words(display_name)]
         facts.append(
@@ -117,12 +117,12 @@ def matching_facts(about: str, facts: Sequence[Fact], encoder: SentenceEncoder |
     except SelectionError:
         return []
     # Without a noun that is known, or a word that tells objects apart, everything would be meant.
-    telling = selection.named or len(selection.indices) < len(facts) or not unjudged(about, facts)
+    telling = selection.named or len(selection.indices) < len(facts) or not unknown_adjectives(about, facts)
     return [facts[index] for index in selection.indices] if telling else []
 
 
-def unjudged(about: str, facts: Sequence[Fact]) -> list[str]:
-    """Return the words before a noun that nothing is known of, such as "wooden"."""
+def unknown_adjectives(about: str, facts: Sequence[Fact]) -> list[str]:
+    """Return the words before a noun of which nothing is known, such as "wooden"."""
     known = {adjective(word) for fact in facts for word in _words(fact.display_name)}
     words = [word for word in about.split()[:-1] if not word.isdecimal() and word not in ORDINALS]
     return [word for word in words if known.isdisjoint((adjective(word), *rivals(adjective(word))))]
@@ -146,16 +146,16 @@ def place_in_words(position: Sequence[float], table: Sequence[float], viewpoint:
     return f"{'in' if across == 'center' else 'on'} the {across}, {deep}"
 
 
-def coordinates(position: Sequence[float]) -> str:
+def format_coordinates(position: Sequence[float]) -> str:
     """Return "x 0.32 m, y -0.21 m"; nothing is at "-0.00"."""
     x, y = (round(float(value), 2) + 0.0 for value in position[:2])
     return f"x {x:.2f} m, y {y:.2f} m"
 
 
-def inventory(facts: Sequence[Fact]) -> str:
+def count_by_noun(facts: Sequence[Fact]) -> str:
     """Return what is there, counted: "3 cups, 2 boxes and an orange"."""
     nouns = [fact.noun for fact in facts]
-    return listed([_counted(noun, nouns.count(noun)) for noun in dict.fromkeys(nouns)]) or "nothing"
+    return join_words([_counted(noun, nouns.count(noun)) for noun in dict.fromkeys(nouns)]) or "nothing"
 
 
 def _counted(noun: str, count: int) -> str:
@@ -164,7 +164,7 @@ def _counted(noun: str, count: int) -> str:
     return f"{'an' if noun[:1] in 'aeiou' else 'a'} {noun}"
 
 
-def listed(words: Sequence[str]) -> str:
+def join_words(words: Sequence[str]) -> str:
     """Return "cup 1, cup 2 and cup 3"."""
     return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 

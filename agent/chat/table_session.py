@@ -1,4 +1,4 @@
-"""One table, where the conversation about it stands, and the way back to where it stood before."""
+"""One table, the situation of the conversation about it, and its history."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class TableSession:
         listeners: get every event.
 
     Attributes:
-        options: as given; the seed, the parser and the viewpoint can be changed as the conversation goes on.
+        options: as given; the seed, the parser and the viewpoint can be changed during the conversation.
         listeners: as given.
         source, table: where the table comes from, and it.
         situation: where the conversation stands.
@@ -54,7 +54,7 @@ class TableSession:
         self.close()
 
     def close(self) -> None:
-        """Ends the table's physics."""
+        """End the table's physics."""
         self.table.world.close()
 
     def _set_out(self, options: RunOptions) -> tuple[SceneSource, TableScene]:
@@ -69,7 +69,7 @@ class TableSession:
         """Send an event to every listener."""
         send(event, self.listeners)
 
-    # --- the way back ------------------------------------------------------------------------
+    # --- history ------------------------------------------------------------------------
 
     def _remember(self, situation: Situation) -> None:
         self._past.append(self.situation)
@@ -77,7 +77,7 @@ class TableSession:
         self.situation = situation
 
     def undo(self) -> None:
-        """Goes back by one turn: the goal, and what stands on the table.
+        """Go back by one turn: the goal, and the objects on the table.
 
         Raises:
             UsageError: when there is nothing to go back to.
@@ -85,7 +85,7 @@ class TableSession:
         self._go_to("undo", self._past, self._future)
 
     def redo(self) -> None:
-        """Takes an undo back.
+        """Revert an undo.
 
         Raises:
             UsageError: when nothing was undone.
@@ -93,7 +93,7 @@ class TableSession:
         self._go_to("redo", self._future, self._past)
 
     def put_back(self) -> None:
-        """Puts everything where it stood before the last build; the goal stays. Can be undone.
+        """Put everything where it stood before the last build; the goal stays. Can be undone.
 
         Raises:
             UsageError: when nothing was moved.
@@ -106,7 +106,7 @@ class TableSession:
         self._return_to("put back", replace(self.situation, poses=before, proposal=None, builds=builds[:last]))
 
     def reset(self) -> None:
-        """Puts the table back to its start, and drops the goal. Can be undone.
+        """Put the table back to its start, and drop the goal. Can be undone.
 
         Raises:
             UsageError: when everything is as at the start.
@@ -124,7 +124,7 @@ class TableSession:
         self.send(events.Restored(how, situation.goal, situation.objects, moved))
 
     def forget(self) -> None:
-        """Drops the goal, and what is proposed or asked; the table stays. Can be undone.
+        """Drop the goal, and what is proposed or asked; the table stays. Can be undone.
 
         Raises:
             UsageError: when there is no goal.
@@ -138,8 +138,8 @@ class TableSession:
         self.send(events.Noted("the goal is dropped, and the table stays as it is; say what to build"))
 
     def stop(self) -> None:
-        """Drops the question or the proposal that stands, and says so; the goal stays."""
-        said = "nothing is going on: there is no proposal and no question"
+        """Drop the question or the proposal that stands, and say so; the goal stays."""
+        said = "there is nothing to stop: there is no proposal and no question"
         if self.question is not None:
             said = "the question is dropped; nothing was moved"
         elif self.situation.proposal is not None:
@@ -158,7 +158,7 @@ class TableSession:
         self.send(events.Restored(how, self.situation.goal, self.situation.objects, moved))
 
     def drop(self) -> None:
-        """Forgets the proposal or the question; the goal stays, so that it can be corrected."""
+        """Forget the proposal or the question; the goal stays, so that it can be corrected."""
         self.question = None
         self.situation = replace(self.situation, proposal=None)
 
@@ -169,13 +169,13 @@ class TableSession:
         return suggestion(self.table, self.table.look())
 
     def look(self) -> events.Perceived:
-        """Return the table as it is now; told to nobody."""
+        """Look at the table as it is now; no event is sent."""
         began = time.perf_counter()
         scene = self.table.look()
         return perceived_event(scene, time.perf_counter() - began, self.table)
 
     def another_table(self, scene: str, seed: int) -> None:
-        """Clears the table and sets another one, "simulated" or of a scene file; the talk about the old one ends.
+        """Replace the table by another one, "simulated" or of a scene file; the old conversation ends.
 
         Raises:
             UsageError, BadInput, SceneError: when there is no such scene; the old table stays.
@@ -188,7 +188,7 @@ class TableSession:
         self._start = self.situation = self._fresh()
 
     def save(self, path: Path) -> None:
-        """Writes the table as it stands as a scene file.
+        """Write the table as it stands as a scene file.
 
         Raises:
             BadInput: when it cannot be written.
@@ -198,14 +198,14 @@ class TableSession:
         write_scene(self.source.saved(self.table, path.parent), path, "structagent chat")
 
     def speak_from(self, viewpoint: str) -> None:
-        """Changes whose left and right is meant; the goal so far is turned with it."""
+        """Change whose left and right is meant; the goal so far is turned with it."""
         self.situation = self.situation.seen_from(viewpoint)
         self.options = replace(self.options, reading=replace(self.options.reading, viewpoint=viewpoint))
 
     def read_with(self, parser: str) -> None:
-        """Changes who reads the instructions."""
+        """Change the parser that reads the instructions."""
         self.options = replace(self.options, reading=replace(self.options.reading, parser=parser))
 
     def seed_with(self, seed: int) -> None:
-        """Changes the seed of what is imagined and planned from now on; the table stays."""
+        """Change the seed of proposals and plans from now on; the table stays."""
         self.options = replace(self.options, seed=seed)

@@ -28,12 +28,12 @@ class Turn:
         self.step, self.seconds, self.trouble = "parse", 0.0, ""
 
     def begin(self) -> None:
-        """Begin the next turn."""
+        """Begin the next turn: no time has passed in it."""
         self.seconds = 0.0
 
     @contextmanager
     def part(self, step: str) -> Iterator[None]:
-        """Run a part of the turn: a known error in it is sent as events, and ends the part.
+        """Run a part of the turn: a known error in it is sent as events and ends the part.
 
         Args:
             step: in which the part begins.

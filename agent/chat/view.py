@@ -21,8 +21,8 @@ from agent.reporting.event_text import (
     TRIED,
     arm_sentence,
     check_sentence,
+    describe_row,
     parse_notes,
-    seen_row,
     verdict_sentence,
     verdict_title,
 )
@@ -35,7 +35,7 @@ _AT_WORK = "the arm is at work; Ctrl-C stops it"
 
 
 class ChatScreen:
-    """Shows events as they are told.
+    """Shows events as they happen.
 
     Args:
         console: where to show them.
@@ -53,10 +53,10 @@ class ChatScreen:
         self._scene: Mapping[str, Any] | None = None
         self._imagined: Mapping[str, Any] | None = None
         self._rank = 1
-        self._unplanned: list[int] = []  # ranks without a plan, the first of which was told
-        self._failed_check = False  # was told last
+        self._unplanned: list[int] = []  # ranks without a plan, the first of which was shown
+        self._failed_check = False  # whether the last event was one
         self._named: Sequence[str] = ()  # the objects of the last reading
-        self._hinted = False  # that more candidates can be shown, to somebody who types
+        self._hinted = False  # that more candidates can be shown, to a user who types
 
     def on_event(self, event: Event) -> None:
         """Show one event."""
@@ -91,7 +91,7 @@ class ChatScreen:
         lines = self.maps.previews(self._scene, payload, _PREVIEW_COLUMNS)
         self._live.draw(Group(Text(f"denoising: step {step} of {steps}", "dim"), *lines))
 
-    # --- what there is to see ----------------------------------------------------------------
+    # --- views ----------------------------------------------------------------
 
     def scene(self, payload: Mapping[str, Any] | None = None) -> None:
         """Show the table from above, with the names of what stands on it.
@@ -119,30 +119,30 @@ class ChatScreen:
         """Print what stands where, in words; takes an event `Perceived` in its JSON form."""
         self.idle()
         self._scene = payload
-        self._text.block(aligned([seen_row(one) for one in payload["objects"]]))
+        self._text.block(aligned([describe_row(one) for one in payload["objects"]]))
 
     def candidates(self, count: int) -> None:
         """Show the best candidates from above, with their scores and what the lower ones lack; several side by side."""
         if self._imagined is None or self._scene is None:
-            self.note("nothing was imagined yet")
+            self.note("nothing was proposed yet")
             return
         payload = self._imagined
         shown = payload["candidates"][:count]
         several = len(shown) > 1
         which = ", the best first" if several else "; the best of them:"
         count = len(payload["candidates"])
-        self._text.title(f"{count} arrangement{'s' * (count != 1)} imagined{which}", payload["seconds"])
+        self._text.title(f"{count} arrangement{'s' * (count != 1)} proposed{which}", payload["seconds"])
         columns = self.maps.beside(len(shown))
         captions = [caption_of(one, payload["candidates"][0], columns) for one in shown]
         self.maps.show_candidates(self._scene, shown, captions)
         if not several and len(payload["candidates"]) > 1 and not self._hinted and not self._echo:
             self._hinted = True
-            self.note(f"/candidates shows the best {min(SHOWN, len(payload['candidates']))}, /why what decides")
+            self.note(f"/candidates shows the best {min(SHOWN, len(payload['candidates']))}, /why explains the ranking")
 
     def why(self) -> None:
         """Print the factors of the chosen candidate's score, and what the others lack."""
         if self._imagined is None:
-            self.note("nothing was imagined yet")
+            self.note("nothing was proposed yet")
             return
         candidates = self._imagined["candidates"]
         self._text.title(f"candidate {self._rank}: its score is the product of these factors")
@@ -277,7 +277,7 @@ class ChatScreen:
         if payload["rank"] == self._rank:
             return
         self._rank = payload["rank"]
-        self._text.line(f"  candidate {self._rank} it is")
+        self._text.line(f"  candidate {self._rank} is chosen")
         if self._imagined is not None and self._scene is not None:
             one = self._imagined["candidates"][self._rank - 1]
             caption = caption_of(one, self._imagined["candidates"][0], self.maps.columns)

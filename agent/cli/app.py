@@ -1,6 +1,6 @@
-"""The command line: thin verbs over the pipeline, the trainers and the evaluator.
+"""The command line: all commands, and the exit code and message of every error.
 
-Everything heavy is imported inside the verb that needs it, so that `--help` answers at once.
+Heavy modules are imported inside the command that needs them, so that `--help` answers at once.
 """
 
 from __future__ import annotations
@@ -17,12 +17,10 @@ from agent.cli.benchmark import benchmark
 from agent.cli.chat import chat
 from agent.cli.config import ConfiguredGroup, config_app
 from agent.cli.doctor import doctor
-from agent.cli.evaluate import evaluate_app
+from agent.cli.evaluate.app import evaluate_app
 from agent.cli.generate import generate
 from agent.cli.models import models_app
-from agent.cli.options import (
-    print_error,
-)
+from agent.cli.options import print_error
 from agent.cli.parse import parse
 from agent.cli.report import replay, report
 from agent.cli.run import run
@@ -38,12 +36,12 @@ _ClickError = typer.BadParameter.__bases__[0].__bases__[0]
 app = typer.Typer(
     cls=ConfiguredGroup,
     name="structagent",
-    help="From a sentence to a built structure: reads an instruction, looks at a table, imagines arrangements, and "
-    "builds the best one with a simulated arm.\n\n"
+    help="Turn an instruction into a built structure: parse it, observe the table, sample and rank arrangements, and build "
+    "the best one with a simulated Jaco arm.\n\n"
     'Example: structagent run "put the cups in a small circle on the left"',
-    epilog="Exit codes: 0 done; 2 usage; 3 instruction not understood or not buildable with these objects; "
-    "4 no valid goal; 5 execution failed; 6 bad input data; 7 a model is not what its card says; "
-    "8 built with some of the objects that were asked for; 130 interrupted.",
+    epilog="Exit codes: 0 done; 2 usage error; 3 instruction not understood or not buildable with these objects; "
+    "4 no valid goal; 5 execution failed; 6 bad input; 7 a network differs from its model card; "
+    "8 built with only some of the requested objects; 130 interrupted.",
     add_completion=False,
     no_args_is_help=False,
     pretty_exceptions_enable=False,
@@ -66,18 +64,18 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def _common(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and stop.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
     ] = False,
     trust_project: Annotated[
         bool,
         typer.Option(
             "--trust-project",
-            help="Let structagent.toml of this folder or one above name a folder of a language model, and endpoints on "
-            "other machines. The endpoint's key is not sent to an endpoint of that file in any case.",
+            help="Allow the project's structagent.toml to name a language model folder, and endpoints on other machines. "
+            "Keys are never sent to an endpoint that the file names.",
         ),
     ] = False,
 ) -> None:
-    """Options before the verb."""
+    """Take the options before the command."""
 
 
 app.command("run")(run)
@@ -93,9 +91,9 @@ app.command("completion")(completion)
 
 
 def _usage_sentence(error: Exception) -> str:
-    """A click error in one sentence, with the legal commands where one was missing or unknown."""
+    """Return a click error as one sentence, with the legal commands if one was missing or unknown."""
     message = error.format_message().rstrip(".").replace("Value error, ", "")  # type: ignore[attr-defined]
-    # Newer versions of typer check values with pydantic, whose messages do not say what was given.
+    # Newer versions of typer check values with pydantic, whose messages do not contain the value.
     for detail in error.__cause__.errors() if hasattr(error.__cause__, "errors") else ():
         given = repr(detail["input"])
         message += "" if given in message else f" (got {given})"
@@ -105,12 +103,12 @@ def _usage_sentence(error: Exception) -> str:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Runs the command line and ends the process with its exit code; every error is one sentence."""
+    """Run the command line and end the process with its exit code; every error is one sentence."""
     sys.exit(command_line(arguments))
 
 
 def command_line(arguments: list[str] | None = None) -> int:
-    """Runs one command line; its exit code. A defect of our own is raised, everything else is told in a sentence."""
+    """Run one command line; return its exit code. Defects of structagent are raised, all other errors printed as a sentence."""
     try:
         code = app(args=arguments, prog_name="structagent", standalone_mode=False)
         sys.stdout.flush()
@@ -129,7 +127,7 @@ def command_line(arguments: list[str] | None = None) -> int:
     except ImportError as error:
         if (error.name or "").partition(".")[0] in ("agent", "grounding", "structdiffusion"):
             raise
-        print_error(f"cannot load a library: {one_sentence(error)}; `structagent doctor` names what would mend it")
+        print_error(f"cannot load a library: {one_sentence(error)}; `structagent doctor` suggests a repair")
         return BAD_INPUT
     except Exception as error:
         code = exit_code_of(error)

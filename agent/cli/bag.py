@@ -1,4 +1,4 @@
-"""The verbs of `structagent bag`: recordings looked at and made."""
+"""The commands of `structagent bag`: inspect and create recordings."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ bag_app = typer.Typer(rich_markup_mode=None)
 OutOption = Annotated[
     Path,
     typer.Option(
-        metavar="FILE", help=".bag for ROS 1, .mcap for ROS 2, no suffix for a ROS 2 folder.", show_default=False
+        metavar="FILE", help="Recording to write: .bag (ROS 1), .mcap (ROS 2), or no suffix for a ROS 2 folder.", show_default=False
     ),
 ]
-ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite what is there.")]
+ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite existing files.")]
 
 
 class Arm(str, Enum):
-    """Which Jaco stands beside the table."""
+    """The supported Jaco arms."""
 
     j2s7s300 = "j2s7s300"
     j2n6s300 = "j2n6s300"
@@ -44,9 +44,10 @@ class Arm(str, Enum):
 
 @bag_app.callback()
 def _bag() -> None:
-    """Look at recordings and make them: bags of ROS 1 (.bag) and ROS 2 (.mcap, .db3, a folder), clouds, pictures.
+    """Inspect and create recordings.
 
-    `run`, `chat` and `batch` take them with --scene FILE. No ROS is needed.
+    Recordings are bags of ROS 1 (.bag) and ROS 2 (.mcap, .db3, a folder), point clouds and folders of images. `run`, `chat`
+    and `batch` use them with --scene FILE. ROS is not needed.
 
     Example: structagent bag info session.bag
     """
@@ -54,11 +55,13 @@ def _bag() -> None:
 
 @bag_app.command("info")
 def info(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The bag, or example.", show_default=False)],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Bag, or example.", show_default=False)],
     topic: TopicOption = None,
     json_output: JsonOption = False,
 ) -> None:
-    """What a bag holds: topics, times, frames, what is missing, and how it would be used.
+    """Show the contents of a bag.
+
+    Lists topics, times and frames, what is missing, and how the bag would be used.
 
     Example: structagent bag info session.bag
     """
@@ -78,19 +81,21 @@ def objects(
     file: Annotated[
         Path,
         typer.Argument(
-            metavar="FILE", help="A bag, a .ply or .pcd cloud, a picture folder, or example.", show_default=False
+            metavar="FILE", help="Bag, .ply or .pcd point cloud, folder of images, or example.", show_default=False
         ),
     ],
     at: AtOption = None,
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
     picture: Annotated[
-        Path | None, typer.Option(metavar="FILE.png", help="Draw what was found into the camera's picture.")
+        Path | None, typer.Option(metavar="FILE", help="PNG file for the camera image with the found objects.")
     ] = None,
     force: ForceOption = False,
     json_output: JsonOption = False,
 ) -> None:
-    """The objects that a recording shows: their names, places, sizes and colours, and the table.
+    """Find the objects in a recording.
+
+    Lists their names, positions, sizes and colours, and the table.
 
     Example: structagent bag objects session.bag --picture session.png
     """
@@ -108,12 +113,12 @@ def objects(
         recording = read_recording(recording_path(file), reading)
         segments = segment(recording)
         if json_output:
-            told = {"file": str(file), "used": dict(recording.used), **objects_json(segments)}
-            told["notes"] = [*recording.notes, *segments.notes]
-            print(json.dumps(told, indent=1, ensure_ascii=False), file=results)
+            content = {"file": str(file), "used": dict(recording.used), **objects_json(segments)}
+            content["notes"] = [*recording.notes, *segments.notes]
+            print(json.dumps(content, indent=1, ensure_ascii=False), file=results)
         else:
             print_objects(segments, results)
-            _tell_notes(recording.notes, results)
+            _print_notes(recording.notes, results)
         if picture is not None:
             from PIL import Image
 
@@ -131,22 +136,24 @@ def record(
     seed: SeedOption = 0,
     objects: ObjectsOption = "ycb",
     scene: Annotated[
-        str, typer.Option(metavar="simulated|FILE", help="Drawn at random, or placed by a scene file (.yaml).")
+        str, typer.Option(metavar="simulated|FILE", help="Random scene, or a scene file (.yaml).")
     ] = "simulated",
     instruction: Annotated[
         str | None,
-        typer.Option(metavar="TEXT", help="Draw the scene that `run TEXT` with the same seed and objects would draw."),
+        typer.Option(metavar="TEXT", help="Draw the scene that `run TEXT` draws with the same seed and objects."),
     ] = None,
-    arm: Annotated[Arm, typer.Option(help="Which Jaco stands there, folded.")] = Arm.j2s7s300,
-    seconds: Annotated[float, typer.Option(min=0.1, max=600.0, help="How long the session lasts.")] = 1.0,
-    rate: Annotated[float, typer.Option(min=0.1, max=60.0, help="Pictures a second.")] = 15.0,
+    arm: Annotated[Arm, typer.Option(metavar="|".join(Arm), help="Jaco arm beside the table, in its folded pose.")] = Arm.j2s7s300,
+    seconds: Annotated[float, typer.Option(metavar="SECONDS", min=0.1, max=600.0, help="Duration.")] = 1.0,
+    rate: Annotated[float, typer.Option(metavar="X", min=0.1, max=60.0, help="Images per second.")] = 15.0,
     truth: Annotated[
-        Path | None, typer.Option(metavar="FILE.yaml", help="Write what really stands there as a scene file.")
+        Path | None, typer.Option(metavar="FILE", help="Scene file (.yaml) for the true objects and poses.")
     ] = None,
     force: ForceOption = False,
     json_output: JsonOption = False,
 ) -> None:
-    """Record a simulated scene as a kinova-ros driver and a RealSense camera would have said it.
+    """Record a simulated scene.
+
+    The messages are those of a kinova-ros driver and a RealSense camera.
 
     Example: structagent bag record --instruction "put the cups in a small circle" --seed 3 --out cups.bag
     """
@@ -169,8 +176,8 @@ def record(
                 write_scene(found.truth(truth.parent), truth, f"what {out.name} shows")
             names = found.table.names
         if json_output:
-            told = inspect_bag(out).to_dict() | {"objects": list(names), "truth": None if truth is None else str(truth)}
-            print(json.dumps(told, indent=1, ensure_ascii=False), file=results)
+            content = inspect_bag(out).to_dict() | {"objects": list(names), "truth": None if truth is None else str(truth)}
+            print(json.dumps(content, indent=1, ensure_ascii=False), file=results)
     print(f"wrote {out}: {', '.join(names)}", file=sys.stderr)
     if truth is not None:
         print(f"wrote {truth}", file=sys.stderr)
@@ -182,26 +189,26 @@ def from_rgbd(
         Path,
         typer.Argument(
             metavar="DIR",
-            help="With *color*.png or .jpg, *depth*.png, .tiff or .npy, and camera_params.json or K.txt.",
+            help="Folder with *color*.png or .jpg, *depth*.png, .tiff or .npy, and camera_params.json or K.txt.",
             show_default=False,
         ),
     ],
     out: OutOption,
     name: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Which of several pictures, such as 000004; by default the first."),
+        typer.Option(metavar="NAME", help="Image to use, such as 000004; by default the first."),
     ] = None,
     intrinsics: Annotated[
-        str | None, typer.Option(metavar="FX,FY,CX,CY", help="The lens, pixels, where no file tells it.")
+        str | None, typer.Option(metavar="FX,FY,CX,CY", help="Camera intrinsics, pixels; needed if no file has them.")
     ] = None,
     depth_scale: Annotated[
         float | None,
-        typer.Option(metavar="METRES", help="Of a unit of the depth picture; by default whole numbers are mm."),
+        typer.Option(metavar="METRES", help="Unit of the depth image; by default 0.001 for integers."),
     ] = None,
     force: ForceOption = False,
     json_output: JsonOption = False,
 ) -> None:
-    """Make a bag of colour, depth and intrinsics on disk.
+    """Convert colour and depth images to a bag.
 
     Example: structagent bag from-rgbd pictures --name 000004 --out desk.bag
     """
@@ -215,7 +222,7 @@ def from_rgbd(
             "525,525,319.5,239.5"
         )
     if depth_scale is not None and not 0.0 < depth_scale < 1e3:
-        raise UsageError(f"--depth-scale cannot be {depth_scale}; legal: metres a unit, above 0, such as 0.001")
+        raise UsageError(f"--depth-scale cannot be {depth_scale}; legal: metres per unit, above 0, such as 0.001")
     from agent.recordings.convert import write_rgbd
     from agent.recordings.inspection import inspect_bag
     from agent.recordings.rgbd_folder import read_rgbd
@@ -224,24 +231,24 @@ def from_rgbd(
         picture = read_rgbd(folder, name, lens, depth_scale)
         write_rgbd(picture, out, force)
         if json_output:
-            told = inspect_bag(out).to_dict() | {"name": picture.name, "made_from": picture.used}
-            told["notes"] = [*told["notes"], *picture.notes]
-            print(json.dumps(told, indent=1, ensure_ascii=False), file=results)
+            content = inspect_bag(out).to_dict() | {"name": picture.name, "made_from": picture.used}
+            content["notes"] = [*content["notes"], *picture.notes]
+            print(json.dumps(content, indent=1, ensure_ascii=False), file=results)
     print(f"wrote {out}: {', '.join(f'{what} {file}' for what, file in picture.used.items())}", file=sys.stderr)
-    _tell_notes(picture.notes, sys.stderr)
+    _print_notes(picture.notes, sys.stderr)
 
 
 @bag_app.command("from-cloud")
 def from_cloud(
     file: Annotated[
         Path,
-        typer.Argument(metavar="FILE", help="A .ply or .pcd, in the camera's optical frame.", show_default=False),
+        typer.Argument(metavar="FILE", help="Point cloud (.ply, .pcd) in the optical frame of the camera.", show_default=False),
     ],
     out: OutOption,
     force: ForceOption = False,
     json_output: JsonOption = False,
 ) -> None:
-    """Make a bag of a cloud on disk.
+    """Convert a point cloud to a bag.
 
     Example: structagent bag from-cloud desk.pcd --out desk.bag
     """
@@ -256,21 +263,21 @@ def from_cloud(
         points, color, notes = read_cloud(file)
         write_cloud(points, color, out, force)
         if json_output:
-            told = inspect_bag(out).to_dict() | {"made_from": {"points": str(file)}}
-            told["notes"] = [*told["notes"], *notes]
-            print(json.dumps(told, indent=1, ensure_ascii=False), file=results)
+            content = inspect_bag(out).to_dict() | {"made_from": {"points": str(file)}}
+            content["notes"] = [*content["notes"], *notes]
+            print(json.dumps(content, indent=1, ensure_ascii=False), file=results)
     print(f"wrote {out}: points {file}", file=sys.stderr)
-    _tell_notes(notes, sys.stderr)
+    _print_notes(notes, sys.stderr)
 
 
-def _tell_notes(notes: tuple[str, ...], where: TextIO) -> None:
+def _print_notes(notes: tuple[str, ...], where: TextIO) -> None:
     for note in notes:
         print(f"note: {note}", file=where)
 
 
 def _check_new_file(path: Path, option: str, suffixes: tuple[str, ...], force: bool) -> None:
-    """Refuses a file of another kind, and one that is there already."""
+    """Refuse a file with another suffix, and one that exists."""
     if path.suffix.lower() not in suffixes:
-        raise UsageError(f"{option} cannot be {str(path)!r}; legal: a file that ends in {' or '.join(suffixes)}")
+        raise UsageError(f"{option} cannot be {str(path)!r}; legal: a file with the suffix {' or '.join(suffixes)}")
     if path.is_dir() or (path.exists() and not force):
-        raise UsageError(f"{option} must be a new file, and {str(path)!r} is there; --force overwrites a file")
+        raise UsageError(f"{option} must be a new file, and {str(path)!r} exists; --force overwrites a file")

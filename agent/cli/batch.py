@@ -14,9 +14,9 @@ from agent.cli.options import (
     AtOption,
     CallOption,
     CameraPoseOption,
+    EncoderOption,
     ForceOutOption,
     JsonOption,
-    EncoderOption,
     LLMModelOption,
     LLMUrlOption,
     ModelOption,
@@ -41,9 +41,9 @@ from agent.runtime.stdio import results_stream
 def batch(
     ctx: typer.Context,
     file: Annotated[
-        str, typer.Argument(metavar="FILE", help="JSON lines or plain text; - is standard input.", show_default=False)
+        str, typer.Argument(metavar="FILE", help="JSON lines or plain text; - for standard input.", show_default=False)
     ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Results and reports; what is there is kept.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for results and reports; finished rows in it are kept.")],
     force: ForceOutOption = False,
     scene: SceneOption = "simulated",
     objects: ObjectsOption = "ycb",
@@ -59,36 +59,38 @@ def batch(
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     execute: Annotated[
-        bool, typer.Option("--execute/--no-execute", help="Build with the arm, or stop at the imagined goals.")
+        bool, typer.Option("--execute/--no-execute", help="Build with the arm, or stop at the goals.")
     ] = True,
     at: AtOption = None,
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
-    retry: Annotated[bool, typer.Option("--retry", help="Carry out the rows that failed before once more.")] = False,
+    retry: Annotated[bool, typer.Option("--retry", help="Repeat rows that failed before.")] = False,
 ) -> None:
-    """Carry out many instructions; called again, it does what is missing or has changed.
+    """Carry out many instructions from a file.
+
+    The same command again carries out the rows that are missing or have changed.
 
     \b
-    FILE has an instruction a line, with # before a comment, or JSON lines such as
+    FILE has one instruction per line, with # before a comment, or JSON lines such as
       {"text": "make a line", "id": "mine", "seed": 3, "scene": "desk.yaml"}
-    where only text is needed; id is unique and names the report's folder; all other
-    keys are called as the flags below, which hold where a row has none: scene, objects,
-    model, weights, seed, execute, parser, viewpoint, encoder, llm_model, llm_url. Paths in a row
-    are seen from FILE's folder. A row that is wrong fails in its place.
+    Only text is required. id is unique and names the folder of the row's report. The
+    other keys are named like the options below, which are their defaults: scene, objects,
+    model, weights, seed, execute, parser, viewpoint, encoder, llm_model, llm_url. Paths
+    in a row are relative to the folder of FILE. An invalid row fails; the others run.
 
     \b
-    DIR gets results.jsonl, a line per row, written as the rows end: a batch that is
-    stopped loses only the rows at work. rows/ID has each row's report and session,
-    and index.html shows all rows with their pictures.
+    DIR gets results.jsonl with a line per row, written as the rows end: a batch that is
+    stopped loses only the rows in progress. rows/ID has the report and the session of
+    each row, and index.html shows all rows with their pictures.
 
     \b
-    A row that failed is not carried out again unless --retry is given, because it would
-    fail in the same way; a row that was lost when a worker died or the batch was stopped is.
+    A row that failed is only repeated with --retry, because it would fail in the same way.
+    A row whose worker died, or that was in progress when the batch was stopped, is repeated.
 
-    The exit code is 0 when all rows succeeded, otherwise that of the most serious failure, in this order: 1 the tool
-    broke down, 6, 2, 5, 8, 4, 3.
+    The exit code is 0 if all rows succeeded, otherwise that of the most serious failure, in this order: 1 (defect of
+    structagent), 6, 2, 5, 8, 4, 3.
 
     Example: structagent batch orders.jsonl --out out/orders --workers 4
     """

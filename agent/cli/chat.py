@@ -1,4 +1,4 @@
-"""`structagent chat`: talking with the agent about one table."""
+"""`structagent chat`: a dialogue with the agent about one table."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from agent.cli.options import (
     AtOption,
     CallOption,
     CameraPoseOption,
-    ForceOutOption,
     EncoderOption,
+    ForceOutOption,
     LLMModelOption,
     LLMUrlOption,
     ModelOption,
@@ -36,7 +36,7 @@ from agent.runtime.output_ownership import check_own_folder
 from agent.runtime.stdio import import_pybullet_silently, results_stream
 from agent.runtime.terminal_text import console_on
 
-_AT_ONCE = "Setting the table ..."
+_GREETING = "Setting the table ..."
 
 
 def chat(
@@ -47,7 +47,7 @@ def chat(
     weights: WeightsOption = None,
     seed: SeedOption = 0,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Where the session is kept; by default out/TIME-chat.")
+        Path | None, typer.Option(metavar="DIR", help="Folder for the session; by default out/TIME-chat.")
     ] = None,
     force: ForceOutOption = False,
     parser: ParserOption = Parsers.embedding,
@@ -56,18 +56,19 @@ def chat(
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     execute: Annotated[
-        bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only try each goal without it.")
+        bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only check each goal without it.")
     ] = True,
-    yes: Annotated[bool, typer.Option("--yes", "-y", help="Build what is best without asking.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Build the best arrangement without asking.")] = False,
     at: AtOption = None,
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
 ) -> None:
-    """Talk with the agent about one table: ask for a structure, correct it, have it built, take it back.
+    """Talk with the agent about one table.
 
-    Reads standard input where that is no terminal, one line after another. /help inside says what else there is.
+    Ask for a structure, correct it, have it built, undo it. /help lists all commands. If standard input is not a terminal,
+    it is read line by line.
 
     Example: structagent chat --scene desk.yaml
     """
@@ -76,18 +77,18 @@ def chat(
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     recorded = recorded_options(at, topic, camera_pose, call)
     if sys.stdin is None:
-        raise UsageError("chat needs standard input, and it is closed")
+        raise UsageError("chat needs standard input, which is closed")
     sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop
     with results_stream() as results:
         console = console_on(results)
-        console.print(_AT_ONCE, style="dim", highlight=False)  # before what follows is imported, which takes seconds
+        console.print(_GREETING, style="dim", highlight=False)  # before the imports below, which take seconds
         import_pybullet_silently()
-        from agent.chat.run import talk
+        from agent.chat.run import run_chat
         from agent.pipeline.run import RunOptions
 
         options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
         session = folder / "session.jsonl"
-        code = talk(options, console, session, sys.stdin, yes)
+        code = run_chat(options, console, session, sys.stdin, yes)
     print(f"session: {session}", file=sys.stderr)
     if code:
         raise typer.Exit(code)

@@ -1,4 +1,4 @@
-"""`structagent config`, and how verbs take their defaults from the configuration."""
+"""`structagent config`, and the configured defaults of options."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 config_app = typer.Typer(rich_markup_mode=None)
 
-# Verbs that work, and tell what is wrong, where the configuration does not.
+# Commands that work even if the configuration is broken.
 _WITHOUT = ("doctor", "config", "completion")
 # Options that share a setting's name and mean something else: nouns on the table, the library of the training data, and
 # a number of objects.
@@ -28,10 +28,10 @@ _CONFIGURATION = "structagent.configuration"  # where a command's context has it
 
 
 class ConfiguredGroup(TyperGroup):
-    """The commands of the tool; every option that is named as a setting has the configured value as its default."""
+    """The top-level group; an option that is named like a setting has the configured value as its default."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Reads what stands before the verb, then makes the configuration the verbs' defaults."""
+        """Parse the options before the command, then make the configuration the defaults of the commands."""
         asks_for_help = "--help" in args
         rest = super().parse_args(ctx, args)  # ends here for --version and the like
         verb = next((name for name in args if name in self.commands), None)
@@ -42,13 +42,13 @@ class ConfiguredGroup(TyperGroup):
             ctx.meta[_CONFIGURATION] = configuration
             ctx.default_map = defaults_of(self, configuration)
         except ConfigError:
-            if not asks_for_help:  # help is what somebody with a broken file may need
+            if not asks_for_help:  # a user with a broken file may need help
                 raise
         return rest
 
 
 def defaults_of(group: Any, configuration: Configuration) -> dict[str, Any]:
-    """click's `default_map` of a group of commands: verb -> option -> configured value, nested as the groups are."""
+    """Return click's `default_map`: command -> option -> configured value, nested like the groups."""
     defaults: dict[str, Any] = {}
     for path, option in configurable(group):
         if option.name in configuration.values:
@@ -68,7 +68,7 @@ def reading_options(
     llm_url: str | None,
     encoder: str | None = None,
 ) -> ReadingOptions:
-    """How a command reads instructions; a key is kept for the endpoint that the user named, and not the project."""
+    """Return how a command parses instructions; a key is only sent to an endpoint that the user, not the project, named."""
     from agent.pipeline.instruction_parser import ReadingOptions
 
     configuration = ctx.meta.get(_CONFIGURATION)
@@ -81,7 +81,7 @@ def reading_options(
 
 
 def configurable(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Every option of every command that takes its default from a setting, behind the names that lead to it."""
+    """Give every option whose default comes from a setting, with the path of its command."""
     names = {setting.name for setting in SETTINGS}
     for name, command in group.commands.items():
         here = (*path, name)
@@ -96,10 +96,11 @@ def configurable(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple
 
 @config_app.callback()
 def _config() -> None:
-    """See what is configured.
+    """Show the configuration.
 
-    Flags go before the environment (STRUCTAGENT_SEED=3), that before structagent.toml in the current folder or one
-    above, that before structagent/config.toml in XDG_CONFIG_HOME or ~/.config. A line of a file: seed = 3
+    Options take precedence over the environment (STRUCTAGENT_SEED=3), the environment over structagent.toml in the current
+    folder or the nearest one above, and that over structagent/config.toml in XDG_CONFIG_HOME or ~/.config. The files have
+    lines such as: seed = 3
 
     Example: structagent config show
     """
@@ -107,7 +108,7 @@ def _config() -> None:
 
 @config_app.command("show")
 def show(ctx: typer.Context, json_output: JsonOption = False) -> None:
-    """Every setting, its value, and where that comes from.
+    """Show all settings, their values, and where these come from.
 
     Example: structagent config show --json
     """
@@ -119,11 +120,11 @@ def show(ctx: typer.Context, json_output: JsonOption = False) -> None:
             files = {"project": project and str(project), "user": user and str(user)}
             print(json.dumps({"settings": rows, "files": files}, indent=1, ensure_ascii=False), file=results)
             return
-        width = max(len(str(_told(row["value"]))) for row in rows)
+        width = max(len(str(_value_text(row["value"]))) for row in rows)
         for row in rows:
             place = DEFAULT if row["layer"] == DEFAULT else f"{row['layer']}: {row['place']}"
-            print(f"{row['name']:<10} {_told(row['value']):<{min(width, 24)}}  {place}", file=results)
-        missing = "" if user is None or user.is_file() else " (not there)"
+            print(f"{row['name']:<10} {_value_text(row['value']):<{min(width, 24)}}  {place}", file=results)
+        missing = "" if user is None or user.is_file() else " (does not exist)"
         print(f"\nproject file: {project or 'none in this folder or above'}", file=results)
         print(f"user file:    {user or 'none without a home folder'}{missing}", file=results)
 
@@ -157,7 +158,7 @@ def _rows(root: Any, configuration: Configuration) -> Iterator[dict[str, Any]]:
     }
 
 
-def _told(value: Any) -> str:
+def _value_text(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     return "not set" if value is None else str(value)

@@ -15,13 +15,13 @@ from agent.runtime.stdio import results_stream
 def doctor(
     json_output: JsonOption = False,
     timeout: Annotated[
-        float, typer.Option(metavar="SECONDS", min=1.0, help="How long one check may take before it counts as hanging.")
+        float, typer.Option(metavar="SECONDS", min=1.0, help="Time after which a check counts as hanging.")
     ] = SECONDS,
 ) -> None:
-    """What works here and what does not: packages, weights, language models, physics, GPU; and what mends it.
+    """Check this installation and suggest repairs.
 
-    Ends with 0 if everything works that is needed, else with 6. Where this command itself does not start,
-    `python -m agent.diagnostics.doctor` does.
+    Packages, weights, language models, physics and GPU are checked. The exit code is 0 if everything that is required
+    works, otherwise 6. If this command does not start, try `python -m agent.diagnostics.doctor`.
 
     Example: structagent doctor --json
     """

@@ -29,14 +29,15 @@ def generate(
     workers: PoolOption = None,
     ray: RayOption = None,
 ) -> None:
-    """Generate training scenes with the geometric planner, towers checked in physics, and write a datasheet.
+    """Generate training data.
 
-    The same command resumes a run that was stopped. In a finished folder it only rewrites the datasheet.
+    Scenes are arranged by the geometric planner, and towers are checked in physics. A datasheet describes the data. The
+    same command resumes a run that was stopped; in a finished folder it only rewrites the datasheet.
 
     Example: structagent generate --out data/train --scenes 20000 --workers 8
     """
     check_folder(out)
     import_pybullet_silently()
-    from agent.training.generate_data import DataWish, generate_data
+    from agent.training.generate_data import DatasetConfig, generate_data
 
-    generate_data(DataWish(out, scenes, crowded, pairs, objects, seed), workers, ray)
+    generate_data(DatasetConfig(out, scenes, crowded, pairs, objects, seed), workers, ray)

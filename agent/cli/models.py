@@ -17,12 +17,12 @@ from structdiffusion.planners.registry import LEGAL_NAMES, PLANNERS, networks_of
 
 models_app = typer.Typer(rich_markup_mode=None)
 
-NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="Of a network.", show_default=False)]
+NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="Network.", show_default=False)]
 
 
 @models_app.callback()
 def _models() -> None:
-    """The networks: which there are, their cards, and whether they are what their cards say.
+    """List, describe and verify the networks.
 
     Example: structagent models list
     """
@@ -30,7 +30,9 @@ def _models() -> None:
 
 @models_app.command("list")
 def list_models(weights: WeightsOption = None, json_output: JsonOption = False) -> None:
-    """Every network: what it does, its result, size and training; and the planners made of them.
+    """List all networks and planners.
+
+    For each network: what it does, its main result, its size and its training steps.
 
     Example: structagent models list
     """
@@ -43,11 +45,13 @@ def list_models(weights: WeightsOption = None, json_output: JsonOption = False) 
 
 @models_app.command("show")
 def show(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Of a network, or of a planner.", show_default=False)],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Network or planner.", show_default=False)],
     weights: WeightsOption = None,
     json_output: JsonOption = False,
 ) -> None:
-    """The card of a network: data, compute, seeds, results, limits, licence; or what a planner is made of.
+    """Show the model card of a network, or the parts of a planner.
+
+    A card has data, compute, seeds, results, limitations and licence.
 
     Example: structagent models show diffusion
     """
@@ -78,14 +82,15 @@ def show(
 @models_app.command("verify")
 def verify(
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="Of a network; without it, of all.", show_default=False)
+        str | None, typer.Argument(metavar="NAME", help="Network; by default all.", show_default=False)
     ] = None,
     weights: WeightsOption = None,
     json_output: JsonOption = False,
 ) -> None:
-    """Hold networks to their cards: checksums, config, weights, and an answer to a made-up input.
+    """Verify networks against their model cards.
 
-    The exit code is 7 where one is not what its card says, or does not work.
+    Checksums, config, weights and the output for a synthetic input are checked. The exit code is 7 if a network differs
+    from its card, or does not work.
 
     Example: structagent models verify diffusion
     """
@@ -117,17 +122,19 @@ def verify(
 def card(
     name: NameArgument,
     run: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="The run that trained it, with training.json; else as known.")
+        Path | None, typer.Option(metavar="DIR", help="Folder of its training run, with training.json; by default the card keeps its facts.")
     ] = None,
     evaluation: Annotated[
         list[Path] | None,
         typer.Option(
-            "--eval", metavar="FILE", help="Results, eval.json or parse.json; several may be given; else as known."
+            "--eval", metavar="FILE", help="Report of an evaluation, eval.json or parse.json; by default the card keeps its results. Repeatable."
         ),
     ] = None,
     weights: WeightsOption = None,
 ) -> None:
-    """Write a network's card beside its weights, from what its training and its evaluations wrote.
+    """Write the model card of a network.
+
+    The card is written beside the weights, from the records of the training and of the evaluations.
 
     Example: structagent models card diffusion --run runs/diffusion --eval out/success/eval.json
     """

@@ -1,4 +1,4 @@
-"""`structagent parse`: instructions to slots, printed for people or as one JSON object a line."""
+"""`structagent parse`: instructions to slots, printed as text or as JSON lines."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from agent.pipeline.instruction_parser import ReadingOptions
     from grounding.interpreter import Interpretation
 
-# How many instructions are read at once: among 128 there are enough of one length to be read together without
-# padding, and they take less than a second.
+# Instructions that are parsed at once: among 128 enough have the same length to share a batch without padding, and they
+# take less than a second.
 AT_ONCE = 128
 
 
@@ -42,64 +42,66 @@ def parse(
     ctx: typer.Context,
     texts: Annotated[
         list[str] | None,
-        typer.Argument(metavar="TEXT", help="Instructions; without any, one a line from standard input."),
+        typer.Argument(metavar="TEXT", help="Instructions; by default the lines of standard input."),
     ] = None,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
     objects: Annotated[
-        str | None, typer.Option(metavar="NAMES", help='What is on the table, as "mug,bowl,plate,fork".')
+        str | None, typer.Option(metavar="NAMES", help='Names of the objects on the table, such as "mug,bowl,plate,fork".')
     ] = None,
     encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
-    json_output: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
+    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object per line.")] = False,
 ) -> None:
-    """Read instructions into the five slots, with a confidence for each; or ask, or refuse.
+    """Parse instructions into the five slots.
+
+    Each slot gets a confidence. An instruction that is unclear gets a question, and one that cannot be built is refused.
 
     Example: structagent parse "build a tower on the right" "stack the cans" --objects "can,can,mug" --json
     """
     if not texts and (sys.stdin is None or sys.stdin.isatty()):
-        raise UsageError("parse needs an instruction, as an argument or on standard input, one a line")
-    # As JSON every line has its row, an empty one too, so that rows and lines can be counted off.
+        raise UsageError("parse needs an instruction, as an argument or on standard input, one per line")
+    # With JSON every line has its row, even an empty one, so that rows and lines correspond.
     given = [list(map(as_text, texts))] if texts else lines_as_they_come(sys.stdin, keep_blank=json_output)
     names = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]
     if names == []:
-        raise UsageError(f'--objects must name objects, as "mug,bowl,plate", and {objects!r} names none')
+        raise UsageError(f'--objects must name objects, such as "mug,bowl,plate", and {objects!r} names none')
     options = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     with results_stream() as results:
-        read, refused = read_instructions(given, options, names, json_output, results, print_error)
-    if not read:
+        count, refused = parse_instructions(given, options, names, json_output, results, print_error)
+    if not count:
         raise UsageError("parse needs an instruction, and standard input had none")
     if refused:
         raise typer.Exit(NOT_BUILDABLE)
 
 
-def read_instructions(
+def parse_instructions(
     texts: Iterable[Sequence[str]],
     options: ReadingOptions,
     names: Sequence[str] | None,
     as_json: bool,
     results: TextIO,
-    print_error: Callable[[str], None],
+    on_problem: Callable[[str], None],
 ) -> tuple[int, int]:
-    """Reads every instruction, tells what was read as soon as it is, and goes on after one that is refused.
+    """Parse instructions and print each result at once; continue after an instruction that is refused.
 
     Args:
-        texts: the instructions, as many at a time as are there; at most `AT_ONCE` of them are read together. None is
-            kept, so that the memory does not grow with them.
-        options: how to read them.
-        names: of the objects on the table, where they are known.
-        as_json: one JSON object a line.
-        results: where to tell.
-        print_error: takes one sentence for every instruction that was refused, and one for a fallback.
+        texts: the instructions, in groups as they arrive; at most `AT_ONCE` of them are parsed together. None is kept, so
+            that memory does not grow with their number.
+        options: how to parse them.
+        names: of the objects on the table, if they are known.
+        as_json: print one JSON object per line.
+        results: stream to print to.
+        on_problem: takes a sentence for every refused instruction, and one for a fallback to another parser.
 
     Returns:
-        How many were read, and how many were refused.
+        The number of parsed and of refused instructions.
     """
     from agent.pipeline.instruction_parser import make_interpreter
 
-    interpreter, read, refused, told = make_interpreter(options), 0, 0, ""
-    at_once = 1 if options.parser == "llm" else AT_ONCE  # a language model reads one by one, and takes seconds
+    interpreter, count, refused, fallback = make_interpreter(options), 0, 0, ""
+    at_once = 1 if options.parser == "llm" else AT_ONCE  # a language model parses one by one, and takes seconds
     if options.parser == "embedding":
         import torch
 
@@ -107,16 +109,16 @@ def read_instructions(
     for given in texts:
         for start in range(0, len(given), at_once):
             for goal in interpreter.interpret_many(given[start : start + at_once], names):
-                if goal.fallback and goal.fallback != told:
-                    told = goal.fallback
-                    print_error(told)
+                if goal.fallback and goal.fallback != fallback:
+                    fallback = goal.fallback
+                    on_problem(fallback)
                 print(json.dumps(goal.to_dict(), ensure_ascii=False) if as_json else _as_text(goal), file=results)
-                read += 1
+                count += 1
                 if goal.status == "refused":
                     refused += 1
-                    print_error(goal.message)
+                    on_problem(goal.message)
             results.flush()
-    return read, refused
+    return count, refused
 
 
 def _as_text(goal: Interpretation) -> str:

@@ -1,7 +1,7 @@
-"""The reference of the command line, `docs/cli.md`, made from the commands themselves.
+"""The reference of the command line, `docs/cli.md`, generated from the commands.
 
-`python -m agent.cli.reference` writes it; with `--check` it says whether it is still what the commands would give, and
-ends with 1 where it is not. The same on every machine, whatever is configured there.
+`python -m agent.cli.reference` writes it; with `--check` it compares the file with the commands, and ends with 1 if they
+differ. The result is the same on every machine, whatever is configured there.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from agent.runtime.settings import KEY_VARIABLE, PROJECT_FILE, SETTINGS
 
 FILE = Path(agent.__file__).resolve().parents[1] / "docs" / "cli.md"
 
-# Defaults that follow from the machine: command and option -> what stands for the number.
+# Defaults that depend on the machine: command and option -> text instead of the number.
 _OF_THE_MACHINE = {
     ("evaluate arm", "workers"): "the number of cores",
     ("evaluate recordings", "workers"): "the number of cores",
@@ -32,7 +32,7 @@ _OF_THE_MACHINE = {
 }
 _VARIABLE = {setting.name: setting.variable for setting in SETTINGS}
 _EXAMPLE = "Example: "
-_DEFAULT = re.compile(r"\s*\[default: (.*)\]$")  # in a help text, where the code's own default is not the whole story
+_DEFAULT = re.compile(r"\s*\[default: (.*)\]$")  # in a help text, if it replaces the default of the code
 
 _TITLE = """\
 # Command-line reference
@@ -46,17 +46,17 @@ _EXIT_CODES = """\
 | code | meaning |
 |---|---|
 | 0 | done |
-| 1 | a defect of structagent itself, in a chat or a batch that went on; the traceback is kept beside the results |
-| 2 | usage: an option or a value that is not legal |
+| 1 | a defect of structagent itself, in a chat or a batch that continued; the traceback is stored with the results |
+| 2 | usage error: an illegal option or value |
 | 3 | the instruction was not understood, or cannot be built with these objects |
 | 4 | no valid goal was found |
-| 5 | the arm could not build it, or it does not stand as asked |
+| 5 | the arm could not build the structure, or it does not stand as specified |
 | 6 | bad input: a file, folder or setting that cannot be used |
-| 7 | a model is not what its card says (`structagent models verify`) |
-| 8 | what stands was built with some of the objects that were asked for; the others could not take part |
+| 7 | a network differs from its model card (`structagent models verify`) |
+| 8 | built with only some of the requested objects, because the others could not take part |
 | 130 | interrupted |
 
-An error is one sentence on standard error; results alone go to standard output.
+An error is one sentence on standard error. Standard output has only results.
 """
 
 _FILES = f"""\
@@ -64,17 +64,17 @@ _FILES = f"""\
 
 | file | what |
 |---|---|
-| `{PROJECT_FILE}` | settings of a project, here or in a folder above: lines such as `seed = 3`, named as the options |
-| `~/.config/structagent/config.toml` | the same for a user; in `XDG_CONFIG_HOME` where that is set |
-| `~/.cache/structagent/` | what need not be computed or fetched twice; in `XDG_CACHE_HOME` where that is set |
-| `out/TIME-seedS/` | the report of a run without `--out`: `report.html`, `report.json`, pictures |
+| `{PROJECT_FILE}` | settings of a project, in the current folder or one above: lines such as `seed = 3`, named like the options |
+| `~/.config/structagent/config.toml` | settings of a user; in `XDG_CONFIG_HOME` if that is set |
+| `~/.cache/structagent/` | what need not be computed or downloaded twice; in `XDG_CACHE_HOME` if that is set |
+| `out/TIME-seedSEED/` | the report of a run without `--out`: `report.html`, `report.json`, pictures |
 
-A flag goes before the environment, that before the project's file, that before the user's, that before the default.
+Options take precedence over the environment, then come the file of the project, the file of the user, and the default.
 """
 
 
 def reference() -> str:
-    """The reference as Markdown."""
+    """Return the reference as Markdown."""
     root = typer.main.get_command(app)
     program = command_tree(root)
     configured = {(" ".join(path), option.name) for path, option in configurable(root)}
@@ -113,10 +113,10 @@ def _section(command: Command, configured: set[tuple[str, str]], alike: Command 
 
 
 def _described(text: str) -> tuple[list[str], str]:
-    """The paragraphs of a help text, and its example, empty where there is none."""
+    """Return the paragraphs of a help text, and its example, empty if there is none."""
     paragraphs, example = [], ""
     for paragraph in text.split("\n\n"):
-        if paragraph.startswith("\b\n"):  # to be left as it is
+        if paragraph.startswith("\b\n"):  # preformatted
             paragraphs.append("```\n" + paragraph[2:].rstrip() + "\n```\n")
         elif paragraph.startswith(_EXAMPLE):
             example = " ".join(paragraph.removeprefix(_EXAMPLE).split())
@@ -142,15 +142,15 @@ def _synopsis(command: Command) -> str:
 
 
 def _item(command: Command, parameter: Parameter, configured: set[tuple[str, str]]) -> str:
-    """One option or argument as an entry of a list."""
+    """Return an option or argument as a list item."""
     path = " ".join(command.path[1:])
     called = ", ".join(parameter.flags) + (f" {parameter.metavar}" if parameter.flags and parameter.metavar else "")
-    said, told = _DEFAULT.sub("", parameter.help), _DEFAULT.search(parameter.help)
-    default = told[1] if told else parameter.default and f"`{parameter.default}`"
+    text, explained = _DEFAULT.sub("", parameter.help), _DEFAULT.search(parameter.help)
+    default = explained[1] if explained else parameter.default and f"`{parameter.default}`"
     default = _OF_THE_MACHINE.get((path, parameter.name), default)
     variable = _VARIABLE[parameter.name] if parameter.flags and (path, parameter.name) in configured else ""
     notes = [
-        said.rstrip(".") + "." if said else "",
+        text.rstrip(".") + "." if text else "",
         f"At least {parameter.least:g}." if parameter.least is not None else "",
         "Required." if parameter.required and parameter.flags else "",
         f"Default: {default}." if default else "",
@@ -174,7 +174,7 @@ def _environment() -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Writes the reference, or checks it (`--check`); the exit code."""
+    """Write the reference, or check it (`--check`); return the exit code."""
     if arguments not in ([], ["--check"]):
         print(f"python -m agent.cli.reference takes --check or nothing, not {' '.join(arguments)!r}", file=sys.stderr)
         return 2

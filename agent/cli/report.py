@@ -1,4 +1,4 @@
-"""`structagent replay` and `structagent report`: what a session file has kept."""
+"""`structagent replay` and `structagent report`: session files, shown again and as a page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from agent.runtime.stdio import results_stream
 from agent.runtime.terminal_text import console_on
 
 SessionArgument = Annotated[
-    Path, typer.Argument(metavar="FILE", help="A session file, such as a run's session.jsonl.", show_default=False)
+    Path, typer.Argument(metavar="FILE", help="Session file, such as the session.jsonl of a run.", show_default=False)
 ]
 
 
@@ -22,17 +22,20 @@ def replay(
     file: SessionArgument,
     speed: Annotated[
         float | None,
-        typer.Option(metavar="X", help="With the pauses as they were, X times as fast; by default without. On a "
-                     "terminal alone."),
+        typer.Option(
+            metavar="X", help="Show the session X times as fast as it was; by default without pauses. On a terminal only."
+        ),
     ] = None,
     json_output: JsonOption = False,
 ) -> None:
-    """Show a session again in the terminal; as JSON, its events, one a line.
+    """Show a session again in the terminal.
+
+    With --json its events are printed, one per line.
 
     Example: structagent replay out/cups/session.jsonl --speed 4
     """
     if speed is not None and not 0 < speed < float("inf"):
-        raise UsageError(f"--speed must be a number above 0, got {speed:g}")
+        raise UsageError(f"--speed cannot be {speed:g}; legal: a number above 0")
     from agent.chat.view import ChatScreen
     from agent.reporting.replay import replay as show
     from agent.reporting.session_reader import read_session
@@ -55,10 +58,12 @@ def replay(
 def report(
     file: SessionArgument,
     out: Annotated[
-        Path | None, typer.Option(metavar="PAGE", help="Where the page goes; by default beside FILE, as .html.")
+        Path | None, typer.Option(metavar="FILE", help="File for the page; by default beside the session file, as .html.")
     ] = None,
 ) -> None:
-    """Make the page of a session: one HTML file with every turn, its pictures and its films.
+    """Write a session as an HTML page.
+
+    The page is one file with every turn, its pictures and its films.
 
     Example: structagent report session.jsonl --out session.html
     """

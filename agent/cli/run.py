@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,9 +16,9 @@ from agent.cli.options import (
     AtOption,
     CallOption,
     CameraPoseOption,
+    EncoderOption,
     ForceOutOption,
     JsonOption,
-    EncoderOption,
     LLMModelOption,
     LLMUrlOption,
     ModelOption,
@@ -46,17 +46,20 @@ from agent.runtime.stdio import (
 )
 from agent.runtime.terminal_text import console_on
 
+if TYPE_CHECKING:
+    from agent.pipeline.run import RunOptions
+
 
 def run(
     ctx: typer.Context,
-    text: Annotated[str, typer.Argument(help="The instruction.", show_default=False)],
+    text: Annotated[str, typer.Argument(metavar="TEXT", help="Instruction.", show_default=False)],
     scene: SceneOption = "simulated",
     objects: ObjectsOption = "ycb",
     model: ModelOption = "diffusion",
     weights: WeightsOption = None,
     seed: SeedOption = 0,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Where the report goes; by default out/TIME-seedS.")
+        Path | None, typer.Option(metavar="DIR", help="Folder for the report; by default out/TIME-seedSEED.")
     ] = None,
     force: ForceOutOption = False,
     json_output: JsonOption = False,
@@ -66,10 +69,10 @@ def run(
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     execute: Annotated[
-        bool, typer.Option("--execute/--no-execute", help="Build it with the arm, or stop at the imagined goal.")
+        bool, typer.Option("--execute/--no-execute", help="Build the structure with the arm, or stop at the goal.")
     ] = True,
     rerun: Annotated[
-        Path | None, typer.Option(metavar="FILE.rrd", help="Record the run for the Rerun viewer (extra `viz`).")
+        Path | None, typer.Option(metavar="FILE", help="File for a recording for the Rerun viewer (needs the extra `viz`).")
     ] = None,
     at: AtOption = None,
     topic: TopicOption = None,
@@ -80,33 +83,30 @@ def run(
         list[Path] | None,
         typer.Option(
             metavar="FILE",
-            help="Write what the arm was told to do: .json, .bag (ROS 1), .mcap or a folder (ROS 2); may be given "
-            "several times.",
+            help="File for the commands that the arm gets: .json, .bag (ROS 1), .mcap, or no suffix for a ROS 2 folder. "
+            "Repeatable.",
         ),
     ] = None,
 ) -> None:
-    """Read an instruction, look at the table, imagine, choose and build; then report.
+    """Carry out one instruction.
+
+    The instruction is parsed, the table is observed, arrangements are sampled and ranked, and the arm builds the best one.
+    A report is written.
 
     Example: structagent run "put the cups in a small circle on the left" --seed 3 --out out/cups
     """
     import_pybullet_silently()
-    from agent.event_base import Listener, send
-    from agent.events import Failed
-    from agent.pipeline.run import RunOptions, run_instruction
-    from agent.reporting.rerun_log import RerunLog
-    from agent.reporting.run_report import RunRecord
-    from agent.reporting.session_log import run_session
-    from agent.reporting.terminal_report import TerminalReport
+    from agent.pipeline.run import RunOptions
 
     replaced, text = text, as_text(text)
     if text.count(NO_TEXT) > replaced.count(NO_TEXT):
-        raise BadInput(f"the instruction {text!r} has a byte that is no UTF-8 text, where {NO_TEXT} stands")
+        raise BadInput(f"the instruction {text!r} has a byte that is not UTF-8 text, shown as {NO_TEXT}")
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-seed{seed}"
     check_own_folder(folder, "run", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     trajectories = export_trajectory or []
     if trajectories and not execute:
-        raise UsageError("--export-trajectory needs the arm at work, and --no-execute stops before it")
+        raise UsageError("--export-trajectory needs the arm, and --no-execute does not use it; leave out one of them")
     if trajectories:
         from agent.recordings.trajectory_export import check_export
 
@@ -114,11 +114,29 @@ def run(
             check_export(path)
     recorded = recorded_options(at, topic, camera_pose, call)
     options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
+    outcome = _carry_out(text, options, folder, rerun, trajectories, json_output)
+    if outcome["exit_code"] != DONE:
+        print_error(outcome["message"])
+        raise typer.Exit(outcome["exit_code"])
+
+
+def _carry_out(
+    text: str, options: RunOptions, folder: Path, rerun: Path | None, trajectories: list[Path], as_json: bool
+) -> dict[str, Any]:
+    """Carry out an instruction, print its progress and write its report; return the outcome of the report."""
+    from agent.event_base import Listener, send
+    from agent.events import Failed
+    from agent.pipeline.run import run_instruction
+    from agent.reporting.rerun_log import RerunLog
+    from agent.reporting.run_report import RunRecord
+    from agent.reporting.session_log import run_session
+    from agent.reporting.terminal_report import TerminalReport
+
     with ExitStack() as open_files:
         results = open_files.enter_context(results_stream())
         record = RunRecord(open_files.enter_context(run_session(folder, asdict(options))))
         viewer = open_files.enter_context(RerunLog(rerun)) if rerun is not None else None
-        terminal = TerminalReport(console_on(sys.stderr if json_output else results))
+        terminal = TerminalReport(console_on(sys.stderr if as_json else results))
         listeners: list[Listener] = [record, terminal, *([viewer] if viewer is not None else [])]
         try:
             on_step = None if viewer is None else viewer.on_physics_step
@@ -129,11 +147,8 @@ def run(
             raise
         finally:
             page = record.write(folder) if record.saw_something else None
-            if json_output:
+            if as_json:
                 print(record.json(), file=results)
             if page is not None:
-                print(f"report: {page}", file=sys.stderr if json_output else results)
-    outcome = record.report["outcome"]
-    if outcome["exit_code"] != DONE:
-        print_error(outcome["message"])
-        raise typer.Exit(outcome["exit_code"])
+                print(f"report: {page}", file=sys.stderr if as_json else results)
+    return record.report["outcome"]

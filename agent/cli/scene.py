@@ -13,24 +13,22 @@ import typer
 from agent.cli.options import JsonOption, ObjectsOption, SeedOption
 from agent.errors import BadInput, UsageError
 from agent.runtime.stdio import import_pybullet_silently, results_stream
+from grounding.spec import SHAPES
 
 scene_app = typer.Typer(rich_markup_mode=None)
 
-FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The scene file.", show_default=False)]
+FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="Scene file.", show_default=False)]
 
 
-class Shape(str, Enum):
-    """What the objects of a new scene can make."""
-
-    circle = "circle"
-    line = "line"
-    tower = "tower"
-    setting = "table setting"
+# What the objects of a new scene can make.
+Shape = Enum("Shape", {shape.replace(" ", "_"): shape for shape in SHAPES}, type=str)
 
 
 @scene_app.callback()
 def _scene() -> None:
-    """Make, show and check scene files, which `run --scene FILE` puts on the table.
+    """Create, show and validate scene files.
+
+    `run`, `chat` and `batch` set the table from them with --scene FILE.
 
     \b
     version: 1                 # of the schema
@@ -52,7 +50,9 @@ def _scene() -> None:
 
 @scene_app.command("show")
 def show(file: FileArgument, json_output: JsonOption = False) -> None:
-    """What stands on the table, and where: lengths in metres, angles in degrees.
+    """Show the objects of a scene and their poses.
+
+    Lengths are in metres, angles in degrees.
 
     Example: structagent scene show desk.yaml
     """
@@ -72,20 +72,20 @@ def show(file: FileArgument, json_output: JsonOption = False) -> None:
 def new(
     objects: ObjectsOption = "ycb",
     shape: Annotated[
-        Shape | None, typer.Option(help="What the objects can make; by default whatever was drawn.")
+        Shape | None, typer.Option(help="Structure that the objects can make; by default any.")
     ] = None,
     seed: SeedOption = 0,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Where the scene goes; by default standard output.")
+        Path | None, typer.Option(metavar="FILE", help="File for the scene; by default standard output.")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite FILE.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
-    """Draw a scene at random and write it as a file to edit.
+    """Draw a random scene as a file to edit.
 
     Example: structagent scene new --objects ycb --shape tower --seed 3 --out desk.yaml
     """
     if out is not None and out.exists() and not force:
-        raise UsageError(f"--out must be a new file, and {str(out)!r} is there; --force overwrites it")
+        raise UsageError(f"--out must be a new file, and {str(out)!r} exists; --force overwrites it")
     import_pybullet_silently()
     from agent.scenes.files import scene_text, write_scene
     from agent.scenes.random_scenes import drawn_scene
@@ -103,7 +103,9 @@ def new(
 
 @scene_app.command("validate")
 def validate(file: FileArgument, json_output: JsonOption = False) -> None:
-    """Everything that is wrong with a scene file, each with its line.
+    """Check a scene file for errors.
+
+    Every error is listed with its line.
 
     Example: structagent scene validate desk.yaml
     """
@@ -124,6 +126,6 @@ def validate(file: FileArgument, json_output: JsonOption = False) -> None:
             for problem in problems:
                 print(f"{file}:{problem.line}: {problem.message}", file=results)
         else:
-            print(f"{file}: {count} object{'s' if count > 1 else ''}, nothing wrong", file=results)
+            print(f"{file}: {count} object{'s' if count > 1 else ''}, no errors", file=results)
     if problems:
         raise BadInput(f"the scene file {str(file)!r} has {len(problems)} problem{'s' if len(problems) > 1 else ''}")

@@ -1,6 +1,6 @@
-"""`structagent completion`: what TAB offers in bash, zsh and fish.
+"""`structagent completion`: tab completion in bash, zsh and fish.
 
-Each shell asks the tool itself, so that what is offered is what the tool has; nothing heavy is imported for it.
+The script of each shell asks structagent for the candidates; nothing heavy is imported for that.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from agent.cli.command_tree import Command, Parameter, command_tree
 _HELP = ("--help", "Show this message and exit.")
 _MEANING = 70  # characters
 
-# Each asks with the words as far as the cursor. The answer's first line says whether a path may stand there too
-# ("files", "folders", else "words"), every other what could: a word, a tab, and what it means.
+# Each script passes the words up to the cursor. The first line of the answer says whether a path is legal there too
+# ("files", "folders", otherwise "words"); every other line is a candidate: a word, a tab, and its meaning.
 _BASH = """\
 _structagent_completion() {
     local line word kind=
@@ -78,7 +78,7 @@ complete --command structagent --no-files --arguments '(__structagent_completion
 
 
 class Shell(str, Enum):
-    """For which shell."""
+    """The supported shells."""
 
     bash = "bash"
     zsh = "zsh"
@@ -90,11 +90,11 @@ _SCRIPTS = {Shell.bash: _BASH, Shell.zsh: _ZSH, Shell.fish: _FISH}
 
 @dataclass(frozen=True)
 class Offer:
-    """What could stand where the cursor is.
+    """Candidates for the word at the cursor.
 
     Attributes:
-        words: each with what it means.
-        paths: `agent.cli.command_tree.FILES` or `FOLDERS` when a path may stand there too, else empty.
+        words: each with its meaning.
+        paths: `agent.cli.command_tree.FILES` or `FOLDERS` if a path is legal too, otherwise empty.
     """
 
     words: tuple[tuple[str, str], ...] = ()
@@ -102,12 +102,12 @@ class Offer:
 
 
 def offer(program: Command, words: Sequence[str]) -> Offer:
-    """What could stand in the place of the last word.
+    """Return the candidates for the last word.
 
     Args:
         program: the commands.
-        words: the command line behind the program's name, as far as the cursor; the last may be empty. Bash makes
-            three words of "--seed=3".
+        words: the command line after the name of the program, up to the cursor; the last may be empty. Bash splits
+            "--seed=3" into three words.
     """
     *before, last = words or [""]
     if last == "=":
@@ -162,21 +162,22 @@ def _values(parameter: Parameter, begun: str, prefix: str = "") -> Offer:
 
 
 def _short(text: str) -> str:
-    """The first sentence or so."""
+    """Return the first sentence."""
     return " ".join(text.partition("\n\n")[0].split()).partition(";")[0].rstrip(".")
 
 
 def completion(
     ctx: typer.Context,
-    shell: Annotated[Shell, typer.Argument(help="For which shell.", show_default=False)],
+    shell: Annotated[Shell, typer.Argument(metavar="|".join(Shell), help="Shell to complete in.", show_default=False)],
     words: Annotated[
-        list[str] | None, typer.Argument(metavar="WORD", help="The command line so far: what the script asks with.")
+        list[str] | None, typer.Argument(metavar="WORD", help="Words of the command line so far; given by the script itself.")
     ] = None,
 ) -> None:
-    """Print the script with which TAB completes commands, options and their values.
+    """Print a script for tab completion.
 
-    bash and zsh: put `source <(structagent completion bash)`, with the shell's name, into ~/.bashrc or ~/.zshrc. fish:
-    write what is printed to ~/.config/fish/completions/structagent.fish.
+    It completes commands, options and their values. For bash and zsh, add `source <(structagent completion bash)`, with the
+    name of the shell, to ~/.bashrc or ~/.zshrc. For fish, write the output to
+    ~/.config/fish/completions/structagent.fish.
 
     Example: structagent completion bash
     """

@@ -1,9 +1,9 @@
-"""`structagent evaluate arm`: how often the arm finds a plan, and how often what it builds stands as asked."""
+"""`structagent evaluate arm`: how often the arm finds a plan, and how often the built structure is as asked."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -17,41 +17,37 @@ from agent.arm.events import PickFailed, Placed, PlaceFailed, PlanFailed, Planne
 from agent.arm.executor import build_structure
 from agent.arm.kinematics import JacoArm
 from agent.errors import NoValidGoal
-from agent.evaluation.common import (
-    SPOKEN_TO,
-    Row,
-    drawn_scenes,
-    keep_as_they_end,
-    lost_count,
-    lost_note,
+from agent.evaluation.report import (
+    REPORT,
+    command_line,
+    interval,
+    missing_note,
+    print_footer,
+    print_table,
     rate_of,
-    report_of,
-    rows_by_place,
-    spoken_scenes,
-    told,
+    report_by_structure,
+    report_frame,
 )
-from agent.evaluation.result_store import KeptRows, fingerprint, kept_folder
+from agent.evaluation.result_store import fingerprint
+from agent.evaluation.rows import Place, Row, lost_count, measured, stored_scene_rows
+from agent.evaluation.scenes import SENTENCE_PLANNERS, draw_scenes, with_sentences
 from agent.pipeline.candidates import checked_planner, filter_viable
 from agent.pipeline.verdict import judge_built
-from agent.rendering.text import aligned, number
-from agent.runtime.output_paths import write_report
-from agent.runtime.progress import progress
-from agent.runtime.worker_pool import workforce
-from grounding.spec import SHAPES
+from agent.rendering.text import number
+from agent.runtime.worker_pool import Workforce
 from structdiffusion.benchmark.scenes import EvaluationScene
 from structdiffusion.objects.libraries import load_objects
-from structdiffusion.observation import Goal
-from structdiffusion.parallel import WORKER_DIED
+from structdiffusion.observation import Arrangement, Goal
+from structdiffusion.parallel import Lost
 from structdiffusion.planners.factory import Planner
 from structdiffusion.simulation.world import TabletopWorld
 from structdiffusion.structures.structure import LayoutError
-
-REPORT = "eval.json"  # beside the rows
+from structdiffusion.worker_process import WORKER_DIED
 
 
 def measure_arm(
     objects: str,
-    name: str,
+    model: str,
     weights: Path | None,
     count: int,
     seed: int,
@@ -60,77 +56,66 @@ def measure_arm(
     workers: int | None = None,
     out: Path | None = None,
     allow_unverified: bool = False,
-) -> dict[str, Any]:
-    """Plans found and structures standing, over `count` scenes of each of the four structures, JSON-ready.
+) -> Row:
+    """Measure found plans and standing structures over `count` scenes of each structure; return a JSON-ready report.
 
     Args:
         objects: as `load_objects` takes it.
-        name: the planner.
-        weights: the folder of its checkpoints, or `None` for those shipped.
+        model: the planner.
+        weights: folder of its checkpoints; `None` for the shipped ones.
         count: scenes per structure.
         seed: of scenes, sensor noise, sampling and planning.
         candidates: arrangements that the planner proposes.
-        workers: processes; `None` for one per core, 0 for this one alone.
-        out: a folder that keeps the rows as they come, in which the same command goes on where it was stopped, and
-            another one may ask for more scenes. `None` keeps nothing.
-        allow_unverified: take checkpoints that are not what their cards say.
+        workers: processes; `None` for one per core, 0 for this process alone.
+        out: folder that stores the rows as they come: the same command resumes an evaluation that was stopped, and
+            another one may add scenes. `None` stores nothing.
+        allow_unverified: use checkpoints that differ from their model cards.
 
     Raises:
-        UsageError: for an unknown planner, or a folder that was made with other options.
+        UsageError: for an unknown planner, or a folder of another evaluation.
         BadInput: for a folder that cannot be written to.
-        SceneError: when there is no scene to be drawn of these objects.
+        SceneError: when no scene can be drawn from these objects.
         CheckpointError: for a checkpoint that is missing or does not fit.
-        NotVerified: for checkpoints that are not what their cards say, unless that is allowed.
+        NotVerified: for checkpoints that differ from their cards, unless that is allowed.
     """
-    checked_planner(name, weights, allow_unverified)
+    checked_planner(model, weights, allow_unverified)
     library = load_objects(objects)
-    options = {"objects": objects, "model": name, "seed": seed, "candidates": candidates}
-    asked = {"evaluation": "arm"} | fingerprint(options, library, [name], weights, (agent.arm,))
-    # Structures in turn, so that what is there of an evaluation that was stopped is of all of them.
-    places = [(shape, k) for k in range(count) for shape in SHAPES]
-    with (
-        kept_folder(out) as path,
-        KeptRows(path, asked, {"structure", "number"}, (REPORT,)) as kept,
-        workforce(workers, None) as force,
-    ):
-        rows = rows_by_place(kept.rows)
-        missing = [place for place in places if place not in rows]
-        scenes, lost = drawn_scenes(force, library, missing, seed)
-        spoken = spoken_scenes(scenes, heard=name in SPOKEN_TO) if scenes else []
-        load = partial(checked_planner, name, weights, allow_unverified)
-        built = force.do(partial(_built, candidates), load, (), spoken)
-        with progress("scenes built", len(places), len(places) - len(missing)) as tell:
-            rows |= keep_as_they_end(kept, chain(lost, built), tell, seed)
-    command = f"structagent evaluate arm --objects {objects} --scenes {count} --seed {seed} --model {name}"
-    command += f" --weights {weights}" if weights else ""
-    command += f" --candidates {candidates}" + (" --allow-unverified" if allow_unverified else "")
-    return report_of(command, [rows[shape, k] for shape in SHAPES for k in range(count)], _rates)
+    options = {"objects": objects, "model": model, "seed": seed, "candidates": candidates}
+    config = {"evaluation": "arm"} | fingerprint(options, library, [model], weights, (agent.arm,))
+
+    def compute(force: Workforce, missing: Sequence[Place]) -> Iterable[Row | Lost]:
+        scenes, lost = draw_scenes(force, library, missing, seed)
+        scenes = with_sentences(scenes, parsed=model in SENTENCE_PLANNERS)
+        load = partial(checked_planner, model, weights, allow_unverified)
+        return chain(lost, force.do(partial(_build_scene, candidates), load, (), scenes))
+
+    rows = stored_scene_rows(
+        compute, config, count, seed, what="scenes built", files=(REPORT,), workers=workers, out=out
+    )
+    command = command_line(
+        "arm", objects=objects, scenes=count, seed=seed, model=model, weights=weights, candidates=candidates,
+        allow_unverified=allow_unverified,
+    )  # fmt: skip
+    return report_by_structure(report_frame(command, len(rows), seed, (agent.arm,)), rows, _rates)
 
 
-def write_evaluation(report: dict[str, Any], folder: Path) -> list[Path]:
-    """Writes the report beside the rows; its path."""
-    return write_report(report, folder / REPORT)
-
-
-def tell_arm(report: dict[str, Any], results: TextIO) -> None:
-    """The table for people."""
+def print_arm(report: dict[str, Any], results: TextIO) -> None:
+    """Print the table: a row per structure."""
     lost = report["aggregate"]["all"]["lost"]
     table = [["structure", "n", "planned", "95 %", "stands", "95 %", *([WORKER_DIED] if lost else []), "seconds"]]
     for structure, rates in report["aggregate"].items():
         cells = [structure, str(rates["n"])]
         for key in ("planned", "stands"):
-            cells += [str(rates[key]["count"]), f"{100 * rates[key]['low']:.0f} to {100 * rates[key]['high']:.0f}"]
+            cells += [str(rates[key]["count"]), interval(rates[key])]
         table.append([*cells, *([str(rates["lost"])] if lost else []), number(rates["seconds"], 0)])
-    print(aligned(table, left=1), file=results)
-    if lost:
-        print("\n" + lost_note(lost, "scene"), file=results)
-    print(f"\n{report['command']}", file=results)
+    print_table(table, results)
+    print_footer(report, results, missing_note(lost, "scene"))
 
 
-def _built(candidates: int, planner: Planner, scene: EvaluationScene) -> dict[str, Any]:
-    """One scene from the look to the verdict; the row of the report."""
+def _build_scene(candidates: int, planner: Planner, scene: EvaluationScene) -> Row:
+    """Observe, plan, build and judge one scene; return its row."""
     drawn, started = scene.drawn, time.perf_counter()
-    row: dict[str, Any] = {
+    row: Row = {
         "structure": scene.structure,
         "number": scene.number,
         "seed": scene.seed,
@@ -162,15 +147,19 @@ def _built(candidates: int, planner: Planner, scene: EvaluationScene) -> dict[st
                 row["trouble"].append(f"{type(event).__name__}: {event.name}: {event.reason}")
         row["placed"] = len(placed)
         if len(placed) == drawn.count:
-            goals = arrangements[rank].goal_from_initial @ initial
-            failure, checks = judge_built(world, range(drawn.count), goals, scene.spec)
-            row["stands"], row["failure"] = failure is None, failure
-            row["failed_checks"] = [f"{c.name}: {c.measured:.3g}, allowed {c.limit}" for c in checks if not c.passed]
+            row |= _verdict(world, scene, arrangements[rank], initial)
     return {**row, "rank": rank + 1, "seconds": round(time.perf_counter() - started, 1)}
 
 
+def _verdict(world: TabletopWorld, scene: EvaluationScene, arrangement: Arrangement, initial: np.ndarray) -> Row:
+    """Judge what the arm built by the arrangement that it followed, from initial poses (N, 4, 4)."""
+    failure, checks = judge_built(world, range(len(initial)), arrangement.goal_from_initial @ initial, scene.spec)
+    failed = [f"{c.name}: {c.measured:.3g}, allowed {c.limit}" for c in checks if not c.passed]
+    return {"stands": failure is None, "failure": failure, "failed_checks": failed}
+
+
 def _rates(rows: Sequence[Row]) -> Row:
-    seconds = [row["seconds"] for row in told(rows)]
+    seconds = [row["seconds"] for row in measured(rows)]
     return {
         "n": len(rows),
         "planned": rate_of([row.get("planned", False) for row in rows]),

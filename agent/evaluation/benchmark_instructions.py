@@ -1,4 +1,4 @@
-"""Sentences of the parsing benchmark that ask for a structure: what each means, and what a parser hears in it."""
+"""Sentences of the parsing benchmark that ask for a structure: their true slots, and what a parser reads in them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.evaluation.common import Row
+from agent.evaluation.rows import Row
 from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from grounding import benchmark
 from grounding.corpus.grammar import sentences
@@ -15,86 +15,90 @@ from grounding.parse_result import Parse
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.spec import SLOTS, SpecError, StructureSpec
 
-REFUSED, NO_WISH = "must be refused", "means no structure that the slots can say"
-HEARD = ("text", "meant", "heard", "status")  # what a row tells of its sentence
+REFUSED, NO_STRUCTURE = "must be refused", "ask for no structure that the slots can express"
+READING = ("text", "ground_truth", "parsed", "status")  # keys of what a row says of its sentence
 
 
 @dataclass(frozen=True)
 class Instruction:
-    """A sentence of the benchmark that is about building one structure.
+    """A sentence of the benchmark that asks for one structure.
 
     Attributes:
-        number: its place in the benchmark, from which its scene follows.
+        number: its place in the benchmark, which decides its scene.
         row: the benchmark's row.
-        meant: its slots.
+        ground_truth: its true slots.
         parse: what the parser made of it.
-        embedding: (384,) of what a sentence model is told when the slots are: they in the corpus's words, or the
+        embedding: (384,) of the sentence that a planner gets with the true slots: these in the corpus's words, or the
             instruction itself.
-        embedding_heard: (384,) of what it is told by the parser; the same where that is the instruction itself.
+        embedding_parsed: (384,) of the sentence that it gets with the parsed slots; the same if that is the instruction
+            itself.
     """
 
     number: int
     row: benchmark.Row
-    meant: StructureSpec
+    ground_truth: StructureSpec
     parse: Parse
     embedding: np.ndarray
-    embedding_heard: np.ndarray
+    embedding_parsed: np.ndarray
 
     @property
     def understood(self) -> bool:
-        """Whether the parser neither refused it nor asked back."""
+        """Tell whether the parser neither refused it nor asked back."""
         return self.parse.status == "ok"
 
     @property
-    def heard(self) -> Row:
-        """What its row tells of the sentence and how it was read, JSON-ready."""
-        meant, heard = self.meant.to_dict(), self.parse.spec.to_dict()
-        return {"text": self.row.text, "meant": meant, "heard": heard, "status": self.parse.status}
+    def reading(self) -> Row:
+        """Return what its row says of the sentence and how it was read, JSON-ready."""
+        truth, parsed = self.ground_truth.to_dict(), self.parse.spec.to_dict()
+        return {"text": self.row.text, "ground_truth": truth, "parsed": parsed, "status": self.parse.status}
 
     def is_in(self, rows: Mapping[int, Row]) -> bool:
-        """Whether it is among these rows, by number, with the same words, read in the same way."""
+        """Tell whether it is among these rows, by number, with the same words, read in the same way."""
         row = rows.get(self.number)
-        return row is not None and self.heard == {key: row[key] for key in HEARD}
+        return row is not None and self.reading == {key: row[key] for key in READING}
 
 
-def understood(
+def read_instructions(
     rows: Sequence[tuple[int, benchmark.Row]], options: ReadingOptions, as_said: bool = False
 ) -> tuple[list[Instruction], dict[str, int]]:
-    """The sentences that ask for one structure, with what was heard; and how many others there are, by reason.
+    """Read the sentences that ask for one structure.
 
     They are read one by one: in a batch, the bits of a sentence's embedding depend on what else is in it.
 
     Args:
         rows: rows of the benchmark with their places in it.
         options: how they are read.
-        as_said: as `LanguageAsked` has it.
+        as_said: as `LanguageConfig` has it.
+
+    Returns:
+        The instructions, and the number of other sentences by reason.
     """
     building = [(number, row) for number, row in rows if not row.refuse]
-    left_out = {REFUSED: len(rows) - len(building), NO_WISH: 0}
+    left_out = {REFUSED: len(rows) - len(building), NO_STRUCTURE: 0}
     encoder = SentenceEncoder()
     interpreter = make_interpreter(options, encoder, strict=True)
     instructions = []
     for number, row in building:
         parse = interpreter.parse(row.text)
-        meant = meaning(row, parse.spec if parse.status == "ok" else None)
-        if meant is None or not meant.tokens():
-            left_out[NO_WISH] += 1
+        truth = true_slots(row, parse.spec if parse.status == "ok" else None)
+        if truth is None or not truth.tokens():
+            left_out[NO_STRUCTURE] += 1
         else:
-            heard = parse.spec if parse.status == "ok" else meant
-            texts = [row.text if as_said else sentences(spec)[0] for spec in (meant, heard)]
-            told = [encoder.encode([text])[0] for text in texts]
-            instructions.append(Instruction(number, row, meant, parse, *told))
+            parsed = parse.spec if parse.status == "ok" else truth
+            texts = [row.text if as_said else sentences(spec)[0] for spec in (truth, parsed)]
+            embeddings = [encoder.encode([text])[0] for text in texts]
+            instructions.append(Instruction(number, row, truth, parse, *embeddings))
     return instructions, left_out
 
 
-def meaning(row: benchmark.Row, heard: StructureSpec | None) -> StructureSpec | None:
-    """The slots that a row means: where several values are right, the one that was heard, else the best.
+def true_slots(row: benchmark.Row, parsed: StructureSpec | None) -> StructureSpec | None:
+    """Return the true slots of a row: where several values are acceptable, the parsed one, otherwise the best.
 
     `None` for values that no structure can have together.
     """
     best = {slot: row.acceptable[slot][0] for slot in SLOTS}
-    said = heard.to_dict() if heard else best
-    fair = {slot: said[slot] if said[slot] in row.acceptable[slot] else best[slot] for slot in SLOTS}
+    read = parsed.to_dict() if parsed else best
+    fair = {slot: read[slot] if read[slot] in row.acceptable[slot] else best[slot] for slot in SLOTS}
     for values in (fair, best):
         try:
             return StructureSpec(**values)

@@ -1,4 +1,4 @@
-"""A picture of what a parser takes for what: one panel of truths and answers per slot."""
+"""A plot of the confusion matrices of a parser: one panel per slot."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def draw_confusion(confusion: Mapping[str, Mapping[str, Mapping[str, int]]], title: str, path: Path) -> None:
-    """Writes the picture.
+    """Write the plot.
 
     Args:
         confusion: slot -> truth -> answer -> count.
@@ -28,14 +28,8 @@ def draw_confusion(confusion: Mapping[str, Mapping[str, Mapping[str, int]]], tit
         for i, row in enumerate(counts):
             for j, count in enumerate(row):
                 if count:
-                    axes.text(
-                        j,
-                        i,
-                        str(count),
-                        ha="center",
-                        va="center",
-                        color="white" if shares[i][j] > 0.5 else "black",
-                    )
+                    color = "white" if shares[i][j] > 0.5 else "black"
+                    axes.text(j, i, str(count), ha="center", va="center", color=color)
         axes.set_xticks(range(len(names)), names, rotation=45, ha="right")
         axes.set_yticks(range(len(names)), names)
         axes.set_title(slot.replace("_", " "))

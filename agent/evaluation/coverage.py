@@ -1,7 +1,7 @@
-"""`structagent evaluate coverage`: what a planner makes of slots that nobody filled.
+"""`structagent evaluate coverage`: how a planner fills the slots that the instruction leaves open.
 
-Where the shape alone is asked for, samples should differ in everything else. For each open slot: which of its values
-the samples realise, measured on the imagined bodies, and how evenly they spread over those that fit.
+Where only the shape is specified, samples should differ in everything else. For each open slot, the evaluation measures
+which of its values the samples realise, on the estimated bodies, and how evenly they spread over the values that fit.
 """
 
 from __future__ import annotations
@@ -17,12 +17,21 @@ import numpy as np
 import torch
 from scipy.stats import t as student_t
 
-from agent.evaluation.common import LOST, Row, left_out_note, parted, report_of, row_of_lost, spoken_scenes
+from agent.evaluation.report import (
+    command_line,
+    left_out_note,
+    percent,
+    print_footer,
+    print_table,
+    report_by_structure,
+    report_frame,
+)
+from agent.evaluation.rows import LOST, Row, collect, lost_scene_row
+from agent.evaluation.scenes import with_sentences
 from agent.pipeline.candidates import checked_planner, is_viable
-from agent.rendering.text import aligned, number, slot_label
-from agent.runtime.progress import followed
+from agent.rendering.text import number, slot_label
 from grounding.spec import SHAPES, SLOTS_OF_SHAPE, X_POSITIONS, StructureSpec
-from structdiffusion.benchmark.scenes import ANY_SHAPE, EvaluationScene, draw_evaluation_scene
+from structdiffusion.benchmark.scenes import EvaluationScene, draw_evaluation_scene
 from structdiffusion.completion.estimate import estimate, imagined_bodies
 from structdiffusion.data.scene_sampling import layout_item
 from structdiffusion.geometry import yaw_of
@@ -35,53 +44,55 @@ from structdiffusion.protocol.slot_measurement import distinct_values, evenness,
 from structdiffusion.structures.structure import LayoutError
 
 BEST = 5  # of the ranked samples: as many as success@k tries
-# Which samples: all of them, those that the ranking calls worth a try, the best of these.
-SAMPLED, WORTHWHILE, RANKED = "sampled", "worth a try", f"best {BEST}"
+# Groups of samples: all, those that the ranking calls viable, and the best of them.
+SAMPLED, VIABLE, RANKED = "sampled", "viable", f"best {BEST}"
 
 
 def measure_coverage(
-    objects: str, name: str, weights: Path | None, count: int, seed: int, candidates: int, workers: int,
+    objects: str, model: str, weights: Path | None, count: int, seed: int, candidates: int, workers: int,
     allow_unverified: bool = False,
 ) -> Row:
-    """How evenly samples spread over the values of open slots, over `count` scenes of each kind, JSON-ready.
+    """Measure how evenly samples spread over the values of open slots; return a JSON-ready report.
 
-    The kinds are the four shapes with all other slots open, and an open shape of which only the x position is said.
+    There are `count` scenes of each kind. The kinds are the four shapes with all other slots open, and an open shape with
+    only the x position specified.
 
     Args: as `measure_arm`.
-    """
-    checked_planner(name, weights, allow_unverified)
+    """  # fmt: skip
+    checked_planner(model, weights, allow_unverified)
     models = tuple(load_objects(objects))
     jobs = [(shape, place) for shape in (*SHAPES, None) for place in range(count)]
-    drawn = in_parallel(partial(_drawn, seed), tuple, (models,), jobs, workers)
-    scenes, lost = parted(followed("scenes drawn", drawn, len(jobs)))
-    load = partial(checked_planner, name, weights, allow_unverified)
-    covered = in_parallel(partial(_covered, candidates), load, (), spoken_scenes(scenes, heard=False), workers)
-    found, more = parted(followed("scenes sampled", covered, len(scenes)))
+    drawn = in_parallel(partial(_draw_scene, seed), tuple, (models,), jobs, workers)
+    scenes, lost = collect("scenes drawn", drawn, len(jobs))
+    scenes = with_sentences(scenes, parsed=False)
+    load = partial(checked_planner, model, weights, allow_unverified)
+    covered = in_parallel(partial(_coverage_rows, candidates), load, (), scenes, workers)
+    found, lost_later = collect("scenes sampled", covered, len(scenes))
     rows = [row for rows in found for row in rows]
-    left_out = [row_of_lost((one.job[0] or ANY_SHAPE, one.job[1]), seed, one.reason) for one in lost]
-    left_out += [row_of_lost((one.job.structure, one.job.number), seed, one.reason) for one in more]
-    command = f"structagent evaluate coverage --objects {objects} --scenes {count} --seed {seed} --model {name}"
-    command += f" --weights {weights}" if weights else ""
-    command += f" --candidates {candidates}" + (" --allow-unverified" if allow_unverified else "")
-    return report_of(command, rows, _spread) | {LOST: left_out}
+    command = command_line(
+        "coverage", objects=objects, scenes=count, seed=seed, model=model, weights=weights, candidates=candidates,
+        allow_unverified=allow_unverified,
+    )  # fmt: skip
+    left_out = [lost_scene_row(seed, one) for one in lost + lost_later]
+    return report_by_structure(report_frame(command, len(rows), seed), rows, _spread) | {LOST: left_out}
 
 
-def _drawn(seed: int, models: Sequence[ObjectModel], job: tuple[str | None, int]) -> EvaluationScene:
+def _draw_scene(seed: int, models: Sequence[ObjectModel], job: tuple[str | None, int]) -> EvaluationScene:
     shape, place = job
-    said = StructureSpec(x_position=X_POSITIONS[place % len(X_POSITIONS)]) if shape is None else StructureSpec(shape)
-    return draw_evaluation_scene(models, shape, place, seed=seed, spec=said)
+    spec = StructureSpec(x_position=X_POSITIONS[place % len(X_POSITIONS)]) if shape is None else StructureSpec(shape)
+    return draw_evaluation_scene(models, shape, place, seed=seed, spec=spec)
 
 
 def open_slots(spec: StructureSpec) -> list[str]:
-    """The slots in which samples of a spec may differ. A ring that was not asked to face anything is closed."""
+    """Return the slots in which samples of a spec may differ. A circle without an orientation is closed."""
     if spec.shape is None:
         return ["shape"]  # what the other slots mean depends on it
     carried = [slot for slot in SLOTS_OF_SHAPE[spec.shape] if getattr(spec, slot) is None]
     return [slot for slot in carried if (spec.shape, slot) != ("circle", "rotation")]
 
 
-def _covered(candidates: int, planner: Planner, scene: EvaluationScene) -> list[Row]:
-    """A row for each open slot of a scene."""
+def _coverage_rows(candidates: int, planner: Planner, scene: EvaluationScene) -> list[Row]:
+    """Sample arrangements for a scene; return a row for each of its open slots."""
     seen, spec, drawn = scene.observed(), scene.spec, scene.drawn
     generator = torch.Generator().manual_seed(scene.planning_seed)
     try:
@@ -91,7 +102,7 @@ def _covered(candidates: int, planner: Planner, scene: EvaluationScene) -> list[
         arrangements = []
     realised = _realised(seen, spec, arrangements)
     viable = [found for found, one in zip(realised, arrangements) if is_viable(one)]
-    groups = {SAMPLED: realised, WORTHWHILE: viable, RANKED: realised[:BEST]}
+    groups = {SAMPLED: realised, VIABLE: viable, RANKED: realised[:BEST]}
     poses = drawn.world_from_initial[: drawn.count]
     items = [layout_item(model, yaw_of(pose)) for model, pose in zip(drawn.models, poses)]
     rows = []
@@ -122,39 +133,39 @@ def _realised(scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangem
 
 
 def _spread(rows: Sequence[Row]) -> dict[str, Row]:
-    """Per slot: how many scenes, and per group of samples the mean evenness and the share of each value."""
+    """Return for each slot the number of scenes, and for each group of samples the evenness and the share of each value."""
     spread: dict[str, Row] = {}
     for slot in dict.fromkeys(row["slot"] for row in rows):
         of_slot = [row for row in rows if row["slot"] == slot]
         spread[slot] = {"n": len(of_slot)} | {
             name: {**_mean([row["evenness"][name] for row in of_slot]), "shares": _shares(of_slot, slot, name)}
-            for name in (SAMPLED, WORTHWHILE, RANKED)
+            for name in (SAMPLED, VIABLE, RANKED)
         }
     return spread
 
 
 def _mean(values: Sequence[float | None]) -> Row:
-    """The mean of those that there are, with its 95 % interval by Student's t."""
+    """Return the mean of the values that are not `None`, with its 95 % interval by Student's t."""
     found = np.array([value for value in values if value is not None])
     if not len(found):
         return {"n": 0, "mean": None, "low": None, "high": None}
-    mean, half = float(found.mean()), 1.0  # a single scene says nothing of others
+    mean, half = float(found.mean()), 1.0  # one scene gives no interval
     if len(found) > 1:
         half = float(student_t.ppf(0.975, len(found) - 1) * found.std(ddof=1)) / math.sqrt(len(found))
     return {"n": len(found), "mean": mean, "low": max(0.0, mean - half), "high": mean + half}
 
 
 def _shares(rows: Sequence[Row], slot: str, name: str) -> dict[str, float]:
-    """How much of all samples each value has."""
+    """Return the share of each value among all samples."""
     total = sum((Counter(row["realised"][name]) for row in rows), Counter())
     shapes = {row["spec"]["shape"] for row in rows}
     legal = dict.fromkeys(value for shape in sorted(shapes, key=str) for value in distinct_values(shape, slot))
     return {value: total[value] / max(1, total.total()) for value in legal}
 
 
-def tell_coverage(report: Row, results: TextIO) -> None:
-    """The table for people: a row per structure and open slot."""
-    groups = (SAMPLED, WORTHWHILE, RANKED)
+def print_coverage(report: Row, results: TextIO) -> None:
+    """Print the table: a row per structure and open slot."""
+    groups = (SAMPLED, VIABLE, RANKED)
     table = [["structure", "open slot", "scenes", *(cell for name in groups for cell in (name, "95 %", "n")), "realised"]]
     for structure, slots in report["aggregate"].items():
         for slot, found in slots.items():
@@ -166,12 +177,10 @@ def tell_coverage(report: Row, results: TextIO) -> None:
                 ends = f"{number(spread['low'], 2)} to {number(spread['high'], 2)}"
                 cells += [number(spread["mean"], 2), ends, str(spread["n"])]
             shares = found[SAMPLED]["shares"].items()
-            table.append([*cells, ", ".join(f"{value} {100 * share:.0f} %" for value, share in shares)])
-    print(aligned(table, left=2), file=results)
-    if report[LOST]:
-        print(f"\n{left_out_note(len(report[LOST]))}", file=results)
-    print(
-        "\nentropy of the values that samples realise, of those that fit, over that of as many even draws: 1 evenly spread, "
-        f"0 all alike; means over n scenes with two such samples, 95 % intervals by Student's t\n{report['command']}",
-        file=results,
+            table.append([*cells, ", ".join(f"{value} {percent(share)} %" for value, share in shares)])
+    print_table(table, results, left=2)
+    explanation = (
+        "entropy of the realised values, among those that fit, relative to that of as many even draws: 1 evenly spread, 0 "
+        "all alike; means over n scenes with two such samples, 95 % intervals by Student's t"
     )
+    print_footer(report, results, left_out_note(len(report[LOST])), explanation)

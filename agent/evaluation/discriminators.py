@@ -11,10 +11,17 @@ from typing import TextIO
 import torch
 from torch import Tensor
 
-from agent import __version__
-from agent.evaluation.common import SCHEMA_VERSION, Row, rate_of
+from agent.evaluation.report import (
+    Row,
+    command_line,
+    interval,
+    percent,
+    print_footer,
+    print_table,
+    rate_of,
+    report_frame,
+)
 from agent.model_cards.provenance import provenance, require_cards
-from agent.rendering.text import aligned
 from agent.runtime.progress import followed
 from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.data.npz_files import SHEET_NAME
@@ -26,7 +33,7 @@ from structdiffusion.models.structure.loss import KINDS, draw_examples
 from structdiffusion.planners.factory import WEIGHTS
 
 _BATCH = 30  # scenes at a time, which make 70 examples; or twice as many pairs
-# Depths of penetration, m, between which pairs are told apart in the report: near the limit of 2 mm it is hard.
+# Depths of penetration, m, by which pairs are grouped: they are hard to judge near the limit of 2 mm.
 _DEPTHS = {"apart by 5 mm or more": (-torch.inf, -0.005), "apart by less, or in by up to 2 mm": (-0.005, MAX_PENETRATION),
            "in by 2 to 7 mm": (MAX_PENETRATION, 0.007), "in by more": (0.007, torch.inf)}  # fmt: skip
 
@@ -34,19 +41,19 @@ _DEPTHS = {"apart by 5 mm or more": (-torch.inf, -0.005), "apart by less, or in 
 def measure_discriminators(
     data: Path, weights: Path | None, examples: int, seed: int, allow_unverified: bool = False
 ) -> Row:
-    """How often the structure and the collision discriminator are right, by kind of example, JSON-ready.
+    """Measure how often the structure and the collision discriminator are right, by kind of example; JSON-ready.
 
     Args:
-        data: a folder as `structagent generate` makes them, of scenes and objects that were not trained on.
-        weights: a folder with `structure/` and `collision/`; `None` for those shipped.
-        examples: of each network, rounded up to whole batches.
-        seed: of the choice of scenes, of camera noise, and of what is put out of place.
-        allow_unverified: take checkpoints that are not what their cards say.
+        data: folder of `structagent generate` with scenes and objects that were not trained on.
+        weights: folder with `structure/` and `collision/`; `None` for the shipped ones.
+        examples: number for each network, rounded up to whole batches.
+        seed: of the choice of scenes, of camera noise, and of displacements.
+        allow_unverified: use checkpoints that differ from their model cards.
 
     Raises:
-        FileNotFoundError, DataFolderError: for a folder without data, or with torn ones.
+        FileNotFoundError, DataFolderError: for a folder without data, or with torn files.
         CheckpointError: for a checkpoint that is missing or does not fit.
-        NotVerified: for checkpoints that are not what their cards say, unless that is allowed.
+        NotVerified: for checkpoints that differ from their cards, unless that is allowed.
     """
     folder = Path(weights) if weights is not None else WEIGHTS
     if not allow_unverified:
@@ -54,21 +61,17 @@ def measure_discriminators(
     structure = StructureDiscriminator.from_pretrained(folder / "structure")
     collision = CollisionDiscriminator.from_pretrained(folder / "collision")
     scenes, pairs = DemonstrationBatches(data), PairBatches.load(data)
-    command = f"structagent evaluate discriminators --data {data} --examples {examples} --seed {seed}"
-    unverified = " --allow-unverified" if allow_unverified else ""
-    drawn = ""  # the command that made the data, which nobody else has
+    command = command_line(
+        "discriminators", data=data, examples=examples, seed=seed, weights=weights, allow_unverified=allow_unverified
+    )
+    generated = ""  # the command that generated the data, which the reader does not have
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
-        drawn = json.loads((data / SHEET_NAME).read_text())["command"] + " && "
+        generated = json.loads((data / SHEET_NAME).read_text())["command"] + " && "
     evaluations = [
         {"discriminator": "structure", "rows": _structure(structure, scenes, examples, seed)},
         {"discriminator": "collision", "rows": _collision(collision, pairs, examples, seed)},
     ]
-    return {
-        "schema_version": SCHEMA_VERSION,
-        "version": __version__,
-        "command": drawn + command + (f" --weights {weights}" if weights else "") + unverified,
-        "evaluations": evaluations,
-    }
+    return {**report_frame(generated + command, examples, seed), "evaluations": evaluations}
 
 
 @torch.no_grad()
@@ -100,19 +103,18 @@ def _collision(model: CollisionDiscriminator, data: PairBatches, examples: int, 
 
 
 def _rows(right: Tensor, groups: dict[str, Tensor]) -> list[Row]:
-    """A row for all examples, then one for each group (E,) that has any."""
+    """Return a row for all examples, then one for each group (E,) that has any."""
     whole = {"all": torch.ones_like(right), **groups}
     found = ((name, right[chosen.to(right.device)].tolist()) for name, chosen in whole.items())
     return [{"of": name, **rate_of(hits)} for name, hits in found if hits]
 
 
-def tell_discriminators(report: Row, results: TextIO) -> None:
-    """The table for people."""
+def print_discriminators(report: Row, results: TextIO) -> None:
+    """Print the table: a row per discriminator and kind of example."""
     table: list[Sequence[str]] = [["discriminator", "examples", "n", "right", "95 %"]]
     for evaluation in report["evaluations"]:
         for row in evaluation["rows"]:
-            interval = f"{100 * row['low']:.1f} to {100 * row['high']:.1f}"
-            right = f"{100 * row['rate']:.1f}"
-            table.append([evaluation["discriminator"], row["of"], str(row["n"]), right, interval])
-    print(aligned(table, left=2), file=results)
-    print(f"\nin percent, with 95 % Wilson intervals\n{report['command']}", file=results)
+            rate = [percent(row["rate"], 1), interval(row, 1)]
+            table.append([evaluation["discriminator"], row["of"], str(row["n"]), *rate])
+    print_table(table, results, left=2)
+    print_footer(report, results, "in percent, with 95 % Wilson intervals")

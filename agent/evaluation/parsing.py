@@ -1,4 +1,4 @@
-"""`structagent evaluate parse`: the parsing benchmark, as a table, as JSON and as a picture."""
+"""`structagent evaluate parse`: the parsing benchmark, as a table, as JSON and as plots."""
 
 from __future__ import annotations
 
@@ -14,11 +14,13 @@ from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
 from rich.progress import Progress
 
-from agent import __version__
+import grounding
+from agent.evaluation.report import command_line, interval, percent, print_footer, print_table, report_frame
 from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
-from agent.rendering.text import aligned, number
+from agent.rendering.text import number
 from agent.runtime.atomic_files import write_all_whole
 from agent.runtime.output_ownership import mark
+from agent.runtime.redaction import without_credentials
 from agent.runtime.terminal_text import console_on
 from grounding.benchmark import Row, free_rows, load_rows, rate, score, templated_rows
 from grounding.parsers.sentence_encoder import SentenceEncoder
@@ -28,26 +30,25 @@ from grounding.spec import SLOTS
 if TYPE_CHECKING:
     from grounding.interpreter import Interpreter
 
-SCHEMA_VERSION = 1
 T = TypeVar("T")
 SHIPPED: Mapping[str, Callable[[], list[Row]]] = {"templated": templated_rows, "free": free_rows}
-# Instructions that are timed one by one.
-TIMED = 50
+TIMED = 50  # instructions that are timed one by one
 
 
 def measure_parsing(
     parsers: Sequence[str], data: Sequence[str], limit: int | None, options: ReadingOptions
 ) -> dict[str, Any]:
-    """Every parser on every data set.
+    """Measure every parser on every data set; return a JSON-ready report.
 
     Args:
         parsers: names, such as "embedding".
-        data: "templated", "free" or files of the benchmark's form.
-        limit: read at most so many rows of each, evenly spaced; `None` for all.
-        options: how to read, but for the parser.
+        data: "templated", "free" or files in the format of the benchmark.
+        limit: read at most that many rows of each, evenly spaced; `None` for all.
+        options: how to read, except for the parser.
 
-    Returns:
-        The report as JSON values.
+    Raises:
+        BenchmarkError: for a file that is not in the format of the benchmark.
+        LLMError: for a language model that cannot be used.
     """
     sets = {name: thinned(benchmark_rows(name), limit) for name in data}
     evaluations = []
@@ -64,16 +65,21 @@ def measure_parsing(
                     | _measured(interpreter, rows, lambda done, task=task: progress.update(task, completed=done))
                     | {"seconds_cold": cold}
                 )
-    return {"schema_version": SCHEMA_VERSION, "version": __version__, "evaluations": evaluations}
+    command = command_line(
+        "parse", parser=parsers, data=data, limit=limit, llm_model=options.llm_model, replies=options.replies,
+        llm_url=without_credentials(options.llm_url, "llm_url"),
+    )  # fmt: skip
+    frame = report_frame(command, sum(map(len, sets.values())), packages=(grounding,))
+    return {**frame, "evaluations": evaluations}
 
 
 def benchmark_rows(name: str) -> list[Row]:
-    """The rows of a data set that comes along, "templated" or "free", or of a file of the benchmark's form."""
+    """Return the rows of an included data set, "templated" or "free", or of a file in the format of the benchmark."""
     return SHIPPED[name]() if name in SHIPPED else load_rows(name)
 
 
 def thinned(rows: Sequence[T], limit: int | None) -> Sequence[T]:
-    """At most `limit` of some rows, evenly spaced; all where it is `None`."""
+    """Return at most `limit` of some rows, evenly spaced; all for `None`."""
     if limit is None or limit >= len(rows):
         return rows
     return [rows[i * len(rows) // limit] for i in range(limit)]
@@ -108,8 +114,8 @@ def _selected(row: Row, encoder: SentenceEncoder) -> tuple[int, ...] | None:
         return None
 
 
-def tell_parsing(report: Mapping[str, Any], results: TextIO) -> None:
-    """The tables for people: a row per parser and data set, then one per stratum; rates in percent."""
+def print_parsing(report: Mapping[str, Any], results: TextIO) -> None:
+    """Print the tables: a row per parser and data set, then one per stratum; rates in percent."""
     head = ["parser", "data", "n", "exact", "95 %", *(slot.replace("_", " ") for slot in SLOTS)]
     head += ["false fills", "refusal P", "refusal R", "objects", "ECE", "cold s", "warm ms", "a second"]
     rows = [head]
@@ -118,29 +124,30 @@ def tell_parsing(report: Mapping[str, Any], results: TextIO) -> None:
         rates = [found["slots"][slot] for slot in SLOTS]
         rates += [found["false_fills"], found["refusal"]["precision"], found["refusal"]["recall"], found["objects"]]
         rows.append(
-            [found["parser"], found["data"], str(found["rows"]), _percent(exact["rate"]), _interval(exact)]
-            + [_percent(entry["rate"]) for entry in rates]
+            [found["parser"], found["data"], str(found["rows"]), percent(exact["rate"], 1), interval(exact, 1)]
+            + [percent(entry["rate"], 1) for entry in rates]
             + [number(found["calibration_error"], 3), number(found["seconds_cold"], 1)]
             + [number(1000 * found["seconds_warm"], 1), number(found["instructions_per_second"], 0)]
         )
-    print(aligned(rows, left=2), file=results)
+    print_table(rows, results, left=2)
     strata = [["parser", "data", "stratum", "n", "exact", "95 %"]]
     for found in report["evaluations"]:
         strata += [
-            [found["parser"], found["data"], name, str(exact["n"]), _percent(exact["rate"]), _interval(exact)]
+            [found["parser"], found["data"], name, str(exact["n"]), percent(exact["rate"], 1), interval(exact, 1)]
             for name, exact in found["strata"].items()
         ]
-    print("\n" + aligned(strata, left=3), file=results)
-    print("\nrates in percent, with 95 % Wilson intervals", file=results)
+    print(file=results)
+    print_table(strata, results, left=3)
+    print_footer(report, results, "rates in percent, with 95 % Wilson intervals")
 
 
 def write_parsing(report: Mapping[str, Any], folder: Path) -> list[Path]:
-    """Writes `parse.json`, `parse.txt` and a picture of the confusions per evaluation; their paths."""
+    """Write `parse.json`, `parse.txt` and a plot of the confusions per evaluation; return their paths."""
     from agent.evaluation.confusion_plot import draw_confusion
 
     paths = [folder / "parse.json", folder / "parse.txt"]
     table = io.StringIO()
-    tell_parsing(report, table)
+    print_parsing(report, table)
     report_text = json.dumps(report, indent=1, ensure_ascii=False) + "\n"
     write_all_whole(folder, {paths[0].name: report_text, paths[1].name: table.getvalue()})
     for found in report["evaluations"]:
@@ -148,11 +155,3 @@ def write_parsing(report: Mapping[str, Any], folder: Path) -> list[Path]:
         draw_confusion(found["confusion"], f"{found['parser']} parser, {Path(found['data']).name}", paths[-1])
     mark(folder, "evaluation", (path.name for path in paths))
     return paths
-
-
-def _interval(found: Mapping[str, Any]) -> str:
-    return f"{_percent(found['low'])} to {_percent(found['high'])}"
-
-
-def _percent(share: float | None) -> str:
-    return "-" if share is None else f"{100 * share:.1f}"

@@ -1,8 +1,8 @@
-"""A folder that keeps the rows of an evaluation as they come: the same command goes on where it was stopped.
+"""A folder that stores the rows of an evaluation as they come: the same command resumes one that was stopped.
 
 | file | content |
 |---|---|
-| `about.json` | what decides the rows; a command with anything else is refused |
+| `about.json` | what decides the rows; a command for which it differs is refused |
 | `rows.jsonl` | the rows, appended as they come |
 """
 
@@ -25,34 +25,35 @@ from agent.runtime.atomic_files import write_whole
 from agent.runtime.jsonl_journal import Journal, locked
 from agent.runtime.output_ownership import check_own_folder, mark
 from structdiffusion.benchmark.success import Row
-from structdiffusion.limits import ABOUT_BYTES, read_at_most
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.planners.factory import WEIGHTS
 from structdiffusion.planners.registry import networks_of
 
 ABOUT, ROWS = "about.json", "rows.jsonl"
+ROW_FORMAT = 2  # of the rows' keys; rows of another one cannot be resumed
+_ABSENT = object()
 
 
-class KeptRows:
-    """What is known, for one evaluation at a time. Close it, or use it as a context manager.
+class ResultStore:
+    """The stored rows of one evaluation. Close it, or use it as a context manager.
 
     Args:
-        path: of the folder, made where it is not there.
-        asked: the `fingerprint` of what decides the rows; its networks may become more from command to command.
+        path: of the folder, which is made if it does not exist.
+        config: the `fingerprint` of what decides the rows; later commands may add networks to it.
         keys: what every row has.
-        files: others that will be written there.
+        files: names of other files that will be written there.
 
     Attributes:
         path: of the folder.
         rows: in the order in which they came.
 
     Raises:
-        UsageError: when the folder is a file, another evaluation is at work in it, what it holds was asked for
-            otherwise, or this tool did not write it.
+        UsageError: when the folder is a file, is in use by another evaluation, holds rows of another configuration, or
+            was not written by structagent.
         BadInput: when it holds something else.
     """
 
-    def __init__(self, path: Path, asked: Mapping[str, Any], keys: set[str], files: Sequence[str]) -> None:
+    def __init__(self, path: Path, config: Mapping[str, Any], keys: set[str], files: Sequence[str]) -> None:
         self.path = path
         check_own_folder(path, "evaluation")
         self._lock = locked(path, "evaluation")
@@ -62,13 +63,13 @@ class KeptRows:
             for name in (ABOUT, ROWS, *files):
                 if (path / name).is_dir():
                     raise BadInput(f"{str(path / name)!r} is a folder, and must be a file; choose another --out")
-            self._agree(asked)
+            self._check_config(config)
             self._journal = Journal(path / ROWS, keys, "row of an evaluation")
         except BaseException:
             os.close(self._lock)
             raise
 
-    def __enter__(self) -> KeptRows:
+    def __enter__(self) -> ResultStore:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -79,52 +80,56 @@ class KeptRows:
         return self._journal.entries
 
     def add(self, row: Row) -> None:
-        """Keeps a row."""
+        """Store a row."""
         self._journal.add(row)
 
     def close(self) -> None:
-        """Lets other evaluations into the folder."""
+        """Release the folder."""
         self._journal.close()
         os.close(self._lock)
 
-    def _agree(self, asked: Mapping[str, Any]) -> None:
-        """Compares what is asked with what the folder was made for, and keeps it."""
+    def _check_config(self, config: Mapping[str, Any]) -> None:
+        """Compare the configuration with the stored one, and store it."""
         path = self.path / ABOUT
         networks: dict[str, str] = {}
         if path.exists():
             try:
-                kept = json.loads(read_at_most(path, ABOUT_BYTES))
-                networks = dict(kept["networks"])
-                differing = next((key for key in asked if key != "networks" and kept[key] != asked[key]), None)
-            except (ValueError, KeyError, TypeError, RecursionError) as error:
+                stored = json.loads(read_at_most(path, ABOUT_BYTES))
+                networks = dict(stored["networks"])
+                keys = [key for key in config if key != "networks"]
+                differing = next((key for key in keys if stored.get(key, _ABSENT) != config[key]), None)
+            except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
                 raise BadInput(f"{str(path)!r} is not that of an evaluation; choose another --out") from error
             if differing is not None:
-                raise self._refusal(_difference(differing, kept[differing], asked[differing]))
-            for name, checksum in asked["networks"].items():
+                raise self._refusal(_difference(differing, stored.get(differing), config[differing]))
+            for name, checksum in config["networks"].items():
                 if networks.get(name, checksum) != checksum:
                     raise self._refusal(f"with other weights of the network {name!r}, which have changed since")
         elif (self.path / ROWS).exists():
             raise BadInput(f"{str(self.path)!r} has {ROWS} but no {ABOUT}; choose another --out")
-        merged = dict(asked) | {"networks": networks | asked["networks"]}
+        merged = dict(config) | {"networks": networks | config["networks"]}
         write_whole(path, json.dumps(merged, indent=1) + "\n")
 
-    def _refusal(self, why: str) -> UsageError:
-        return UsageError(f"{str(self.path)!r} holds an evaluation {why}; choose another --out")
+    def _refusal(self, reason: str) -> UsageError:
+        return UsageError(f"{str(self.path)!r} holds an evaluation {reason}; choose another --out")
 
 
-def _difference(key: str, kept: Any, asked: Any) -> str:
+def _difference(key: str, stored: Any, wanted: Any) -> str:
+    """Describe how a stored evaluation differs from the wanted one."""
+    if key == "row_format":
+        return "whose rows have an older format and cannot be resumed"
     if key == "version":
-        return f"by structagent {kept}, and this is {asked}"
+        return f"by structagent {stored}, and this is {wanted}"
     if key == "code":
-        return "by other code, and rows of both may not mix"
+        return "by other code, and rows of both cannot be mixed"
     if key == "evaluation":
-        return f"of {kept}, and not of {asked}"
+        return f"of {stored}, and not of {wanted}"
     if key == "library":
         return "with other objects of that name, which have changed since"
-    return f"{_said(key, kept)}, not {_said(key, asked)}"
+    return f"{_option(key, stored)}, not {_option(key, wanted)}"
 
 
-def _said(key: str, value: Any) -> str:
+def _option(key: str, value: Any) -> str:
     option = "--" + key.replace("_", "-")
     if value is None or value is False:
         return f"without {option}"
@@ -132,8 +137,8 @@ def _said(key: str, value: Any) -> str:
 
 
 @contextmanager
-def kept_folder(out: Path | None) -> Iterator[Path]:
-    """What `--out` names, or where it names nothing a folder that ends with the evaluation."""
+def store_folder(out: Path | None) -> Iterator[Path]:
+    """Give the folder of `--out`, or a temporary one if there is none."""
     if out is not None:
         yield out
     else:
@@ -148,31 +153,33 @@ def fingerprint(
     weights: Path | None,
     packages: Sequence[ModuleType] = (),
 ) -> dict[str, Any]:
-    """What two commands have in common whose rows may stand in one table, as `KeptRows` takes it, JSON-ready.
+    """Return what two commands must have in common for their rows to stand in one table, JSON-ready.
 
-    "code", "library" and "networks" are SHA-256 checksums: of this project's way from a goal to a verdict, of the
-    objects, and of every network of these models.
+    "code", "library" and "networks" are SHA-256 checksums: of the code between a goal and its verdict, of the objects,
+    and of every network of these planners.
 
     Args:
-        options: those of the command that decide its rows.
+        options: options of the command that decide its rows.
         library: the objects.
         models: names of planners.
-        weights: the folder of checkpoints, or `None` for those shipped.
+        weights: folder of the checkpoints; `None` for the shipped ones.
         packages: whose code decides the rows too, beside `structdiffusion`.
     """
     networks = sorted({network for model in models for network in networks_of(model)})
     return {
+        "row_format": ROW_FORMAT,
         "version": __version__,
-        "code": _checksum_of_code(structdiffusion, *packages),
+        "code": checksum_of_code(*packages),
         **options,
         "library": _checksum_of_objects(library),
         "networks": _checksums_of_networks(weights or WEIGHTS, networks),
     }
 
 
-def _checksum_of_code(*packages: ModuleType) -> str:
+def checksum_of_code(*packages: ModuleType) -> str:
+    """Return the SHA-256 checksum of the code of `structdiffusion` and of these packages."""
     checksum = hashlib.sha256()
-    for package in packages:
+    for package in (structdiffusion, *packages):
         folder = Path(package.__file__ or "").parent
         for path in sorted(folder.rglob("*.py")):
             checksum.update(f"{path.relative_to(folder)} {path.stat().st_size}\n".encode() + path.read_bytes())

@@ -1,4 +1,4 @@
-"""The conditions of evaluation scenes as people write them: "8-10" objects, a "0.40x0.60" table, a camera's side."""
+"""Parse the conditions of evaluation scenes: "8-10" objects, a "0.40x0.60" table, the side of the camera."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _NUMBER = r"\d+(?:\.\d+)?"
 
 
 def conditions_of(objects_per_scene: str | None, table: str | None, camera: str) -> Conditions:
-    """The conditions that option values name; `None`, and the side "robot", are those of training.
+    """Return the conditions that option values name; `None`, and the side "robot", are those of training.
 
     Args:
         objects_per_scene: as `parsed_count`.
@@ -22,7 +22,7 @@ def conditions_of(objects_per_scene: str | None, table: str | None, camera: str)
         camera: one of `CAMERA_SIDES`.
 
     Raises:
-        UsageError: for a value that none of them can have.
+        UsageError: for an illegal value.
     """
     if camera not in CAMERA_SIDES:
         raise UsageError(f"--camera cannot be {camera!r}; legal values: {', '.join(CAMERA_SIDES)}")
@@ -32,7 +32,7 @@ def conditions_of(objects_per_scene: str | None, table: str | None, camera: str)
 
 
 def parsed_count(text: str) -> tuple[int, int]:
-    """The fewest and the most of "8-10", or of "8" alone.
+    """Return the smallest and the largest number of "8-10", or of "8" alone.
 
     Raises:
         UsageError: for anything else.
@@ -48,7 +48,7 @@ def parsed_count(text: str) -> tuple[int, int]:
 
 
 def parsed_table(text: str) -> Table:
-    """The table of "0.40x0.60": its depth, away from the robot, and its breadth, metres, about the usual middle.
+    """Return the table of "0.40x0.60": its depth, away from the robot, and its breadth, metres, about the usual centre.
 
     Raises:
         UsageError: for anything else.

@@ -1,1 +1,1 @@
-"""From what a depth camera measured to a table and the objects on it."""
+"""Finds a table and the objects on it in the measurements of a depth camera."""

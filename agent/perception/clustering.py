@@ -1,4 +1,4 @@
-"""Euclidean clusters: which of the points that stand above the table belong together."""
+"""Euclidean clusters of the points above the table."""
 
 from __future__ import annotations
 

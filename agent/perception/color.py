@@ -1,4 +1,4 @@
-"""Colours as people see them apart, and how much each point's colour differs from that of the table about it."""
+"""Colours in CIELAB, and how much the colour of each point differs from that of the table around it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def contrast(colors: np.ndarray, table: np.ndarray, pixels: np.ndarray, shape: t
     """
     if not table.any():
         return np.zeros(len(colors))
-    # Plates are flat too: what is not of the table's main colour does not tell its colour.
+    # Plates are flat too: what is not of the table's main colour does not show its colour.
     away = _deviations(colors - np.median(colors[table], axis=0), table)
     typical = table & (away < _MAIN)
     return _deviations(colors - _about(colors, typical, pixels, shape), typical)

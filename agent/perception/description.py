@@ -1,4 +1,4 @@
-"""What an object that nobody has named can be called: "object 3, red, tall"."""
+"""Descriptions of objects that have no name: "object 3, red, tall"."""
 
 from __future__ import annotations
 

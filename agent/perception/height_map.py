@@ -15,7 +15,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 _BAND = 0.025  # m about the plane: the table's points, and those that may be flat things on it
-_CELL = 0.02  # m, of the grid in which the table's surface is told
+_CELL = 0.02  # m, of the grid in which the table's surface is described
 _DEGREE = 3  # of that surface: waves of decimetres, and nothing as small as a plate
 _OF_A_PLANE = [0, 1, _DEGREE + 1]  # of the polynomial's terms: 1, y and x
 _ROUNDS = 4
@@ -135,7 +135,7 @@ def _mean_in_picture(values: np.ndarray, pixels: np.ndarray, shape: tuple[int, i
 
 
 def _sigma(smooth: np.ndarray, distances: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """The standard deviation of the table's smoothed heights at distances `at` (P,): what lies below it tells."""
+    """The standard deviation of the table's smoothed heights at distances `at` (P,): from what lies below it."""
     below = smooth < 0
     if not below.any():  # a camera without noise, or without any digits of it
         return np.full(len(at), _LEAST_SIGMA)

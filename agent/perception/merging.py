@@ -1,4 +1,4 @@
-"""Parts that are one object: the inside of a mug and its outside, a plate's rim and its middle."""
+"""Merges parts of one object: the inside of a mug and its outside, a plate's rim and its middle."""
 
 from __future__ import annotations
 

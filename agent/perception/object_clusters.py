@@ -1,4 +1,4 @@
-"""Which points above the table are objects: what stands out from it, and hangs together, and stands on it.
+"""Finds the objects among the points above the table: connected regions that stand on it.
 
 What rises more than a centimetre is clustered first, then what is lower: a table's waves are never that high, and the
 low points between two objects would join them.
@@ -20,7 +20,7 @@ from agent.perception.splitting import split
 _SEED, _GROW = 3.0, 1.5  # sigma above the table: an object holds points of the first kind, and ends with the second
 _LEAST_SEED, _LEAST_GROW = 0.0025, 0.0012  # m
 _RISEN = 0.010  # m
-_NEAR_TABLE = 0.03  # m: up to there the neighbours' mean tells the height
+_NEAR_TABLE = 0.03  # m: up to there the neighbours' mean gives the height
 _TALLEST = 0.6  # m above the table; a person stands there, or the arm
 _ASIDE = 0.15  # m beyond the table, within which clusters are followed
 _EDGE = 0.02  # m that things may stand over the table's edge, as far as it is seen
@@ -38,7 +38,7 @@ _WAVES = 6.0
 _CONTRASTS, _WAVES_AT = (3.0, 4.0, _QUITE_DIFFERENT), (14.0, 6.0, 4.0)
 _CONTRAST = 3.0  # standard deviations of the table's colour: what differs by less looks like the table
 _CUT = 0.04  # of an object's voxels lie at the picture's border: most of it may be outside
-_DISTINCT = 0.7  # of an object's upper points differ from the table: then its colour tells where it ends
+_DISTINCT = 0.7  # of an object's upper points differ from the table: then its colour shows where it ends
 _SKIRT = 0.02  # m: up to there a camera's depth runs from an object over into the table
 WIDEST = 0.5  # m: more is a wall, a person, or the edge of something else
 _WIDEST_OF_SEVERAL = 1.0  # m: what is wider is not even several objects that touch
@@ -174,7 +174,7 @@ def _objects(
     cut: np.ndarray,
     outline: shapely.Polygon,
 ) -> np.ndarray:
-    """The parts that are objects, counted anew."""
+    """The parts that are objects, numbered again from 0."""
     of_voxel = np.full(len(part), -1)
     supported = shapely.contains_xy(outline.buffer(_EDGE), voxels.positions[:, 0], voxels.positions[:, 1])
     for index in np.unique(part[part >= 0]):

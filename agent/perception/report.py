@@ -15,7 +15,7 @@ _COLUMNS = (("x", 6), ("y", 7), ("yaw", 5), ("length", 8), ("width", 7), ("heigh
 
 
 def print_objects(segments: Segments, results: TextIO) -> None:
-    """Prints the objects, one a line, the table, and what was assumed."""
+    """Print the objects, one a line, the table, and what was assumed."""
     if segments.objects:
         wide = max(len(found.display_name) for found in segments.objects)
         print(" " * wide + "".join(f"{title:>{width}}" for title, width in _COLUMNS), file=results)

@@ -1,4 +1,4 @@
-"""What perception finds: a table, and the objects on it, each with what it is called until somebody names it."""
+"""The result of perception: a table, and the objects on it, each with its display name until the user names it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Things that touch: parts that fall into several where a valley or a neck runs between them.
+"""Splits objects that touch: parts with a valley or a neck between them.
 
 A cut is kept only between things that could stand there each by itself: both reach the table as far as it is seen, both
 are large, and neither stands in the other's place. So a mug keeps its handle, a bottle its cap, and a bowl its inside.
@@ -28,7 +28,7 @@ _CONVEX = 0.9  # of each thing's hull it fills itself, seen from above; what has
 
 
 def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.ndarray, reach: float) -> np.ndarray:
-    """Parts counted anew, those split that are several things.
+    """Number the parts again, with those split that are several things.
 
     Args:
         part: (V,) the part of each voxel, -1 for none.

@@ -1,4 +1,4 @@
-"""How far the table reaches: the rectangle of what was seen of it, and the part of it that the arm reaches."""
+"""The extent of the table: the rectangle that was seen, and the part of it that the arm reaches."""
 
 from __future__ import annotations
 

@@ -131,7 +131,7 @@ def _plane_in_words(plane: np.ndarray, thin: np.ndarray, up: np.ndarray | None) 
 
 
 def _refined(plane: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """The least-squares plane of the points near it, found anew with fewer and fewer outliers."""
+    """The least-squares plane of the points near it, found again with fewer and fewer outliers."""
     for reach in (2 * _INLIER, 1.5 * _INLIER, _INLIER):
         heights = points @ plane[:3] + plane[3]
         flat = points[np.abs(heights) < reach]

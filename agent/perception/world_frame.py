@@ -1,4 +1,4 @@
-"""From the table's plane, and whatever is known of the camera's pose, to the project's world frame.
+"""Determines the world frame from the table's plane and what is known of the camera's pose.
 
 World: z = 0 is the table's surface, x points from the arm across the table, y to its left; the arm's base stands at
 x = y = 0, as high above or below the table as it is.
@@ -39,7 +39,7 @@ class Frames:
 
 
 def base_from_camera(recording: Recording) -> np.ndarray | None:
-    """Return where the camera stands, seen from the arm's `link_base`, as far as it is told: by hand before tf."""
+    """Return where the camera stands, seen from the arm's `link_base`, as far as it is known: given by hand, or else by tf."""
     if recording.world_from_camera is not None:
         return np.linalg.inv(WORLD_FROM_BASE) @ recording.world_from_camera
     return recording.base_from_camera
@@ -61,7 +61,7 @@ def world_frame(recording: Recording, level_from_camera: np.ndarray, places: np.
 
 
 def _by_arm(base_from_camera: np.ndarray, level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
-    """tf tells where the base is; the plane tells what is up, and how high."""
+    """Take the place of the base from tf, and up and height from the plane."""
     level_from_base = level_from_camera @ np.linalg.inv(base_from_camera)
     lean, base_yaw = _lean_and_yaw(level_from_base)
     notes = []
@@ -97,7 +97,7 @@ def _plain_quarter(quarters: int) -> float:
 
 
 def _by_hand(world_from_camera: np.ndarray, level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
-    """A pose given by hand is right about the place and the direction; the plane tells up and height."""
+    """A pose given by hand is right about the place and the direction; the plane gives up and height."""
     level_from_world = level_from_camera @ np.linalg.inv(world_from_camera)
     lean, yaw = _lean_and_yaw(level_from_world)
     middle = np.append(places.mean(axis=0), 0.0)
@@ -116,10 +116,10 @@ def _by_hand(world_from_camera: np.ndarray, level_from_camera: np.ndarray, place
 
 
 def _by_view(level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
-    """Nobody tells where the arm is: it stands on the camera's side, where it reaches the objects."""
+    """Nothing says where the arm is: it stands on the camera's side, where it reaches the objects."""
     x, y = _reachable_middle(places)
     notes = (
-        "nothing tells where the camera is: up is the table's normal, x the camera's direction of view, and the arm is "
+        "nothing says where the camera is: up is the table's normal, x the camera's direction of view, and the arm is "
         "taken to stand on the table where it reaches the objects",
     )
     return Frames(

@@ -1,4 +1,4 @@
-"""Planners by the names that people give them, and which of their proposals are worth building."""
+"""Loads planners by name, and filters their proposals."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def checked_planner(name: str, weights: Path | None, allow_unverified: bool = Fa
 
 
 def is_viable(arrangement: Arrangement) -> bool:
-    """Return whether its total score is at least `LEAST_SCORE`, or it stood in imagination.
+    """Return whether its total score is at least `LEAST_SCORE`, or it stood when it was tried in physics.
 
     The more objects there are, the smaller is the product of all scores, good as they may be.
     """
@@ -48,7 +48,7 @@ def filter_viable(arrangements: Sequence[Arrangement]) -> list[Arrangement]:
     if not good:
         best = max((arrangement.scores["total"] for arrangement in arrangements), default=0.0)
         raise NoValidGoal(
-            f"none of {len(arrangements)} imagined arrangements is valid: the best scores {best:.2g}, "
-            f"and {LEAST_SCORE} is the least worth trying"
+            f"none of {len(arrangements)} proposed arrangements is good enough: the best scores {best:.2g}, "
+            f"and at least {LEAST_SCORE} is needed"
         )
     return good

@@ -20,21 +20,21 @@ class Film:
     arm works, the film stays short.
 
     Args:
-        take: takes a picture (H, W, 3) uint8.
+        camera: takes a picture (H, W, 3) uint8.
         interval: seconds of physics between two pictures, rounded to whole steps of 1/240 s.
         most: how many pictures there may be.
     """
 
-    def __init__(self, take: Callable[[], np.ndarray], interval: float = INTERVAL, most: int = MOST) -> None:
-        self._take, self._most = take, most
+    def __init__(self, camera: Callable[[], np.ndarray], interval: float = INTERVAL, most: int = MOST) -> None:
+        self._camera, self._most = camera, most
         self._every = max(1, round(interval / TIME_STEP))
         self._steps = 0
         self._frames: list[np.ndarray] = []
 
     def step(self) -> None:
-        """Takes a picture if one is due; to be called after every physics step."""
+        """Take a picture if one is due; to be called after every physics step."""
         if self._steps % self._every == 0:
-            self._frames.append(self._take())
+            self._frames.append(self._camera())
             if len(self._frames) >= self._most:
                 self._frames = self._frames[::2]
                 self._every *= 2
@@ -44,4 +44,4 @@ class Film:
         """Return the film, with a last picture of how it is now; `None` where nothing has moved."""
         if not self._frames:
             return None
-        return Filmed(self._every * TIME_STEP, np.stack((*self._frames, self._take())))
+        return Filmed(self._every * TIME_STEP, np.stack((*self._frames, self._camera())))

@@ -30,6 +30,7 @@ def propose_arrangements(
     goal: Goal,
     seed: int,
     on_preview: Callable[[events.Previewed], None] | None = None,
+    count: int = CANDIDATES,
 ) -> events.Imagined:
     """Let the planner propose arrangements, and rank them.
 
@@ -40,6 +41,7 @@ def propose_arrangements(
         goal: what is asked for.
         seed: of the samples.
         on_preview: called with the first samples while they are denoised, where the planner can show them.
+        count: how many arrangements are proposed.
 
     Raises:
         NotBuildable: when too few objects take part, or something that has to stay stands on one of them.
@@ -57,7 +59,7 @@ def propose_arrangements(
 
     began = time.perf_counter()
     if goal.spec.shape == "circle" and len(scene.objects) < FEWEST_IN_A_CIRCLE:
-        raise NotBuildable(f"a circle needs {FEWEST_IN_A_CIRCLE} objects or more, and {len(scene.objects)} take part")
+        raise NotBuildable(f"a circle needs at least {FEWEST_IN_A_CIRCLE} objects, but {len(scene.objects)} take part")
     _check_nothing_on_top(scene)
     # The models were taught with objects that stand on the table; what stands on others is lowered for them.
     flat = scene.on_the_table()
@@ -65,9 +67,9 @@ def propose_arrangements(
     more = {"preview": preview} if shows else {}
     generator = torch.Generator().manual_seed(seed)
     try:
-        arrangements = planner.propose(flat, goal, count=CANDIDATES, generator=generator, **more)
+        arrangements = planner.propose(flat, goal, count=count, generator=generator, **more)
     except LayoutError as error:
-        raise NoValidGoal(f"the model {model!r} imagined no valid arrangement: {error}") from error
+        raise NoValidGoal(f"the model {model!r} proposed no valid arrangement: {error}") from error
     lowering = np.tile(np.eye(4), (len(scene.objects), 1, 1))
     lowering[:, 2, 3] = [-cloud.bottom for cloud in scene.objects]
     arrangements = [replace(each, goal_from_initial=each.goal_from_initial @ lowering) for each in arrangements]

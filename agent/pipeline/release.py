@@ -66,7 +66,7 @@ def release_in_physics(
         verdict.success, verdict.failure, verdict.checks, verdict.detail, "released", seconds, table.bodies
     )
     if not verdict.success:
-        raise NoValidGoal(f"the best imagined goal does not hold ({verdict.failure}): {verdict.detail}")
+        raise NoValidGoal(f"the best proposed goal does not hold ({verdict.failure}): {verdict.detail}")
 
 
 def _tried_event(scene: Scene, initial: np.ndarray, final: np.ndarray) -> events.Tried:

@@ -1,4 +1,4 @@
-"""What runs load, kept between them: many instructions in one process load each network and each library once."""
+"""Keeps what runs load: many instructions in one process load each network and each library once."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class ResourceCache:
-    """Loads on demand, and keeps what cannot change; a run with it ends as a run without. Threads may share it."""
+    """Loads on demand, and keeps what cannot change; a run ends the same with and without it. Threads may share it."""
 
     def __init__(self) -> None:
         self._lock = RLock()
@@ -68,7 +68,7 @@ class ResourceCache:
     def preload(
         self, reading: ReadingOptions, model: str, weights: Path | None, allow_unverified: bool = False
     ) -> None:
-        """Loads what these options will need, and tries the parser once, whose first answer takes longer.
+        """Load what these options will need, and try the parser once, whose first answer takes longer.
 
         Raises: as the parts do.
         """
@@ -77,7 +77,7 @@ class ResourceCache:
             self.planner(model, weights, allow_unverified)
 
     def source(self, scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
-        """Return a scene source, as `agent.scenes.sources.scene_source`; files are read anew, because they can be
+        """Return a scene source, as `agent.scenes.sources.scene_source`; files are read again, because they can be
         edited."""
         from agent.scenes.sources import SIMULATED, scene_source
 

@@ -1,7 +1,7 @@
-"""From an instruction to a structure, as a stream of events: read, look, imagine, choose, build, check.
+"""Carries out an instruction as a stream of events: read, look, propose, choose, build, check.
 
 Every known error ends the stream with `Failed` and the exit code that says whose error it was; what listeners do with
-the events is their own affair.
+the events is not known here.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RunOptions:
-    """What decides a run besides its instruction.
+    """The options of a run; with its instruction they decide its result.
 
     Attributes:
         scene: where the scene comes from: "simulated", "example", or the path of a scene file or a recording.
         objects: for a simulated scene "ycb", "procedural", "random_urdfs" or a folder of meshes.
         model: the planner's name, as `structdiffusion.planners.diffusion` has it.
         weights: the folder of its checkpoints, or `None` for those shipped.
-        seed: everything drawn at random follows from it.
+        seed: of everything drawn at random.
         execute: build with the arm, or stop at the imagined goal and only try it in physics.
         reading: how the instruction is read.
         recorded: how a recording is taken.
@@ -65,14 +65,15 @@ def run_instruction(
     on_step: Callable[[TableScene], None] | None = None,
     trajectories: Sequence[Path] = (),
 ) -> Iterator[Event]:
-    """Carries an instruction out; yields what happens, from `Started` to `Finished`.
+    """Carry out an instruction; yields its events, from `Started` to `Finished`.
 
     Args:
         text: the instruction.
         options: everything else.
         cache: shares models and libraries with other runs; by default this run loads its own.
         on_step: called after every physics step while the arm is at work.
-        trajectories: files for what the arm was told to do, as `agent.recordings.trajectory_export.write_trajectory` takes them.
+        trajectories: files for the motions that the arm was commanded, as
+            `agent.recordings.trajectory_export.write_trajectory` takes them.
     """
     started = time.perf_counter()
     run = _Run(text, options, cache or ResourceCache(), on_step, trajectories)
@@ -176,7 +177,7 @@ class _Run:
 
         for path in self.trajectories:
             if log is not None and write_trajectory(log, path, table.prefix, table.arm.kinematics.model):
-                yield events.Noted(f"what the arm was told to do is in {path}")
+                yield events.Noted(f"the commands of the arm are in {path}")
 
     def _checked_late(self, building: Iterator[Event]) -> Iterator[Event]:
         """The build, whose last picture begins the step in which it is judged."""
@@ -189,7 +190,7 @@ class _Run:
 def make_goal(spec: StructureSpec, encoder: SentenceEncoder) -> Goal:
     """Make the goal of a planner from slots, with a sentence in the words that sentence models were trained on.
 
-    People say the same in ways that move its embedding far: told "facing me", such a model left no ring open.
+    People say the same in ways that move its embedding far: after "facing me" such a model left no ring open.
 
     Args:
         spec: the slots, in the world's frame.

@@ -21,14 +21,14 @@ from agent.scenes.table_scene import TableScene, drawing_and_noise
 
 @dataclass(frozen=True)
 class Staging:
-    """What a recorded scene is drawn from.
+    """The options of a scene that is to be recorded.
 
     Attributes:
         scene: "simulated", or the path of a scene file.
         objects: the library of a simulated scene, as `load_objects` takes it.
         instruction: a scene is drawn for it as for a run; `None` for a table to talk about.
         arm: the arm's model, one of `ARM_MODELS`.
-        seed: everything drawn at random follows from it.
+        seed: of everything drawn at random.
     """
 
     scene: str = SIMULATED

@@ -10,7 +10,7 @@ import numpy as np
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import FINAL_SECONDS, MAX_DISPLACEMENT, MAX_TILT, MAX_TILT_DEGREES
 from structdiffusion.geometry import tilt_between
-from structdiffusion.protocol.physical_stability import semantic_checks
+from structdiffusion.protocol.world_checks import semantic_checks
 from structdiffusion.simulation.world import TabletopWorld
 from structdiffusion.structures.checks import Check
 
@@ -18,7 +18,7 @@ from structdiffusion.structures.checks import Check
 def judge_built(
     world: TabletopWorld, indices: Sequence[int], world_from_goal: np.ndarray, spec: StructureSpec
 ) -> tuple[str | None, tuple[Check, ...]]:
-    """Waits 2 s, then checks where the objects are and what they make.
+    """Wait 2 s, then check where the objects are and what they make.
 
     Args:
         world: the physics in which the arm has built.

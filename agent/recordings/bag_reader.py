@@ -1,8 +1,8 @@
-"""Bags of every kind behind one door: ROS 1 files, ROS 2 folders, .db3 and .mcap files, read as a stream.
+"""Reads bags of every kind as a stream: ROS 1 files, ROS 2 folders, .db3 and .mcap files.
 
 Whatever a damaged file does to the library that reads it ends here, in one sentence. Messages are decoded by the
 definitions that ROS itself publishes and never by those in the bag: the types that are used have not changed in any
-release, and what comes with a file from somebody else should not become code.
+release, and what comes with a foreign file should not become code.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class Bag:
         )
         if not any(stream.count for stream in self.streams):
             raise BadInput(f"{str(path)!r} holds no messages")
-        with _as_bad_input(f"cannot tell when {str(path)!r} was recorded"):
+        with _as_bad_input(f"cannot find out when {str(path)!r} was recorded"):
             self.start, self.end = int(reader.start_time), int(reader.end_time) - 1
         self._types = _known_types(ros1=isinstance(reader, Reader1))
 
@@ -176,7 +176,7 @@ def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
         return _opened_folder(path)
     if path.suffix not in SUFFIXES:
         raise BadInput(
-            f"{str(path)!r} is no bag: legal are {', '.join(SUFFIXES)}, and the folder of a ROS 2 bag; "
+            f"{str(path)!r} is not a bag: legal are {', '.join(SUFFIXES)}, and the folder of a ROS 2 bag; "
             "`bag objects` and --scene take clouds (.ply, .pcd) and folders of pictures too"
         )
     if path.stat().st_size == 0:
@@ -187,14 +187,14 @@ def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
             header = file.read(100)
         begins = header[: len(beginning)]
         if begins != beginning:
-            raise BadInput(f"{str(path)!r} is no {kind}: it begins with {begins!r}, and one begins with {beginning!r}")
+            raise BadInput(f"{str(path)!r} is not a {kind}: it begins with {begins!r}, where a {kind} begins with {beginning!r}")
         reader = Reader1(path) if path.suffix == ".bag" else Reader2(path)
         reader.open()
     return reader, _cut_note(path, header) if path.suffix == ".db3" else []
 
 
 def _limit_messages(reader: Reader1 | Reader2) -> None:
-    """Lets no database give a message larger than the limit: its tables can make up data of any size."""
+    """Let no database give a message larger than the limit: its tables can make up data of any size."""
     if isinstance(reader, Reader2):
         for storage in getattr(reader.storage, "storages", [reader.storage]):
             if (database := getattr(storage, "dbconn", None)) is not None:
@@ -202,7 +202,7 @@ def _limit_messages(reader: Reader1 | Reader2) -> None:
 
 
 def _check_metadata(path: Path) -> None:
-    """Refuses metadata that are too large, or stand for more than they say."""
+    """Refuse metadata that are too large, or stand for more than they say."""
     if (size := path.stat().st_size) > METADATA_BYTES:
         raise BadInput(f"its {path.name} has {size} bytes; at most {METADATA_BYTES} are read")
     try:
@@ -212,7 +212,7 @@ def _check_metadata(path: Path) -> None:
 
 
 def _cut_note(path: Path, header: bytes) -> list[str]:
-    """Says that a database is cut short where its header counts more pages than there are; SQLite does not mind."""
+    """Say that a database is cut short where its header counts more pages than there are; SQLite does not mind."""
     page, counted = int.from_bytes(header[16:18], "big"), int.from_bytes(header[28:32], "big")
     there, needed = path.stat().st_size, (65536 if page == 1 else page) * counted
     return [f"{path.name} is cut short at {there} of {needed} bytes; what is left was read"] if there < needed else []
@@ -250,7 +250,7 @@ def _known_types(ros1: bool) -> Typestore:
 
 @contextmanager
 def _as_bad_input(what: str, mended_by: str = "") -> Iterator[None]:
-    """Turns whatever the library raises on damaged data into one sentence that begins with `what`.
+    """Turn whatever the library raises on damaged data into one sentence that begins with `what`.
 
     It promises no kind of error: files cut short and bytes turned round were seen to raise nearly everything.
     """

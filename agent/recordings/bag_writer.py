@@ -1,4 +1,4 @@
-"""Bags are written here: messages go to a new file or folder, which is whole at the end or not there at all."""
+"""Writes bags: messages go to a new file or folder, which is complete at the end or not there at all."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _LATCHED = Qos(
 
 
 def check_new(path: Path, force: bool = False) -> None:
-    """Says early what would keep a bag from being written there.
+    """Say early what would keep a bag from being written there.
 
     Args:
         path: the file, or the folder of a ROS 2 bag.
@@ -53,9 +53,9 @@ def check_new(path: Path, force: bool = False) -> None:
     if not os.path.lexists(path):
         return
     if path.is_dir() and (path.suffix or not _is_bag_folder(path)):
-        raise UsageError(f"--out must be a new bag, and {str(path)!r} is a folder that is none")
+        raise UsageError(f"--out must be a new bag, but {str(path)!r} is a folder and not a bag")
     if path.is_file() and not path.suffix:
-        raise UsageError(f"--out must be a new bag, and {str(path)!r} is a file that is none")
+        raise UsageError(f"--out must be a new bag, but {str(path)!r} is a file and not a bag")
     if not force:
         raise UsageError(f"--out must be a new bag, and {str(path)!r} is there; --force overwrites it")
 
@@ -124,8 +124,8 @@ class BagWriter:
             shutil.rmtree(self._folder, ignore_errors=True)
 
     def _put(self) -> None:
-        """Puts the finished bag where it belongs."""
-        check_new(self._path, self._force)  # somebody else may have written there meanwhile
+        """Put the finished bag where it belongs."""
+        check_new(self._path, self._force)  # another program may have written there meanwhile
         finished = self._unfinished
         if finished.is_dir() and self._path.suffix:
             (finished,) = finished.glob("*.mcap")
@@ -135,7 +135,7 @@ class BagWriter:
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
-        """Tells in one sentence what cannot be written where."""
+        """Raise `BadInput`, in one sentence, for what cannot be written."""
         try:
             yield
         except OSError as error:
@@ -153,13 +153,13 @@ class BagWriter:
         return self.message("std_msgs/msg/Header", **count, stamp=stamp, frame_id=frame)
 
     def write(self, topic: str, message: Any, seconds: float, latched: bool = False) -> None:
-        """Writes a message.
+        """Write a message.
 
         Args:
             topic: where it was heard; all messages of a topic are of one type.
             message: what `message` made; its header counts up by topic.
             seconds: since `START`, when it was heard.
-            latched: whether whoever listens later hears the topic's last message.
+            latched: whether later subscribers get the topic's last message.
         """
         kind = message.__msgtype__
         connection, known, count = self._topics.get(topic) or (self._connect(topic, kind, latched), kind, 0)

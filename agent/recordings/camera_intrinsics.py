@@ -1,4 +1,4 @@
-"""What a camera's lens is, found in the files that data sets put beside their pictures."""
+"""Finds the intrinsics of a camera in the files that data sets put beside their pictures."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _METRES_A_UNIT = ("depth_scale", "depth_units", "depth_unit", "depth_factor", "f
 
 @dataclass(frozen=True)
 class Lens:
-    """A pinhole lens as a file tells it.
+    """A pinhole lens as a file describes it.
 
     Attributes:
         intrinsics: (3, 3), pixels.

@@ -21,7 +21,7 @@ _WHOLE = 0.01  # mm; single precision is that exact up to 100 m
 
 
 def write_rgbd(picture: RgbdPicture, out: Path, force: bool = False) -> None:
-    """Writes a bag with one look of a camera, under a RealSense's names.
+    """Write a bag with one look of a camera, under a RealSense's names.
 
     Args:
         picture: what it saw; depths that are no whole millimetres are kept as they are, in metres.
@@ -47,7 +47,7 @@ def write_rgbd(picture: RgbdPicture, out: Path, force: bool = False) -> None:
 
 
 def write_cloud(points: np.ndarray, color: np.ndarray | None, out: Path, force: bool = False) -> None:
-    """Writes a bag with one cloud, in the frame that it has, under a RealSense's names.
+    """Write a bag with one cloud, in the frame that it has, under a RealSense's names.
 
     Args:
         points: (H, W, 3) the camera's optical frame, metres; NaN where nothing was measured.

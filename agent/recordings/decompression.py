@@ -1,4 +1,4 @@
-"""How packed bags are unpacked: never to more than the limits, whatever a few bytes of them stand for.
+"""Unpacks compressed bags, never to more than the limits, whatever their headers claim.
 
 The library that reads bags unpacks whole pieces without asking how large they become. Its unpackers are replaced here,
 where it looks them up, by ones that stop at the limit.
@@ -35,7 +35,7 @@ _zstd = ros2.zstd  # in Python's own library from 3.14 on, and in a package befo
 
 @dataclass(frozen=True)
 class UnpackingLimits:
-    """How much may become of packed data, bytes; see `structdiffusion.limits`."""
+    """Limits for unpacked data, bytes; see `structdiffusion.limits`."""
 
     piece: int = BAG_PIECE_BYTES
     all_pieces: int = BAG_UNPACKED_BYTES
@@ -45,7 +45,7 @@ class UnpackingLimits:
 
 
 class Unpacking:
-    """What one open bag has unpacked so far.
+    """Counts what one open bag has unpacked so far.
 
     Args:
         path: the bag's file or folder; `None` where it is not known.
@@ -68,7 +68,7 @@ class Unpacking:
 
     @contextmanager
     def counted(self) -> Iterator[None]:
-        """Counts what is unpacked meanwhile."""
+        """Count what is unpacked meanwhile."""
         token = _CURRENT.set(self)
         try:
             yield
@@ -110,7 +110,7 @@ class Unpacking:
         return b"".join(pieces)
 
     def take_of_file(self, count: int) -> None:
-        """Counts bytes of an unpacked file.
+        """Count bytes of an unpacked file.
 
         Raises:
             BadInput: when it becomes too large.
@@ -127,7 +127,7 @@ _CURRENT: ContextVar[Unpacking | None] = ContextVar("unpacking", default=None)
 
 
 def _current() -> Unpacking:
-    """What counts at present; for somebody who uses the library itself, a count of its own."""
+    """What counts at present; where the library is used directly, a count of its own."""
     return _CURRENT.get() or Unpacking(None)
 
 

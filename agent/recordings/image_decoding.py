@@ -87,7 +87,7 @@ def compressed_depth(message: Any) -> np.ndarray:
     if not data.startswith(_PNG):
         header = struct.calcsize(_QUANTISED)
         if data[header : header + len(_PNG)] != _PNG:
-            raise BadInput(f"a compressed depth picture of format {message.format!r} holds no PNG, which alone is read")
+            raise BadInput(f"a compressed depth picture of format {message.format!r} does not hold a PNG, and only PNG is read")
         _, a, b = struct.unpack(_QUANTISED, data[:header])
         data = data[header:]
     picture = _unpacked(data)
@@ -166,7 +166,7 @@ def _unpacked(data: bytes) -> Any:
 
 
 def _read(data: bytes) -> Any:
-    """The picture in `data` as far as its header tells."""
+    """The size and format of the picture in `data` by its header."""
     from PIL import Image
 
     try:

@@ -1,4 +1,4 @@
-"""What a bag holds: topics, times, frames, what a run needs of it, and how it would be used."""
+"""The content of a bag: topics, times, frames, what a run needs of it, and how it would be used."""
 
 from __future__ import annotations
 
@@ -206,7 +206,7 @@ def print_bag_info(info: BagInfo, results: TextIO) -> None:
 
 
 def _tree(frames: tuple[FrameInfo, ...]) -> list[str]:
-    """The frames as an indented tree, a line each; what hangs in a loop is told once, at its end."""
+    """The frames as an indented tree, a line each; what hangs in a loop is listed once, at its end."""
     children: dict[str, list[FrameInfo]] = {}
     for frame in frames:
         children.setdefault(frame.parent, []).append(frame)

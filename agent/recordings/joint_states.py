@@ -1,4 +1,4 @@
-"""How the arm stood: the Jaco's joints among whatever a recording tells of joints."""
+"""Finds the joint angles of the Jaco among all joints of a recording."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MODEL = re.compile(r"j2(?P<wrist>[ns])(?P<joints>[67])s[23]00")
 
 
 def joint_streams(bag: Bag, topic: str | None = None) -> list[Stream]:
-    """Return the streams that may tell how the arm stood, the likeliest first.
+    """Return the streams that may say how the arm stood, the likeliest first.
 
     Args:
         topic: the only one that is wanted, or `None`.
@@ -31,13 +31,13 @@ def joint_streams(bag: Bag, topic: str | None = None) -> list[Stream]:
 
 
 def _likelihood(stream: Stream) -> tuple[bool, bool, bool, str]:
-    """The arm's driver, then whoever collects the states of joints; what is commanded is not what is."""
+    """The arm's driver, then any node that collects joint states; what is commanded is not what is."""
     commanded = "command" in stream.topic or "torque" in stream.topic
     return commanded, stream.type != JOINTS, "driver/out" not in stream.topic, stream.topic
 
 
 def arm_state(bag: Bag, streams: Iterable[Stream], moment: int) -> tuple[ArmState | None, Stream | None, list[str]]:
-    """Return how the arm stood nearest to `moment` (nanoseconds), the stream that tells it, and notes."""
+    """Return how the arm stood nearest to `moment` (nanoseconds), the stream that says so, and notes."""
     for stream in streams:
 
         def state(message: Message) -> tuple[ArmState, list[str]] | None:
@@ -51,7 +51,7 @@ def arm_state(bag: Bag, streams: Iterable[Stream], moment: int) -> tuple[ArmStat
             if away > 1.0:
                 notes = [*notes, f"the arm's joints were recorded {away:.1f} s from the picture"]
             return arm, stream, notes
-    return None, None, ["the recording does not tell how the arm stood"]
+    return None, None, ["the recording does not say how the arm stood"]
 
 
 def _of_state(message: Any) -> tuple[ArmState, list[str]] | None:
@@ -90,7 +90,7 @@ def _state(prefix: str, model_text: str, joints: dict[str, float], notes: Sequen
     if named and int(named["joints"]) == count:
         return ArmState(f"j2{named['wrist']}{count}s300", joints, prefix), list(notes)
     model = "j2s7s300" if count == 7 else "j2n6s300"
-    said = f"no name tells the arm's model; with {count} joints it was taken for a {model}"
+    said = f"no name gives the arm's model; with {count} joints it was taken for a {model}"
     return ArmState(model, joints, prefix), [*notes, said]
 
 

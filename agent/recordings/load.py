@@ -1,4 +1,4 @@
-"""One moment of a recorded session, taken out of whatever it was recorded in."""
+"""Loads one moment of a recorded session from any format."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ def _moment(bag: Bag, at: float | None, choice: Choice, joints: list[Stream]) ->
 
 
 def _lens(bag: Bag, info: Offer, picture: Offer, moment: int) -> Lens:
-    """The lens of a picture as its CameraInfo tells it nearest to the moment.
+    """The lens of a picture as its CameraInfo nearest to the moment describes it.
 
     Raises:
         BadInput: where no CameraInfo can be used.
@@ -225,7 +225,7 @@ def _from_one_place(bag: Bag, looks: list[Found[_Look]], frames: Frames) -> list
 
 
 def _on_topic(stream: Stream, read: Callable[[], Any]) -> Any:
-    """What `read` gives; what is wrong with a message is told with its topic."""
+    """What `read` gives; an error in a message is raised with its topic."""
     try:
         return read()
     except BadInput as error:
@@ -240,7 +240,7 @@ def _color(
     """The colour (H, W, 3) of every point, or `None`, and notes.
 
     Raises:
-        BadInput: where somebody demanded a picture that cannot be used.
+        BadInput: where the user named a picture that cannot be used.
     """
     assert choice.color is not None
     stream = choice.color.stream

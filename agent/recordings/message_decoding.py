@@ -1,4 +1,4 @@
-"""What ROS messages say, as arrays: clouds, camera infos, stamps; every length is checked before it is believed."""
+"""Decodes ROS messages into arrays: clouds, camera infos, stamps; every length is checked before it is used."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def without_nothing(points: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Lens:
-    """What a CameraInfo tells.
+    """The lens that a CameraInfo describes.
 
     Attributes:
         matrix: (3, 3) of the pinhole camera, pixels; pixel centres lie at whole numbers, as ROS has them.

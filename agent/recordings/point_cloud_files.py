@@ -1,4 +1,4 @@
-"""Clouds on disk: .ply and .pcd files, whose headers are checked before anything is believed."""
+"""Clouds on disk: .ply and .pcd files, whose headers are checked before they are used."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _PLY_BYTES = {
 
 @dataclass(frozen=True)
 class _Header:
-    """What a file says of itself.
+    """The header of a cloud file.
 
     Attributes:
         height, width: rows and columns of its points.
@@ -92,7 +92,7 @@ def _read(path: Path, count: int) -> tuple[np.ndarray, np.ndarray | None]:
     """Points (P, 3) float32 and colours (P, 3) uint8 of a file whose header has been checked."""
     import open3d
 
-    # The library says what is wrong only where nobody listens, and gives what it has.
+    # The library reports errors only in its log, and gives what it has.
     with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
         try:
             cloud = open3d.t.io.read_point_cloud(str(path))
@@ -122,7 +122,7 @@ def _pcd_header(path: Path, head: bytes) -> _Header:
         if words[:1] == ["DATA"]:
             break
     else:
-        raise BadInput(f"the file {str(path)!r} is no .pcd cloud: it has no line DATA")
+        raise BadInput(f"the file {str(path)!r} is not a .pcd cloud: it has no line DATA")
     fields, kind = said.get("FIELDS", []), "".join(said["DATA"])
     if not {"x", "y", "z"} <= set(fields):
         raise BadInput(f"the cloud {str(path)!r} has no x, y and z; its fields are: {', '.join(fields) or 'none'}")
@@ -157,7 +157,7 @@ def _ply_header(path: Path, head: bytes) -> _Header:
     text = head[: ending.end() if ending else 0].decode("latin-1").replace("\r\n", "\n")
     kind = re.search(r"^format (ascii|binary_little_endian|binary_big_endian) ", text, re.MULTILINE)
     if not text.startswith("ply") or ending is None or kind is None:
-        raise BadInput(f"the file {str(path)!r} is no .ply cloud: it has no header of one")
+        raise BadInput(f"the file {str(path)!r} is not a .ply cloud: it has no header of a .ply file")
     vertex = re.search(r"^element vertex (\d+) *$((?:\n(?:property|comment) .*$)*)", text, re.MULTILINE)
     if vertex is None:
         raise BadInput(f"the cloud {str(path)!r} has no vertices")

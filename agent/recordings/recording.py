@@ -1,13 +1,13 @@
-"""What is taken from a recording, documented once: every input's frame, unit and shape.
+"""The data that is taken from a recording, with the frame, unit and shape of every input.
 
 | input | dtype, shape | frame, unit | range |
 |---|---|---|---|
 | `DepthFrame.points` | float32 (H, W, 3) | camera: z forward, x right, y down; m | NaN where nothing was measured |
 | `DepthFrame.color` | uint8 (H, W, 3) | RGB | 0 to 255; `None` where the camera has no colour |
-| `DepthFrame.intrinsics` | float64 (3, 3) | pixels | `None` where nobody tells them |
+| `DepthFrame.intrinsics` | float64 (3, 3) | pixels | `None` where they are unknown |
 | `ArmState.joints` | float | rad, not wrapped | a name without the arm's prefix -> angle |
 | `Recording.base_from_camera` | float64 (4, 4) | the arm's `link_base`: x left, y back, z up; m | or `None` |
-| `Recording.world_from_camera` | float64 (4, 4) | `world` of the project; m | only as somebody gives it by hand |
+| `Recording.world_from_camera` | float64 (4, 4) | `world` of the project; m | only where it is given by hand |
 
 An unorganised cloud is one row: H = 1. `link_base` is the frame of the maker's description: its origin is the centre of
 the base's bottom, and the usual workspace lies on its -y side.
@@ -31,7 +31,7 @@ class DepthFrame:
     Attributes:
         points: (H, W, 3) float32, the camera's optical frame, metres; NaN where nothing was measured.
         color: (H, W, 3) uint8 RGB, or `None`.
-        frame_id: the name of the optical frame; "" where nobody tells it.
+        frame_id: the name of the optical frame; "" where it is unknown.
         seconds: since the recording's first message.
         intrinsics: (3, 3) of the pinhole camera, pixels, or `None`.
         looks: how many measurements were fused.
@@ -75,7 +75,7 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class ReadingOf:
-    """What decides how a recording is read.
+    """Options of how a recording is read.
 
     Attributes:
         at: seconds after the first message; by default the first moment at which everything is there.
@@ -92,7 +92,7 @@ class ReadingOf:
 
 @dataclass(frozen=True, eq=False)
 class RecordedOptions:
-    """What decides how a recorded scene is taken.
+    """Options of how a recorded scene is used.
 
     Attributes:
         reading: how it is read.

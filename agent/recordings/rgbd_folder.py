@@ -4,8 +4,8 @@
     FOLDER/000004-depth.png    # 16 bits of grey; or .tiff, or .npy; `depth` in the name, or in that of its folder
     FOLDER/camera_params.json  # fx, fy, cx, cy, or the matrix K, in one of the usual spellings
 
-What is left of a name without those words tells which pictures belong together. Whole numbers are millimetres and
-others metres, unless `depth_scale` in the camera's file, or somebody, says how many metres a unit is.
+What is left of a name without those words says which pictures belong together. Whole numbers are millimetres and
+others metres, unless `depth_scale` in the camera's file, or the user, says how many metres a unit is.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def read_rgbd(
         matrix = matrix_of(*intrinsics)
     else:
         raise BadInput(
-            f"the folder {str(folder)!r} has no file that tells fx, fy, cx and cy ({KNOWN_FILES}); there are: "
+            f"the folder {str(folder)!r} has no file with fx, fy, cx and cy ({KNOWN_FILES}); there are: "
             f"{_listed(folder)}; "
             "structagent bag from-rgbd DIR --intrinsics FX,FY,CX,CY --out FILE makes a bag with them"
         )

@@ -1,4 +1,4 @@
-"""What was measured nearest to a moment, and several looks of a camera that stood still made into one."""
+"""Finds the measurement nearest to a moment, and fuses several looks of a camera that stood still."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _MOVED = 0.05  # share of pixels that differ by more where the camera, or much b
 
 @dataclass(frozen=True)
 class Found(Generic[T]):
-    """What a message says, and when.
+    """The content of a message and its time.
 
     Attributes:
         value: as it was decoded.

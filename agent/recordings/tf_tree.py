@@ -1,4 +1,4 @@
-"""Where frames stood to each other, from /tf and /tf_static of either generation."""
+"""Transforms between frames, from /tf and /tf_static of ROS 1 and ROS 2."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _MOST_STATIC = 10_000  # messages; a bag with more of them on a static topic is 
 
 
 class TransformLoop(BadInput):
-    """A tf tree that is none; the message has the frames."""
+    """A tf tree with a loop; the message has its frames."""
 
 
 @dataclass(frozen=True)
 class Transform:
-    """How one frame stands in its parent.
+    """The pose of one frame in its parent.
 
     Attributes:
         parent_from_child: (4, 4).
@@ -53,7 +53,7 @@ class Frames:
     spoilt: list[str] = field(default_factory=list)
 
     def add(self, message: Any, recorded: int, static: bool) -> None:
-        """Takes in the transforms of a TFMessage."""
+        """Take in the transforms of a TFMessage."""
         for said in message.transforms:
             child, parent = frame_name(said.child_frame_id), frame_name(said.header.frame_id)
             pose, problem = _pose(said.transform)
@@ -72,7 +72,7 @@ class Frames:
             self.spoilt.append(sentence)
 
     def _nearer(self, new: int, old: int) -> bool:
-        """Whether a transform of time `new` tells the moment better than one of `old`."""
+        """Whether a transform of time `new` fits the moment better than one of `old`."""
         if new <= self.moment:
             return old > self.moment or new >= old
         return self.moment < new < old
@@ -146,7 +146,7 @@ def transform_streams(bag: Bag) -> list[Stream]:
 
 
 def is_static(stream: Stream) -> bool:
-    """Return whether what the stream tells holds always."""
+    """Return whether the transforms of the stream are static."""
     return stream.topic.endswith("tf_static")
 
 
@@ -172,7 +172,7 @@ def read_frames(bag: Bag, moment: int, ways: Iterable[tuple[str, str]] = ()) -> 
 
 
 def _take(bag: Bag, frames: Frames, streams: list[Stream], start: int | None, stop: int | None, static: bool) -> None:
-    """Takes in the messages of `streams` in a span of time."""
+    """Take in the messages of `streams` in a span of time."""
     for number, message in enumerate(bag.messages(streams, start, stop)):
         if static and number == _MOST_STATIC:
             frames.spoilt.append(f"of tf's static transforms the first {_MOST_STATIC} messages alone were read")
@@ -206,7 +206,7 @@ def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarr
     """
     notes = list(frames.spoilt)
     if not frames.transforms:
-        return None, [*notes, "the recording has no usable tf: it does not tell where the camera stood"]
+        return None, [*notes, "the recording has no usable tf: it does not say where the camera stood"]
     if camera not in frames.names:
         return None, [*notes, f"tf does not know the camera's frame {camera!r}; it knows {_some(frames.names)}"]
     base = base_frame(frames, prefix)
@@ -216,7 +216,7 @@ def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarr
     for name in (camera, base):
         if loop := frames.loop(name):
             raise TransformLoop(
-                f"tf runs in a loop ({_in_turn(loop)}), so it does not tell where the camera stood; "
+                f"tf runs in a loop ({_in_turn(loop)}), so it does not say where the camera stood; "
                 "--camera-pose X,Y,Z,ROLL,PITCH,YAW does"
             )
     path = frames.path(base, camera)

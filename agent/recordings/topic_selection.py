@@ -1,4 +1,4 @@
-"""Which topic is used for what: found by type, name and a first look, unless somebody names it."""
+"""Selects the topic for each role by type, name and a first look, unless the user names it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _DISLIKED = ("infra", "/ir/", "confidence", "fisheye", "mask", "marker", "debug"
 
 @dataclass(frozen=True)
 class Offer:
-    """What a stream has to give.
+    """What a stream could be used for.
 
     Attributes:
         stream: the stream.
@@ -52,7 +52,7 @@ class Offer:
 
     @property
     def rank(self) -> tuple[bool, bool, int, bool, str]:
-        """Orders offers for the same role, the best first."""
+        """Order offers for the same role, the best first."""
         name = self.stream.topic.lower()
         liked = next((place for place, word in enumerate(_LIKED) if word in name), len(_LIKED))
         disliked = any(word in name for word in _DISLIKED)
@@ -61,7 +61,7 @@ class Offer:
 
 @dataclass(frozen=True)
 class Choice:
-    """What the camera's picture is made of: `points`, or `depth` with `depth_info`.
+    """The streams that make up the camera's picture: `points`, or `depth` with `depth_info`.
 
     Attributes:
         points: a cloud, or `None`.
@@ -88,7 +88,7 @@ class Choice:
 
     @property
     def worth(self) -> float:
-        """How much it tells: a picture more than loose points, colour on every pixel more than colour laid over it."""
+        """How much it contains: a picture more than loose points, colour on every pixel more than colour laid over it."""
         if self.points is not None and self.points.height <= 1:
             return 1.5 if self.points.colored else 1.0
         own = self.points is not None and self.points.colored
@@ -144,7 +144,7 @@ def choose(bag: Bag, named: Mapping[str, str]) -> Choice:
 
     Args:
         bag: open.
-        named: role -> the topic that somebody named for it.
+        named: role -> the topic that the user named for it.
 
     Raises:
         UsageError: for a role that there is none of.
@@ -186,7 +186,7 @@ def choose(bag: Bag, named: Mapping[str, str]) -> Choice:
 
 
 def check_named(bag: Bag, named: Mapping[str, str]) -> None:
-    """Sees that every topic that somebody names is there and of a fitting type.
+    """See that every topic that the user names is there and of a fitting type.
 
     Raises:
         UsageError: for a role that there is none of, or for two that exclude each other.
@@ -205,14 +205,14 @@ def check_named(bag: Bag, named: Mapping[str, str]) -> None:
 
 
 def _of_role(there: list[Offer], role: str, named: Mapping[str, str]) -> list[Offer]:
-    """The offers for a role, or the one that somebody named for it, whatever it looks like."""
+    """The offers for a role, or the one that the user named for it, whatever it looks like."""
     if role in named:
         return [offer for offer in there if offer.stream.topic == named[role] and offer.stream.type in ROLES[role]]
     return [offer for offer in there if offer.role == role]
 
 
 def _info_for(there: list[Offer], named: Mapping[str, str], picture: Offer) -> Offer | None:
-    """The CameraInfo of a picture: the one that somebody named, the one beside it, or one of its frame and size."""
+    """The CameraInfo of a picture: the one that the user named, the one beside it, or one of its frame and size."""
     if picture.role in ("depth", "points") and "depth_info" in named:
         return _of_role(there, "depth_info", named)[0]
     infos = [offer for offer in there if offer.role == "depth_info" and not offer.problem]

@@ -1,4 +1,4 @@
-"""What the arm was told to do on the twin, as files from which a real Jaco can be told the same through ROS.
+"""The commands of the arm on the twin, as files that a real Jaco can replay through ROS.
 
 The .json file, in radians, seconds since the beginning, and rad/s:
 
@@ -55,13 +55,13 @@ CLOSED_TURNS, CLOSED_DEGREES = 6800.0, 80.0  # of a finger, in the driver's unit
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """One thing that the arm was told to do.
+    """One motion that the arm was commanded.
 
     Attributes:
         name: what for.
         start: s since the beginning of the log.
         times: (T,) s since `start`, increasing from 0.
-        joints: (T, n) rad, what the arm was told. fingers: (T, 3) rad, what the fingers were told.
+        joints: (T, n) rad, commanded. fingers: (T, 3) rad, commanded.
         moved: (T, n + 3) rad, where the twin's joints and fingers were then.
     """
 
@@ -82,7 +82,7 @@ class _Sample:
 
 
 class TrajectoryLog:
-    """Listens to an arm at work: give it to `agent.arm.executor.build_structure`, of which several may follow."""
+    """Records the commands of an arm at work: pass it to `agent.arm.executor.build_structure`, to several in turn."""
 
     def __init__(self) -> None:
         self._begun: list[tuple[str, list[_Sample]]] = []
@@ -109,7 +109,7 @@ class TrajectoryLog:
     def motions(self, model: ArmModel) -> list[Motion]:
         """Return everything so far in which time passes, in order, no faster than the model's limits.
 
-        What the simulation was told at once, as to open the hand, takes the time here that a real arm needs.
+        What the simulation was commanded at once, such as to open the hand, takes the time here that a real arm needs.
         """
         motions: list[Motion] = []
         start = 0.0
@@ -130,7 +130,7 @@ class TrajectoryLog:
 
 
 def check_export(path: Path) -> None:
-    """Says early what would keep a trajectory from being written there; one that is there is replaced, nothing else.
+    """Say early what would keep a trajectory from being written there; one that is there is replaced, nothing else.
 
     Raises:
         UsageError: for a suffix that is not known, or something else that is there.
@@ -142,7 +142,7 @@ def check_export(path: Path) -> None:
             ".mcap (ROS 2), or the name of a folder (ROS 2)"
         )
     if os.path.lexists(path) and not _is_trajectory(path):
-        raise UsageError(f"a trajectory must be a new file, or replace another one, and {str(path)!r} is none")
+        raise UsageError(f"a trajectory must be a new file, or replace another one, but {str(path)!r} is something else")
     with _writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.parent):
@@ -150,7 +150,7 @@ def check_export(path: Path) -> None:
 
 
 def _is_trajectory(path: Path) -> bool:
-    """Whether a file holds what `write_trajectory` writes, and nothing that somebody recorded."""
+    """Whether a file holds what `write_trajectory` writes, and not a recording."""
     if path.suffix.lower() == ".json":
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
@@ -170,7 +170,7 @@ def _is_trajectory(path: Path) -> bool:
 
 @contextmanager
 def _writing(path: Path) -> Iterator[None]:
-    """Tells in one sentence what cannot be written where."""
+    """Raise `BadInput`, in one sentence, for what cannot be written."""
     try:
         yield
     except OSError as error:
@@ -178,7 +178,7 @@ def _writing(path: Path) -> Iterator[None]:
 
 
 def write_trajectory(log: TrajectoryLog, path: Path, prefix: str, model: ArmModel) -> bool:
-    """Writes what the arm was told; whether there was anything.
+    """Write the commands of the arm; returns whether there was anything.
 
     Args:
         log: listened to the arm.

@@ -48,9 +48,9 @@ def pictures_of(event: Event) -> Iterator[Picture]:
         case events.Chosen():
             if event.scene.color is not None and event.scene.intrinsics is not None:
                 overlay = goal_overlay(event.scene, event.arrangement)
-                yield Picture("goal-overlay", "the imagined goal over what the camera saw", webp_of(overlay))
+                yield Picture("goal-overlay", "the proposed goal over the camera picture", webp_of(overlay))
             image = imagined(event.scene, event.arrangement)
-            yield Picture("imagined-goal", "the imagined goal from above, and the ways there", webp_of(image))
+            yield Picture("imagined-goal", "the proposed goal from above, and the paths to it", webp_of(image))
         case events.Pictured():
             yield Picture(event.name, event.caption, webp_of(event.image))
         case events.Filmed() if len(event.frames):

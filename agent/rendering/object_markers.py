@@ -1,4 +1,4 @@
-"""What a picture of the table from above shows of each object, from what was told of a run.
+"""What a picture of the table from above shows of each object, from the payloads of events.
 
 Made from the JSON form of events, so that a recorded run looks as it did. Lengths in metres, angles in radians.
 """

@@ -1,6 +1,6 @@
-"""Whether a JSON object is an event as `to_dict` tells it, judged by the fields of the events themselves.
+"""Checks that a JSON object is the payload of an event, by the fields of the events themselves.
 
-Whoever tells events again may then rely on every key, type and count.
+Listeners may then rely on every key, type and count.
 """
 
 from __future__ import annotations
@@ -36,18 +36,18 @@ def event_classes() -> dict[str, type]:
     return {kind_of(object.__new__(one)): one for one in classes}  # a kind follows from the class alone
 
 
-def complaint(payload: object) -> str | None:
+def payload_error(payload: object) -> str | None:
     """Say what is wrong with an event's payload, in words that continue "line 3: "; `None` where nothing is."""
     if not isinstance(payload, Mapping) or not isinstance(payload.get("kind"), str):
         return 'an event must be an object with a "kind"'
     event = event_classes().get(payload["kind"])
     if event is None:
-        return f"{payload['kind']!r} is no event; there are {', '.join(sorted(event_classes()))}"
+        return f"{payload['kind']!r} is not an event; there are {', '.join(sorted(event_classes()))}"
     return _misfit(payload, event, payload["kind"])
 
 
-def inconsistency(payload: Mapping[str, Any], part: int) -> str | None:
-    """Say what in a payload, in which `complaint` finds nothing, does not match what was seen before it.
+def payload_conflict(payload: Mapping[str, Any], part: int) -> str | None:
+    """Say what in a payload, in which `payload_error` finds nothing, does not match what was seen before it.
 
     Args:
         payload: the event.

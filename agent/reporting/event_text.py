@@ -1,4 +1,4 @@
-"""The words and numbers in which a run is told, shared by the terminal and the page."""
+"""Events in words and numbers, shared by the terminal and the page."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from typing import Any
 from agent.rendering.text import duration, number, place, slot_label
 
 
-def seen_row(one: Mapping[str, Any]) -> tuple[str, str, str]:
+def describe_row(one: Mapping[str, Any]) -> tuple[str, str, str]:
     """Describe an object that was seen: its name, where it is, and whether it stays there.
 
     Args:
         one: a `SeenObject` in its JSON form.
     """
-    return described(one), place(one["position"]), "" if one["takes_part"] else "stays where it is"
+    return describe_object(one), place(one["position"]), "" if one["takes_part"] else "stays where it is"
 
 
-def described(one: Mapping[str, Any]) -> str:
+def describe_object(one: Mapping[str, Any]) -> str:
     """Return the name of an object that was seen, with its description or its colour: "object 3, red, tall"."""
     display_name, color = one.get("display_name") or "", one.get("color_name") or ""
     if display_name.startswith(f"{one['name']},"):

@@ -1,4 +1,4 @@
-"""A session file once more: its turns on a page, its events to whoever tells them."""
+"""What can be made of a session file: a page of its turns, and its events sent to a listener again."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def records_of(session: Session) -> list[RunRecord]:
 
 
 def write_page(session: Path, page: Path) -> Path:
-    """Makes the page of a session file.
+    """Make the page of a session file.
 
     Args:
         session: the file.
@@ -54,7 +54,7 @@ def write_page(session: Path, page: Path) -> Path:
     """
     if page.is_dir() or page.resolve() == session.resolve():
         what = "a folder" if page.is_dir() else "the session itself"
-        raise UsageError(f"the page needs a file of its own, and {str(page)!r} is {what}")
+        raise UsageError(f"the page needs a file of its own, but {str(page)!r} is {what}")
     read = read_session(session)
     content = session_page(read, [record.turn for record in records_of(read)])
     try:

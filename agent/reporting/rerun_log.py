@@ -95,7 +95,7 @@ class RerunLog:
         self.close()
 
     def close(self) -> None:
-        """Ends the file."""
+        """End the file."""
         self._recording.flush()
         self._recording.disconnect()
 

@@ -1,4 +1,4 @@
-"""Everything that happened in a run, kept as it is told: `report.json`, the pictures, and `report.html` from both.
+"""A record of everything that happened in a run: `report.json`, the pictures, and `report.html` from both.
 
 `report.json`, schema version 3; every key is always there, `null` or empty where the run did not get so far:
 
@@ -46,7 +46,7 @@ _REMARKS = ("asked", "answered", "noted", "commanded", "restored")
 
 
 class RunRecord:
-    """Listens to the events of one run, or takes in what a session file tells of one.
+    """Collects the events of one run, live or from a session file.
 
     Args:
         session: gets every event and picture too, each picture being drawn once.
@@ -142,7 +142,7 @@ class RunRecord:
         self.pictures[picture.name] = picture.content
 
     def write(self, folder: Path) -> Path:
-        """Writes `report.json`, the pictures and `report.html` into `folder`; the path of the page.
+        """Write `report.json`, the pictures and `report.html` into `folder`; returns the path of the page.
 
         Files of an earlier run are replaced when all of this one have found room on the disk, and its other pictures
         are removed, so that none of them is taken for one of this run.

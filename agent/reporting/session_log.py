@@ -36,10 +36,10 @@ class SessionWriter:
     """Writes a session; use it in a `with` block.
 
     Args:
-        path: the file; one that is there already is gone on with.
+        path: the file; one that exists is continued.
         options: of the command, for the first line.
-        anew: replace a file that is there already.
-        from_kind: write nothing before an event of this kind was told, and then all that was told before it too.
+        replace: replace a file that exists.
+        from_kind: write nothing before an event of this kind comes, and then everything before it too.
         owner: the kind of command whose output the file's folder is marked as (`agent.runtime.output_ownership`); `None` for no mark.
 
     Raises:
@@ -52,13 +52,13 @@ class SessionWriter:
         path: Path,
         options: Mapping[str, Any],
         *,
-        anew: bool = False,
+        replace: bool = False,
         from_kind: str | None = None,
         owner: str | None = None,
     ) -> None:
         self.path, self._owner = path, owner
         self._began = time.perf_counter()
-        self._anew, self._from_kind = anew, from_kind
+        self._replace, self._from_kind = replace, from_kind
         self._file: Any = None
         first = {
             "schema_version": SCHEMA_VERSION,
@@ -80,7 +80,7 @@ class SessionWriter:
         self.close()
 
     def close(self) -> None:
-        """Closes the file; closing twice does nothing."""
+        """Close the file; closing twice does nothing."""
         if self._file is not None:
             self._file.close()
             self._file = None
@@ -96,7 +96,7 @@ class SessionWriter:
             self._open()
 
     def on_picture(self, picture: Picture) -> None:
-        """Writes one picture."""
+        """Write one picture."""
         data = base64.b64encode(picture.content).decode("ascii")
         self._write(
             {"picture": {"name": picture.name, "caption": picture.caption, "format": FORMAT, "data": data}}
@@ -114,7 +114,7 @@ class SessionWriter:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             if self._owner is not None:
                 mark(self.path.parent, self._owner, files_written(self.path.parent, self._owner) | {self.path.name})
-            self._file = self._replaced() if self._anew else self._continued()
+            self._file = self._replaced() if self._replace else self._continued()
         except BlockingIOError as error:
             raise UsageError(f"another process writes the session {str(self.path)!r}; choose another folder") from error
         except OSError as error:
@@ -168,11 +168,11 @@ def run_session(folder: Path, options: Mapping[str, Any]) -> SessionWriter:
         folder: made, with the file, when the run has seen something; before that there is nothing worth a folder.
         options: of the run.
     """
-    return SessionWriter(folder / RUN_SESSION, options, anew=True, from_kind="perceived", owner="run")
+    return SessionWriter(folder / RUN_SESSION, options, replace=True, from_kind="perceived", owner="run")
 
 
 def _write(file: Any, content: bytes) -> None:
-    """Writes all of it at the end of an unbuffered file, or nothing."""
+    """Write all of it at the end of an unbuffered file, or nothing."""
     size = os.fstat(file.fileno()).st_size
     try:
         while content:  # a system takes part of it where the disk is nearly full
@@ -192,6 +192,6 @@ def _is_torn(path: Path) -> bool:
     with path.open("rb") as file:
         first = file.readline(SESSION_START_BYTES)
         if first and not is_start(decode_line(first)):
-            raise UsageError(f"{str(path)!r} is there already, and is no session that could be gone on with")
+            raise UsageError(f"{str(path)!r} is there already, and is not a session, so it cannot be continued")
         file.seek(max(file.seek(0, 2) - 1, 0))
         return file.read(1) not in (b"", b"\n")

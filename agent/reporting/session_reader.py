@@ -11,7 +11,7 @@ from typing import Any
 
 from agent.errors import BadInput
 from agent.rendering.image_files import FORMAT, Picture
-from agent.reporting.event_schema import complaint, inconsistency
+from agent.reporting.event_schema import payload_conflict, payload_error
 from agent.reporting.session_format import READABLE_VERSIONS, SCHEMA_VERSION, decode_line, is_start, upgrade_payload
 from structdiffusion.limits import SESSION_BYTES, SESSION_START_BYTES
 
@@ -21,7 +21,7 @@ class SessionLine:
     """One line of a session: an event or a picture.
 
     Attributes:
-        seconds: since the session began; where it was gone on with, since then, on top of what had passed before.
+        seconds: since the session began; where it was continued, since then, on top of what had passed before.
         event: the event's JSON form, or `None`.
         picture: or `None`.
     """
@@ -51,7 +51,7 @@ class Session:
 
 
 def read_session(path: Path) -> Session:
-    """Reads a session file.
+    """Read a session file.
 
     A torn line is passed over where a process may have left one: at the end, and before another's first line.
 
@@ -92,12 +92,12 @@ def _lines(path: Path, entries: list[tuple[int, Any]]) -> Iterator[SessionLine]:
             before = latest
         elif entry is None:
             if place + 1 < len(entries) and not is_start(entries[place + 1][1]):
-                raise BadInput(f"{where} is no JSON")
+                raise BadInput(f"{where} is not JSON")
         else:
             line = _session_line(entry, where, version)
             latest = before + line.seconds
             if line.event is not None:
-                problem = inconsistency(line.event, part)
+                problem = payload_conflict(line.event, part)
                 if problem:
                     raise BadInput(f"{where}: {problem}")
                 if line.event["kind"] == "perceived":
@@ -111,7 +111,7 @@ def _session_line(entry: Any, where: str, version: int) -> SessionLine:
         raise BadInput(f'{where} must be an object with "seconds", a number from 0')
     if "event" in entry:
         payload = upgrade_payload(entry["event"], version)
-        problem = complaint(payload)
+        problem = payload_error(payload)
         if problem:
             raise BadInput(f"{where}: {problem}")
         return SessionLine(seconds, event=payload)
@@ -120,9 +120,9 @@ def _session_line(entry: Any, where: str, version: int) -> SessionLine:
     if not isinstance(picture, dict) or not all(isinstance(picture.get(key), str) for key in keys):
         raise BadInput(f'{where} must have an "event", or a "picture" with the strings {", ".join(keys)}')
     if picture["format"] != FORMAT:
-        raise BadInput(f"{where}: a picture's format cannot be {picture['format']!r}; legal: {FORMAT}")
+        raise BadInput(f"{where}: the format of a picture cannot be {picture['format']!r}; legal: {FORMAT}")
     try:
         data = base64.b64decode(picture["data"], validate=True)
     except (binascii.Error, ValueError) as error:
-        raise BadInput(f"{where}: the picture's data is no base64") from error
+        raise BadInput(f"{where}: the picture's data is not base64") from error
     return SessionLine(seconds, picture=Picture(picture["name"], picture["caption"], data))

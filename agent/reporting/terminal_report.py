@@ -1,4 +1,4 @@
-"""The events, told in the terminal as they happen; plain text where there is no terminal."""
+"""Prints events in the terminal as they happen; plain text where there is no terminal."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from agent.rendering.text import aligned, duration, number, place, slot_label
 from agent.reporting.event_text import (
     arm_sentence,
     check_sentence,
+    describe_row,
     parse_notes,
     remark_sentence,
-    seen_row,
     verdict_sentence,
     verdict_title,
 )
@@ -24,10 +24,10 @@ _CANDIDATES_SHOWN = 5
 
 
 class TerminalReport:
-    """Listens to the events of one run, or of several, and tells them, one step after another.
+    """Prints the events of one run, or of several, one step after another.
 
     Args:
-        console: where to tell; rich leaves colours out where it is no terminal.
+        console: where to print; rich leaves colours out where it is no terminal.
     """
 
     def __init__(self, console: Console) -> None:
@@ -91,12 +91,12 @@ class TerminalReport:
         self._names = [one["name"] for one in seen]
         self._step("Looked at the table", payload["seconds"])
         self._line(f"{len(seen)} objects, {sum(one['takes_part'] for one in seen)} take part")
-        self._columns([seen_row(one) for one in seen])
+        self._columns([describe_row(one) for one in seen])
         for note in payload.get("notes", ()):
             self._line(note)
 
     def _imagined(self, payload: Mapping[str, Any]) -> None:
-        self._step("Imagined", payload["seconds"])
+        self._step("Proposed", payload["seconds"])
         self._line(f"{len(payload['candidates'])} candidates by the model “{payload['model']}”, best first:")
         shown = payload["candidates"][:_CANDIDATES_SHOWN]
         names = list(shown[0]["scores"])

@@ -1,1 +1,1 @@
-"""Where a scene comes from: each module yields a `Scene` and, where there is one, a world to act in."""
+"""Sources of scenes: each module yields a `Scene` and, where there is one, a world to act in."""

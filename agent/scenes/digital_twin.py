@@ -47,7 +47,7 @@ class RecordedObject:
     """One object of a recording and its body in the twin.
 
     Attributes:
-        name: "object 3", or "mug 3" where somebody said what it is.
+        name: "object 3", or "mug 3" where the user said what it is.
         display_name: what an instruction can call it: "mug 3, red, tall".
         attributes: its colour and size, as far as they were seen.
         cloud: what was seen of it.
@@ -230,7 +230,7 @@ class RecordedScene(TableScene):
         self.remember({each.name: _thinned(each.cloud, thinning) for each in ordered})
 
     def _come_to_rest(self) -> list[str]:
-        """Lets the bodies settle; a note for each that does not stay where it was seen."""
+        """Let the bodies settle; a note for each that does not stay where it was seen."""
         self.world.settle(_SETTLE_SECONDS)
         notes = []
         for name, before, now in zip(self.names, self.world_from_initial, self.world.poses(), strict=True):

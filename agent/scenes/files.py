@@ -1,4 +1,4 @@
-"""Scene files: YAML in, checked line by line, and YAML out. What is wrong with a file is said with its line.
+"""Scene files: YAML in, checked line by line, and YAML out. Errors name the line of the file.
 
     version: 1                # of this schema; needed
     objects:                  # needed; at most 40
@@ -71,14 +71,14 @@ class PlacedObject:
 
 @dataclass(frozen=True)
 class Problem:
-    """Something that is wrong with a scene file, and the line, counted from 1."""
+    """An error in a scene file, and its line, counted from 1."""
 
     line: int
     message: str
 
 
 class SceneFileError(BadInput):
-    """A scene file that cannot be used; it says the first problem, and `problems` has them all."""
+    """A scene file that cannot be used; its message is the first problem, and `problems` has them all."""
 
     def __init__(self, path: Path, problems: Sequence[Problem]) -> None:
         self.problems = tuple(sorted(problems, key=lambda problem: problem.line))
@@ -100,7 +100,7 @@ def read_text(path: Path) -> str:
         BadInput: when there is no such file, or it is no text.
     """
     if not path.is_file():
-        raise BadInput(f"there is no scene file {str(path)!r}; structagent scene new --out {path} makes one")
+        raise BadInput(f"there is no scene file {str(path)!r}; structagent scene new --out {path} creates one")
     if (size := path.stat().st_size) > SCENE_BYTES:
         raise BadInput(f"the scene file {str(path)!r} has {size} bytes; at most {SCENE_BYTES} are read")
     content = path.read_bytes()
@@ -108,7 +108,7 @@ def read_text(path: Path) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        raise SceneFileError(path, [Problem(line, f"byte {content[error.start]:#04x} is no UTF-8 text")]) from error
+        raise SceneFileError(path, [Problem(line, f"byte {content[error.start]:#04x} is not UTF-8 text")]) from error
 
 
 def parse_scene(text: str) -> tuple[tuple[PlacedObject, ...], list[Problem]]:
@@ -132,7 +132,7 @@ def parse_scene(text: str) -> tuple[tuple[PlacedObject, ...], list[Problem]]:
 
 
 class _Reader:
-    """Reads YAML nodes and notes what is wrong."""
+    """Reads YAML nodes and collects problems."""
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []
@@ -292,7 +292,7 @@ def scene_text(objects: Sequence[PlacedObject], comment: str = "") -> str:
 
 
 def write_scene(objects: Sequence[PlacedObject], path: Path, comment: str = "") -> None:
-    """Writes a scene file whole or not at all; folders on the way are made.
+    """Write a scene file whole or not at all; folders on the way are made.
 
     Raises:
         OSError: when it cannot be written there.

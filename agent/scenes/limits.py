@@ -11,7 +11,7 @@ FEWEST_OBJECTS, MOST_OBJECTS = 2, 12  # what makes a structure, and what the mod
 
 
 def check_count(selected: Sequence[str], there: int, spec: StructureSpec) -> None:
-    """Refuses an instruction that means too few or too many objects.
+    """Refuse an instruction that means too few or too many objects.
 
     Args:
         selected: the names of the objects that it means.

@@ -1,4 +1,4 @@
-"""What instructions can refer to of an object besides its name: its colour and its size."""
+"""Attributes of objects to which instructions can refer besides the name: colour and size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the lines of a scene file to objects that stand on the table, and back."""
+"""Converts the lines of a scene file to objects that stand on the table, and back."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from structdiffusion.geometry import pose_from_xyz_rpy
 from structdiffusion.limits import SLOW_BYTES
 from structdiffusion.objects.folder import FORMATS, object_from_file
 from structdiffusion.objects.libraries import LIBRARIES
-from structdiffusion.objects.model import ObjectError, ObjectModel
+from structdiffusion.objects.model import ObjectError, ObjectModel, unique_names
 from structdiffusion.observation import Table
-from structdiffusion.simulation.world import FALLEN, unique_names
+from structdiffusion.simulation.world import FALLEN
 
 _DIGITS, _ANGLE_DIGITS = 6, 4  # of metres and degrees in files: a micrometre is far below what matters
 _NUMBERED = re.compile(r"^\d+(-[a-z])?_")  # as the YCB scans are: "025_mug", "065-a_cups"

@@ -1,4 +1,4 @@
-"""A recorded session of the simulated arm and its camera: what a kinova-ros driver and a RealSense would have said.
+"""A recorded session of the simulated arm and its camera: what a kinova-ros driver and a RealSense would have published.
 
 | topic | type | frame | rate |
 |---|---|---|---|
@@ -57,12 +57,12 @@ def record_session(
     rate: float = CAMERA_RATE,
     force: bool = False,
 ) -> None:
-    """Writes a bag of a table as it stands now.
+    """Write a bag of a table as it stands now.
 
     Args:
         table: the table, with the arm beside it.
         out: the new bag, as `BagWriter` takes it.
-        noise: draws the depth sensor's noise, anew for each picture.
+        noise: draws the depth sensor's noise, again for each picture.
         seconds: how long the session lasts; everything is there at its beginning.
         rate: pictures a second.
         force: overwrite a bag that is there.
@@ -106,7 +106,7 @@ def ros_intrinsics(camera: DepthCamera) -> np.ndarray:
 
 
 def _mounted(base_from_optical: np.ndarray) -> dict[tuple[str, str], np.ndarray]:
-    """The camera's frames, and where somebody has measured that it stands before the arm."""
+    """The camera's frames, and the measured pose of the camera relative to the arm."""
     body_from_optical = _BODY_FROM_COLOR @ _COLOR_FROM_OPTICAL
     return {
         ("world", "camera_link"): base_from_optical @ np.linalg.inv(body_from_optical),
@@ -116,7 +116,7 @@ def _mounted(base_from_optical: np.ndarray) -> dict[tuple[str, str], np.ndarray]
 
 
 class _Driver:
-    """What the arm's driver and the publisher of its links say of an arm that stands still."""
+    """The messages of the arm's driver and of the publisher of its links, for an arm that stands still."""
 
     def __init__(self, table: TableScene) -> None:
         model = table.arm.kinematics.model

@@ -1,4 +1,4 @@
-"""A scene file, told: as a table for people, or as JSON values."""
+"""A scene file as a table for people, or as JSON values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A simulated table: objects drawn from a library so that the goal can come true, seen by the depth camera."""
+"""A simulated table: objects drawn from a library so that the goal can be built, seen by the depth camera."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from agent.scenes.table_scene import TableScene, drawing_and_noise
 from grounding.interpreter import Interpretation
 from grounding.references.attributes import SceneObject
 from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_scene, eligible
-from structdiffusion.objects.model import ObjectModel
-from structdiffusion.simulation.world import unique_names
+from structdiffusion.objects.model import ObjectModel, unique_names
 
 MOST_OBJECTS = 7  # that take part in a drawn scene
 _DRAWS = 60  # a few suffice unless the instruction asks for a rare mixture, such as two cans and the only mug

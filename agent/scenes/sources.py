@@ -1,4 +1,4 @@
-"""Where the pipeline gets its table from: drawn for the instruction, placed by a file, or recorded."""
+"""Sources of tables for the pipeline: drawn for the instruction, placed by a file, or recorded."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ RECORDINGS = (".bag", ".db3", ".mcap", ".ply", ".pcd")
 
 
 class SceneSource(Protocol):
-    """Whatever opens a table for an instruction.
+    """Anything that opens a table for an instruction.
 
     Attributes:
         referents: what an instruction can refer to: the objects that there are, or those that can be drawn.
@@ -50,7 +50,7 @@ class SceneSource(Protocol):
         """
 
     def set_out(self, seed: int) -> TableScene:
-        """Return a table to talk about, on which everything takes part until somebody says otherwise; close it."""
+        """Return a table to talk about, on which everything takes part until the user says otherwise; close it."""
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """Return the table as it stands now, as the lines of a scene file in `folder`."""
@@ -96,7 +96,7 @@ def _has_much_to_read(folder: Path) -> bool:
 
 
 class DrawnSource:
-    """Scenes drawn from a library so that the goal can come true."""
+    """Scenes drawn from a library so that the goal can be built."""
 
     catalogue = True
     hint = ""

@@ -19,16 +19,16 @@ from agent.scenes.object_attributes import attributes_of
 from agent.scenes.object_placement import lowest_point
 from grounding.references.attributes import ObjectAttributes, SceneObject
 from structdiffusion.geometry import tilt_between, transform_points
-from structdiffusion.objects.model import ObjectModel
+from structdiffusion.objects.model import ObjectModel, unique_names
 from structdiffusion.observation import ObjectCloud, Scene, Table
 from structdiffusion.simulation.depth_camera import VIEWS, DepthCamera
 from structdiffusion.simulation.scenery import Backdrop, backdrop
-from structdiffusion.simulation.world import FALLEN, TabletopWorld, unique_names
+from structdiffusion.simulation.world import FALLEN, TabletopWorld
 
 SHOULDER = "shoulder"  # the view in which the arm is seen at work
 MOVED = 0.002  # m, and of a rotation's entries: less is how things settle while others are moved
 _LEAST_STEP = 0.003  # m: what was lifted by less still stands on the table
-_STILL_STANDS = math.radians(10.0)  # what was tilted by more is looked at anew: another side of it is up
+_STILL_STANDS = math.radians(10.0)  # what was tilted by more is looked at again: another side of it is up
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class TableScene:
 
         What was seen before and only moved since, upright, keeps the cloud of its first look: from a tower the camera
         sees little but the top. Where it is now is taken from the simulation's poses, as when the arm builds: this
-        stands in for tracking. What has fallen over is looked at anew, what has fallen off is left out.
+        stands in for tracking. What has fallen over is looked at again, what has fallen off is left out.
 
         Raises:
             ObservationError: when the camera cannot see an object that takes part and was not seen before.
@@ -165,12 +165,12 @@ class TableScene:
         return all(np.abs(poses[name] - seen.pose).max() <= MOVED for name, seen in self._seen.items())
 
     def remember(self, clouds: Mapping[str, ObjectCloud]) -> None:
-        """Takes clouds, by the names of objects, as what was seen of them where they stand now."""
+        """Take clouds, by the names of objects, as what was seen of them where they stand now."""
         poses = self.poses()
         self._seen |= {name: _Seen(cloud, poses[name]) for name, cloud in clouds.items()}
 
     def involve(self, names: Sequence[str]) -> None:
-        """Says which objects take part from now on; they come first, each in the order of the beginning.
+        """Say which objects take part from now on; they come first, each in the order of the beginning.
 
         Raises:
             KeyError: for a name that there is not.
@@ -212,7 +212,7 @@ class TableScene:
         return None if self.arm.weld is None else self.names[self.world.bodies.index(self.arm.weld[1])]
 
     def tidy_up(self) -> bool:
-        """Has the arm set down what it holds, and fold, after it was stopped for good; whether there was a need.
+        """Let the arm set down what it holds, and fold, after it was stopped for good; returns whether there was a need.
 
         There is none as long as it stands where it stood at first: a build leads it from there.
         """
@@ -221,7 +221,7 @@ class TableScene:
         return tidy_up(self.world, self.arm, np.random.default_rng(0))
 
     def put_back(self, poses: Mapping[str, np.ndarray]) -> tuple[str, ...]:
-        """Puts every object where `poses` says, at rest, and folds the arm; the names of those that had moved."""
+        """Put every object where `poses` says, at rest, and fold the arm; returns the names of those that had moved."""
         moved = []
         for index, (name, now) in enumerate(zip(self.names, self.world.poses(), strict=True)):
             if np.abs(now - poses[name]).max() > MOVED:

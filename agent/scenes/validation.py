@@ -1,4 +1,4 @@
-"""What is wrong with the places of a scene file's objects: all of it at once, and nothing that follows from the rest.
+"""Checks the places of a scene file's objects, and reports all problems at once, without those that follow from others.
 
 An object whose line is wrong elsewhere is judged by what is known of it. Whatever it may hold up is not judged: that
 would seem to fall only because the object is left out.

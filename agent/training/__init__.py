@@ -1,1 +1,1 @@
-"""The verbs that make models: `structagent generate` and `structagent train`."""
+"""Training data and training: `structagent generate` and `structagent train`."""

@@ -1,4 +1,4 @@
-"""`structagent generate`: training data on the cores of this machine or of a Ray cluster, with a datasheet."""
+"""`structagent generate`: training data with a datasheet, generated on this machine or a Ray cluster."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from structdiffusion.parallel import WorkerError
 
 
 @dataclass(frozen=True)
-class DataWish:
-    """What is to be drawn.
+class DatasetConfig:
+    """What to generate.
 
     Attributes:
-        out: the folder; what is finished there is kept.
-        scenes: how many, rounded up to whole shards.
-        crowded: how many more with 8 to 10 objects, rounded up likewise.
-        pairs: of objects, for the collision discriminator.
+        out: folder; finished shards in it are kept.
+        scenes: number of scenes, rounded up to whole shards.
+        crowded: number of additional scenes with 8 to 10 objects, rounded up likewise.
+        pairs: number of object pairs for the collision discriminator.
         objects: as `load_objects` takes it.
         seed: of everything.
     """
@@ -37,25 +37,25 @@ class DataWish:
 
     @property
     def command(self) -> str:
-        """The command line that draws it."""
+        """Return the command that generates it."""
         return (
             f"structagent generate --out {shlex.quote(str(self.out))} --scenes {self.scenes} "
             f"--crowded {self.crowded} --pairs {self.pairs} --objects {self.objects} --seed {self.seed}"
         )
 
 
-def generate_data(wish: DataWish, workers: int | None, ray: str | None) -> None:
-    """Writes demonstrations, the sentences that go with them, pairs of objects and a datasheet; says where they are.
+def generate_data(config: DatasetConfig, workers: int | None, ray: str | None) -> None:
+    """Write demonstrations, the sentences that go with them, pairs of objects and a datasheet; print a summary.
 
     Args:
-        wish: what is drawn.
+        config: what to generate.
         workers: processes; `None` for one per core, of this machine or the cluster.
-        ray: the address of a Ray cluster that does it (see `agent.runtime.ray_cluster`), or `None` for this machine.
+        ray: address of a Ray cluster that does the work (see `agent.runtime.ray_cluster`); `None` for this machine.
 
     Raises:
-        UsageError: when the cluster cannot be had.
-        DataFolderError: when the folder has other data.
-        WorkerError: when workers died; everything that they were not at is written, and the same command goes on.
+        UsageError: when the cluster cannot be used.
+        DataFolderError: when the folder holds other data.
+        WorkerError: when workers died; all other pieces are written, and the same command resumes.
     """
     from agent.runtime.ray_cluster import ray_cluster
     from agent.training.sentence_embeddings import write_language
@@ -65,37 +65,41 @@ def generate_data(wish: DataWish, workers: int | None, ray: str | None) -> None:
     from structdiffusion.data.demonstrations import generate
     from structdiffusion.objects.libraries import load_objects
 
-    models = load_objects(wish.objects)
+    models = load_objects(config.objects)
     with ExitStack() as stack:
         count = stack.enter_context(ray_cluster(ray, workers)) if ray else workers or os.cpu_count() or 1
-        how = {"seed": wish.seed, "workers": count, "ray": ray is not None}
+        how = {"seed": config.seed, "workers": count, "ray": ray is not None}
         steps = {
-            "shards of scenes": generate(models, wish.out, wish.scenes, crowded=wish.crowded, **how),
-            "groups of pairs": generate_pairs(models, wish.out, wish.pairs, **how),
+            "shards of scenes": generate(models, config.out, config.scenes, crowded=config.crowded, **how),
+            "groups of pairs": generate_pairs(models, config.out, config.pairs, **how),
         }
         lost = [error for what, step in steps.items() if (error := _follow(what, step)) is not None]
     if lost:  # the datasheet is about all of it
         raise WorkerError("; ".join(map(str, lost)))
-    if not (wish.out / "language.npz").is_file():
+    if not (config.out / "language.npz").is_file():
         print("embedding sentences, which takes a minute or two", file=sys.stderr)
-        write_language(wish.out, SentenceEncoder(), wish.seed)
-    about = {"version": __version__, "command": wish.command, "library": wish.objects, "seed": wish.seed}
-    sheet = write_datasheet(wish.out, models, about)
+        write_language(config.out, SentenceEncoder(), config.seed)
+    about = {"version": __version__, "command": config.command, "library": config.objects, "seed": config.seed}
+    sheet = write_datasheet(config.out, models, about)
     counted = f"{sheet['scenes']} scenes, {sheet['pairs']['pairs']} pairs and {sheet['sentences']} sentences"
-    print(f"{counted} in {wish.out}; see {wish.out / SHEET_TEXT}")
+    print(f"{counted} in {config.out}; see {config.out / SHEET_TEXT}")
 
 
 def _follow(what: str, steps: Iterator[tuple[int, int]]) -> WorkerError | None:
-    """Goes through the steps of some work, which says before the first and after each how many of how many are done.
+    """Run the steps of some work and show the progress.
+
+    Args:
+        what: the pieces of the work are called.
+        steps: give, before the first piece and after each, how many of how many pieces are done.
 
     Returns:
-        What is missing where workers died; `None` where nothing is.
+        The error when workers died; `None` if nothing is missing.
     """
     done, total = next(steps)
-    with progress(what, total, done) as tell:
+    with progress(what, total, done) as advance:
         try:
             for _ in steps:
-                tell()
+                advance()
         except WorkerError as error:
             return error
     return None

@@ -1,6 +1,6 @@
-"""The language half of the training data: every corpus sentence, embedded, with the words that it says.
+"""The language half of the training data: every corpus sentence, its embedding and its word tokens.
 
-It lives here because the networks may import neither the corpus nor the encoder.
+It is here because the networks import neither the corpus nor the encoder.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from grounding.corpus.grammar import OBJECT_WORDS, all_sentences
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from structdiffusion.word_tokens import word_ids
 
-# People name things where the corpus says "objects"; the embedding moves a little with each.
-_THINGS = ("cups", "mugs", "bowls", "plates", "cans", "boxes", "bottles", "blocks", "jars", "dishes", "candles", "toys")
+# Users name the objects where the corpus says "objects"; each noun shifts the embedding a little.
+_NOUNS = ("cups", "mugs", "bowls", "plates", "cans", "boxes", "bottles", "blocks", "jars", "dishes", "candles", "toys")
 
 
 def write_language(folder: str | Path, encoder: SentenceEncoder, seed: int = 0) -> int:
     """Write `language.npz`: embeddings (L, 384) float16 and word ids (L, 5) int8; returns L.
 
-    Every sentence of the corpus, and once more those that speak of objects, with a household noun.
+    Every sentence of the corpus is written, and those about objects once more with a household noun.
     """
     rng = np.random.default_rng(seed)
     texts, words = [], []
@@ -29,7 +29,7 @@ def write_language(folder: str | Path, encoder: SentenceEncoder, seed: int = 0) 
         words.append(word_ids(spec))
         general = next((word for word in OBJECT_WORDS if f" {word}" in text), None)
         if general is not None:
-            texts.append(text.replace(f" {general}", f" {rng.choice(_THINGS)}", 1))
+            texts.append(text.replace(f" {general}", f" {rng.choice(_NOUNS)}", 1))
             words.append(word_ids(spec))
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""`structagent train`: its progress in the terminal, around `structdiffusion`'s own loop."""
+"""`structagent train` for the networks: their losses and data, and the progress of the training loop."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import torch
 
     from structdiffusion.models.checkpoint import Checkpointed
-    from structdiffusion.training.distributed import Together
+    from structdiffusion.training.distributed import DistributedContext
     from structdiffusion.training.loss import Loss
 
 
@@ -34,15 +34,15 @@ _DISCRIMINATORS = ("structure", "collision")
 
 @dataclass(frozen=True)
 class TrainingRun:
-    """What is trained on what, and where.
+    """A training run.
 
     Attributes:
         kind: one of `RECIPES`.
-        data: a folder that `structagent generate` made.
-        out: receives the checkpoint, the training state, `log.csv` and `training.json`.
-        recipe: how long, how fast, and on how much at once; steps of earlier runs are included.
+        data: folder that `structagent generate` wrote.
+        out: folder for the checkpoint, the training state, `log.csv` and `training.json`.
+        recipe: steps (earlier runs included), learning rate and batch size.
         device: one of `DEVICES`.
-        devices: how many train together; each draws batches of its own.
+        devices: how many train together, each on its own batches.
         precision: one of `PRECISIONS`.
         seed: of initial weights, batches and noise.
     """
@@ -58,19 +58,19 @@ class TrainingRun:
 
 
 def train_model(run: TrainingRun) -> None:
-    """Trains a model, or goes on where it stopped; tells every row of the log.
+    """Train a network, or resume its training; print every row of the log.
 
     Raises:
-        UsageError: for a device or a precision that cannot be had.
-        FileNotFoundError: where the data lack a file.
-        DataFolderError: where a file of the data is torn.
-        CheckpointError: where what an earlier run left in the folder cannot be gone on with.
-        FloatingPointError: when the loss is no number any more.
+        UsageError: for a device or a precision that is not available.
+        FileNotFoundError: when a file of the data is missing.
+        DataFolderError: when a file of the data is torn.
+        CheckpointError: when the earlier run in the folder cannot be resumed.
+        FloatingPointError: when the loss is not finite.
     """
     device = _device(run)
     if run.precision != FLOAT32 and run.kind in _DISCRIMINATORS:
         raise UsageError(
-            f"--precision cannot be {run.precision!r} for {run.kind!r}, which tells millimetres; legal: {FLOAT32}"
+            f"--precision cannot be {run.precision!r} for {run.kind!r}, which resolves millimetres; legal: {FLOAT32}"
         )
     if run.devices == 1:
         _train(run, device)
@@ -93,24 +93,24 @@ def _device(run: TrainingRun) -> torch.device:
     most = torch.cuda.device_count() if device.type == "cuda" else os.cpu_count() or 1
     if run.devices > most:
         what = "CUDA devices" if device.type == "cuda" else "processor cores"
-        raise UsageError(f"--devices cannot be {run.devices} here; legal: 1 to {most}, as many as there are {what}")
+        raise UsageError(f"--devices cannot be {run.devices} here; legal: 1 to {most}, the number of {what}")
     return device
 
 
 def _train_together(run: TrainingRun, device_type: str) -> None:
-    """The life of one process among several."""
-    from structdiffusion.training.distributed import Together
+    """Train in one of several processes."""
+    from structdiffusion.training.distributed import DistributedContext
 
-    together = Together(cpu=device_type == "cpu")
-    _train(run, together.device, together)
-    together.end()
+    distributed = DistributedContext(cpu=device_type == "cpu")
+    _train(run, distributed.device, distributed)
+    distributed.end()
 
 
-def _train(run: TrainingRun, device: torch.device, together: Together | None = None) -> None:
+def _train(run: TrainingRun, device: torch.device, distributed: DistributedContext | None = None) -> None:
     import torch
 
     from structdiffusion.training.loop import TrainingOptions, train
-    from structdiffusion.training.run_record import Surroundings, about_data
+    from structdiffusion.training.run_record import RunMetadata, about_data
 
     with torch.random.fork_rng():  # torch draws initial weights from its global generator alone
         torch.manual_seed(run.seed)
@@ -119,16 +119,16 @@ def _train(run: TrainingRun, device: torch.device, together: Together | None = N
         loss = partial(loss, autocast=True)
     options = TrainingOptions(steps=run.recipe.steps, learning_rate=run.recipe.learning_rate, seed=run.seed)
     examples = "pairs" if run.kind == "collision" else "scenes"
-    surroundings = Surroundings(__version__, about_data(run.data), run.recipe.batch, examples, run.precision)
-    told = together is None or together.rank == 0
+    metadata = RunMetadata(__version__, about_data(run.data), run.recipe.batch, examples, run.precision)
+    told = distributed is None or distributed.rank == 0
     console = console_on(sys.stdout, soft_wrap=True, highlight=False, quiet=not told)
     with progress_bar(quiet=not told) as progress:
         task = progress.add_task(run.kind, total=run.recipe.steps)
-        for row in train(model, loss, run.out, options, device, surroundings=surroundings, together=together):
+        for row in train(model, loss, run.out, options, device, metadata=metadata, distributed=distributed):
             progress.update(task, completed=row.step)
             losses = "  ".join(f"{name} {value:.4f}" for name, value in row.losses.items())
             console.print(f"step {row.step}/{row.steps}  {row.seconds:.0f} s  {losses}")
-    where = str(device) if together is None else f"{together.count} devices ({device.type})"
+    where = str(device) if distributed is None else f"{distributed.count} devices ({device.type})"
     console.print(f"trained for {run.recipe.steps} steps on {where}: {run.out}")
 
 

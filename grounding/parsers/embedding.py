@@ -121,6 +121,11 @@ class EmbeddingParser:
                 found[place] = unreadable(text, why, self.name)
             else:
                 readable.append((place, text, mend(text, self.encoder.whole_words)))
+        overflowing = self.encoder.overflowing([mended.text for _, _, mended in readable])
+        for (place, text, _), too_long in zip(readable, overflowing, strict=True):
+            if too_long:  # known before the network runs: texts of the greatest length would cost it most
+                found[place] = unreadable(text, _too_long(text), self.name)
+        readable = [entry for entry, too_long in zip(readable, overflowing, strict=True) if not too_long]
         readable.sort(key=lambda entry: len(entry[2].text))  # little padding per batch
         for start in range(0, len(readable), BATCH):
             chosen = readable[start : start + BATCH]
@@ -142,9 +147,6 @@ class EmbeddingParser:
             }
         parses = []
         for row, text in enumerate(texts):
-            if states.truncated[row]:
-                parses.append(unreadable(text, _too_long(text), self.name))
-                continue
             probabilities = {
                 question: dict(zip(ANSWERS[question], shares[question][row], strict=True)) for question in QUESTIONS
             }

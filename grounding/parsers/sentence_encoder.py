@@ -115,6 +115,10 @@ class SentenceEncoder:
             np.array([bool(encoding.overflowing) for encoding in encodings]),
         )
 
+    def overflowing(self, texts: list[str]) -> list[bool]:
+        """Return for each text whether it has more word pieces than the network can take; runs no network."""
+        return [bool(encoding.overflowing) for encoding in self._tokenizer.encode_batch(texts)]
+
     @cached_property
     def _tokenizer(self) -> Tokenizer:
         from tokenizers import Tokenizer

@@ -81,7 +81,7 @@ def _without_imagination(planner: Planner) -> Planner:
     if isinstance(planner, GeometricPlanner):
         return GeometricPlanner()
     bare = copy(planner)
-    bare.finish = replace(planner.finish, imagined=0)
+    bare.post_process = replace(planner.post_process, imagined=0)
     return bare
 
 

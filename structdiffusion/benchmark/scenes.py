@@ -19,7 +19,8 @@ from structdiffusion.observation import Scene, Table
 from structdiffusion.parallel import Lost, in_parallel
 from structdiffusion.protocol.physical_stability import Verdict, place_and_check
 from structdiffusion.simulation.depth_camera import DepthCamera
-from structdiffusion.simulation.world import ObservationError, TabletopWorld
+from structdiffusion.simulation.visible_points import ObservationError
+from structdiffusion.simulation.world import TabletopWorld
 from structdiffusion.structures import STRUCTURES
 
 ANY_SHAPE = "structure"  # what a scene is called whose spec leaves the shape open

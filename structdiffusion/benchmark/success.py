@@ -19,10 +19,10 @@ import torch
 from grounding.spec import SHAPES
 from structdiffusion.benchmark.scenes import EvaluationScene
 from structdiffusion.observation import Arrangement, Goal, Scene
-from structdiffusion.parallel import WORKER_DIED
 from structdiffusion.protocol.physical_stability import Verdict
 from structdiffusion.protocol.semantic import FAILURE_CLASSES
 from structdiffusion.structures.structure import LayoutError
+from structdiffusion.worker_process import WORKER_DIED
 
 SCHEMA = "structagent-success/2"
 Row = dict[str, Any]

@@ -23,9 +23,11 @@ from structdiffusion.word_tokens import WORDS
 # Chances of what the speaker leaves open.
 _KEEP_ALL, _KEEP_SHAPE, _KEEP_SLOT = 0.35, 0.92, 0.65
 _FORGET_NOUNS, _FORGET_NOUN = 0.15, 0.05  # of a whole scene; of one object
-# The id of each slot's first word, so that id - first + 1 is the value's number in its slot.
-_FIRST_WORD = torch.tensor([WORDS[slot, LEGAL_VALUES[slot][0]] for slot in SLOTS])
-_RADIX = 5 ** torch.arange(len(SLOTS))  # every slot has at most four values, and "open"
+# By word id: the number of the value in its slot, from 1; 0 is "open". Each combination has a number in a mixed radix.
+_VALUE_NUMBER = torch.tensor([0, *(LEGAL_VALUES[slot].index(value) + 1 for slot, value in WORDS)])
+_SLOT_SIZES = torch.tensor([len(LEGAL_VALUES[slot]) + 1 for slot in SLOTS])
+_RADIX = torch.cat((torch.ones(1, dtype=torch.long), _SLOT_SIZES.cumprod(0)[:-1]))
+_COMBINATIONS = int(_SLOT_SIZES.prod())
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,7 @@ class DemonstrationBatches:
         keys = _keys(words)
         order = keys.argsort(stable=True)
         self.embeddings = embeddings[order].to(self.device)  # (L, 384) float16
-        self.sentence_count = torch.bincount(keys, minlength=5 ** len(SLOTS)).to(self.device)
+        self.sentence_count = torch.bincount(keys, minlength=_COMBINATIONS).to(self.device)
         self.sentence_start = self.sentence_count.cumsum(0) - self.sentence_count
 
     def draw(self, size: int, generator: torch.Generator, sentences: float = 0.5) -> Batch:
@@ -198,5 +200,4 @@ def widened(columns: dict[str, np.ndarray], places: int) -> dict[str, np.ndarray
 
 def _keys(words: Tensor) -> Tensor:
     """One number for each combination of word ids (..., 5)."""
-    local = torch.where(words > 0, words - _FIRST_WORD.to(words.device) + 1, torch.zeros_like(words))
-    return (local * _RADIX.to(words.device)).sum(dim=-1)
+    return (_VALUE_NUMBER.to(words.device)[words] * _RADIX.to(words.device)).sum(dim=-1)

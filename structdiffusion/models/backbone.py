@@ -45,6 +45,7 @@ class BackboneConfig:
         nouns: the nouns that have an embedding of their own; every other is unknown.
         frame_center, frame_scale: m; the structure frame's position is (p - center) / scale.
         object_center, object_scale: m; likewise for an object's position in the structure frame.
+        vocabulary: how many word ids it knows, 0 included.
     """
 
     width: int = 128
@@ -59,6 +60,7 @@ class BackboneConfig:
     frame_scale: tuple[float, float, float] = (0.09, 0.19, 0.05)
     object_center: tuple[float, float, float] = (-0.015, 0.0, 0.06)
     object_scale: tuple[float, float, float] = (0.065, 0.10, 0.05)
+    vocabulary: int = VOCABULARY
 
 
 @dataclass(frozen=True)
@@ -102,11 +104,11 @@ class PoseBackbone(Checkpointed):
 
     Args:
         config: sizes and scales.
-        language_extra, thing_extra: how many more numbers a language token, and a structure-frame or object
+        language_extra, object_extra: how many more numbers a language token, and a structure-frame or object
             token, take in than their own, as the diffusion model's h_time of the paper.
     """
 
-    def __init__(self, config: BackboneConfig, language_extra: int = 0, thing_extra: int = 0) -> None:
+    def __init__(self, config: BackboneConfig, language_extra: int = 0, object_extra: int = 0) -> None:
         super().__init__()
         self.config = config
         width = config.width
@@ -114,7 +116,7 @@ class PoseBackbone(Checkpointed):
         self.outline = nn.Sequential(nn.Linear(OUTLINE_FEATURES, 64), nn.GELU(), nn.Linear(64, 64))
         self.noun = nn.Embedding(1 + len(config.nouns), 32)
         self.merge_object = nn.Sequential(nn.GELU(), nn.Linear(config.point_width + 64 + 32, OBJECT_WIDTH))
-        self.word = nn.Embedding(VOCABULARY, _LANGUAGE_WIDTH)
+        self.word = nn.Embedding(config.vocabulary, _LANGUAGE_WIDTH)
         self.sentence = nn.Linear(SENTENCE_WIDTH, _LANGUAGE_WIDTH)
         self.pose = nn.Sequential(nn.Linear(POSE, 128), nn.GELU(), nn.Linear(128, _POSE_WIDTH))
         self.frame_query = nn.Parameter(0.02 * torch.randn(OBJECT_WIDTH))
@@ -125,8 +127,8 @@ class PoseBackbone(Checkpointed):
         self.modality = nn.Embedding(4, _KIND_WIDTH)  # word, sentence, structure frame, object
         # The paper's concatenation at the feature dimension (section IV.B), brought to one width.
         self.join_language = nn.Linear(_LANGUAGE_WIDTH + _PLACE_WIDTH + _KIND_WIDTH + language_extra, width)
-        self.join_object = nn.Linear(OBJECT_WIDTH + _POSE_WIDTH + _PLACE_WIDTH + _KIND_WIDTH + thing_extra, width)
-        self.language_extra, self.thing_extra = language_extra, thing_extra
+        self.join_object = nn.Linear(OBJECT_WIDTH + _POSE_WIDTH + _PLACE_WIDTH + _KIND_WIDTH + object_extra, width)
+        self.language_extra, self.object_extra = language_extra, object_extra
 
     def noun_ids(self, categories: Sequence[str]) -> list[int]:
         """The noun id of each category; 0 for one that the network does not know."""
@@ -187,28 +189,28 @@ class PoseBackbone(Checkpointed):
             torch.cat((condition.language, slots, *_spread((spoken, extra), batch, WORD_TOKENS)), dim=-1)
         )
 
-    def thing_tokens(self, condition: Condition, state: Tensor | None = None, extra: Tensor | None = None) -> Tensor:
+    def object_tokens(self, condition: Condition, state: Tensor | None = None, extra: Tensor | None = None) -> Tensor:
         """The tokens (B, 1 + N, W) of the structure frame and the objects.
 
         Args:
             condition: the scenes.
             state: (B, 1 + N, 9) a pose for each, or `None` where none is known.
-            extra: (B, 1 or 1 + N, `thing_extra`); zeros where `None`.
+            extra: (B, 1 or 1 + N, `object_extra`); zeros where `None`.
         """
         batch, count = condition.present.shape
         _, _, frame, thing = self.modality.weight
-        things = self.things(condition)
-        numbers = torch.arange(1 + count, device=things.device) + condition.present.sum(1, keepdim=True) * (
+        objects = self.objects(condition)
+        numbers = torch.arange(1 + count, device=objects.device) + condition.present.sum(1, keepdim=True) * (
             self.config.max_objects + 1
         )  # (B, 1 + N)
         kind = torch.cat((frame[None], thing.expand(count, -1)))  # (1 + N, W_k)
-        pose = things.new_zeros(1, 1, _POSE_WIDTH) if state is None else self.pose(state)
+        pose = objects.new_zeros(1, 1, _POSE_WIDTH) if state is None else self.pose(state)
         if extra is None:
-            extra = things.new_zeros(1, 1, self.thing_extra)
+            extra = objects.new_zeros(1, 1, self.object_extra)
         pose, kind, extra = _spread((pose, kind, extra), batch, 1 + count)
-        return self.join_object(torch.cat((things, pose, self.place(numbers), kind, extra), dim=-1))
+        return self.join_object(torch.cat((objects, pose, self.place(numbers), kind, extra), dim=-1))
 
-    def things(self, condition: Condition) -> Tensor:
+    def objects(self, condition: Condition) -> Tensor:
         """What the structure frame and each object is, apart from any pose: (B, 1 + N, W_o)."""
         return torch.cat((self.frame_query.expand(len(condition.present), 1, -1), condition.objects), dim=1)
 

@@ -16,6 +16,7 @@ from torch import Tensor, nn
 
 from structdiffusion.limits import CONFIG_BYTES, CONFIG_LAYERS, CONFIG_NUMBER, PARAMETERS, WEIGHTS_BYTES
 from structdiffusion.models.config_values import checked_values
+from structdiffusion.word_tokens import FIRST_VOCABULARY
 
 CONFIG_NAME = "config.json"
 WEIGHTS_NAME = "model.safetensors"
@@ -70,6 +71,8 @@ class Checkpointed(nn.Module):
         if unknown:
             legal = ", ".join(sorted(known))
             raise CheckpointError(f"{folder / CONFIG_NAME} has the unknown key {unknown[0]!r}; legal: {legal}")
+        if "vocabulary" in known:  # configs that do not tell it are older than the second set of shapes
+            values.setdefault("vocabulary", FIRST_VOCABULARY)
         try:
             legal = checked_values(cls.Config, values)
             _check_config_size(cls, folder / CONFIG_NAME, legal)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import manifold3d
 import numpy as np
@@ -230,11 +231,7 @@ def object_from_mesh(
     upright = pose_from_xyz_yaw(0.0, 0.0, 0.0, -yaw) @ upright
     mesh.apply_transform(upright)
     parts = tuple(transform_points(upright, part) for part in parts)
-    # Voxels leave bottoms uneven by a fraction of a millimetre, on which things would rock.
-    floor = min(part[:, 2].min() for part in parts)
-    for part in parts:
-        if part[:, 2].max() > floor + 0.0015:  # a thinner part would become a sheet
-            part[part[:, 2] < floor + 0.001, 2] = floor
+    floor = _flatten_bottom(parts)
     origin = np.array([*footprint_centroid(np.concatenate(parts)[:, :2]), floor])
     mesh.apply_translation(-origin)
     points, normals = sample_surface(mesh, SURFACE_POINTS, seed=0)
@@ -252,6 +249,18 @@ def object_from_mesh(
         mesh_vertices=vertices,
         mesh_faces=faces,
     )
+
+
+def _flatten_bottom(parts: Sequence[np.ndarray]) -> float:
+    """Make the bottom of parts (V, 3) level, in place; return its z.
+
+    Voxels leave bottoms uneven by a fraction of a millimetre, on which objects would rock.
+    """
+    floor = min(part[:, 2].min() for part in parts)
+    for part in parts:
+        if part[:, 2].max() > floor + 0.0015:  # a thinner part would become a sheet
+            part[part[:, 2] < floor + 0.001, 2] = floor
+    return floor
 
 
 def _vessel_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:

@@ -7,6 +7,8 @@ away from the diner, the side opposite the handle of a pan; arbitrary for round 
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -111,3 +113,13 @@ class ObjectModel:
 def footprint_centroid(points_xy: np.ndarray) -> np.ndarray:
     """The area centroid (2,) of the convex hull of points (P, 2)."""
     return outline_centroid(points_xy[ConvexHull(points_xy).vertices])
+
+
+def unique_names(models: Sequence[ObjectModel]) -> list[str]:
+    """Name each object: its category, numbered where there are several of it."""
+    total, seen = Counter(model.category for model in models), Counter()
+    names = []
+    for category in (model.category for model in models):
+        seen[category] += 1
+        names.append(f"{category} {seen[category]}" if total[category] > 1 else category)
+    return names

@@ -7,98 +7,114 @@ from dataclasses import replace
 
 import torch
 
-from grounding.spec import SHAPES, SLOTS_OF_SHAPE
+from structdiffusion.models import structformer_name
 from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.observation import Arrangement, Goal, Scene
 from structdiffusion.planners.cem import PoseSearch
-from structdiffusion.planners.generative import Finish, Observed, Sampled, begin, observed
+from structdiffusion.planners.post_processor import PostProcessor
+from structdiffusion.planners.samples import EncodedScene, PoseSamples, encode_scene, prepare_samples
+from structdiffusion.structures import STRUCTURES
+from structdiffusion.word_tokens import UnknownWordError
 
 
 class CVAEPlanner:
-    """Draws latents from the prior; each stands for one arrangement.
+    """Draw latents from the prior; each stands for one arrangement.
 
     Args:
         model: the network.
-        finish: what becomes of samples: how they are set down, refined and ranked.
-        search: improves what was sampled before, where given.
-    """
-
-    def __init__(self, model: PoseCVAE, finish: Finish = Finish(), search: PoseSearch | None = None) -> None:
-        self.model, self.finish, self.search = model, finish, search
-
-    @torch.no_grad()
-    def propose(
-        self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
-    ) -> list[Arrangement]:
-        """`count` arrangements, best first; without a ranker, in the order of sampling or of the search's score.
-
-        Raises:
-            ValueError: when the scene has too many objects.
-        """
-        seen = observed(scene, goal, self.model, False, generator)
-        return self.finish(seen, scene, goal, self.sample(seen, goal, count, generator), generator)
-
-    @torch.no_grad()
-    def sample(self, seen: Observed, goal: Goal, count: int, generator: torch.Generator) -> Sampled:
-        """`count` samples as the network gives them."""
-        return _sampled(self.model, self.search, seen, goal, count, generator)
-
-
-class StructFormerPlanner:
-    """Samples one pose after another, by the network for the shape that was asked for.
-
-    Where the shape is open, every network whose shape can carry the other slots makes its share.
-
-    Args:
-        models: the network for each shape.
-        finish: what becomes of samples: how they are set down, refined and ranked.
+        post_process: what becomes of samples: how they are set down, refined and ranked.
         search: improves what was sampled before, where given.
     """
 
     def __init__(
-        self, models: Mapping[str, StructFormer], finish: Finish = Finish(), search: PoseSearch | None = None
+        self, model: PoseCVAE, post_process: PostProcessor = PostProcessor(), search: PoseSearch | None = None
     ) -> None:
-        self.models, self.finish, self.search = models, finish, search
+        self.model, self.post_process, self.search = model, post_process, search
 
     @torch.no_grad()
     def propose(
         self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
     ) -> list[Arrangement]:
-        """`count` arrangements, best first; without a ranker, in the order of sampling or of the search's score.
+        """Propose `count` arrangements, best first; without a ranker, in the order of sampling or of the search's score.
 
         Raises:
             ValueError: when the scene has too many objects.
         """
-        seen = observed(scene, goal, next(iter(self.models.values())), False, generator)
-        return self.finish(seen, scene, goal, self.sample(seen, goal, count, generator), generator)
+        seen = encode_scene(scene, goal, self.model, False, generator)
+        return self.post_process(seen, scene, goal, self.sample(seen, goal, count, generator), generator)
 
     @torch.no_grad()
-    def sample(self, seen: Observed, goal: Goal, count: int, generator: torch.Generator) -> Sampled:
-        """`count` samples as the network gives them."""
-        asked = {slot for slot, _ in goal.spec.tokens()}
-        shapes = [goal.spec.shape] if goal.spec.shape else [s for s in SHAPES if asked <= set(SLOTS_OF_SHAPE[s])]
+    def sample(self, seen: EncodedScene, goal: Goal, count: int, generator: torch.Generator) -> PoseSamples:
+        """Sample `count` arrangements, as the network gives them."""
+        return _sample(self.model, self.search, seen, goal, count, generator)
+
+
+class StructFormerPlanner:
+    """Sample one pose after another, with the network for the shape that was asked for.
+
+    Where the shape is open, every network whose shape can carry the other slots samples its share.
+
+    Args:
+        models: the network for each shape.
+        post_process: what becomes of samples: how they are set down, refined and ranked.
+        search: improves what was sampled before, where given.
+    """
+
+    def __init__(
+        self,
+        models: Mapping[str, StructFormer],
+        post_process: PostProcessor = PostProcessor(),
+        search: PoseSearch | None = None,
+    ) -> None:
+        self.models, self.post_process, self.search = models, post_process, search
+
+    @torch.no_grad()
+    def propose(
+        self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
+    ) -> list[Arrangement]:
+        """Propose `count` arrangements, best first; without a ranker, in the order of sampling or of the search's score.
+
+        Raises:
+            ValueError: when the scene has too many objects.
+        """
+        seen = encode_scene(scene, goal, next(iter(self.models.values())), False, generator)
+        return self.post_process(seen, scene, goal, self.sample(seen, goal, count, generator), generator)
+
+    @torch.no_grad()
+    def sample(self, seen: EncodedScene, goal: Goal, count: int, generator: torch.Generator) -> PoseSamples:
+        """Sample `count` arrangements, as the networks give them.
+
+        Raises:
+            UnknownWordError: when there is no network for the shape asked for.
+        """
+        able = [shape for shape in self.models if STRUCTURES[shape].can_carry(goal.spec)]
+        shapes = [goal.spec.shape] if goal.spec.shape else able
+        if goal.spec.shape and goal.spec.shape not in self.models:
+            raise UnknownWordError(
+                f"there is no network {structformer_name(goal.spec.shape)!r}; legal shapes: {', '.join(self.models)}"
+            )
         parts = []
         for number, shape in enumerate(shapes):
             share = len(range(number, count, len(shapes)))
             if not share:
                 continue
             told = replace(goal, spec=replace(goal.spec, shape=shape))
-            parts.append(_sampled(self.models[shape], self.search, seen, told, share, generator))
-        return Sampled.joined(parts)
+            parts.append(_sample(self.models[shape], self.search, seen, told, share, generator))
+        return PoseSamples.concatenate(parts)
 
 
-def _sampled(
+def _sample(
     network: PoseCVAE | StructFormer,
     search: PoseSearch | None,
-    seen: Observed,
+    seen: EncodedScene,
     goal: Goal,
     count: int,
     generator: torch.Generator,
-) -> Sampled:
-    """What one network samples, improved where there is a search."""
-    samples = begin(network, seen, goal, False, count, generator)
+) -> PoseSamples:
+    """Sample from one network, and improve the samples where there is a search."""
+    samples = prepare_samples(network, seen, goal, False, count, generator)
     state = network.sample(samples.condition, generator)
     if search is not None:
         samples, state = search.improve(network, seen, samples, state, goal, generator)
-    return samples.sampled(network, state)
+    return samples.decode(network, state)

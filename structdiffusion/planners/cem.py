@@ -15,8 +15,8 @@ from torch import Tensor
 from structdiffusion.models.backbone import PoseBackbone
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Goal
-from structdiffusion.planners.generative import Observed, Samples
 from structdiffusion.planners.guidance import StructureScore
+from structdiffusion.planners.samples import EncodedScene, SampleBatch
 from structdiffusion.rotations import yaw_matrices
 
 # Chosen on validation: three times as far, fewer arrangements stand, ten times as far, fewer still, since what the
@@ -34,7 +34,7 @@ def maximise(
     elites: int = 6,
     rounds: int = 5,
 ) -> tuple[Tensor, Tensor]:
-    """The best points that K searches side by side have met, (K, ...), and their scores (K,).
+    """Return the best points that K searches side by side have met, (K, ...), and their scores (K,).
 
     Each search draws from independent Gaussians and fits them to the elites, round by round. Every search
     has Gaussians of its own: the mean of several arrangements is no arrangement.
@@ -81,13 +81,13 @@ class PoseSearch:
     def improve(
         self,
         model: PoseBackbone,
-        seen: Observed,
-        samples: Samples,
+        seen: EncodedScene,
+        samples: SampleBatch,
         state: Tensor,
         goal: Goal,
         generator: torch.Generator,
-    ) -> tuple[Samples, Tensor]:
-        """The samples and their states (K, 1 + N, 9), improved, in the order of their scores, best first."""
+    ) -> tuple[SampleBatch, Tensor]:
+        """Improve the samples and their states (K, 1 + N, 9); they come in the order of their scores, best first."""
         frame, position, turn = model.decode_state(state)
         score = StructureScore.of(self.structure, seen, samples, goal)
         scores = score(position, turn)

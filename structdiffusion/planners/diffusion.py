@@ -11,19 +11,20 @@ from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.diffusion.scheduler import NoiseScheduler
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Arrangement, Goal, Scene
-from structdiffusion.planners.generative import Finish, Observed, Sampled, begin, observed
 from structdiffusion.planners.guidance import StructureScore, guided
+from structdiffusion.planners.post_processor import PostProcessor
+from structdiffusion.planners.samples import EncodedScene, PoseSamples, encode_scene, prepare_samples
 
 # Told what is clean so far: (step, steps, motions (K, N, 4, 4)).
 Preview = Callable[[int, int, np.ndarray], None]
 
 
 class DiffusionPlanner:
-    """StructDiffusion (paper section V): samples poses from the diffusion model and ranks them.
+    """StructDiffusion (paper section V): sample poses from the diffusion model and rank them.
 
     Args:
         model: the denoiser.
-        finish: what becomes of samples: how they are set down, refined and ranked.
+        post_process: what becomes of samples: how they are set down, refined and ranked.
         sentence: tell the model the sentence's embedding rather than word tokens.
         steps: denoising steps.
         sampler: "ddim", or "ddpm" as in the paper (with 200 steps).
@@ -35,7 +36,7 @@ class DiffusionPlanner:
     def __init__(
         self,
         model: PoseDiffusion,
-        finish: Finish = Finish(),
+        post_process: PostProcessor = PostProcessor(),
         *,
         sentence: bool = True,
         steps: int = 25,
@@ -44,7 +45,7 @@ class DiffusionPlanner:
         guidance: float = 0.0,
         candidates: int | None = None,
     ) -> None:
-        self.model, self.finish, self.sentence, self.candidates = model, finish, sentence, candidates
+        self.model, self.post_process, self.sentence, self.candidates = model, post_process, sentence, candidates
         self.guide, self.guidance = guide, guidance if guide is not None else 0.0
         self.scheduler = NoiseScheduler(model.config.steps, model.config.prediction_type)
         self.scheduler.set_timesteps(steps, sampler)
@@ -59,21 +60,21 @@ class DiffusionPlanner:
         generator: torch.Generator,
         preview: Preview | None = None,
     ) -> list[Arrangement]:
-        """`count` arrangements, best first; without a ranker, in the order of sampling.
+        """Propose `count` arrangements, best first; without a ranker, in the order of sampling.
 
         Raises:
             ValueError: when the sentence model gets no embedding, or the scene has too many objects.
         """
-        seen = observed(scene, goal, self.model, self.sentence, generator)
+        seen = encode_scene(scene, goal, self.model, self.sentence, generator)
         sampled = self.sample(seen, goal, self.candidates or count, generator, preview)
-        return self.finish(seen, scene, goal, sampled, generator)
+        return self.post_process(seen, scene, goal, sampled, generator)
 
     @torch.no_grad()
     def sample(
-        self, seen: Observed, goal: Goal, count: int, generator: torch.Generator, preview: Preview | None = None
-    ) -> Sampled:
-        """`count` samples as the model gives them."""
-        samples = begin(self.model, seen, goal, self.sentence, count, generator)
+        self, seen: EncodedScene, goal: Goal, count: int, generator: torch.Generator, preview: Preview | None = None
+    ) -> PoseSamples:
+        """Sample `count` arrangements, as the model gives them."""
+        samples = prepare_samples(self.model, seen, goal, self.sentence, count, generator)
         score = StructureScore.of(self.guide, seen, samples, goal) if self.guidance else None
         state = torch.randn(count, 1 + len(seen.objects), 9, generator=generator)
         timesteps = self.scheduler.timesteps
@@ -81,11 +82,11 @@ class DiffusionPlanner:
             now = timestep.expand(count)
             prediction = self.model(state, now, samples.condition)
             if score is not None:
-                clean = self.scheduler.predict_clean(prediction, now, state)
+                clean = self.scheduler.predict_original_sample(prediction, now, state)
                 clean = guided(clean, self.scheduler.noise_level(timestep), self.guidance, self.model, score)
                 prediction = self.scheduler.prediction_of(clean, now, state)
             step = self.scheduler.step(prediction, index, state, generator)
-            state = step.previous
+            state = step.prev_sample
             if preview is not None:
-                preview(index + 1, len(timesteps), samples.sampled(self.model, step.predicted_clean).motions)
-        return samples.sampled(self.model, state)
+                preview(index + 1, len(timesteps), samples.decode(self.model, step.pred_original_sample).motions)
+        return samples.decode(self.model, state)

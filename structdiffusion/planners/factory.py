@@ -19,8 +19,8 @@ from structdiffusion.observation import Arrangement, Goal, Scene
 from structdiffusion.planners.baselines import CVAEPlanner, StructFormerPlanner
 from structdiffusion.planners.cem import PoseSearch
 from structdiffusion.planners.diffusion import DiffusionPlanner
-from structdiffusion.planners.generative import Finish
 from structdiffusion.planners.geometric import GeometricPlanner
+from structdiffusion.planners.post_processor import PostProcessor
 from structdiffusion.planners.registry import LEGAL_NAMES, PLANNERS, PlannerParts, networks_of
 from structdiffusion.postprocessing.ranking import Ranker
 
@@ -28,15 +28,16 @@ WEIGHTS = Path(__file__).parents[1] / "weights"
 
 
 class Planner(Protocol):
-    """Whatever proposes arrangements, best first."""
+    """Whatever proposes arrangements."""
 
     def propose(
         self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
-    ) -> list[Arrangement]: ...
+    ) -> list[Arrangement]:
+        """Propose up to `count` arrangements, best first."""
 
 
 def load_planner(name: str, weights: Path | None = None) -> Planner:
-    """The planner of a name, such as "diffusion" (told a sentence), "diffusion-tokens" (told words) or "geometric".
+    """Load the planner of a name, such as "diffusion" (told a sentence), "diffusion-tokens" (told words) or "geometric".
 
     Args:
         name: one of `PLANNERS`.
@@ -62,28 +63,29 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
             f"--data SCENES --out {folder / missing[0]}` makes it"
         )
     if parts.network == "structformer":
-        by_shape = {shape: _structformer(folder, shape) for shape in SHAPES}
-        finish, search, _ = _judges(parts, folder)
-        return StructFormerPlanner(by_shape, finish, search)
+        shapes = [shape for shape in SHAPES if (folder / structformer_name(shape)).is_dir()]
+        by_shape = {shape: _load_structformer(folder, shape) for shape in shapes}
+        post_process, search, _ = _load_judges(parts, folder)
+        return StructFormerPlanner(by_shape, post_process, search)
     if parts.network == "cvae":
         cvae = PoseCVAE.from_pretrained(folder / "cvae")
-        finish, search, _ = _judges(parts, folder)
-        return CVAEPlanner(cvae, finish, search)
+        post_process, search, _ = _load_judges(parts, folder)
+        return CVAEPlanner(cvae, post_process, search)
     model = PoseDiffusion.from_pretrained(folder / "diffusion")
-    finish, _, guide = _judges(parts, folder)
+    post_process, _, guide = _load_judges(parts, folder)
     try:
         return DiffusionPlanner(
-            model, finish, sentence=parts.sentence, steps=parts.steps, sampler=parts.sampler,
+            model, post_process, sentence=parts.sentence, steps=parts.steps, sampler=parts.sampler,
             guide=guide, guidance=parts.guidance, candidates=parts.candidates,
         )  # fmt: skip
     except ValueError as error:  # it was trained with fewer steps than this planner takes
         raise CheckpointError(f"{folder / 'diffusion'} is of no use to model {name!r}: {error}") from error
 
 
-def _judges(
+def _load_judges(
     parts: PlannerParts, folder: Path
-) -> tuple[Finish, PoseSearch | None, StructureDiscriminator | None]:
-    """What a planner does with its samples, what improves them, and what guides them, where it has that."""
+) -> tuple[PostProcessor, PoseSearch | None, StructureDiscriminator | None]:
+    """Load what a planner does with its samples, what improves them, and what guides them, where it has that."""
     ranker = structure = None
     if parts.ranked or parts.cem or parts.guidance:
         structure = StructureDiscriminator.from_pretrained(folder / "structure")
@@ -96,12 +98,12 @@ def _judges(
             bounds=parts.bounds,
             imagined_checks=parts.checks,
         )
-    finish = Finish(parts.placed, parts.refined, ranker, parts.imagined)
-    return finish, PoseSearch(structure) if parts.cem else None, structure if parts.guidance else None
+    post_process = PostProcessor(parts.placed, parts.refined, ranker, parts.imagined)
+    return post_process, PoseSearch(structure) if parts.cem else None, structure if parts.guidance else None
 
 
-def _structformer(folder: Path, shape: str) -> StructFormer:
-    """The network for a shape; another shape's, in its place, is refused."""
+def _load_structformer(folder: Path, shape: str) -> StructFormer:
+    """Load the network for a shape; another shape's, in its place, is refused."""
     place = folder / structformer_name(shape)
     network = StructFormer.from_pretrained(place)
     if network.config.shape != shape:

@@ -14,8 +14,8 @@ from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.layouts import lay_out
 from structdiffusion.observation import Arrangement, Goal, Scene, Table
-from structdiffusion.postprocessing.physics_reranking import tried_out
-from structdiffusion.postprocessing.physics_rollout import Imagination
+from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
+from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
 from structdiffusion.postprocessing.ranking import checks_score
 from structdiffusion.postprocessing.settling import settle
 from structdiffusion.structures.structure import LayoutError
@@ -25,7 +25,7 @@ class GeometricPlanner:
     """The exact planner, given only what the camera saw.
 
     Args:
-        imagined: how many of the best are tried out in imagination (`imagination`).
+        imagined: how many of the best are tried out in guessed physics (`physics_reranking`).
     """
 
     def __init__(self, imagined: int = 0) -> None:
@@ -34,7 +34,7 @@ class GeometricPlanner:
     def propose(
         self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
     ) -> list[Arrangement]:
-        """Up to `count` layouts of the estimated outlines, those whose imagined checks hold first.
+        """Propose up to `count` layouts of the estimated outlines, those whose estimated checks hold first.
 
         Raises:
             LayoutError: when no layout exists for these objects on this table.
@@ -64,7 +64,7 @@ class GeometricPlanner:
             raise reason
         arrangements.sort(key=lambda arrangement: -arrangement.scores["total"])
         if self.imagined:
-            return tried_out(Imagination(scene), arrangements, goal.spec, self.imagined)
+            return rerank_by_physics(PhysicsRollout(scene), arrangements, goal.spec, self.imagined)
         return arrangements
 
     @staticmethod

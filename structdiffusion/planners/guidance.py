@@ -18,8 +18,8 @@ from torch import Tensor
 from structdiffusion.models.backbone import PoseBackbone
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Goal
-from structdiffusion.planners.generative import Observed, Samples
-from structdiffusion.word_tokens import word_ids
+from structdiffusion.planners.samples import EncodedScene, SampleBatch
+from structdiffusion.word_tokens import require_known_words, word_ids
 
 # A gradient longer than this, per object and in units of the state, is shortened: a predicted state at high noise is
 # no scene that the discriminator knows, and its slope there can be of any size.
@@ -43,27 +43,30 @@ class StructureScore:
     words: Tensor
 
     @classmethod
-    def of(cls, structure: StructureDiscriminator, seen: Observed, samples: Samples, goal: Goal) -> StructureScore:
-        """Of these samples."""
+    def of(
+        cls, structure: StructureDiscriminator, seen: EncodedScene, samples: SampleBatch, goal: Goal
+    ) -> StructureScore:
+        """Make the score of these samples."""
         clouds = (seen.clouds - seen.clouds.mean(dim=1, keepdim=True))[samples.order]
+        require_known_words(goal.spec, structure.config.vocabulary, structure.kind)
         words = torch.tensor([word_ids(goal.spec)]).expand(len(clouds), -1)
         return cls(structure, clouds, seen.nouns[samples.order], words)
 
     def __call__(self, position: Tensor, turn: Tensor) -> Tensor:
-        """(K,) from where the means go, (K, N, 3) world frame, and how the objects turn, (K, N, 3, 3)."""
+        """Score (K,) from where the means go, (K, N, 3) world frame, and how the objects turn, (K, N, 3, 3)."""
         at_goal = torch.einsum("knij,knpj->knpi", turn, self.clouds) + position[:, :, None]
         present = torch.ones(self.nouns.shape, dtype=torch.bool)
         return torch.nn.functional.logsigmoid(self.structure(at_goal, present, self.nouns, self.words))
 
     def __getitem__(self, rows: Tensor) -> StructureScore:
-        """Of some of the K, in another order, or of some more than once."""
+        """Select some of the K, in another order, or some more than once."""
         return StructureScore(self.structure, self.clouds[rows], self.nouns[rows], self.words[rows])
 
 
 def guided(
     clean: Tensor, sigma: float, weight: float, model: PoseBackbone, score: Callable[[Tensor, Tensor], Tensor]
 ) -> Tensor:
-    """A predicted clean state (K, 1 + N, 9), drawn toward a higher score.
+    """Move a predicted clean state (K, 1 + N, 9) toward a higher score.
 
     The structure frame stays where it is: the discriminator does not know where on the table a structure stands.
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
-from grounding.spec import SHAPES
 from structdiffusion.models import structformer_name
+from structdiffusion.word_tokens import FIRST_SHAPES
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def networks_of(planner: str) -> list[str]:
     parts = PLANNERS[planner]
     proposing = [] if parts.network == "geometric" else [parts.network]
     if parts.network == "structformer":
-        proposing = [structformer_name(shape) for shape in SHAPES]
+        proposing = [structformer_name(shape) for shape in FIRST_SHAPES]
     judged = bool(proposing) and parts.ranked
     structure = ["structure"] if judged or parts.cem or parts.guidance else []
     return proposing + structure + (["collision"] if judged else [])

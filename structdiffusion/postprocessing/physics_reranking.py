@@ -11,7 +11,7 @@ import numpy as np
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import MAX_DISPLACEMENT, MAX_SPEED, MAX_TILT
 from structdiffusion.observation import Arrangement
-from structdiffusion.postprocessing.physics_rollout import HYPOTHESES, STACKED, Imagination, bottom_up
+from structdiffusion.postprocessing.physics_rollout import HYPOTHESES, STACKED, PhysicsRollout, bottom_up
 from structdiffusion.protocol.physical_stability import Verdict
 
 ENOUGH = 3  # arrangements that stand whatever is assumed: then no more are tried
@@ -27,8 +27,8 @@ _FALLING = 0.8  # m/s: what is released 3 cm above its place cannot be slower
 _SAME = 0.6  # for each tower that fell, others in the same order are tried that much later
 
 
-def tried_out(
-    imagination: Imagination, arrangements: Sequence[Arrangement], spec: StructureSpec, best: int
+def rerank_by_physics(
+    rollout: PhysicsRollout, arrangements: Sequence[Arrangement], spec: StructureSpec, best: int
 ) -> list[Arrangement]:
     """The arrangements, best first, after the best-ranked have been tried in imagination (score "imagined").
 
@@ -40,7 +40,7 @@ def tried_out(
     multiplied by it. Where nothing on the table stands, what was not tried is taken to fall like the others.
 
     Args:
-        imagination: of the scene.
+        rollout: of the scene.
         arrangements: best first, each with a "total".
         spec: what was asked for.
         best: how many are tried at most.
@@ -58,8 +58,8 @@ def tried_out(
             break
         number = max(waiting, key=lambda i: totals[i] * _SAME ** fallen[orders[i]])
         waiting.remove(number)
-        motions[number] = imagination.set_down(motions[number])
-        outcomes[number] = _tried(imagination, motions[number], spec)
+        motions[number] = rollout.set_down(motions[number])
+        outcomes[number] = _tried(rollout, motions[number], spec)
         fallen[orders[number]] += bool(orders[number]) and outcomes[number].share < 1.0
         on_table = [outcome.share for tried, outcome in outcomes.items() if not orders[tried]]
         if len(on_table) == _HOPELESS and not any(on_table):
@@ -90,12 +90,12 @@ class _Outcome:
     verdicts: int = 0
 
 
-def _tried(imagination: Imagination, motions: np.ndarray, spec: StructureSpec) -> _Outcome:
+def _tried(rollout: PhysicsRollout, motions: np.ndarray, spec: StructureSpec) -> _Outcome:
     """Tries an arrangement (N, 4, 4) under one hypothesis after another, and gives up after `_GIVE_UP` falls."""
     hypotheses = HYPOTHESES if _stacking(motions) else 1
     rooms: list[float] = []
     for number in range(hypotheses):
-        verdict = imagination.verdict(motions, spec, number)
+        verdict = rollout.verdict(motions, spec, number)
         rooms.append(_room(verdict) if verdict.success else 0.0)
         if not rooms[0] or rooms.count(0.0) >= _GIVE_UP:
             break

@@ -35,7 +35,7 @@ _REACH = 0.05  # m, within which distances to what is below are asked for
 _STEP, _STEPS = 0.0005, 40  # of lowering: m that count as contact, and how often
 
 
-class Imagination:
+class PhysicsRollout:
     """The guessed bodies of a scene, made when they are first needed.
 
     Args:

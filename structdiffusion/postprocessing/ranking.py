@@ -21,7 +21,7 @@ from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.structures import STRUCTURES
-from structdiffusion.word_tokens import word_ids
+from structdiffusion.word_tokens import require_known_words, word_ids
 
 # Farther apart than this, metres, in outline, two objects cannot intersect: the network is not asked.
 _NEAR = 0.015
@@ -103,9 +103,10 @@ class Ranker:
         return rows
 
     def _structure(self, at_goal: Tensor, nouns: Tensor, spec: StructureSpec, orders: Tensor) -> Tensor:
-        """(K,) of clouds where they go (K, N, P, 3), shown place by place."""
+        """Score clouds (K,) where they go (K, N, P, 3), shown place by place."""
         count = len(at_goal)
         present = torch.ones(orders.shape, dtype=torch.bool)
+        require_known_words(spec, self.structure.config.vocabulary, self.structure.kind)
         words = torch.tensor([word_ids(spec)]).expand(count, -1)
         in_place = at_goal[torch.arange(count)[:, None], orders]
         return self.structure(in_place, present, nouns[orders], words).sigmoid()

@@ -33,13 +33,10 @@ from structdiffusion.evaluation_protocol import (
     SETTLE_SECONDS,
 )
 from structdiffusion.geometry import tilt_between, transform_points
-from structdiffusion.objects.model import ObjectModel, footprint_centroid
+from structdiffusion.objects.model import ObjectModel, unique_names
 from structdiffusion.observation import Table
-from structdiffusion.protocol.semantic import check_structure
-from structdiffusion.protocol.slot_measurement import realised_shape
-from structdiffusion.simulation.world import REST_SECONDS, TABLE, TabletopWorld, unique_names
-from structdiffusion.structures import STRUCTURES
-from structdiffusion.structures.bodies import PlacedBody
+from structdiffusion.protocol.world_checks import semantic_checks
+from structdiffusion.simulation.world import REST_SECONDS, TABLE, TabletopWorld
 from structdiffusion.structures.checks import Check
 
 
@@ -93,7 +90,7 @@ class _Failure(Exception):
 
 
 def executable_order(models: Sequence[ObjectModel], world_from_goal: np.ndarray) -> tuple[int, ...]:
-    """Supports first: by the goal's lowest point, in steps of 1 cm; among equals the widest first.
+    """Order objects so that supports come first: by the goal's lowest point, in steps of 1 cm; among equals the widest first.
 
     So a plate comes before the bowl on it even where their predicted bottoms differ by less than
     the prediction's error.
@@ -119,7 +116,7 @@ def place_and_check(
     until_rest: bool = False,
     on_end: Callable[[TabletopWorld], None] | None = None,
 ) -> Verdict:
-    """Places an arrangement under the protocol and judges it. Deterministic.
+    """Place an arrangement under the evaluation protocol and judge it. Deterministic.
 
     Args:
         models: the N objects that take part.
@@ -142,8 +139,7 @@ def place_and_check(
     distractors, distractor_poses = [model for model, _ in others], [pose for _, pose in others]
     with TabletopWorld(distractors, distractor_poses, table, ground=ground) as world:
         trial = _Trial(world, models, world_from_goal, names)
-        checks: tuple[Check, ...] = ()
-        failure: _Failure | None = None
+        checks, failure = (), None
         try:
             for index in order:
                 trial.place(index)
@@ -155,10 +151,7 @@ def place_and_check(
             final[index] = world.pose(placed)
         if on_end is not None:
             on_end(world)
-    failed = [check for check in checks if not check.passed]
-    if failure is None and failed:
-        first = failed[0]
-        failure = _Failure("semantic", None, f"{first.name}: {first.measured:.3g}, allowed {first.limit}")
+    failure = failure or _semantic_failure(checks)
     return Verdict(
         success=failure is None,
         failure=failure and failure.failure,
@@ -173,46 +166,12 @@ def place_and_check(
     )
 
 
-def semantic_checks(
-    world: TabletopWorld, indices: Sequence[int], spec: StructureSpec, names: Sequence[str] | None = None
-) -> tuple[Check, ...]:
-    """Check what stands in a world under the evaluation protocol, by the true models and their contacts.
-
-    Args:
-        world: the world, at rest; physics runs in it for 0.1 s while contacts are recorded.
-        indices: the objects of the structure; all others are distractors.
-        spec: what was asked for.
-        names: what the checks call the objects; by default their categories, numbered.
-    """
-    number = {index: k for k, index in enumerate(indices)}
-    names = names or unique_names([world.models[index] for index in indices])
-    supports = world.supports(REST_SECONDS)
-    bodies = []
-    for name, index in zip(names, indices):
-        pose, model = world.pose(index), world.models[index]
-        points = transform_points(pose, np.concatenate(model.hulls))
-        outline = points[ConvexHull(points[:, :2]).vertices, :2]
-        bodies.append(
-            PlacedBody(
-                name=name,
-                category=model.category,
-                footprint=outline,
-                centroid=footprint_centroid(outline),
-                z_bottom=float(points[:, 2].min()),
-                z_top=float(points[:, 2].max()),
-                front_yaw=math.atan2(pose[1, 0], pose[0, 0]),
-                rests_on=tuple(number[other] for other in supports[index] if other in number),
-            )
-        )
-    # `rests_on` can tell neither a distractor nor the table beside another support.
-    own = {TABLE, *indices}
-    foreign = sum(not own.issuperset(supports[index]) for index in indices)
-    checks = [*check_structure(bodies, spec, world.table)]
-    checks.append(Check("objects that rest on a distractor", foreign == 0, foreign, "0"))
-    if STRUCTURES[spec.shape or realised_shape(bodies, world.table)].stacks:
-        leaning = sum(TABLE in supports[index] and len(supports[index]) > 1 for index in indices)
-        checks.append(Check("objects that rest on the table and on another", leaning == 0, leaning, "0"))
-    return tuple(checks)
+def _semantic_failure(checks: Sequence[Check]) -> _Failure | None:
+    """Return the first check that failed, as a failure."""
+    first = next((check for check in checks if not check.passed), None)
+    if first is None:
+        return None
+    return _Failure("semantic", None, f"{first.name}: {first.measured:.3g}, allowed {first.limit}")
 
 
 class _Trial:
@@ -234,7 +193,7 @@ class _Trial:
         self.measured = {"penetration": 0.0, "speed": 0.0, "displacement": 0.0, "tilt": 0.0}
 
     def place(self, number: int) -> None:
-        """Checks the predicted pose, releases above it, waits for rest, and checks where things are."""
+        """Check the predicted pose, release above it, wait for rest, and check where everything is."""
         goal = self.world_from_goal[number]
         index = self.world.add(self.models[number], goal)
         self.placed[number] = index
@@ -253,7 +212,7 @@ class _Trial:
         self._check_places()
 
     def judge(self, spec: StructureSpec, until_rest: bool) -> tuple[Check, ...]:
-        """Two more seconds, or less where everything rests before, then the final places and the semantic checks."""
+        """Run two more seconds, or less where everything rests before; then check final places and semantics."""
         self._run(FINAL_SECONDS - REST_SECONDS, until_rest)
         checks = semantic_checks(
             self.world, [self.placed[k] for k in range(len(self.models))], spec, self.own_names

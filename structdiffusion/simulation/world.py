@@ -15,11 +15,12 @@ import numpy as np
 import pybullet
 
 from structdiffusion.geometry import pose_from_position_quaternion, quaternion_from_matrix
-from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel
+from structdiffusion.objects.model import ObjectModel, unique_names
 from structdiffusion.objects.rigid_body import hulls_file, mesh_file
 from structdiffusion.observation import ObjectCloud, Scene, Table
 from structdiffusion.simulation.depth_camera import VIEWS, CameraImage, DepthCamera, measured_depth
 from structdiffusion.simulation.scenery import Backdrop
+from structdiffusion.simulation.visible_points import MIN_POINTS, ObservationError, visible_points
 
 TABLE = -1  # stands for the table wherever indices of objects are given
 TIME_STEP = 1.0 / 240.0
@@ -29,23 +30,8 @@ TABLE_THICKNESS = 0.04
 MARGIN = 0.0002
 # Enough that cans stop rolling, too little to hold anything up; nothing bounces.
 CONTACT = {"rollingFriction": 0.0005, "spinningFriction": 0.001, "restitution": 0.0}
-MIN_POINTS = 20
 # At rest: slower than 1 cm/s and 0.2 rad/s for a tenth of a second.
 REST_SPEED, REST_SPIN, REST_SECONDS = 0.01, 0.2, 0.1
-
-
-class ObservationError(ValueError):
-    """An object that the camera cannot see well enough; the message names it."""
-
-
-def unique_names(models: Sequence[ObjectModel]) -> list[str]:
-    """A name for each object: its category, numbered where there are several of it."""
-    total, seen = Counter(model.category for model in models), Counter()
-    names = []
-    for category in (model.category for model in models):
-        seen[category] += 1
-        names.append(f"{category} {seen[category]}" if total[category] > 1 else category)
-    return names
 
 
 class TabletopWorld:
@@ -289,14 +275,8 @@ class TabletopWorld:
         image, names = self.look(rng), unique_names(self.models) if names is None else names
 
         def cloud(index: int) -> ObjectCloud | None:
-            rows, columns = np.nonzero((image.segmentation == self.bodies[index]) & np.isfinite(image.depth))
-            if len(rows) < max(1, min_points):
-                return None
-            if len(rows) > SURFACE_POINTS:
-                chosen = rng.choice(len(rows), SURFACE_POINTS, replace=False)
-                rows, columns = rows[chosen], columns[chosen]
-            points = image.points[rows, columns].astype(np.float32)
-            return ObjectCloud(names[index], self.models[index].category, points, image.color[rows, columns])
+            seen = visible_points(image, self.bodies[index], rng, min_points)
+            return None if seen is None else ObjectCloud(names[index], self.models[index].category, *seen)
 
         clouds = [cloud(i) for i in objects]
         for index, found in zip(objects, clouds):

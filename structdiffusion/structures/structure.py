@@ -63,7 +63,7 @@ class Structure(Protocol):
             of a ring. Demonstrations leave it out at times, and no training example hides it.
         rotations: the rotations that can be told apart when one is measured.
         demonstration_share, crowded_share: how often it is tried for training data, and for data with 8 to 10 objects;
-            relative to the other structures.
+            relative to the other structures. 0 leaves the data of the others as they are.
     """
 
     name: str
@@ -75,8 +75,8 @@ class Structure(Protocol):
     stacks: bool = False
     rotation_alters_layout: bool = False
     rotations: tuple[str, ...] = ROTATIONS
-    demonstration_share: float = 0.25
-    crowded_share: float = 0.25
+    demonstration_share: float = 0.0
+    crowded_share: float = 0.0
 
     @property
     def slots(self) -> tuple[str, ...]:

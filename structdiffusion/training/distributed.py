@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from structdiffusion.training.loss import Loss
 
 
-class Together:
+class DistributedContext:
     """This process among those that train one model; every method has to be called by all of them.
 
     Args:
@@ -70,7 +70,7 @@ class _LossOf(nn.Module):
 
 
 def in_processes(work: Callable[..., None], count: int, *arguments: Any) -> None:
-    """`work(*arguments)` in `count` new processes, each of which may make a `Together`.
+    """`work(*arguments)` in `count` new processes, each of which may make a `DistributedContext`.
 
     Raises:
         Exception: the one that a process could not go on with; the others are stopped.

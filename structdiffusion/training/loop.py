@@ -9,22 +9,22 @@ from __future__ import annotations
 import csv
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from pickle import UnpicklingError
 from typing import TYPE_CHECKING
 
 import torch
+from torch import Tensor
 
-from structdiffusion.models.checkpoint import Checkpointed, CheckpointError
+from structdiffusion.models.checkpoint import Checkpointed
 from structdiffusion.training.loss import Loss
-from structdiffusion.training.run_record import Surroundings, TrainingRecord
+from structdiffusion.training.run_record import RunMetadata, TrainingRecord
+from structdiffusion.training.state import TrainingState
 
 if TYPE_CHECKING:
-    from structdiffusion.training.distributed import Together
+    from structdiffusion.training.distributed import DistributedContext
 
-_STATE_NAME = "training_state.pt"
 _APART = 0x9E3779B1  # between the seeds of devices: in the lower 32 bits, which are all that a CPU's generator takes
 
 
@@ -69,7 +69,7 @@ class Progress:
 
 
 def learning_rate(step: int, options: TrainingOptions) -> float:
-    """Warm up, hold, then fall linearly: a held rate lets a run be prolonged without a restart."""
+    """Return the rate of a step: warm up, hold, then fall linearly. A held rate lets a run be prolonged without a restart."""
     falling = options.steps * options.decay
     return options.learning_rate * min(
         1.0, (step + 1) / options.warmup, max(0.0, (options.steps - step) / max(falling, 1.0))
@@ -83,10 +83,10 @@ def train(
     options: TrainingOptions,
     device: torch.device,
     *,
-    surroundings: Surroundings | None = None,
-    together: Together | None = None,
+    metadata: RunMetadata | None = None,
+    distributed: DistributedContext | None = None,
 ) -> Iterator[Progress]:
-    """Train, or go on where `folder` stopped; yields a `Progress` for every row of `folder`/log.csv.
+    """Train, or continue where `folder` stopped; yields a `Progress` for every row of `folder`/log.csv.
 
     `folder` receives `config.json` and `model.safetensors` (averaged weights), the training state and the log.
     Several devices draw a batch each, from generators of their own, and step by the mean of their gradients.
@@ -97,89 +97,84 @@ def train(
         folder: of this run.
         options: see `TrainingOptions`.
         device: where model and batches live.
-        surroundings: what is written into `folder`/training.json beside what the run knows; `None` writes none.
-        together: this process among those that train the model; `None` for a single device.
+        metadata: what is written into `folder`/training.json beside what the run knows; `None` writes none.
+        distributed: this process among those that train the model; `None` for a single device.
 
     Raises:
-        CheckpointError: when what is in the folder cannot be gone on with.
+        CheckpointError: when what is in the folder cannot be resumed.
+        FloatingPointError: when the loss is no longer finite.
     """
-    folder, rank = Path(folder), together.rank if together else 0
+    folder, rank = Path(folder), distributed.rank if distributed else 0
     folder.mkdir(parents=True, exist_ok=True)
-    optimizer = torch.optim.AdamW(
-        model.parameters(), lr=options.learning_rate, weight_decay=options.weight_decay, fused=True
-    )
-    average = {name: tensor.detach().clone() for name, tensor in model.state_dict().items()}
-    step, spent = 0, 0.0
-    state_path = folder / _STATE_NAME
-    if state_path.is_file():
-        try:
-            state = torch.load(state_path, map_location=device, weights_only=True)
-            model.load_state_dict(state["model"])
-            optimizer.load_state_dict(state["optimizer"])
-            average, step, spent = state["average"], state["step"], state["seconds"]
-        except (RuntimeError, ValueError, KeyError, TypeError, EOFError, UnpicklingError) as error:
-            why = f"it is torn, or not that of a {model.kind} network like this one"
-            raise CheckpointError(f"{state_path} cannot be gone on with: {why}; choose another folder") from error
-    # A resumed run draws other batches than those already seen, yet the same ones every time.
-    seed = options.seed * 1_000_003 + step + rank * _APART
-    generator = torch.Generator(device=device).manual_seed(seed % 2**64)
-    losses_of = together.averaged(model, loss) if together else loss
-    record = None
-    if surroundings is not None and rank == 0:
-        count = together.count if together else 1
-        record = TrainingRecord(folder, model, asdict(options), surroundings, device, count, step, spent)
-
-    def save() -> None:
-        trained = {name: tensor.clone() for name, tensor in model.state_dict().items()}
-        state = {"model": trained, "optimizer": optimizer.state_dict(), "average": average}
-        state |= {"step": step, "seconds": spent}
-        torch.save(state, state_path.with_suffix(".tmp"))
-        state_path.with_suffix(".tmp").replace(state_path)
-        model.load_state_dict(average)
-        model.save_pretrained(folder)
-        model.load_state_dict(trained)
-        if record is not None:
-            record.write(step, spent, means)
-
+    state = TrainingState.resumed(model, options.learning_rate, options.weight_decay, folder, device)
+    generator = _batch_generator(options.seed, state.step, rank, device)
+    losses_of = distributed.averaged(model, loss) if distributed else loss
+    record: TrainingRecord | None = None
+    if metadata is not None and rank == 0:
+        told = asdict(options), metadata, device, distributed.count if distributed else 1
+        record = TrainingRecord(folder, model, *told, state.step, state.seconds)
     model.train()
     started = last_saved = time.monotonic()
-    sums: dict[str, float] = {}
-    means: dict[str, float] = {}  # of the last row of the log
-    rows = 0  # steps since the last row of the log
-    while step < options.steps:
-        rate = learning_rate(step, options)
-        for group in optimizer.param_groups:
-            group["lr"] = rate
+    means = _RunningMeans()
+    while state.step < options.steps:
+        rate = learning_rate(state.step, options)
         losses = losses_of(generator)
-        optimizer.zero_grad(set_to_none=True)
-        losses["loss"].backward()
-        torch.nn.utils.clip_grad_norm_(model.parameters(), options.clip)
-        optimizer.step()
-        step += 1
-        keep = min(options.average, (step + 1) / (step + 10))  # the first steps are forgotten fast
-        with torch.no_grad():
-            for name, tensor in model.state_dict().items():
-                average[name].lerp_(tensor, 1 - keep) if tensor.is_floating_point() else average[name].copy_(tensor)
-        for name, value in losses.items():
-            sums[name] = sums.get(name, 0.0) + float(value.detach())
-        rows += 1
-        now = time.monotonic()
-        if step % options.log_every == 0 or step == options.steps:
-            means = {name: value / rows for name, value in sums.items()}
-            means = together.mean(means) if together else means
-            sums, rows = {}, 0
-            progress = Progress(step, options.steps, spent + now - started, rate, means)
-            if not all(math.isfinite(value) for value in means.values()):
-                raise FloatingPointError(f"the loss is {means} at step {step}; lower the learning rate")
+        state.optimise(losses["loss"], rate, options.clip, options.average)
+        means.add(losses)
+        now, last = time.monotonic(), state.step == options.steps
+        if state.step % options.log_every == 0 or last:
+            row = _finite_means(means, distributed, state.step)
+            progress = Progress(state.step, options.steps, state.seconds + now - started, rate, row)
             if rank == 0:
                 _log(folder / "log.csv", progress)
             # Only here, where the loss is known to be a number still.
-            if rank == 0 and (now - last_saved > options.save_seconds or step == options.steps):
-                spent, started, last_saved = spent + now - started, now, now
-                save()
+            if rank == 0 and (now - last_saved > options.save_seconds or last):
+                state.seconds, started, last_saved = state.seconds + now - started, now, now
+                state.save(folder)
+                if record is not None:
+                    record.write(state.step, state.seconds, row)
             yield progress
-    model.load_state_dict(average)
+    model.load_state_dict(state.average)
     model.eval()
+
+
+def _finite_means(means: _RunningMeans, distributed: DistributedContext | None, step: int) -> dict[str, float]:
+    """Take the mean losses, of all processes where there are several.
+
+    Raises:
+        FloatingPointError: when one is not finite.
+    """
+    row = means.take()
+    row = distributed.mean(row) if distributed else row
+    if not all(math.isfinite(value) for value in row.values()):
+        raise FloatingPointError(f"the loss is {row} at step {step}; lower the learning rate")
+    return row
+
+
+def _batch_generator(seed: int, step: int, rank: int, device: torch.device) -> torch.Generator:
+    """Make the generator of batches: a resumed run draws others than those already seen, yet the same ones every time."""
+    seed = seed * 1_000_003 + step + rank * _APART
+    return torch.Generator(device=device).manual_seed(seed % 2**64)
+
+
+class _RunningMeans:
+    """The means of named losses since they were last taken."""
+
+    def __init__(self) -> None:
+        self._sums: dict[str, float] = {}
+        self._count = 0
+
+    def add(self, losses: Mapping[str, Tensor]) -> None:
+        """Count the losses of one step."""
+        for name, value in losses.items():
+            self._sums[name] = self._sums.get(name, 0.0) + float(value.detach())
+        self._count += 1
+
+    def take(self) -> dict[str, float]:
+        """Return the means, and start anew."""
+        means = {name: value / self._count for name, value in self._sums.items()}
+        self._sums, self._count = {}, 0
+        return means
 
 
 def _log(path: Path, progress: Progress) -> None:

@@ -24,7 +24,7 @@ _GROWING = ("last_step", "seconds", "steps_per_second", "examples_per_second")
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class RunMetadata:
     """What a run cannot know by itself.
 
     Attributes:
@@ -62,12 +62,12 @@ class TrainingRecord:
     """The record of one run: a session for each stretch of training under the same circumstances.
 
     Args:
-        folder: of the run; a record there is gone on with.
+        folder: of the run; a record there is continued.
         model: what is trained.
         options: of the training (`structdiffusion.training.loop.TrainingOptions`), JSON-ready.
-        surroundings: see `Surroundings`.
+        metadata: see `RunMetadata`.
         device: where the model lives.
-        devices: how many train together.
+        devices: how many train distributed.
         step: where the session begins.
         spent: seconds of training before it, whether they are in the record or not.
 
@@ -80,18 +80,18 @@ class TrainingRecord:
         folder: Path,
         model: Checkpointed,
         options: Mapping[str, Any],
-        surroundings: Surroundings,
+        metadata: RunMetadata,
         device: torch.device,
         devices: int,
         step: int,
         spent: float,
     ) -> None:
         self._path, self._model = folder / RECORD_NAME, model
-        self._first_step, self._batch = step, surroundings.batch * devices
+        self._first_step, self._batch = step, metadata.batch * devices
         self._earlier = _sessions(self._path) if step and self._path.is_file() else []
         self._session = {
             "first_step": step,
-            **asdict(surroundings),
+            **asdict(metadata),
             "options": dict(options),
             "torch": torch.__version__,
             "device": torch.cuda.get_device_name(device) if device.type == "cuda" else f"CPU, {platform.machine()}",

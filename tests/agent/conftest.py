@@ -1,4 +1,4 @@
-"""A short invented run, told in the pipeline's own events, and a small real table, for tests of the listeners."""
+"""A short invented run, in the pipeline's own events, and a small real table, for tests of the listeners."""
 
 from collections.abc import Iterator
 
@@ -57,7 +57,7 @@ def scene() -> Scene:
 
 
 @pytest.fixture
-def told(scene: Scene) -> list[Event]:
+def run_events(scene: Scene) -> list[Event]:
     """The events of a run in which three cups are put into a circle, with one number that is not finite."""
     motions = np.tile(np.eye(4), (3, 1, 1))
     motions[:, 1, 3] = 0.1

@@ -49,7 +49,7 @@ def test_every_imported_package_is_a_dependency(project):
                     names = [node.module]
                 for name in names:
                     top = name.split(".")[0]
-                    if top in sys.stdlib_module_names or top in PACKAGES:
+                    if top in sys.stdlib_module_names or top in (*PACKAGES, "structagent"):
                         continue
                     distributions = {owner.lower().replace("_", "-") for owner in owners.get(top, [top])}
                     if not distributions & wanted:

@@ -1,4 +1,4 @@
-"""Pictures of arrangements that failed: from above and from the robot, with what was asked and what failed."""
+"""Pictures of failed arrangements, from above and from the robot, with the goal and the failure."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _FONT, _LINE, _MARGIN, _LETTER = 16, 21, 8, 9  # pixels
 
 
 def pictured(rows: Iterable[Row], most: int) -> Iterator[tuple[str, Row]]:
-    """The failed rows that get a picture, each with its file's place in the evaluation's folder.
+    """Choose the failed rows that get a picture, each with the path of its file in the folder of the evaluation.
 
     Args:
         rows: of any planners.
-        most: pictures per planner and failure class; those of the first scenes, all structures in turn.
+        most: pictures per planner and failure class; the first scenes are chosen, structures in turn.
     """
     counts: Counter[tuple[str, str]] = Counter()
     for row in sorted(rows, key=lambda row: (row["model"], row["number"], row["structure"])):
@@ -37,10 +37,10 @@ def pictured(rows: Iterable[Row], most: int) -> Iterator[tuple[str, Row]]:
 
 
 def failure_picture(scene: EvaluationScene, row: Row) -> bytes:
-    """The bytes of a PNG file: what is left of a failed arrangement.
+    """Draw what is left of a failed arrangement; return the bytes of a PNG file.
 
     Args:
-        scene: that of the row.
+        scene: of the row.
         row: of a planner whose best-ranked arrangement fails (`SceneResult.left`).
     """
     drawn = scene.drawn
@@ -51,7 +51,7 @@ def failure_picture(scene: EvaluationScene, row: Row) -> bytes:
     failed = "where it was predicted" if row["failure"] == "intersection" else "as physics left it"
     width = sum(view.width for view in views)
     lines = [
-        f"{row['model']}, {row['structure']} {row['number']} of seed {row['seed']}; asked: {scene.spec}",
+        f"{row['model']}, {row['structure']} {row['number']} of seed {row['seed']}; goal: {scene.spec}",
         f"{row['failure']}, {failed}: {row['verdicts'][0]['detail']}",
     ]
     lines = [part for line in lines for part in textwrap.wrap(line, width // _LETTER, subsequent_indent="    ")]
@@ -67,7 +67,7 @@ def failure_picture(scene: EvaluationScene, row: Row) -> bytes:
 
 
 def _cropped(picture: np.ndarray) -> Image.Image:
-    """The part of a picture (H, W, 3) uint8 that is not white, at the height of all views."""
+    """Crop a picture (H, W, 3) uint8 to what is not white, and scale it to the height of all views."""
     rows, columns = np.nonzero((picture < 250).any(axis=2))
     shown = Image.fromarray(picture).crop((columns.min(), rows.min(), columns.max() + 1, rows.max() + 1))
     shown = ImageOps.expand(shown, 2 * _MARGIN, (255, 255, 255))

@@ -1,7 +1,7 @@
-"""What the paper reports (its section VI and appendices A.1 to A.3), in percent: its own objects and scenes.
+"""The results of the paper (section VI, appendices A.1 to A.3), in percent, on its own objects and scenes.
 
 Structures are in the order circle, tower, line, table setting; failures in the order intersection, abnormal velocity,
-not upright, semantic. It had about 101 scenes per structure, so that each success rate is good to some 9 points.
+not upright, semantic. It has about 101 scenes per structure: the 95 % interval of a success rate is about 9 points wide to each side.
 """
 
 STRUCTURES = ("circle", "tower", "line", "table setting")

@@ -1,4 +1,4 @@
-"""The plots of an evaluation: success against the number of arrangements tried, and what failed."""
+"""The plots of a success evaluation: success over the number of arrangements tried, and failures."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from structdiffusion.benchmark.success import NO_ARRANGEMENT
-from structdiffusion.parallel import WORKER_DIED
 from structdiffusion.protocol.semantic import FAILURE_CLASSES
+from structdiffusion.worker_process import WORKER_DIED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,7 +19,7 @@ _MARKERS = "osD^vP*X"
 
 
 def draw_success_at_k(report: Mapping[str, Any], path: Path) -> None:
-    """Writes success@k of every model over all scenes, with the 95 % intervals where they can be told apart."""
+    """Plot success@k of every planner over all scenes; with the 95 % intervals for up to six planners."""
     evaluations = report["evaluations"]
     figure = _figure(8.5, max(4.5, 0.24 * len(evaluations)))
     axes = figure.subplots()
@@ -43,7 +43,7 @@ def draw_success_at_k(report: Mapping[str, Any], path: Path) -> None:
 
 
 def draw_failures(report: Mapping[str, Any], path: Path) -> None:
-    """Writes what fails first in the best-ranked arrangements: a bar per model, over all scenes and per structure."""
+    """Plot what fails first in the best-ranked arrangements: a bar per planner, over all scenes and per structure."""
     evaluations = list(reversed(report["evaluations"]))  # the first on top
     names = [evaluation["about"]["model"] for evaluation in evaluations]
     panels = ["all"] + [s for s in dict.fromkeys(s for e in evaluations for s in e["aggregate"]) if s != "all"]
@@ -68,7 +68,7 @@ def draw_failures(report: Mapping[str, Any], path: Path) -> None:
 
 
 def _rate(rates: Mapping[str, Any] | None, cause: str) -> float:
-    """The share of the scenes that failed for a cause; 0 where none was measured."""
+    """Return the share of scenes that failed for a cause; 0 if none was measured."""
     if rates is None:
         return 0.0
     return rates["lost"]["rate"] if cause == WORKER_DIED else rates["failures"][cause]["rate"]

@@ -1,11 +1,11 @@
-"""The folder of an evaluation: what was found out stays, so that the same command goes on where it was stopped.
+"""The folder of a success evaluation: it stores the rows, so that the same command resumes one that was stopped.
 
 | file | content |
 |---|---|
-| `about.json` | what decides the rows (`Asked.fingerprint`); a command with another one is refused |
-| `scenes.jsonl` | which draw of each scene was accepted, so that its reference need not be tried in physics again |
-| `rows.jsonl` | a row per model and scene (`SceneResult.to_dict`, and "model"), appended as they come |
-| `eval.json`, `tables.md`, `success_at_k.png`, `failures.png` | what all rows tell, written at the end |
+| `about.json` | what decides the rows (`SuccessConfig.fingerprint`); a command for which it differs is refused |
+| `scenes.jsonl` | the accepted draw of each scene, so that its reference is not checked in physics again |
+| `rows.jsonl` | a row per planner and scene (`SceneResult.to_dict`, and "model"), appended as they come |
+| `eval.json`, `tables.md`, `success_at_k.png`, `failures.png` | the report of all rows, written at the end |
 | `failures/` | pictures of failed arrangements |
 """
 
@@ -15,13 +15,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from agent.evaluation.common import Place
-from agent.evaluation.result_store import KeptRows
+from agent.evaluation.result_store import ResultStore
+from agent.evaluation.rows import Place
 from agent.runtime.jsonl_journal import Journal
 from agent.runtime.output_ownership import check_subfolder
 from structdiffusion.benchmark.scenes import EvaluationScene
 from structdiffusion.benchmark.success import Row
-from structdiffusion.parallel import WORKER_DIED
+from structdiffusion.worker_process import WORKER_DIED
 
 SCENES = "scenes.jsonl"
 FAILURES = "failures"  # a folder of pictures
@@ -29,38 +29,36 @@ RESULTS = ("eval.json", "tables.md", "success_at_k.png", "failures.png")
 
 
 class EvaluationFolder:
-    """What is known, for one evaluation at a time. Close it, or use it as a context manager.
+    """The stored rows and scenes of one evaluation. Close it, or use it as a context manager.
 
     Args:
-        path: of the folder, made where it is not there.
-        asked: `Asked.fingerprint` of what is to be measured.
+        path: of the folder, which is made if it does not exist.
+        config: `SuccessConfig.fingerprint` of what is to be measured.
 
     Attributes:
         path: of the folder.
         draws: the accepted draw of each scene.
-        rows: by model, structure and number.
+        rows: by planner, structure and number.
 
     Raises:
-        UsageError: when the folder is a file, another evaluation is at work in it, or what it holds was asked for
-            otherwise.
-        BadInput: when it holds something else.
+        UsageError, BadInput: as `ResultStore`.
     """
 
-    def __init__(self, path: Path, asked: Mapping[str, Any]) -> None:
+    def __init__(self, path: Path, config: Mapping[str, Any]) -> None:
         self.path = path
         check_subfolder(path / FAILURES)
         keys = {"model", "structure", "number", "failure", "verdicts"}
-        self._kept = KeptRows(path, asked, keys, (SCENES, *RESULTS))
+        self._store = ResultStore(path, config, keys, (SCENES, *RESULTS))
         try:
             self._scenes = Journal(path / SCENES, {"structure", "number", "draw"}, "scene of an evaluation")
         except BaseException:
-            self._kept.close()
+            self._store.close()
             raise
         self.draws: dict[Place, int] = {
             (entry["structure"], entry["number"]): entry["draw"] for entry in self._scenes.entries
         }
         self.rows: dict[tuple[str, str, int], Row] = {
-            (row["model"], row["structure"], row["number"]): row for row in self._kept.rows
+            (row["model"], row["structure"], row["number"]): row for row in self._store.rows
         }
 
     def __enter__(self) -> EvaluationFolder:
@@ -70,23 +68,23 @@ class EvaluationFolder:
         self.close()
 
     def has(self, model: str, place: Place) -> bool:
-        """Whether it is known what becomes of a model on a scene; not where the worker died at it."""
+        """Tell whether the row of a planner and a scene is stored; a row whose worker died does not count."""
         row = self.rows.get((model, *place))
         return row is not None and row["failure"] != WORKER_DIED
 
     def close(self) -> None:
-        """Lets other evaluations into the folder."""
+        """Release the folder."""
         self._scenes.close()
-        self._kept.close()
+        self._store.close()
 
     def add_scene(self, scene: EvaluationScene) -> None:
-        """Keeps which draw of a scene was accepted."""
+        """Store the accepted draw of a scene."""
         place = scene.structure, scene.number
         if place not in self.draws:
             self._scenes.add({"structure": scene.structure, "number": scene.number, "draw": scene.draw})
             self.draws[place] = scene.draw
 
     def add_row(self, row: Row) -> None:
-        """Keeps a row."""
-        self._kept.add(row)
+        """Store a row."""
+        self._store.add(row)
         self.rows[row["model"], row["structure"], row["number"]] = row

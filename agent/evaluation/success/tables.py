@@ -1,6 +1,6 @@
-"""The tables of an evaluation in the paper's layout, as Markdown; each only where its models were run.
+"""The tables of a success evaluation in the layout of the paper, as Markdown; each only if its planners were run.
 
-Cells are percent with their 95 % Wilson interval; the paper's own figures stand below ours, for comparison.
+Cells are percentages with their 95 % Wilson interval; the results of the paper stand below ours, for comparison.
 """
 
 from __future__ import annotations
@@ -11,10 +11,9 @@ from typing import Any
 
 from agent.evaluation.success import paper_results
 from structdiffusion.benchmark.success import NO_ARRANGEMENT, Row
-from structdiffusion.evaluation_protocol import MAX_PENETRATION
-from structdiffusion.parallel import WORKER_DIED
 from structdiffusion.planners.registry import PLANNERS, PlannerParts
 from structdiffusion.protocol.semantic import FAILURE_CLASSES
+from structdiffusion.worker_process import WORKER_DIED
 
 Report = Mapping[str, Any]
 _ALL = "all"
@@ -24,7 +23,7 @@ _FULL = ("diffusion", "diffusion-tokens", "geometric")  # whose failures are sho
 
 @dataclass(frozen=True)
 class Table:
-    """One table: its title, what is to be said of it, the names of its columns, and its rows."""
+    """A table: its title, an explanation, the names of its columns, and its rows."""
 
     title: str
     about: str
@@ -32,13 +31,13 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
 
     def markdown(self, seeds: str) -> str:
-        """As Markdown, with a heading and the seed of the scenes."""
+        """Format as Markdown, with a heading and the seed of the scenes."""
         lines = [f"| {' | '.join(line)} |" for line in (self.head, ("---",) * len(self.head), *self.rows)]
         return "\n".join([f"## {self.title}", "", f"{self.about} Seed {seeds}.", "", *lines, ""])
 
 
 def tables_of(report: Report) -> list[Table]:
-    """All tables that the models of a report can fill."""
+    """Return all tables that the planners of a report can fill."""
     found = {evaluation["about"]["model"]: evaluation for evaluation in report["evaluations"]}
     tables = [_success(found), _success_at_k(found), _failures_of_methods(found), _failures_of_structures(found)]
     tables += [*_guidance(found), *_language(found), *_ablations(found), _seconds(found)]
@@ -46,21 +45,21 @@ def tables_of(report: Report) -> list[Table]:
 
 
 def markdown_of(report: Report) -> str:
-    """The page of all tables, with the command and the seed behind each number."""
+    """Return the page of all tables, with the command and the seed behind each number."""
     rows = [row for evaluation in report["evaluations"] for row in evaluation["scenes"]]
     seeds = ", ".join(map(str, sorted({row["seed"] for row in rows})))
     scenes = {frozenset((row["structure"], row["number"]) for row in e["scenes"]) for e in report["evaluations"]}
-    same = "every model on the same scenes" if len(scenes) == 1 else "not every model on all of the scenes: mind n"
+    same = "all planners on the same scenes" if len(scenes) == 1 else "not all planners on all of the scenes: see n"
     intro = (
         f"Percent of the scenes, with 95 % Wilson intervals; {same}. "
-        f"All of it was made by structagent {report['version']}, by this command:"
+        f"Made by structagent {report['version']} with this command:"
     )
     head = ["# Evaluation", "", intro, "", "```sh", report["command"], "```", ""]
     return "\n".join([*head, *(table.markdown(seeds) for table in tables_of(report))])
 
 
 def changed(parts: PlannerParts, base: PlannerParts) -> dict[str, Any]:
-    """The fields in which a planner differs from another, with its own values."""
+    """Return the fields in which a planner differs from another, with its own values."""
     names = [field.name for field in fields(PlannerParts)]
     return {name: getattr(parts, name) for name in names if getattr(parts, name) != getattr(base, name)}
 
@@ -72,7 +71,7 @@ def _success(found: Mapping[str, Any]) -> Table:
         for name, evaluation in found.items()
     ]
     rows += _paper_language(structures)
-    about = "The best-ranked arrangement stands as asked. n is the number of scenes of all structures together."
+    about = "The best-ranked arrangement stands as specified. n is the number of scenes of all structures together."
     return Table("Success per method and structure", about, ("model", "n", *structures), tuple(rows))
 
 
@@ -82,7 +81,7 @@ def _success_at_k(found: Mapping[str, Any]) -> Table:
     for name, evaluation in found.items():
         rates = evaluation["aggregate"][_ALL]["success_at"]
         rows.append((name, _n(evaluation), *(_cell(rates[str(k)]) for k in range(1, top_k + 1))))
-    about = "One of the k best-ranked arrangements stands as asked; all structures."
+    about = "One of the k best-ranked arrangements stands as specified; all structures."
     head = ("model", "n", *(f"success@{k}" for k in range(1, top_k + 1)))
     return Table("Success within k arrangements", about, head, tuple(rows))
 
@@ -95,8 +94,9 @@ def _failures_of_methods(found: Mapping[str, Any]) -> Table:
     none = ("-",) * len((*died, "into the table"))
     rows += [(*_paper_row(f"paper: {name}", values), *none) for name, values in paper_results.FAILURES_OF_METHODS.items()]
     about = (
-        "What fails first in the best-ranked arrangement, of all scenes. The last column is the part of the "
-        f"intersections that is with the table, by more than the {MAX_PENETRATION * 1000:g} mm allowed."
+        "The first failure of the best-ranked arrangement, in percent of all scenes. The last column is the share of scenes "
+        f"in which it intersects the table by more than the allowed {1000 * MAX_PENETRATION:g} mm; it is part of the "
+        "intersections."
     )
     return Table("Failure modes per method", about, ("model", "n", *_CAUSES, *died, "into the table"), tuple(rows))
 
@@ -111,12 +111,12 @@ def _failures_of_structures(found: Mapping[str, Any]) -> Table:
     for structure, values in paper_results.FAILURES_OF_STRUCTURES.items():
         model, *cells = _paper_row("paper: StructDiffusion", values)
         rows.append((model, structure, *cells, *("-" for _ in died)))
-    about = "What fails first in the best-ranked arrangement, of the scenes of each structure."
+    about = "The first failure of the best-ranked arrangement, in percent of the scenes of each structure."
     return Table("Failure modes per structure", about, ("model", "structure", "n", *_CAUSES, *died), tuple(rows))
 
 
 def _guidance(found: Mapping[str, Any]) -> Iterator[Table]:
-    """A table, laid out as in the paper, for each planner that was run with several guidance weights."""
+    """Give a table, in the layout of the paper, for each planner that was run with several guidance weights."""
     for base, family in _families(found, "guidance", 0.0):
         weights = {PLANNERS[name].guidance: found[name] for name in family}
         columns = sorted(weights)
@@ -129,14 +129,14 @@ def _guidance(found: Mapping[str, Any]) -> Iterator[Table]:
             rows.append((f"paper: {structure}", *known))
         n = " or ".join(sorted({_n(weights[weight]) for weight in columns}))
         about = (
-            f"Success of {base} with the structure discriminator's gradient in the denoising; n = {n} per weight. "
-            "The paper's rows guide by a collision classifier, and rank: they show a trend, not a target."
+            f"Success of {base} guided by the gradient of the structure discriminator; n = {n} per weight. The paper "
+            "guides by a collision classifier and ranks, so that its rows show a trend, not a target."
         )
         yield Table("Classifier guidance", about, ("task", *(f"weight {weight:g}" for weight in columns)), tuple(rows))
 
 
 def _language(found: Mapping[str, Any]) -> Iterator[Table]:
-    """A table for each planner that was run on word tokens and on sentences."""
+    """Give a table for each planner that was run on word tokens and on sentences."""
     for base, family in _families(found, "sentence", False):
         structures = _structures(found)
         rows = []
@@ -149,7 +149,7 @@ def _language(found: Mapping[str, Any]) -> Iterator[Table]:
 
 
 def _ablations(found: Mapping[str, Any]) -> Iterator[Table]:
-    """A table for each full model of which variants were run: other parts, the same network, language and guidance."""
+    """Give a table for each full planner of which variants with the same network, language and guidance were run."""
     apart = {"network", "sentence", "guidance"}
     for base in [name for name in _FULL if name in found]:
         differing = {name: changed(PLANNERS[name], PLANNERS[base]) for name in found}
@@ -165,8 +165,8 @@ def _ablations(found: Mapping[str, Any]) -> Iterator[Table]:
             paired = ("", "", "") if name == base else _paired(found[name]["scenes"], found[base]["scenes"])
             rows.append((name, parts or "-", _n(found[name]), *cells, _cell(five), *paired))
         about = (
-            f"Success of {base} and of what differs from it in some parts. On the scenes of both: how many only the "
-            "variant solves, how many only the full model, and the two-sided exact sign test of these."
+            f"Success of {base} and its variants. On the scenes of both: how many only the variant solves, how many only "
+            "the full planner solves, and the two-sided exact sign test of these."
         )
         last = f"success@{found[base]['top_k']}"
         head = ("model", "changed", "n", *structures, last, "only variant", "only full", "p")
@@ -181,13 +181,13 @@ def _seconds(found: Mapping[str, Any]) -> Table:
         totals = [rates["plan_seconds_total"], rates["seconds_total"]]
         candidates = str(evaluation["about"]["candidates"])
         rows.append((name, _n(evaluation), candidates, *(f"{s:.2f}" for s in seconds), *(f"{s:.0f}" for s in totals)))
-    about = "Seconds on one thread: of planning, per scene and in all, and of everything with the trials in physics."
+    about = "Seconds on one thread: of planning, per scene and in total, and of everything, physics trials included."
     head = ("model", "n", "candidates", "mean", "median", "planning", "everything")
     return Table("Time", about, head, tuple(rows))
 
 
 def _families(found: Mapping[str, Any], field: str, plain: Any) -> Iterator[tuple[str, list[str]]]:
-    """The planners of a report that differ in one field alone, by the name of the one that has it `plain`."""
+    """Group the planners of a report that differ only in one field, by the name of the one with the value `plain`."""
     families: dict[PlannerParts, list[str]] = {}
     for name in found:
         families.setdefault(replace(PLANNERS[name], **{field: plain}), []).append(name)
@@ -198,7 +198,7 @@ def _families(found: Mapping[str, Any], field: str, plain: Any) -> Iterator[tupl
 
 
 def _paired(rows: Sequence[Row], base_rows: Sequence[Row]) -> tuple[str, str, str]:
-    """On the scenes that both have: how many only the first solves, how many only the second, and the sign test."""
+    """Count the common scenes that only the first solves, and those that only the second solves; add the sign test."""
     from scipy.stats import binomtest
 
     solved = {(row["structure"], row["number"]): row["success"] for row in base_rows}
@@ -209,7 +209,7 @@ def _paired(rows: Sequence[Row], base_rows: Sequence[Row]) -> tuple[str, str, st
 
 
 def _structures(found: Mapping[str, Any]) -> list[str]:
-    """The structures that were measured, as the paper orders them, then all."""
+    """Return the measured structures in the order of the paper, then all."""
     measured = {structure for evaluation in found.values() for structure in evaluation["aggregate"]}
     return [structure for structure in (*paper_results.STRUCTURES, _ALL) if structure in measured]
 
@@ -224,7 +224,7 @@ def _success_in(evaluation: Mapping[str, Any], structure: str) -> str:
 
 
 def _died(found: Mapping[str, Any]) -> tuple[str, ...]:
-    """The column of the scenes whose worker died, where there are any."""
+    """Return the column of scenes whose worker died, if there are any."""
     return (WORKER_DIED,) if any(one["aggregate"][_ALL]["lost"]["count"] for one in found.values()) else ()
 
 
@@ -238,7 +238,7 @@ def _paper_row(name: str, values: Sequence[float]) -> tuple[str, ...]:
 
 
 def _paper_language(structures: Sequence[str]) -> list[tuple[str, ...]]:
-    """The paper's success by language input, in the columns of ours."""
+    """Return the success in the paper by language input, in our columns."""
     rows = []
     for sentence, values in paper_results.LANGUAGE.items():
         of = dict(zip(paper_results.STRUCTURES, map(str, values), strict=True))

@@ -13,7 +13,7 @@ from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE
 from agent.rendering.image_files import FILM
 from agent.rendering.object_markers import markers_of_scene
 from agent.rendering.text import number, slot_label
-from agent.reporting.event_text import arm_sentence, described, parse_notes, remark_sentence, verdict_sentence
+from agent.reporting.event_text import arm_sentence, describe_object, parse_notes, remark_sentence, verdict_sentence
 from agent.reporting.html.charts import gauge, timing
 from agent.reporting.html.figures import candidates, legend, swatch, tried
 from agent.reporting.html.markup import album, bar, figure, film, paragraph, section, table
@@ -24,7 +24,7 @@ _NO = re.compile(r"(n|no|nope|never ?mind|cancel|stop)\b", re.IGNORECASE)  # how
 
 @dataclass(frozen=True)
 class Turn:
-    """What is known of one turn.
+    """The report and the pictures of one turn.
 
     Attributes:
         report: `agent.reporting.run_report`'s dictionary.
@@ -111,11 +111,11 @@ class Turn:
             )
         notes = "".join(map(paragraph, parse_notes(parse)))
         content = f'{notes}<div class="slots">{"".join(slots)}</div>'
-        return section("What was understood", content, self._seconds("parse"))
+        return section("Instruction as read", content, self._seconds("parse"))
 
     def _remarks(self) -> str:
         lines = "".join(f'<li class="answer">{_remark(remark)}</li>' for remark in self.report["remarks"])
-        return section("What was said besides", f'<ul class="story">{lines}</ul>') if lines else ""
+        return section("Remarks", f'<ul class="story">{lines}</ul>') if lines else ""
 
     def _scene(self) -> str:
         scene = self.report["scene"]
@@ -124,7 +124,7 @@ class Turn:
         marker_of = {marker.label: marker for marker in markers_of_scene(scene)}
         rows = [
             (
-                f"{swatch(marker_of[seen['name']])}{escape(described(seen))}",
+                f"{swatch(marker_of[seen['name']])}{escape(describe_object(seen))}",
                 escape(seen["category"]),
                 "takes part" if seen["takes_part"] else '<span class="soft">stays where it is</span>',
                 ", ".join(number(100 * value) for value in seen["position"]),
@@ -136,7 +136,7 @@ class Turn:
         names = ("camera-before", "objects-found", "scene-before")
         pictures = album([self._figures.get(name) for name in names])
         notes = "".join(map(paragraph, scene.get("notes", ())))
-        return section("The scene before", pictures + seen + notes, self._seconds("scene"))
+        return section("Scene before", pictures + seen + notes, self._seconds("scene"))
 
     def _imagination(self) -> str:
         imagination = self.report["imagination"]
@@ -148,7 +148,7 @@ class Turn:
         if self.report["scene"] is not None and ranked:
             content += legend(self.report["scene"]) + candidates(self.report)
         content += album([self._figures.get("goal-overlay"), self._figures.get("imagined-goal")])
-        return section("What was imagined", content + self._scores(ranked), self._seconds("imagination"))
+        return section("Proposals", content + self._scores(ranked), self._seconds("imagination"))
 
     def _scores(self, ranked: list[Mapping[str, Any]]) -> str:
         names = list(ranked[0]["scores"]) if ranked else []
@@ -171,7 +171,7 @@ class Turn:
         steps = [shown for name, shown in self._figures.items() if name.startswith("placement-")]
         reel = self._figures.get(FILM, "")
         content = f'<div class="{"beside" if reel else ""}">{reel}<ol class="story">{lines}</ol></div>'
-        return section("Building it", content + album(steps, "pictures small"), self._seconds("build"))
+        return section("Build", content + album(steps, "pictures small"), self._seconds("build"))
 
     def _verdict(self) -> str:
         verdict, without_arm = self.report["verdict"], self.report.get("tried") is not None
@@ -195,12 +195,12 @@ class Turn:
         content = f"{paragraph(result)}<p>Checked on {escape(on)} at rest, {how}.</p>"
         if rows:
             content += table(("", "check", "measured", "allowed"), rows)
-        title = "What was tried without the arm" if without_arm else "After"
+        title = "Tried without the arm" if without_arm else "After"
         return section(title, after + content, self._seconds("check"))
 
     def _time(self) -> str:
         bars = timing(self.report["seconds"], self.report["outcome"]["seconds"])
-        return section("Where the time went", bars, self.report["outcome"]["seconds"]) if bars else ""
+        return section("Time by step", bars, self.report["outcome"]["seconds"]) if bars else ""
 
     def _options(self) -> str:
         rows = [(escape(slot_label(name)), escape(_option_value(value))) for name, value in _flat(self.report["options"])]

@@ -48,7 +48,7 @@ class PoseCVAE(PoseBackbone):
     Config = CVAEConfig
 
     def __init__(self, config: CVAEConfig = CVAEConfig()) -> None:
-        super().__init__(config, language_extra=config.latent, thing_extra=config.latent)
+        super().__init__(config, language_extra=config.latent, object_extra=config.latent)
         self.recognition = encoder_stack(config, config.latent_layers)
         self.recognition_head = readout(config, 2 * config.latent)
         self.expectation = encoder_stack(config, config.latent_layers)
@@ -59,7 +59,7 @@ class PoseCVAE(PoseBackbone):
     def forward(self, latent: Tensor, condition: Condition) -> Tensor:
         """The state (B, 1 + N, 9) that a latent (B, Z) stands for."""
         latent = latent[:, None]
-        tokens = (self.language_tokens(condition, latent), self.thing_tokens(condition, extra=latent))
+        tokens = (self.language_tokens(condition, latent), self.object_tokens(condition, extra=latent))
         encoded = self.transformer(torch.cat(tokens, dim=1), src_key_padding_mask=~condition.there)
         return self.head(encoded[:, WORD_TOKENS:]).float()
 
@@ -91,7 +91,7 @@ class PoseCVAE(PoseBackbone):
     def _latent(
         self, transformer: nn.Module, head: nn.Module, state: Tensor | None, condition: Condition
     ) -> Normal:
-        tokens = torch.cat((self.language_tokens(condition), self.thing_tokens(condition, state)), dim=1)
+        tokens = torch.cat((self.language_tokens(condition), self.object_tokens(condition, state)), dim=1)
         encoded = transformer(tokens, src_key_padding_mask=~condition.there)
         mean, log_deviation = head(encoded[:, WORD_TOKENS]).float().chunk(2, dim=-1)  # of the structure frame's token
         return Normal(mean, log_deviation.clamp(*_LOG_DEVIATION).exp())

@@ -49,7 +49,7 @@ class PoseDiffusion(PoseBackbone):
     Config = DiffusionConfig
 
     def __init__(self, config: DiffusionConfig = DiffusionConfig()) -> None:
-        super().__init__(config, language_extra=_TIME_WIDTH, thing_extra=_TIME_WIDTH)
+        super().__init__(config, language_extra=_TIME_WIDTH, object_extra=_TIME_WIDTH)
         self.time = TimeEmbedding(_TIME_WIDTH)
         self.transformer = encoder_stack(config)
         self.head = readout(config, POSE)
@@ -57,7 +57,7 @@ class PoseDiffusion(PoseBackbone):
     def forward(self, state: Tensor, timesteps: Tensor, condition: Condition) -> Tensor:
         """The prediction (B, 1 + N, 9) for a noisy state (B, 1 + N, 9) at steps (B,)."""
         time = self.time(timesteps)[:, None, :]  # (B, 1, W_t)
-        tokens = torch.cat((self.language_tokens(condition, time), self.thing_tokens(condition, state, time)), dim=1)
+        tokens = torch.cat((self.language_tokens(condition, time), self.object_tokens(condition, state, time)), dim=1)
         encoded = self.transformer(tokens, src_key_padding_mask=~condition.there)
         return self.head(encoded[:, WORD_TOKENS:]).float()
 

@@ -20,8 +20,8 @@ SAMPLERS = ("ddpm", "ddim")
 class Step:
     """One reverse step: the next, less noisy sample, and the clean sample predicted on the way (for previews)."""
 
-    previous: Tensor
-    predicted_clean: Tensor
+    prev_sample: Tensor
+    pred_original_sample: Tensor
 
 
 class NoiseScheduler:
@@ -46,7 +46,7 @@ class NoiseScheduler:
         self.steps = steps
         self.prediction_type = prediction_type
         betas = torch.linspace(beta_start, beta_end, steps, dtype=torch.float64)
-        self.alphas_cumulative = torch.cumprod(1 - betas, dim=0).float()  # (T,)
+        self.alphas_cumprod = torch.cumprod(1 - betas, dim=0).float()  # (T,)
         self.timesteps = torch.arange(steps - 1, -1, -1)
         self.sampler = "ddpm"
 
@@ -64,35 +64,35 @@ class NoiseScheduler:
         self.sampler = sampler
 
     def add_noise(self, clean: Tensor, noise: Tensor, timesteps: Tensor) -> Tensor:
-        """q(x_t | x_0): `clean` and `noise` (B, ...), `timesteps` (B,)."""
+        """Draw from q(x_t | x_0): `clean` and `noise` (B, ...), `timesteps` (B,)."""
         signal, sigma = self._scales(timesteps, clean)
         return signal * clean + sigma * noise
 
     def target(self, clean: Tensor, noise: Tensor, timesteps: Tensor) -> Tensor:
-        """What the network should predict, of the shape of `clean`."""
+        """Return what the network should predict, of the shape of `clean`."""
         if self.prediction_type == "epsilon":
             return noise
         signal, sigma = self._scales(timesteps, clean)
         return signal * noise - sigma * clean
 
-    def predict_clean(self, prediction: Tensor, timestep: Tensor, sample: Tensor) -> Tensor:
-        """x_0 as the network's prediction implies it; shapes (B, ...), `timestep` (B,)."""
+    def predict_original_sample(self, prediction: Tensor, timestep: Tensor, sample: Tensor) -> Tensor:
+        """Return x_0 as the network's prediction implies it; shapes (B, ...), `timestep` (B,)."""
         signal, sigma = self._scales(timestep, sample)
         if self.prediction_type == "epsilon":
             return (sample - sigma * prediction) / signal
         return signal * sample - sigma * prediction
 
     def prediction_of(self, clean: Tensor, timestep: Tensor, sample: Tensor) -> Tensor:
-        """The prediction that implies this x_0: the inverse of `predict_clean`."""
+        """Return the prediction that implies this x_0: the inverse of `predict_original_sample`."""
         signal, sigma = self._scales(timestep, sample)
         return self.target(clean, (sample - signal * clean) / sigma, timestep)
 
     def noise_level(self, timestep: Tensor) -> float:
-        """sqrt(1 - abar_t): the deviation of the noise at a step."""
-        return float((1 - self.alphas_cumulative[timestep]).sqrt())
+        """Return sqrt(1 - abar_t): the deviation of the noise at a step."""
+        return float((1 - self.alphas_cumprod[timestep]).sqrt())
 
     def step(self, prediction: Tensor, index: int, sample: Tensor, generator: torch.Generator | None = None) -> Step:
-        """From the sample at `timesteps[index]` to the one at `timesteps[index + 1]`; past the last, to x_0.
+        """Step from the sample at `timesteps[index]` to the one at `timesteps[index + 1]`; past the last, to x_0.
 
         Args:
             prediction: the network's output (B, ...).
@@ -101,7 +101,7 @@ class NoiseScheduler:
             generator: the source of the DDPM's noise; DDIM needs none.
         """
         now = self.timesteps[index].expand(sample.shape[0])
-        clean = self.predict_clean(prediction, now, sample)
+        clean = self.predict_original_sample(prediction, now, sample)
         if index + 1 == len(self.timesteps):
             return Step(clean, clean)
         signal, sigma = self._scales(now, sample)
@@ -118,6 +118,6 @@ class NoiseScheduler:
 
     def _scales(self, timesteps: Tensor, like: Tensor) -> tuple[Tensor, Tensor]:
         """sqrt(abar_t) and sqrt(1 - abar_t), shaped to broadcast over `like`."""
-        cumulative = self.alphas_cumulative.to(like.device)[timesteps.to(like.device)]
+        cumulative = self.alphas_cumprod.to(like.device)[timesteps.to(like.device)]
         cumulative = cumulative.view(-1, *[1] * (like.dim() - 1)).to(like.dtype)
         return cumulative.sqrt(), (1 - cumulative).sqrt()

@@ -66,7 +66,7 @@ class StructFormer(PoseBackbone):
     Config = StructFormerConfig
 
     def __init__(self, config: StructFormerConfig = StructFormerConfig()) -> None:
-        super().__init__(config, thing_extra=OBJECT_WIDTH)
+        super().__init__(config, object_extra=OBJECT_WIDTH)
         self.start = nn.Parameter(0.02 * torch.randn(OBJECT_WIDTH))
         self.transformer = encoder_stack(config)
         self.head = readout(config, config.mixture * (1 + 2 * POSE))
@@ -79,13 +79,13 @@ class StructFormer(PoseBackbone):
             condition: the scenes.
         """
         batch, count = condition.present.shape
-        things = self.things(condition)
+        objects = self.objects(condition)
         # An object that is not there tells nothing to the one after it.
         told = torch.cat((torch.ones_like(condition.present[:, :1]), condition.present), dim=1)[:, :-1, None]
         before = torch.cat((torch.zeros_like(state[:, :1]), state[:, :-1] * told), dim=1)
-        thing_before = torch.cat((self.start.expand(batch, 1, -1), things[:, :-1] * told), dim=1)
-        scene = torch.cat((self.language_tokens(condition), self.thing_tokens(condition)), dim=1)
-        tokens = torch.cat((scene, self.thing_tokens(condition, before, thing_before)), dim=1)
+        object_before = torch.cat((self.start.expand(batch, 1, -1), objects[:, :-1] * told), dim=1)
+        scene = torch.cat((self.language_tokens(condition), self.object_tokens(condition)), dim=1)
+        tokens = torch.cat((scene, self.object_tokens(condition, before, object_before)), dim=1)
         there = torch.cat((condition.there, condition.there[:, WORD_TOKENS:]), dim=1)
         encoded = self.transformer(tokens, mask=self._unseen(count, tokens.device), src_key_padding_mask=~there)
         numbers = self.head(encoded[:, scene.shape[1] :]).float()

@@ -65,10 +65,9 @@ def other_words(words: Tensor, generator: torch.Generator) -> Tensor:
         if not slots:
             continue
         slot = slots[int(torch.randint(len(slots), (1,), generator=generator, device=words.device))]
-        values = LEGAL_VALUES[SLOTS[slot]]
-        first = WORDS[SLOTS[slot], values[0]]
-        step = int(torch.randint(1, len(values), (1,), generator=generator, device=words.device))
-        changed[row, slot] = first + (int(words[row, slot]) - first + step) % len(values)
+        ids = [WORDS[SLOTS[slot], value] for value in LEGAL_VALUES[SLOTS[slot]]]
+        step = int(torch.randint(1, len(ids), (1,), generator=generator, device=words.device))
+        changed[row, slot] = ids[(ids.index(int(words[row, slot])) + step) % len(ids)]
     return changed
 
 

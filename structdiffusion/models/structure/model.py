@@ -29,6 +29,7 @@ class StructureConfig:
         points: of a whole scene; shared out evenly among its objects.
         max_objects: length of the one-hot object number.
         nouns: how many noun ids there are beside "unknown" (see `PoseDiffusion.noun_ids`).
+        vocabulary: how many word ids it knows, 0 included.
     """
 
     width: int = 48
@@ -36,6 +37,7 @@ class StructureConfig:
     points: int = 168
     max_objects: int = 12
     nouns: int = 7
+    vocabulary: int = VOCABULARY
 
 
 class StructureDiscriminator(Checkpointed):
@@ -49,7 +51,7 @@ class StructureDiscriminator(Checkpointed):
         self.config = config
         self.noun = nn.Embedding(1 + config.nouns, 8)
         self.encoder = PointEncoder(3 + config.max_objects + 8, config.width, 2 * config.width, config.layers)
-        self.word = nn.Embedding(VOCABULARY, 32)
+        self.word = nn.Embedding(config.vocabulary, 32)
         self.head = nn.Sequential(
             nn.Linear(2 * config.width + 32 * len(LOCAL_SLOTS), 256), nn.GELU(), nn.Linear(256, 128), nn.GELU(),
             nn.Linear(128, 1),

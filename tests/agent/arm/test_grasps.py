@@ -66,6 +66,6 @@ def test_nothing_fits_what_is_too_large_or_hardly_seen():
     assert grasps_of(np.zeros((4, 3))) == []
 
 
-def test_round_is_told_from_long():
+def test_round_is_distinguished_from_long():
     assert is_round(ring(0.04, 0.1, 0.05))
     assert not is_round(top_of_box((0.05, 0.1, 0.1)))

@@ -79,12 +79,12 @@ def test_the_spherical_arms_are_one_but_for_the_joint_in_the_upper_arm():
 def test_limits_are_the_makers(name):
     model = arm_model(name)
     degrees = np.degrees(np.stack((model.lower, model.upper), axis=1))[~model.continuous]
-    told = {
+    expected = {
         "j2s7s300": [(47, 313), (30, 330), (65, 295)],
         "j2n6s300": [(47, 313), (19, 341)],
         "j2s6s300": [(47, 313), (19, 341), (30, 330)],
     }
-    assert degrees == pytest.approx(np.array(told[name]), abs=0.01)
+    assert degrees == pytest.approx(np.array(expected[name]), abs=0.01)
     assert model.velocity == pytest.approx(np.radians([36.0] * (len(model.joints) - 3) + [48.0] * 3), abs=1e-3)
     assert (model.lower < model.folded).all() and (model.folded < model.upper).all()
 

@@ -43,10 +43,10 @@ def test_what_is_within_the_limits_stays_as_it_is():
     np.testing.assert_array_equal(found.joints, HOME)
     assert not found.wound.any()
     np.testing.assert_array_equal(found.fingers, [FINGER_OPEN] * 3)
-    assert found.notes == (f"the recording does not tell {', '.join(FINGERS)}: taken to be open",)
+    assert found.notes == (f"the recording does not have {', '.join(FINGERS)}: taken to be open",)
 
 
-def test_an_encoder_may_tell_a_little_beyond_a_limit():
+def test_an_encoder_may_report_a_little_beyond_a_limit():
     fingers = {"joint_finger_1": -0.01, "joint_finger_2": 0.2, "joint_finger_3": 0.2}
     found = standing(recorded(4.8, 0.81, 1.0, 4.2, 1.4, 1.3, **fingers))
     assert found.joints[1] == 0.8203

@@ -30,7 +30,7 @@ class Bench:
         self.world, self.arm = world, JacoArm(world.client)
         world.settle()
         self.when: list[Callable[[], bool]] = []  # each interrupts once
-        self.told: list[ArmEvent] = []
+        self.happened: list[ArmEvent] = []
 
     def scene(self) -> Scene:
         return self.world.observe(np.random.default_rng(0))
@@ -41,14 +41,14 @@ class Bench:
             raise KeyboardInterrupt
 
     def build(self, seed: int = 0) -> None:
-        """Moves the block to `GOAL`; `told` has what was told, whatever ends it."""
-        self.told = []
+        """Moves the block to `GOAL`; `happened` has its events, whatever ends it."""
+        self.happened = []
         arrangement = Arrangement(np.array([GOAL @ np.linalg.inv(self.world.pose(0))]))
         work = build_structure(
             self.world, self.arm, self.scene(), [arrangement], rng=np.random.default_rng(seed), on_step=self.watch
         )
         for event in work:
-            self.told.append(event)
+            self.happened.append(event)
 
     @property
     def away(self) -> float:
@@ -85,8 +85,8 @@ def test_stopped_before_anything_is_in_the_hand(bench):
     bench.when = [lambda: bench.away > 0.5]
     with pytest.raises(KeyboardInterrupt):
         bench.build()
-    assert [type(event) for event in bench.told] == [Planned, Stopped]
-    assert bench.told[-1] == Stopped(None, "", False, True)
+    assert [type(event) for event in bench.happened] == [Planned, Stopped]
+    assert bench.happened[-1] == Stopped(None, "", False, True)
     assert bench.away < 0.05 and bench.stands()
     assert np.linalg.norm(bench.world.pose(0)[:2, 3] - START[:2, 3]) < 0.002
 
@@ -96,7 +96,7 @@ def test_stopped_between_the_fingers(bench):
     bench.when = [lambda: bool(bench.arm.touching(bench.body))]
     with pytest.raises(KeyboardInterrupt):
         bench.build()
-    assert bench.told[-1] == Stopped(None, "", False, True)
+    assert bench.happened[-1] == Stopped(None, "", False, True)
     assert bench.away < 0.05 and bench.stands()
     assert np.linalg.norm(bench.world.pose(0)[:2, 3] - START[:2, 3]) < 0.03
 
@@ -106,18 +106,18 @@ def test_stopped_with_an_object_in_the_hand(bench, height):
     bench.when = [lambda: bench.height > height]
     with pytest.raises(KeyboardInterrupt):
         bench.build()
-    assert bench.told[-1] == Stopped(0, "block", True, True)
+    assert bench.happened[-1] == Stopped(0, "block", True, True)
     assert bench.away < 0.05 and bench.stands()
     assert bench.arm.finger_angles() == pytest.approx([FINGER_OPEN] * 3, abs=0.1)
     stopped_at = bench.world.pose(0)[:2, 3]
     assert np.linalg.norm(stopped_at - GOAL[:2, 3]) > 0.05  # set down where it was, not brought to its goal
     bench.build()  # and another build picks it up from there
-    assert [type(event) for event in bench.told if type(event) in (Planned, Placed)] == [Planned, Placed]
+    assert [type(event) for event in bench.happened if type(event) in (Planned, Placed)] == [Planned, Placed]
     assert np.linalg.norm(bench.world.pose(0)[:2, 3] - GOAL[:2, 3]) < 0.03
 
 
 def test_whoever_takes_the_events_may_interrupt_too(bench):
-    """The interruption is thrown in where an event was told, as when the listener is interrupted."""
+    """The interruption is thrown in where an event was sent, as when the listener is interrupted."""
     arrangement = Arrangement(np.array([GOAL @ np.linalg.inv(bench.world.pose(0))]))
     scene, rng = bench.scene(), np.random.default_rng(0)
     work = build_structure(bench.world, bench.arm, scene, [arrangement], rng=rng)
@@ -133,7 +133,7 @@ def test_stopped_again_while_it_sets_down_the_arm_stays(bench):
     bench.when = [lambda: bench.height > 0.1, lambda: bench.height < 0.05]
     with pytest.raises(KeyboardInterrupt):
         bench.build()
-    assert bench.when == [] and bench.told[-1] == Stopped(0, "block", False, False)
+    assert bench.when == [] and bench.happened[-1] == Stopped(0, "block", False, False)
     there = bench.arm.configuration()
     assert bench.away > 0.3
     bench.world.step(0.5)
@@ -152,7 +152,7 @@ def test_what_a_second_stop_left_in_the_hand_is_set_down_by_tidying_up(bench):
     assert not tidy_up(bench.world, bench.arm, np.random.default_rng(0))  # nothing is left to do, and nothing moves
     np.testing.assert_array_equal(bench.arm.configuration(), tidy)
     bench.build()
-    assert isinstance(bench.told[-1], Placed) and np.linalg.norm(bench.world.pose(0)[:2, 3] - GOAL[:2, 3]) < 0.03
+    assert isinstance(bench.happened[-1], Placed) and np.linalg.norm(bench.world.pose(0)[:2, 3] - GOAL[:2, 3]) < 0.03
 
 
 def test_stopped_again_while_it_folds_the_next_build_folds_first(bench):
@@ -168,7 +168,7 @@ def test_stopped_again_while_it_folds_the_next_build_folds_first(bench):
     bench.watch = watch
     with pytest.raises(KeyboardInterrupt):
         bench.build()
-    assert bench.told[-1] == Stopped(0, "block", True, False)
+    assert bench.happened[-1] == Stopped(0, "block", True, False)
     assert bench.away > 0.1 and bench.stands()
     folded_at: list[float] = []
 
@@ -180,7 +180,7 @@ def test_stopped_again_while_it_folds_the_next_build_folds_first(bench):
     bench.build()
     assert folded_at and folded_at[0] < 0.003  # before it took the block
     # A grasp may fail and be tried again; what matters here is that the arm had folded before it.
-    assert [type(event) for event in bench.told if type(event) is not PickFailed] == [Planned, Picked, Placed]
+    assert [type(event) for event in bench.happened if type(event) is not PickFailed] == [Planned, Picked, Placed]
     assert bench.away < 0.05 and np.linalg.norm(bench.world.pose(0)[:2, 3] - GOAL[:2, 3]) < 0.03
 
 
@@ -191,7 +191,7 @@ def test_interrupted_while_it_plans_nothing_moves(bench, monkeypatch):
     monkeypatch.setattr(Search, "arrangement", interrupted)
     with pytest.raises(KeyboardInterrupt):
         bench.build()
-    assert bench.told == [] and bench.away < 0.01
+    assert bench.happened == [] and bench.away < 0.01
 
 
 def test_the_hand_withdraws_against_the_way_it_points_then_up(bench):

@@ -32,9 +32,9 @@ def test_distances_agree_with_the_physics_engine(name):
     try:
         body = pybullet.loadURDF(str(arm_model(name).urdf), useFixedBase=True, **here)
         for joint in range(pybullet.getNumJoints(body, **here)):
-            told = pybullet.getJointInfo(body, joint, **here)[1].decode()
-            if told in arm.joints:
-                pybullet.resetJointState(body, joint, arm.joints[told], **here)
+            joint_name = pybullet.getJointInfo(body, joint, **here)[1].decode()
+            if joint_name in arm.joints:
+                pybullet.resetJointState(body, joint, arm.joints[joint_name], **here)
         probe = pybullet.createMultiBody(
             0.0, pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=RADIUS, **here), **here
         )
@@ -78,16 +78,16 @@ def test_no_points_have_no_distances():
     assert distance_to_arm(np.empty((0, 3)), state("j2n6s300")).shape == (0,)
 
 
-def test_untold_fingers_are_open():
-    told, points = state("j2n6s300"), around(500)
-    arm_alone = ArmState(told.model, {name: told.joints[name] for name in arm_model(told.model).joints})
-    opened = ArmState(told.model, {**told.joints, **dict.fromkeys(FINGERS, FINGER_OPEN)})
+def test_missing_fingers_are_open():
+    recorded, points = state("j2n6s300"), around(500)
+    arm_alone = ArmState(recorded.model, {name: recorded.joints[name] for name in arm_model(recorded.model).joints})
+    opened = ArmState(recorded.model, {**recorded.joints, **dict.fromkeys(FINGERS, FINGER_OPEN)})
     np.testing.assert_array_equal(distance_to_arm(points, arm_alone), distance_to_arm(points, opened))
-    assert (distance_to_arm(points, told) != distance_to_arm(points, opened)).any()
+    assert (distance_to_arm(points, recorded) != distance_to_arm(points, opened)).any()
 
 
 @pytest.mark.parametrize("spoilt", [None, np.nan])
-def test_an_arm_that_is_not_fully_told(spoilt):
+def test_an_arm_that_is_not_fully_known(spoilt):
     angles = dict(state("j2s6s300").joints)
     angles.pop("joint_3")
     if spoilt is not None:

@@ -58,7 +58,7 @@ def test_what_is_added_after_a_torn_line_stands_on_its_own(tmp_path):
 @pytest.mark.parametrize("content", ['{"id": "b"}\n{"id": "c"}\n', "some notes\nof mine\n"])
 def test_a_file_of_somebody_else_is_left_alone(tmp_path, content):
     (tmp_path / RESULTS).write_text(content)
-    with pytest.raises(BadInput, match="line 1: this is no result of a batch"):
+    with pytest.raises(BadInput, match="line 1: this is not a result of a batch"):
         Results(tmp_path)
     assert (tmp_path / RESULTS).read_text() == content
 
@@ -149,7 +149,7 @@ def test_forced_into_a_folder_of_somebody_else_a_batch_removes_nothing(tmp_path)
 def test_a_report_of_somebody_else_in_the_place_of_a_row_is_not_replaced(tmp_path):
     with Results(tmp_path) as results:
         before = foreign(tmp_path / "rows" / "a", **{"report.html": "mine"})
-        with pytest.raises(BadInput, match="rows/a/report.html' is there, and no batch wrote it"):
+        with pytest.raises(BadInput, match="rows/a/report.html' exists and was not written by a batch"):
             results.workplace("a")
     assert foreign(tmp_path / "rows" / "a") == before
 

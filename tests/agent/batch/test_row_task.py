@@ -1,4 +1,4 @@
-"""One row: a defect of our own is told in its place, with its traceback beside it."""
+"""One row: a defect of our own is reported in its place, with its traceback beside it."""
 
 import pytest
 

@@ -65,13 +65,13 @@ def test_keys_are_called_as_the_flags(read, tmp_path):
 @pytest.mark.parametrize(
     ("line", "code", "parts"),
     [
-        ('{"text": "a"', 6, ("no JSON", "place 13")),
-        ("make a line", 6, ("no JSON",)),
-        ("[" * 100_000, 6, ("no JSON",)),
-        ('{"text": "a", "seed": ' + "9" * 5000 + "}", 6, ("no JSON",)),
+        ('{"text": "a"', 6, ("not JSON", "place 13")),
+        ("make a line", 6, ("not JSON",)),
+        ("[" * 100_000, 6, ("not JSON",)),
+        ('{"text": "a", "seed": ' + "9" * 5000 + "}", 6, ("not JSON",)),
         ('["a"]', 6, ("must be an object", '["a"]')),
-        ('{"seed": 1}', 6, ('"text" is missing',)),
-        ('{"text": 5}', 6, ("text must be a text", "5")),
+        ('{"seed": 1}', 6, ('"text"', 'is missing')),
+        ('{"text": 5}', 6, ("text must be a string", "5")),
         ('{"text": "half \\ud800"}', 6, ("surrogate",)),
         ('{"text": "a", "sceen": "x"}', 6, ('"sceen"', "legal: id, text, scene, objects")),
         ('{"text": "a", "text": "b"}', 6, ('"text" is given twice',)),
@@ -91,11 +91,11 @@ def test_keys_are_called_as_the_flags(read, tmp_path):
         ('{"text": "a", "id": ""}', 6, ('id cannot be ""',)),
         ('{"text": "a", "id": "../up"}', 6, ('id cannot be "../up"', "folder")),
         ('{"text": "a", "id": ".hidden"}', 6, ('id cannot be ".hidden"',)),
-        ('{"text": "a", "id": "line-007"}', 6, ('"line-007" is kept', '"line-002"')),
-        ('{"text": "a", "id": "First"}', 6, ('"First" is that of line 1',)),
+        ('{"text": "a", "id": "line-007"}', 6, ('"line-007" is reserved', '"line-002"')),
+        ('{"text": "a", "id": "First"}', 6, ('"First" is already that of line 1',)),
     ],
 )
-def test_a_bad_row_is_told_in_its_place(read, line, code, parts):
+def test_a_bad_row_is_reported_in_its_place(read, line, code, parts):
     first, bad, last = read(f'{{"text": "make a line", "id": "first"}}\n{line}\n{GOOD}\n')
     assert isinstance(first, Row) and isinstance(last, Row)
     assert isinstance(bad, BadRow) and (bad.line, bad.id, bad.exit_code) == (2, "line-002", code)
@@ -223,10 +223,10 @@ def test_a_row_with_many_keys_is_read_at_once_and_a_long_one_not_at_all(read):
     twice = many[:-1] + ', "text": "a", "text": "b"}'
     long = json.dumps({"text": "a" * 100_000})
     with counted_calls() as steps:
-        unknown, double, refused, good = read("\n".join((many, twice, long, GOOD)))
+        unknown, double, refused_result, good = read("\n".join((many, twice, long, GOOD)))
     assert steps.count < 4000  # fewer than there are keys: nothing is searched for each of them
     assert 'the key "0" is unknown' in unknown.message and 'the key "text" is given twice' in double.message
-    assert (refused.message, refused.exit_code) == ("line 3: the row has 100012 bytes; at most 100000 are read", 6)
+    assert (refused_result.message, refused_result.exit_code) == ("line 3: the row has 100012 bytes; at most 100000 are read", 6)
     assert good.text == "stack the cans"
 
 

@@ -148,10 +148,10 @@ def test_again_it_does_what_is_missing_or_has_changed(capsys):
     edited = row("stack two boxes", id="edited", seed=2)
     write("orders.jsonl", row("fly to the moon", id="moon"), rows[0], edited, rows[2])
     assert command_line([*arguments, "--json"]) == 3
-    told = json.loads(capsys.readouterr().out)
-    assert (told["rows"], told["succeeded"], told["kept"], told["exit_code"]) == (4, 3, 2, 3)
-    assert told["outcomes"] == {"0": 3, "3": 1} and told["shapes"]["tower"]["rows"] == 3
-    assert [(failure["id"], failure["line"], failure["step"]) for failure in told["failures"]] == [("moon", 1, "parse")]
+    output = json.loads(capsys.readouterr().out)
+    assert (output["rows"], output["succeeded"], output["kept"], output["exit_code"]) == (4, 3, 2, 3)
+    assert output["outcomes"] == {"0": 3, "3": 1} and output["shapes"]["tower"]["rows"] == 3
+    assert [(failure["id"], failure["line"], failure["step"]) for failure in output["failures"]] == [("moon", 1, "parse")]
     second = {result["id"]: result for result in results_of("out")}
     assert list(second) == ["moon", "same", "edited", "lost"]
     assert second["same"] == first["same"] | {"line": 2}
@@ -205,8 +205,8 @@ def test_what_failed_is_kept_unless_it_is_to_be_tried_again_and_what_was_lost_is
     assert beginning(said) == "3 rows: 1 done before and kept, 2 to do"
     assert "2 of 2: moon failed: not understood or not buildable, " in said and "built done" not in said
 
-    lost = {"success": False, "exit_code": 1, "step": "crash", "message": "worker died (SIGKILL)"}
-    results = [result | (lost if result["id"] == "built" else {}) for result in results_of("out")]
+    lost_result = {"success": False, "exit_code": 1, "step": "crash", "message": "worker died (SIGKILL)"}
+    results = [result | (lost_result if result["id"] == "built" else {}) for result in results_of("out")]
     Path("out/results.jsonl").write_text("".join(json.dumps(result) + "\n" for result in results))
     assert command_line(arguments) == 6
     said = capsys.readouterr().err

@@ -43,8 +43,8 @@ def test_table():
 
 @pytest.mark.parametrize("width", [40, 80, 120])
 def test_table_fits_into_the_terminal(width):
-    told = table([result("a", 6, "so " * 100), result("b", 0)], width)
-    assert max(map(len, told.splitlines())) <= width and "so so" in told and "..." in told
+    output = table([result("a", 6, "so " * 100), result("b", 0)], width)
+    assert max(map(len, output.splitlines())) <= width and "so so" in output and "..." in output
 
 
 def test_many_failures_are_counted():

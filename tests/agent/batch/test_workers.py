@@ -13,7 +13,7 @@ import trimesh
 from agent.batch import workers
 from agent.batch.row_task import carry_out
 from agent.batch.rows import Row
-from agent.batch.workers import Job, on_ray, on_this_machine
+from agent.batch.workers import Job, run_locally, run_on_ray
 from agent.errors import UsageError
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
@@ -39,7 +39,7 @@ def timeless(result: dict) -> dict:
 
 
 def test_results_and_reports_of_one_process(jobs):
-    results = list(on_this_machine(jobs, 1))
+    results = list(run_locally(jobs, 1))
     first, second, third = results
     assert [result["id"] for result in results] == ["first", "second", "third"]
     assert first["success"] and first["exit_code"] == 0 and first["spec"]["shape"] == "tower"
@@ -62,14 +62,14 @@ def dies_at_the_first(cache: ResourceCache, job: Job) -> dict:
 
 def test_a_worker_that_dies_takes_its_row_along_and_no_other(jobs, monkeypatch):
     monkeypatch.setattr(workers, "_carried_out", dies_at_the_first)
-    first, second, third = on_this_machine(jobs, 1)
+    first, second, third = run_locally(jobs, 1)
     assert not first["success"] and (first["exit_code"], first["step"]) == (1, "crash")
     assert first["message"] == "worker died (SIGKILL)" and first["seconds"] == {}
     assert second["exit_code"] == 3 and third["success"]
 
 
 def test_workers_end_when_nobody_waits_for_them_any_more(jobs):
-    results = on_this_machine(jobs, 2)
+    results = run_locally(jobs, 2)
     next(results)
     assert multiprocessing.active_children()
     results.close()
@@ -79,7 +79,7 @@ def test_workers_end_when_nobody_waits_for_them_any_more(jobs):
 def test_without_ray_a_sentence_says_how_to_install_it(jobs, monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(UsageError, match=r"pip install 'structagent\[ray\]'"):
-        next(on_ray(jobs, "local", 1))
+        next(run_on_ray(jobs, "local", 1))
 
 
 @pytest.mark.parametrize(
@@ -88,15 +88,15 @@ def test_without_ray_a_sentence_says_how_to_install_it(jobs, monkeypatch):
 )
 def test_a_cluster_that_is_not_there(jobs, address, said):
     with pytest.raises(UsageError, match=f"--ray cannot be '{address}'.*{said}"):
-        next(on_ray(jobs, address, 1))
+        next(run_on_ray(jobs, address, 1))
 
 
 def test_ray_has_the_same_results(jobs):
-    here = {result["id"]: timeless(result) for result in on_this_machine(jobs, 2)}
+    here = {result["id"]: timeless(result) for result in run_locally(jobs, 2)}
     pages = {job.row.id: (job.folder / "report.html").is_file() for job in jobs}
     for job in jobs:
         shutil.rmtree(job.folder, ignore_errors=True)
-    there = {result["id"]: timeless(result) for result in on_ray(jobs, "local", 2)}
+    there = {result["id"]: timeless(result) for result in run_on_ray(jobs, "local", 2)}
     assert there == here
     assert {job.row.id: (job.folder / "report.html").is_file() for job in jobs} == pages
     assert pages == {"first": True, "second": False, "third": True}

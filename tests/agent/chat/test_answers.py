@@ -9,7 +9,7 @@ from agent import events
 from agent.chat.answers import answer
 from agent.chat.knowledge import Knowledge
 from agent.chat.state import Situation
-from agent.chat.table_facts import facts_of, matching_facts, place_in_words
+from agent.chat.table_facts import matching_facts, object_facts, place_in_words
 from grounding.dialogue.acts import acts_of
 from structdiffusion.observation import ObjectCloud, Scene
 
@@ -99,7 +99,7 @@ def test_from_across_the_table_left_is_right_and_near_is_far(known):
 
 def test_what_stands_on_something_is_said_to():
     clouds = [cloud(*THINGS[2]), cloud("cup", "cup", "blue", (0.65, -0.30), (0.08, 0.08, 0.09), 0.2)]
-    (box, cup) = facts_of(seen(clouds))
+    (box, cup) = object_facts(seen(clouds))
     assert cup.where.startswith("on the box, on the right, far from you") and box.on == ""
     assert cup.sides[2] == pytest.approx(0.09, abs=0.002)
 
@@ -114,7 +114,7 @@ def test_without_colours_none_is_claimed():
 
 def test_words_of_a_recording_are_kept(known):
     objects = tuple(replace(one, display_name=f"{one.name}, green, tall") for one in known.seen.objects)
-    facts = facts_of(replace(known.seen, objects=objects))
+    facts = object_facts(replace(known.seen, objects=objects))
     assert {fact.color for fact in facts} == {"green"} and facts[0].display_name.startswith("cup 1, green, tall")
 
 

@@ -55,9 +55,9 @@ def test_values():
         one_of("/parser", "gpt", ("embedding", "llm"))
 
 
-def test_help_tells_every_command():
-    told = dict(help_lines())
-    assert len(told) == len(COMMANDS) and all(told.values())
+def test_help_lists_every_command():
+    help_texts = dict(help_lines())
+    assert len(help_texts) == len(COMMANDS) and all(help_texts.values())
 
 
 @pytest.mark.parametrize(

@@ -132,7 +132,7 @@ def test_a_question_is_answered_or_left_open(conversation, sent):
     assert conversation.question.slot == "x_position"
     assert conversation.answer("right")
     assert conversation.situation.goal == StructureSpec("line", x_position="right")
-    with pytest.raises(UsageError, match="nothing was asked"):
+    with pytest.raises(UsageError, match="there is no question to answer"):
         conversation.answer("left")
 
 
@@ -422,7 +422,7 @@ def test_colours_choose_in_a_conversation(conversation, sent):
     assert conversation.situation.objects == ("cup 3", "orange", "box 2")
 
 
-def test_what_cannot_be_judged_is_told(conversation, sent):
+def test_what_cannot_be_judged_is_reported(conversation, sent):
     conversation.say("put the shiny cups in a line")
     assert "which of the cups here are 'shiny'" in of(sent, events.Noted)[0].message
 

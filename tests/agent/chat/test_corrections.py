@@ -259,7 +259,7 @@ def test_what_is_asked_for_then(cache, stands, text, changes, objects):
 )  # fmt: skip
 def test_what_cannot_be_done_is_said(cache, stands, text, words):
     """Refused or asked, never built as something else; the message names what the matter is."""
-    with pytest.raises((NotBuildable, SelectionError)) as told:
+    with pytest.raises((NotBuildable, SelectionError)) as caught:
         revision, _ = corrected(cache, stands, text)
         raise NotBuildable(revision.message if revision.status == "ask" else "")
-    assert str(told.value) and words.lower() in str(told.value).lower()
+    assert str(caught.value) and words.lower() in str(caught.value).lower()

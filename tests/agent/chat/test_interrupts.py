@@ -11,9 +11,9 @@ ROOT = Path(__file__).parents[3]
 # A program that swallows every interruption, and says so; `stopped` is called after those that are named.
 PROGRAM = """
 import os, signal, sys
-from agent.chat.interrupts import ended_by_interrupts
+from agent.chat.interrupts import exit_on_repeated_interrupts
 signal.signal(signal.SIGINT, getattr(signal, {handler!r}))
-with ended_by_interrupts(sys.stdout) as stopped:
+with exit_on_repeated_interrupts(sys.stdout) as stopped:
     for number in range(1, 6):
         try:
             os.kill(os.getpid(), signal.SIGINT)

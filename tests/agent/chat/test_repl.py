@@ -14,7 +14,7 @@ from agent.chat.input import PlainLines
 from agent.chat.repl import Chat
 from agent.chat.view import ChatScreen
 from agent.event_base import kind_of
-from agent.reporting.event_schema import complaint
+from agent.reporting.event_schema import payload_error
 from agent.reporting.event_text import remark_sentence
 from agent.reporting.run_report import RunRecord
 
@@ -49,8 +49,8 @@ def test_a_decision_needs_a_proposal(chat_of, line):
 
 def test_answers(chat_of, conversation):
     shown, _ = chat_of("put the cups", "7", "yes", "n", "put the cups", "line")
-    assert "'7' is no answer; legal: 1 to 4, or say it differently" in shown
-    assert "'yes' is no answer" in shown and "the question is dropped" in shown
+    assert "'7' is not an answer; legal: 1 to 4, or say it differently" in shown
+    assert "'yes' is not an answer" in shown and "the question is dropped" in shown
     assert conversation.situation.goal.shape == "line"
 
 
@@ -141,7 +141,7 @@ def test_a_page_does_not_overwrite_what_is_no_page(chat_of, tmp_path):
 
 def test_another_table_is_another_talk(chat_of):
     shown, chat = chat_of("put the cups in a row", "/scene new 5", "/why", "/candidates")
-    assert shown.count("nothing was imagined yet") == 2 and chat.defects == 0
+    assert shown.count("nothing was proposed yet") == 2 and chat.defects == 0
 
 
 QUESTIONS = ("hello", "what do you see", "where is the orange", "why that one", "what are you going to do", "thanks")
@@ -156,9 +156,9 @@ def test_small_talk_and_questions_are_answered_and_change_nothing(chat_of, conve
         situation, question = conversation.situation, conversation.question
         sent.clear()
         shown, _ = chat_of(line)
-        (answered,) = sent
-        assert isinstance(answered, events.Answered) and answered.question == line
-        assert " ".join(answered.answer.split()[:3]) in " ".join(shown.split())
+        (apply_answer,) = sent
+        assert isinstance(apply_answer, events.Answered) and apply_answer.question == line
+        assert " ".join(apply_answer.answer.split()[:3]) in " ".join(shown.split())
         assert conversation.situation is situation and conversation.question is question
 
 
@@ -171,26 +171,26 @@ def test_an_instruction_beside_a_greeting_is_an_instruction(chat_of, conversatio
 
 def test_a_question_that_cannot_be_answered_is_no_bad_instruction(chat_of, sent):
     shown, _ = chat_of("who won the football match?")
-    (answered,) = sent
-    assert answered.answer.startswith("I cannot answer that.") and "asks for no arrangement" not in shown
+    (apply_answer,) = sent
+    assert apply_answer.answer.startswith("I cannot answer that.") and "asks for no arrangement" not in shown
     shown, _ = chat_of("what a nice day")
     assert "asks for no arrangement" in shown
 
 
 def test_answers_are_kept_with_the_session(chat_of, sent):
     chat_of("where is the orange")
-    told = sent[0].to_dict()
-    assert told["kind"] == "answered" and complaint(told) is None
+    payload = sent[0].to_dict()
+    assert payload["kind"] == "answered" and payload_error(payload) is None
     record = RunRecord()
     record.on_event(sent[0])
-    assert record.report["remarks"] == [told]
-    assert remark_sentence(told).startswith("The orange is on the left")
+    assert record.report["remarks"] == [payload]
+    assert remark_sentence(payload).startswith("The orange is on the left")
 
 
 def test_commands_in_words_before_anything_was_asked(chat_of, sent):
     shown, chat = chat_of("stop", "clear", "continue", "put it back", "start over")
     for sentence in (
-        "there is no proposal and no question", "there is no goal", "nothing was asked for yet",
+        "there is no proposal and no question", "there is no goal", "nothing was asked for yet; say what to build",
         "there is nothing to put back", "everything is as it was at the start",
     ):  # fmt: skip
         assert sentence in shown
@@ -224,7 +224,7 @@ def test_building_putting_back_and_starting_over(chat_of, conversation):
     start = conversation.table.poses()
     shown, _ = chat_of("put the cups in a small circle on the left", "go on", "what did you just do", "continue")
     assert "I built a small circle of cup 1, cup 2 and cup 3 (left), and it stands as asked." in " ".join(shown.split())
-    assert "it stands as it was asked for; say what to change" in shown
+    assert "it already stands as asked; say what to change" in shown
     circle = conversation.table.poses()
     chat_of("put everything back where it was")
     assert_stands_at(conversation, start)

@@ -29,23 +29,23 @@ def shown(events_told, terminal=False, width=80, echo=True) -> str:
 
 
 @pytest.mark.parametrize("width", [40, 60, 80, 120])
-def test_no_line_is_longer_than_the_screen(told, width):
+def test_no_line_is_longer_than_the_screen(run_events, width):
     tower = tuple((0.4, 0.1, 0.03 + 0.06 * level) for level in (0, 2, 1))
-    stacked = replace(told[3], candidates=(replace(told[3].candidates[0], positions=tower),) * 3)
-    lines = shown([*told, stacked, events.Tried(tower, (0.0,) * 3)], width=width).splitlines()
+    stacked = replace(run_events[3], candidates=(replace(run_events[3].candidates[0], positions=tower),) * 3)
+    lines = shown([*run_events, stacked, events.Tried(tower, (0.0,) * 3)], width=width).splitlines()
     assert any(line.startswith("stacked") for line in lines)
     assert lines and [line for line in lines if len(line) > width] == []
 
 
-def test_everything_is_plain_where_there_is_no_terminal(told):
-    text = shown(told)
+def test_everything_is_plain_where_there_is_no_terminal(run_events):
+    text = shown(run_events)
     assert "\x1b" not in text and text.isprintable() is False  # only for its line ends
     assert all(char == "\n" or char.isprintable() for char in text)
     assert text.count("score 0.90") == 1 and "1 cup 1" in text and "a banana" in text
 
 
-def test_a_terminal_gets_colours_and_half_blocks(told):
-    text = shown(told, terminal=True)
+def test_a_terminal_gets_colours_and_half_blocks(run_events):
+    text = shown(run_events, terminal=True)
     assert "\x1b[" in text and "▀" in text
 
 
@@ -90,12 +90,12 @@ def maps_of(text: str) -> list[str]:
     return [line for line in text.splitlines() if line.startswith("+--") and "robot" not in line]
 
 
-def test_one_map_of_the_best_and_three_only_when_asked_for_where_there_is_room(told):
-    assert [line.count("+") for line in maps_of(shown(told[:4], echo=False))] == [2]
+def test_one_map_of_the_best_and_three_only_when_asked_for_where_there_is_room(run_events):
+    assert [line.count("+") for line in maps_of(shown(run_events[:4], echo=False))] == [2]
     for width, beside in ((60, [4, 2]), (99, [4, 2]), (100, [6]), (120, [6])):
         console = console_of(False, width)
         screen = ChatScreen(console)
-        for event in told[:4]:
+        for event in run_events[:4]:
             screen.on_event(event)
         before = len(console.file.getvalue())
         screen.candidates(3)
@@ -104,35 +104,35 @@ def test_one_map_of_the_best_and_three_only_when_asked_for_where_there_is_room(t
         assert max(map(len, asked.splitlines())) <= width
 
 
-def test_the_key_is_not_repeated_until_it_changes_or_somebody_asks(told):
+def test_the_key_is_not_repeated_until_it_changes_or_somebody_asks(run_events):
     console = console_of(False)
     screen = ChatScreen(console, echo=True)
-    for event in (*told[:4], told[3], told[3]):
+    for event in (*run_events[:4], run_events[3], run_events[3]):
         screen.on_event(event)
     assert console.file.getvalue().count("1 cup 1") == 1
     screen.maps.forget_key()
     screen.candidates(3)
     assert console.file.getvalue().count("1 cup 1") == 2
-    others = tuple(replace(one, takes_part=one.name != "cup 1") for one in told[2].objects)
-    screen.scene(replace(told[2], objects=others).to_dict())
+    others = tuple(replace(one, takes_part=one.name != "cup 1") for one in run_events[2].objects)
+    screen.scene(replace(run_events[2], objects=others).to_dict())
     assert "a cup 1" in console.file.getvalue()
 
 
-def test_a_tower_is_recognised_as_a_stack(told):
+def test_a_tower_is_recognised_as_a_stack(run_events):
     tower = tuple((0.4, 0.1, 0.03 + 0.06 * level) for level in (0, 2, 1))
-    imagined = replace(told[3], candidates=(replace(told[3].candidates[0], positions=tower),))
-    lines = shown([*told[:3], imagined]).splitlines()
+    imagined = replace(run_events[3], candidates=(replace(run_events[3].candidates[0], positions=tower),))
+    lines = shown([*run_events[:3], imagined]).splitlines()
     title = next(k for k, line in enumerate(lines) if line.startswith("stacked"))
     assert lines[title] == "stacked: 2 on 3 on 1; from the side:"
     assert [line.strip(" []") for line in lines[title + 1 : title + 4]] == ["2", "3", "1"]
     assert set(lines[title + 4]) == {"="}
 
 
-def test_what_was_tried_without_the_arm_is_drawn_where_it_ended(told):
+def test_what_was_tried_without_the_arm_is_drawn_where_it_ended(run_events):
     positions = tuple((0.4 + 0.1 * k, 0.3, 0.03) for k in range(3))
     tried = events.Tried(positions, (0.0,) * 3)
     verdict = events.Checked(True, None, (), "everything stands as asked", "released", 0.1)
-    text = shown([*told[:4], tried, verdict])
+    text = shown([*run_events[:4], tried, verdict])
     _, _, after = text.partition("tried without the arm; the table is unchanged")
     rows = after.splitlines()
     column = round(54 * (0.45 - 0.3) / 0.9)  # left of the middle, where nothing stood before
@@ -140,7 +140,7 @@ def test_what_was_tried_without_the_arm_is_drawn_where_it_ended(told):
     assert "It stands" not in text and "the table is unchanged." in " ".join(text.split())
 
 
-def test_an_answer_is_plain_text(told):
+def test_an_answer_is_plain_text(run_events):
     text = shown([events.Answered("where is the banana?", "The banana is 60 cm ahead.\nIt [b]stays[/b].")])
     assert text.splitlines() == ["", "> where is the banana?", "The banana is 60 cm ahead.", "It [b]stays[/b]."]
 
@@ -155,9 +155,9 @@ def test_a_question_has_numbers():
     assert text.splitlines() == ["left or right?", "  1  left", "  2  right"]
 
 
-def test_plans_that_were_not_found_take_two_lines(told):
+def test_plans_that_were_not_found_take_two_lines(run_events):
     failures = [PlanFailed(rank, 0, "cup 1", "no grasp fits the hand") for rank in range(9)]
-    text = shown([*told[:4], *failures, Planned(9, (0, 1, 2), ("side",) * 3, 1.0)])
+    text = shown([*run_events[:4], *failures, Planned(9, (0, 1, 2), ("side",) * 3, 1.0)])
     lines = [line.strip() for line in text.splitlines() if "no plan" in line or "none for" in line]
     first, second = lines
     assert first == "no plan for candidate 1 for cup 1: no grasp fits the hand"
@@ -165,8 +165,8 @@ def test_plans_that_were_not_found_take_two_lines(told):
     assert "planned candidate 10" in text
 
 
-def test_a_failed_check_says_once_what_failed(told):
-    text = " ".join(shown(told).split())
+def test_a_failed_check_says_once_what_failed(run_events):
+    text = " ".join(shown(run_events).split())
     assert text.count("largest gap over the mean: inf, allowed at most 1.6") == 1
     assert "does not stand as asked" not in text
 
@@ -176,22 +176,22 @@ def test_markup_in_what_was_said_is_text():
     assert "> [bold]put[/bold] [/] it" in text and "[red]x[/red]" in text
 
 
-def test_previews_leave_nothing_behind(told):
+def test_previews_leave_nothing_behind(run_events):
     previews = [
         events.Previewed(step, 8, (((0.4, 0.0, 0.03),) * 3,) * 2, ((0.0,) * 3,) * 2) for step in range(1, 9)
     ]
-    assert shown([*told[:3], *previews]) == shown(told[:3])
-    assert "step 8 of 8" in shown([*told[:3], *previews], terminal=True)
+    assert shown([*run_events[:3], *previews]) == shown(run_events[:3])
+    assert "step 8 of 8" in shown([*run_events[:3], *previews], terminal=True)
 
 
-def test_why_names_every_factor_of_the_chosen_one(told):
+def test_why_names_every_factor_of_the_chosen_one(run_events):
     console = console_of(False)
     screen = ChatScreen(console)
     screen.why()
-    for event in told[:5]:
+    for event in run_events[:5]:
         screen.on_event(event)
     screen.why()
     text = console.file.getvalue()
-    assert text.startswith("nothing was imagined yet")
+    assert text.startswith("nothing was proposed yet")
     for factor in ("total", "structure", "collision", "bounds"):
         assert factor in text

@@ -27,7 +27,7 @@ def test_shipped_reference_has_not_drifted():
 def test_a_command_has_synopsis_description_options_and_example():
     text = section(reference.reference(), "structagent generate")
     assert "```\nstructagent generate [OPTIONS] --out DIR\n```" in text
-    assert "Generate training scenes with the geometric planner" in text
+    assert "Scenes are arranged by the geometric planner" in text
     assert "- `--out DIR`: Folder for the data; finished shards in it are kept. Required." in text
     assert "At least 0. Default: `0`. Environment: `STRUCTAGENT_SEED`." in text
     assert "Worker processes; by default one per core of this machine or the cluster." in text
@@ -42,7 +42,7 @@ def test_arguments_choices_switches_and_nested_commands():
     assert "- `--execute, --no-execute`: " in section(text, "structagent run")
     assert "- `--shape circle|line|tower|table setting`: " in section(text, "structagent scene new")
     group, command = section(text, "structagent evaluate"), section(text, "structagent evaluate success")
-    assert "- [`structagent evaluate arm`](#structagent-evaluate-arm): How often" in group
+    assert "- [`structagent evaluate arm`](#structagent-evaluate-arm): Measure how often" in group
     assert "`structagent models list` names all 43). Repeatable. Default: diffusion." in command
     other = section(text, "structagent train cvae")  # the same options as the command before
     assert "**Options**: those of [`structagent train diffusion`](#structagent-train-diffusion).\n" in other

@@ -30,7 +30,8 @@ def words(program, *line: str) -> list[str]:
     ("line", "offered"),
     [
         (["ev"], ["evaluate"]),
-        (["evaluate", ""], ["success", "arm", "recordings", "completion", "parse", "language", "discriminators", "coverage"]),
+        (["evaluate", ""], ["success", "arm", "recordings", "completion", "parse", "language", "discriminators",
+                            "coverage", "chat"]),
         (["evaluate", "a"], ["arm"]),
         (["bulid", ""], []),
         (["run", "--vie"], ["--viewpoint"]),

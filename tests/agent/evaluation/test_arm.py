@@ -6,8 +6,8 @@ from functools import partial
 
 from agent.cli.app import command_line
 from agent.evaluation import arm
-from agent.evaluation.arm import _built, _rates
-from agent.evaluation.common import spoken_scenes
+from agent.evaluation.arm import _build_scene, _rates
+from agent.evaluation.scenes import with_sentences
 from structdiffusion.benchmark.scenes import draw_evaluation_scenes
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.planners.geometric import GeometricPlanner
@@ -15,8 +15,8 @@ from structdiffusion.planners.geometric import GeometricPlanner
 
 def test_a_scene_is_built_and_judged():
     models = [model for model in load_objects("ycb") if model.category in ("cup", "can")]
-    scenes = spoken_scenes(list(draw_evaluation_scenes(models, 1, shapes=("line",), seed=2)), heard=False)
-    row = partial(_built, 8)(GeometricPlanner(), scenes[0])
+    scenes = with_sentences(list(draw_evaluation_scenes(models, 1, shapes=("line",), seed=2)), parsed=False)
+    row = partial(_build_scene, 8)(GeometricPlanner(), scenes[0])
     assert row["structure"] == "line" and row["words"]
     # Whatever the arm achieves, the row may not claim more than happened.
     assert row["planned"] or row["trouble"]
@@ -48,7 +48,7 @@ def test_a_worker_that_dies_costs_its_scene_and_the_same_command_tries_it_again(
     out = tmp_path / "out"
     command = ["evaluate", "arm", "--objects", objects, "--model", "geometric", "--scenes", "1", "--seed", "3"]
     command += ["--workers", "2", "--out", str(out)]
-    monkeypatch.setattr(arm, "_built", quick_but_for_lines)
+    monkeypatch.setattr(arm, "_build_scene", quick_but_for_lines)
     assert command_line(command) == 0
     table = capsys.readouterr().out
     assert "worker died" in table.splitlines()[0] and "1 scene is missing because a worker died" in table
@@ -60,7 +60,7 @@ def test_a_worker_that_dies_costs_its_scene_and_the_same_command_tries_it_again(
     assert (every["n"], every["lost"], every["planned"]["count"], every["stands"]["count"]) == (4, 1, 3, 2)
     assert every["seconds"] == 2.0 and report["aggregate"]["line"]["seconds"] is None
 
-    monkeypatch.setattr(arm, "_built", only_lines)
+    monkeypatch.setattr(arm, "_build_scene", only_lines)
     assert command_line(command) == 0
     assert "worker died" not in capsys.readouterr().out
     again = json.loads((out / "eval.json").read_text())
@@ -73,7 +73,7 @@ def test_a_worker_that_dies_costs_its_scene_and_the_same_command_tries_it_again(
 
 
 def test_it_goes_on_where_it_was_killed(objects, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(arm, "_built", quick)
+    monkeypatch.setattr(arm, "_build_scene", quick)
     options = (objects, "geometric", None, 1, 3, 8)
     report = arm.measure_arm(*options, workers=0, out=tmp_path / "out")
     journal = tmp_path / "out" / "rows.jsonl"

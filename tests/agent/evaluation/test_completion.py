@@ -11,7 +11,7 @@ import pytest
 
 from agent.cli.app import command_line
 from agent.evaluation import completion
-from agent.evaluation.completion import _compared, _rates, _Truth, tell_completion
+from agent.evaluation.completion import _compare_methods, _rates, _Truth, print_completion
 from structdiffusion.benchmark.scenes import draw_evaluation_scenes
 from structdiffusion.completion.methods import METHODS
 from structdiffusion.objects.libraries import load_objects
@@ -22,7 +22,7 @@ from structdiffusion.objects.procedural import procedural_objects
 def row():
     models = [model for model in load_objects("ycb") if model.category in ("can", "box", "bottle")]
     (scene,) = draw_evaluation_scenes(models, 1, shapes=("line",), seed=2)
-    return partial(_compared, METHODS)(None, scene)
+    return partial(_compare_methods, METHODS)(None, scene)
 
 
 def test_a_scene_is_measured(row):
@@ -48,11 +48,11 @@ def test_rates_count_what_the_rows_say(row):
 def test_the_true_body_is_nearest(library):
     model = next(model for model in library if model.category == "can")
     truth = _Truth(model, np.eye(4), np.random.default_rng(0))
-    chamfer, iou = truth.nearness(model, np.eye(4), np.random.default_rng(1))
+    chamfer, iou = truth.errors(model, np.eye(4), np.random.default_rng(1))
     moved = np.eye(4)
     moved[0, 3] = 0.01
     assert iou > 0.99 and chamfer < 2.5
-    worse_chamfer, worse_iou = truth.nearness(model, moved, np.random.default_rng(1))
+    worse_chamfer, worse_iou = truth.errors(model, moved, np.random.default_rng(1))
     assert worse_iou < 0.9 and worse_chamfer > chamfer + 1
 
 
@@ -62,22 +62,22 @@ def test_the_table_names_every_method_structure_and_noun(row):
     means = {method: {"n": 1, "chamfer": 1.0, "iou": 0.5} for method in METHODS}
     report["nouns"] = {"bottle": means}
     told = io.StringIO()
-    tell_completion(report, told)
+    print_completion(report, told)
     assert all(word in told.getvalue() for word in (*METHODS, "line", "bottle", "1.0 / 0.50", "pairs free"))
 
 
 def compared_but_for_lines(methods, loaded, scene):
     if scene.structure == "line":
         os._exit(9)
-    return _compared(methods, loaded, scene)
+    return _compare_methods(methods, loaded, scene)
 
 
 def test_a_worker_that_dies_costs_its_scene(objects, monkeypatch, capsys):
-    monkeypatch.setattr(completion, "_compared", compared_but_for_lines)
+    monkeypatch.setattr(completion, "_compare_methods", compared_but_for_lines)
     command = ["evaluate", "completion", "--objects", objects, "--scenes", "1", "--workers", "2"]
     assert command_line([*command, "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert [row["structure"] for row in report["rows"]] == ["circle", "tower", "table setting"]
     assert report["lost"] == [{"structure": "line", "number": 0, "seed": 0, "lost": "worker died (exit code 9)"}]
-    tell_completion(report, sys.stdout)
+    print_completion(report, sys.stdout)
     assert "1 scene is left out of these figures because a worker died" in capsys.readouterr().out

@@ -11,18 +11,18 @@ import pytest
 
 from agent.cli.app import command_line
 from agent.evaluation import coverage
-from agent.evaluation.common import report_of
 from agent.evaluation.coverage import (
     RANKED,
     SAMPLED,
-    WORTHWHILE,
-    _covered,
-    _drawn,
+    VIABLE,
+    _coverage_rows,
+    _draw_scene,
     _mean,
     _spread,
     open_slots,
-    tell_coverage,
+    print_coverage,
 )
+from agent.evaluation.report import report_by_structure, report_frame
 from grounding.spec import StructureSpec
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
@@ -34,7 +34,7 @@ MODELS = [procedural_object(kind, index) for kind in ("block", "can", "box") for
 
 @pytest.fixture(scope="module")
 def tower():
-    return _drawn(20, MODELS, ("tower", 0))
+    return _draw_scene(20, MODELS, ("tower", 0))
 
 
 class Copier:
@@ -58,7 +58,7 @@ def test_what_may_differ():
 
 
 def test_a_planner_that_always_does_the_same_covers_nothing(tower):
-    x, y = _covered(64, Copier(*[(0.0, 0.0, 0.9)] * 6), tower)
+    x, y = _coverage_rows(64, Copier(*[(0.0, 0.0, 0.9)] * 6), tower)
     assert (x["slot"], y["slot"]) == ("x_position", "y_position")
     assert set(x["fits"]) == {"left", "center", "right"} and sum(x["realised"][SAMPLED].values()) == 6
     assert all(even == 0.0 for even in (*x["evenness"].values(), *y["evenness"].values()))
@@ -66,16 +66,16 @@ def test_a_planner_that_always_does_the_same_covers_nothing(tower):
 
 def test_only_what_differs_counts_and_bad_samples_are_not_worth_it(tower):
     # Far to the left, and far to the right with a score that is not worth a try.
-    x, y = _covered(64, Copier((0.0, 2.0, 0.9), (0.0, 2.0, 0.8), (0.0, -2.0, 0.01), (0.0, -2.0, 0.0)), tower)
-    assert x["realised"][SAMPLED] == {"left": 2, "right": 2} and x["realised"][WORTHWHILE] == {"left": 2}
+    x, y = _coverage_rows(64, Copier((0.0, 2.0, 0.9), (0.0, 2.0, 0.8), (0.0, -2.0, 0.01), (0.0, -2.0, 0.0)), tower)
+    assert x["realised"][SAMPLED] == {"left": 2, "right": 2} and x["realised"][VIABLE] == {"left": 2}
     assert x["evenness"][SAMPLED] == pytest.approx(math.log(2) / 0.78275, rel=1e-4)  # of the 81 ways to draw
-    assert x["evenness"][WORTHWHILE] == 0.0 and y["evenness"][SAMPLED] == 0.0
-    nothing = _covered(64, Copier(), tower)[0]
+    assert x["evenness"][VIABLE] == 0.0 and y["evenness"][SAMPLED] == 0.0
+    nothing = _coverage_rows(64, Copier(), tower)[0]
     assert nothing["realised"][SAMPLED] == {} and nothing["evenness"][RANKED] is None
 
 
 def test_the_exact_planner_covers_what_is_open():
-    rows = _covered(24, load_planner("geometric"), _drawn(20, MODELS, ("line", 0)))
+    rows = _coverage_rows(24, load_planner("geometric"), _draw_scene(20, MODELS, ("line", 0)))
     assert [row["slot"] for row in rows] == ["size", "x_position", "y_position", "rotation"]
     assert all(row["evenness"][SAMPLED] > 0.6 for row in rows)
     assert set(rows[3]["realised"][SAMPLED]) <= {"north", "east"} == set(rows[3]["fits"])
@@ -88,11 +88,11 @@ def test_means_come_with_what_they_rest_on(tower):
     many = _mean([0.4, 0.6] * 8)
     assert many["low"] == pytest.approx(0.5 - 2.131 * 0.1033 / 4, abs=1e-3) and many["high"] < 0.56
 
-    rows = _covered(64, Copier((0.0, 2.0, 0.9), (0.0, -2.0, 0.9)), tower)
-    report = report_of("structagent evaluate coverage", rows, _spread)
+    rows = _coverage_rows(64, Copier((0.0, 2.0, 0.9), (0.0, -2.0, 0.9)), tower)
+    report = report_by_structure(report_frame("structagent evaluate coverage", len(rows), 20), rows, _spread)
     assert report["aggregate"]["tower"]["x_position"][SAMPLED]["shares"] == {"left": 0.5, "center": 0.0, "right": 0.5}
     told = io.StringIO()
-    tell_coverage(report | {"lost": []}, told)
+    print_coverage(report | {"lost": []}, told)
     assert "left 50 %, center 0 %, right 50 %" in told.getvalue()
 
 
@@ -107,16 +107,16 @@ def test_from_the_command_line(objects, capsys):
 def rows_but_for_lines(candidates, planner, scene):
     if scene.structure == "line":
         os._exit(9)
-    return _covered(candidates, planner, scene)
+    return _coverage_rows(candidates, planner, scene)
 
 
 def test_a_worker_that_dies_costs_its_scene(objects, monkeypatch, capsys):
-    monkeypatch.setattr(coverage, "_covered", rows_but_for_lines)
+    monkeypatch.setattr(coverage, "_coverage_rows", rows_but_for_lines)
     command = ["evaluate", "coverage", "--objects", objects, "--model", "geometric", "--scenes", "1"]
     command += ["--workers", "2", "--candidates", "6"]
     assert command_line([*command, "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert set(report["aggregate"]) == {"circle", "tower", "table setting", "structure", "all"}
     assert report["lost"] == [{"structure": "line", "number": 0, "seed": 0, "lost": "worker died (exit code 9)"}]
-    tell_coverage(report, sys.stdout)
+    print_coverage(report, sys.stdout)
     assert "1 scene is left out of these figures because a worker died" in capsys.readouterr().out

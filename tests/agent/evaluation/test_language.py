@@ -12,7 +12,7 @@ import trimesh
 from agent.cli.app import command_line
 from agent.evaluation import language
 from agent.evaluation.benchmark_instructions import REFUSED, Instruction
-from agent.evaluation.language import NOT_BUILT, _carried_out, _grouped, tell_language
+from agent.evaluation.language import NOT_BUILT, _evaluate_instruction, _grouped, print_language
 from grounding.benchmark import Row
 from grounding.parse_result import Parse
 from grounding.spec import SLOTS, StructureSpec
@@ -35,26 +35,26 @@ def heard(spec, status="ok"):
 
 @pytest.fixture(scope="module")
 def carried_out():
-    return partial(_carried_out, 20, 8, (MODELS, load_planner("geometric")))
+    return partial(_evaluate_instruction, 20, 8, (MODELS, load_planner("geometric")))
 
 
 def test_who_hears_wrong_builds_wrong_and_who_hears_right_is_not_asked_twice(carried_out):
     right = carried_out(heard(LEFT_LINE))
-    assert right["exact"] and right["failure"] is right["failure_told"] is None and right["structure"] == "line"
+    assert right["exact"] and right["failure"] is right["failure_oracle"] is None and right["structure"] == "line"
     wrong = carried_out(heard(StructureSpec("line", x_position="right", rotation="north")))
-    assert not wrong["exact"] and (wrong["failure"], wrong["failure_told"]) == ("semantic", None)
+    assert not wrong["exact"] and (wrong["failure"], wrong["failure_oracle"]) == ("semantic", None)
     assert wrong["objects"] == right["objects"] and wrong["draw"] == right["draw"]  # the same scene
     asked = carried_out(heard(LEFT_LINE, "ask"))
-    assert (asked["failure"], asked["failure_told"], asked["exact"]) == (NOT_BUILT, None, False)
+    assert (asked["failure"], asked["failure_oracle"], asked["exact"]) == (NOT_BUILT, None, False)
 
     report = {"aggregate": {key: _grouped([right, wrong, asked], key) for key in ("structure", "stratum")}}
     assert set(report["aggregate"]["structure"]) == {"line", "all"}
     found = report["aggregate"]["stratum"]["own"]
-    counts = {key: found[key]["count"] for key in ("exact", "understood", "success", "success_told", "lost_by_parsing")}
-    assert counts == {"exact": 1, "understood": 2, "success": 1, "success_told": 3, "lost_by_parsing": 2}
+    counts = {key: found[key]["count"] for key in ("exact", "understood", "success", "success_oracle", "lost_by_parsing")}
+    assert counts == {"exact": 1, "understood": 2, "success": 1, "success_oracle": 3, "lost_by_parsing": 2}
     assert found["failures"] == {"parsing": 2, "arrangement": 0} and found["won_by_parsing"]["count"] == 0
     told = io.StringIO()
-    tell_language(report | {"left_out": {REFUSED: 4}, "sentences": 7, "command": "again"}, told)
+    print_language(report | {"left_out": {REFUSED: 4}, "sentences": 7, "command": "again"}, told)
     assert "of 7 sentences left out: 4 must be refused" in told.getvalue() and "66.7" in told.getvalue()
 
 
@@ -63,7 +63,7 @@ def test_objects_that_make_no_such_structure(carried_out):
     row = row_of("set the table", shape=("table setting",))
     parse = Parse(row.text, setting, "told")
     row = carried_out(Instruction(0, row, setting, parse, np.zeros(384), np.zeros(384)))
-    assert set(row) == {"number", "text", "meant", "heard", "status"}
+    assert set(row) == {"number", "text", "ground_truth", "parsed", "status"}
 
 
 @pytest.fixture
@@ -107,7 +107,7 @@ def test_a_folder_goes_on_where_it_was_stopped(arguments, tmp_path, capsys):
     assert "holds an evaluation without --as-said, not with --as-said; choose another --out" in capsys.readouterr().err
 
 
-def test_a_sentence_that_has_changed_since_is_carried_out_again(arguments, tmp_path, capsys):
+def test_a_sentence_that_has_changed_since_is_evaluate_instruction_again(arguments, tmp_path, capsys):
     arguments += ["--out", str(tmp_path / "out"), "--limit", "1"]
     assert command_line(arguments) == 0
     data = tmp_path / "own.jsonl"
@@ -126,7 +126,7 @@ def test_a_worker_that_dies_costs_its_sentence_and_the_same_command_tries_it_aga
 ):
     arguments = [*arguments[:-1], "--limit", "1", "--out", str(tmp_path / "out")]
     with monkeypatch.context() as patched:
-        patched.setattr(language, "_carried_out", dies)
+        patched.setattr(language, "_evaluate_instruction", dies)
         assert command_line(arguments) == 0
     table = capsys.readouterr().out
     assert table.splitlines()[0].endswith("worker died") and "1 sentence is missing because a worker died" in table

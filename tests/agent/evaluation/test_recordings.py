@@ -11,8 +11,8 @@ import pytest
 from agent.cli.app import command_line
 from agent.errors import UsageError
 from agent.evaluation import recordings
-from agent.evaluation.common import report_of
-from agent.evaluation.recordings import _Job, _overlaps, _rates, _round_trip, tell_recordings
+from agent.evaluation.recordings import _compare_runs, _Job, _overlaps, _rates, print_recordings
+from agent.evaluation.report import report_by_structure, report_frame
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from grounding.spec import StructureSpec
@@ -20,7 +20,7 @@ from structdiffusion.data.scene_sampling import draw_scene
 from structdiffusion.objects.libraries import load_objects
 
 LIBRARY = "procedural"
-RUN = RunOptions(objects=LIBRARY, model="geometric", execute=False)
+OPTIONS = RunOptions(objects=LIBRARY, model="geometric", execute=False)
 
 
 def test_masks_are_compared_by_what_they_share():
@@ -47,7 +47,7 @@ def test_a_planner_that_is_not_there_is_known_before_any_scene_is_drawn(monkeypa
 
 
 def test_a_scene_that_is_recorded_ends_as_it_does_in_simulation(job):
-    row = _round_trip(RUN, ResourceCache(), job)
+    row = _compare_runs(OPTIONS, ResourceCache(), job)
     assert row["found"] == 3 and row["exact"] and row["iou"] > 0.85
     assert row["simulated"] is None and row["recorded"] is None and row["same"]
 
@@ -60,18 +60,18 @@ def test_a_recording_that_cannot_be_used_is_a_row_of_its_own(job, monkeypatch):
             raise BadInput("no table")
 
     monkeypatch.setattr(recordings, "RecordedSource", Refused)
-    row = _round_trip(RUN, ResourceCache(), job)
+    row = _compare_runs(OPTIONS, ResourceCache(), job)
     assert (row["found"], row["exact"], row["recorded"], row["same"]) == (0, False, "no table", False)
 
 
 def test_tables_count_rows():
     row = {"structure": "line", "exact": True, "iou": 0.9, "simulated": None, "recorded": None, "same": True}
     rows = [row | {"seconds": 1.0}, row | {"recorded": "fell", "same": False, "iou": 0.7, "seconds": 3.0}]
-    report = report_of("structagent evaluate recordings", rows, _rates)
+    report = report_by_structure(report_frame("structagent evaluate recordings", len(rows)), rows, _rates)
     every = report["aggregate"]["all"]
     assert every["same"]["count"] == 1 and every["iou"] == pytest.approx(0.8)
     told = io.StringIO()
-    tell_recordings(report, told)
+    print_recordings(report, told)
     assert "0.800" in told.getvalue() and "structagent evaluate recordings" in told.getvalue()
 
 
@@ -97,7 +97,7 @@ def test_a_worker_that_dies_costs_its_scene_and_the_same_command_tries_it_again(
     out = tmp_path / "out"
     command = ["evaluate", "recordings", "--objects", objects, "--model", "geometric", "--scenes", "1"]
     command += ["--workers", "2", "--out", str(out)]
-    monkeypatch.setattr(recordings, "_round_trip", quick_but_for_lines)
+    monkeypatch.setattr(recordings, "_compare_runs", quick_but_for_lines)
     assert command_line(command) == 0
     table = capsys.readouterr().out
     assert "worker died" in table.splitlines()[0] and "1 scene is missing because a worker died" in table
@@ -108,7 +108,7 @@ def test_a_worker_that_dies_costs_its_scene_and_the_same_command_tries_it_again(
     counts = [every[key]["count"] for key in ("exact", "simulated", "recorded", "same")]
     assert (every["n"], every["lost"], counts, every["iou"]) == (4, 1, [3, 3, 3, 3], pytest.approx(0.9))
 
-    monkeypatch.setattr(recordings, "_round_trip", only_lines)
+    monkeypatch.setattr(recordings, "_compare_runs", only_lines)
     assert command_line(command) == 0
     assert "worker died" not in capsys.readouterr().out
     assert json.loads((out / "eval.json").read_text())["aggregate"]["all"]["same"]["count"] == 4

@@ -28,7 +28,7 @@ from structdiffusion.models.structure.model import StructureConfig
 from structdiffusion.planners.factory import load_planner
 from structdiffusion.planners.registry import PLANNERS
 from structdiffusion.training.loop import TrainingOptions, train
-from structdiffusion.training.run_record import Surroundings
+from structdiffusion.training.run_record import RunMetadata
 
 SMALL = {"width": 16, "layers": 1, "heads": 2, "feed_forward": 16}
 
@@ -58,9 +58,9 @@ def trained(tmp_path) -> tuple[Path, Path]:
         return {"loss": model(clouds[0], clouds[1]).square().mean()}
 
     run = tmp_path / "runs" / "mine"
-    here = Surroundings("1.0", {"name": "toys", "pairs": 40, "seed": 3}, 4, "pairs")
+    here = RunMetadata("1.0", {"name": "toys", "pairs": 40, "seed": 3}, 4, "pairs")
     options = TrainingOptions(steps=4, log_every=2, seed=11)
-    list(train(model, loss, run, options, torch.device("cpu"), surroundings=here))
+    list(train(model, loss, run, options, torch.device("cpu"), metadata=here))
     weights = tmp_path / "weights"
     (weights / "collision").mkdir(parents=True)
     for name in ("config.json", "model.safetensors"):

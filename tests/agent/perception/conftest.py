@@ -21,7 +21,7 @@ FOLDED_ARM = ArmState(JACO.name, dict(zip(JACO.joints, JACO.folded, strict=True)
 
 @dataclass(frozen=True)
 class Recorded:
-    """A recording with everything told, and the truth: 1 + the object's place for each pixel, 0 elsewhere."""
+    """A recording with everything known, and the truth: 1 + the object's place for each pixel, 0 elsewhere."""
 
     recording: Recording
     truth: np.ndarray

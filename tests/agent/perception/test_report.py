@@ -1,4 +1,4 @@
-"""What was found, told: the table, the JSON and the picture say the same."""
+"""What was found: the table, the JSON and the picture say the same."""
 
 import io
 import json
@@ -26,22 +26,22 @@ def found(two):
 
 
 def test_every_object_has_a_line(found):
-    told = io.StringIO()
-    print_objects(found, told)
-    lines = told.getvalue().splitlines()
+    output = io.StringIO()
+    print_objects(found, output)
+    lines = output.getvalue().splitlines()
     assert [line.startswith(one.display_name) for line, one in zip(lines[1:3], found.objects, strict=True)] == [True, True]
     assert len({len(line) for line in lines[:3]}) == 1
     assert lines[3].startswith("2 objects on a table that was seen from x 0.1")
 
 
 def test_json_holds_what_was_found(found):
-    told = json.loads(json.dumps(objects_json(found)))
-    assert [one["called"] for one in told["objects"]] == [one.display_name for one in found.objects]
-    for one, other in zip(told["objects"], found.objects, strict=True):
+    output = json.loads(json.dumps(objects_json(found)))
+    assert [one["called"] for one in output["objects"]] == [one.display_name for one in found.objects]
+    for one, other in zip(output["objects"], found.objects, strict=True):
         np.testing.assert_allclose((one["x"], one["y"]), other.world_from_box[:2, 3], atol=1e-3)
         np.testing.assert_allclose(one["world_from_box"], other.world_from_box, atol=1e-6)
         assert one["points"] == len(other.points)
-    np.testing.assert_allclose(told["world_from_camera"], found.world_from_camera, atol=1e-6)
+    np.testing.assert_allclose(output["world_from_camera"], found.world_from_camera, atol=1e-6)
 
 
 def test_the_picture_marks_the_objects_and_nothing_else(two, found):

@@ -89,7 +89,7 @@ def test_the_table_is_as_large_as_what_was_seen_of_it(found):
     assert (found.labels == TABLE).mean() > 0.3
 
 
-def test_a_name_says_what_tells_an_object_from_the_others(found):
+def test_a_name_says_what_distinguishes_an_object(found):
     names = [one.display_name for one in found.objects]
     assert "red" in names[3] and "tall" in names[3]
     assert "blue" in names[4] and "tall" not in names[4]
@@ -118,7 +118,7 @@ def test_an_unorganised_cloud_without_colour_shows_the_same_objects(mixed, found
 def test_without_any_pose_the_objects_lie_where_the_arm_reaches(mixed, found):
     seen = segment(replace(mixed.recording, base_from_camera=None, arm=None))
     places = np.array([one.world_from_box[:2, 3] for one in seen.objects])
-    assert len(places) == 5 and "nothing tells where the camera is" in seen.notes[0]
+    assert len(places) == 5 and "nothing says where the camera is" in seen.notes[0]
     np.testing.assert_allclose((places.min(axis=0) + places.max(axis=0)) / 2, (0.45, 0.0), atol=0.02)
     known = np.array([one.world_from_box[:2, 3] for one in found.objects])
     np.testing.assert_allclose(places - places.mean(axis=0), known - known.mean(axis=0), atol=0.02)
@@ -142,7 +142,7 @@ def test_x_is_the_way_from_the_base_to_the_objects(mixed, quarter):
     assert seen.world_from_base[2, 3] == pytest.approx(0.2, abs=0.004)
 
 
-def test_tf_that_disagrees_with_the_table_is_told(mixed):
+def test_tf_that_disagrees_with_the_table_is_reported(mixed):
     tilt = np.eye(4)
     tilt[1:3, 1:3] = (math.cos(0.15), -math.sin(0.15)), (math.sin(0.15), math.cos(0.15))
     base_from_camera = mixed.recording.base_from_camera.copy()
@@ -183,7 +183,7 @@ def test_a_plane_without_any_noise_is_an_empty_table():
     assert not segment(Recording(Path("flat.bag"), DepthFrame(points.astype(np.float32)))).objects
 
 
-def test_nothing_measured_is_told():
+def test_nothing_measured_is_reported():
     with pytest.raises(BadInput, match="of 307200 points 0 were measured"):
         segment(Recording(Path("empty.bag"), DepthFrame(np.full((480, 640, 3), np.nan, np.float32))))
 

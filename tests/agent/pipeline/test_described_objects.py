@@ -23,7 +23,7 @@ from tests.agent.scenes.test_digital_twin import GREEN, RED, block
 BLUE = (0.15, 0.3, 0.7)
 
 
-def told(text: str, **options) -> list[Event]:
+def run_events(text: str, **options) -> list[Event]:
     return list(run_instruction(text, RunOptions(model="geometric", execute=False, **options)))
 
 
@@ -40,7 +40,7 @@ def only(kind: type, happened: list[Event]):
     ],
 )
 def test_a_colour_chooses_in_simulation(text, seed, colour):
-    happened = told(text, seed=seed)
+    happened = run_events(text, seed=seed)
     objects = only(events.Perceived, happened).objects
     assert {one.color_name for one in objects if one.takes_part} == {colour}
     assert all(one.color is not None for one in objects)
@@ -77,12 +77,12 @@ def test_sizes_compare_what_stands_on_the_table(text):
     ],
 )
 def test_what_is_not_there_or_cannot_be_built_ends_the_run(text, message):
-    failed = only(events.Failed, told(text))
+    failed = only(events.Failed, run_events(text))
     assert failed.exit_code == 3 and message in failed.message
 
 
-def test_a_word_that_cannot_be_judged_is_told():
-    happened = told("put the shiny cans in a line", seed=1)
+def test_a_word_that_cannot_be_judged_is_reported():
+    happened = run_events("put the shiny cans in a line", seed=1)
     notes = [event.message for event in happened if isinstance(event, events.Noted)]
     assert notes == ["it is not known which of the cans here are 'shiny': that word was left out of the choice"]
 
@@ -109,7 +109,7 @@ def near(far_bag) -> RecordedOptions:
 
 
 def test_everything_with_something_left_out_is_no_plain_success(far_bag, near):
-    happened = told("put everything in a line", scene=str(far_bag), recorded=near)
+    happened = run_events("put everything in a line", scene=str(far_bag), recorded=near)
     notes = [event.message for event in happened if isinstance(event, events.Noted)]
     assert any(note.startswith("3 of 4 objects take part; object 2 is left where it is: out of") for note in notes), (
         notes
@@ -123,7 +123,7 @@ def test_everything_with_something_left_out_is_no_plain_success(far_bag, near):
 
 
 def test_what_was_named_and_is_out_of_reach_ends_the_run(far_bag, near):
-    failed = only(events.Failed, told("put object 2 and the blue one in a line", scene=str(far_bag), recorded=near))
+    failed = only(events.Failed, run_events("put object 2 and the blue one in a line", scene=str(far_bag), recorded=near))
     assert failed.exit_code == 3
     assert (
         failed.message
@@ -132,11 +132,11 @@ def test_what_was_named_and_is_out_of_reach_ends_the_run(far_bag, near):
 
 
 def test_two_that_fit_words_for_one_are_named(far_bag):
-    failed = only(events.Failed, told("put the red object and the blue one in a line", scene=str(far_bag)))
+    failed = only(events.Failed, run_events("put the red object and the blue one in a line", scene=str(far_bag)))
     assert failed.exit_code == 3
     assert "'red object' can be each of 2 objects: object" in failed.message and failed.message.endswith("which one?")
 
 
 def test_only_one_of_a_recording_is_not_everything(far_bag):
-    failed = only(events.Failed, told("put only the green one in a circle", scene=str(far_bag)))
+    failed = only(events.Failed, run_events("put only the green one in a circle", scene=str(far_bag)))
     assert failed.exit_code == 3 and "means 1 of the scene's 4 objects" in failed.message

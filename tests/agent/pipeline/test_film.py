@@ -1,4 +1,4 @@
-"""The film of a build: short however long the arm works, and told however the build ends."""
+"""The film of a build: short however long the arm works, and sent however the build ends."""
 
 import io
 
@@ -62,7 +62,7 @@ def test_an_interrupted_build_has_its_film_too(table):
     scene = table.look()
     motions = np.tile(np.eye(4), (2, 1, 1))
     motions[0, 1, 3] = 0.1
-    passed, told = [0], []
+    passed, happened = [0], []
 
     def on_step(watched: TableScene) -> None:
         assert watched is table
@@ -72,10 +72,10 @@ def test_an_interrupted_build_has_its_film_too(table):
 
     with pytest.raises(KeyboardInterrupt):
         for event in build_with_arm(table, scene, StructureSpec("line"), [Arrangement(motions)], 0, on_step=on_step):
-            told.append(event)
-    assert isinstance(told[-2], Stopped) and isinstance(told[-1], Filmed)
-    assert not any(isinstance(event, Checked) for event in told)
-    frames = told[-1].frames
+            happened.append(event)
+    assert isinstance(happened[-2], Stopped) and isinstance(happened[-1], Filmed)
+    assert not any(isinstance(event, Checked) for event in happened)
+    frames = happened[-1].frames
     assert frames.shape[1:] == (480, 640, 3) and len(frames) >= 3
     assert np.abs(frames[2].astype(int) - frames[0]).max() > 30  # the arm has moved
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from agent.cli.parse import AT_ONCE, read_instructions
+from agent.cli.parse import AT_ONCE, parse_instructions
 from agent.pipeline import instruction_parser
 from agent.pipeline.instruction_parser import ReadingOptions
 from agent.runtime.stdio import LONGEST_LINE, NO_TEXT, lines_as_they_come
@@ -85,7 +85,7 @@ def test_so_many_are_read_at_once_and_a_language_model_reads_one_by_one(monkeypa
     for parser, given in (("embedding", [AT_ONCE, 3]), ("llm", [1] * (AT_ONCE + 3))):
         counting = Counting()
         monkeypatch.setattr(instruction_parser, "make_interpreter", lambda options, counting=counting: counting)
-        read_instructions([["a line"] * (AT_ONCE + 3)], ReadingOptions(parser), None, True, io.StringIO(), print)
+        parse_instructions([["a line"] * (AT_ONCE + 3)], ReadingOptions(parser), None, True, io.StringIO(), print)
         assert counting.given == given
 
 
@@ -103,7 +103,7 @@ def test_a_stream_is_read_with_little_padding(monkeypatch):
     monkeypatch.setattr(SentenceEncoder, "token_states", counted)
     texts = [row.text for row in free_rows()[:256]]
     results = io.StringIO()
-    read_instructions([texts], ReadingOptions(), None, True, results, lambda sentence: None)
+    parse_instructions([texts], ReadingOptions(), None, True, results, lambda sentence: None)
     assert [json.loads(line)["text"] for line in results.getvalue().splitlines()] == texts  # in their order
     assert padding < 0.25 * pieces
 

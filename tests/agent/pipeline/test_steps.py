@@ -90,7 +90,7 @@ def test_a_distractor_that_stands_beside_does_not_matter():
 
 def test_a_circle_needs_three():
     scene = Scene((cube("a", 0.3, 0.0), cube("b", 0.5, 0.2)))
-    with pytest.raises(NotBuildable, match="a circle needs 3 objects or more, and 2 take part"):
+    with pytest.raises(NotBuildable, match="a circle needs at least 3 objects, but 2 take part"):
         propose_arrangements(GeometricPlanner(), "geometric", scene, Goal(StructureSpec("circle")), 0)
     three = Scene((*scene.objects, cube("c", 0.4, -0.2)))
     assert propose_arrangements(GeometricPlanner(), "geometric", three, Goal(StructureSpec("circle")), 0).candidates
@@ -99,7 +99,7 @@ def test_a_circle_needs_three():
 def test_no_layout_is_no_valid_goal():
     """Two slabs that are each wider than the table."""
     slabs = [ObjectCloud(name, "slab", cube(name, 0.0, 0.0).points * (15.0, 15.0, 1.0)) for name in "ab"]
-    with pytest.raises(NoValidGoal, match="the model 'geometric' imagined no valid arrangement"):
+    with pytest.raises(NoValidGoal, match="the model 'geometric' proposed no valid arrangement"):
         propose_arrangements(GeometricPlanner(), "geometric", Scene(tuple(slabs)), Goal(StructureSpec("line")), 0)
 
 
@@ -114,30 +114,30 @@ def test_the_same_seed_imagines_the_same():
 # --- interruptions -------------------------------------------------------------------------------
 
 
-def work(told: list[str]) -> Iterator[Event]:
+def work(happened: list[str]) -> Iterator[Event]:
     """An arm at work that tells that it was stopped."""
     try:
         for number in range(3):
             yield events.Noted(f"step {number}")
     except KeyboardInterrupt:
-        told.append("stopping")
+        happened.append("stopping")
         yield Stopped(None, "", False, True)
         raise
     finally:
-        told.append("ended")
+        happened.append("ended")
 
 
-def test_an_interruption_is_handed_on_and_what_it_tells_is_told():
-    told: list[str] = []
-    given = forward_events(work(told), lambda event: iter((event, events.Noted("more"))))
+def test_an_interruption_is_handed_on_and_its_events_are_sent():
+    happened: list[str] = []
+    given = forward_events(work(happened), lambda event: iter((event, events.Noted("more"))))
     assert [next(given).message for _ in range(3)] == ["step 0", "more", "step 1"]
-    assert told == []
+    assert happened == []
     assert given.throw(KeyboardInterrupt()) == Stopped(None, "", False, True)
-    assert told == ["stopping"]
+    assert happened == ["stopping"]
     assert next(given).message == "more"
     with pytest.raises(KeyboardInterrupt):
         next(given)
-    assert told == ["stopping", "ended"] and list(given) == []
+    assert happened == ["stopping", "ended"] and list(given) == []
 
 
 def test_an_interruption_while_more_is_made_of_an_event_is_handed_on_too():
@@ -146,26 +146,26 @@ def test_an_interruption_while_more_is_made_of_an_event_is_handed_on_too():
         if getattr(event, "message", "") == "step 1":
             raise KeyboardInterrupt
 
-    told: list[str] = []
+    happened: list[str] = []
     got = []
     with pytest.raises(KeyboardInterrupt):
-        for event in forward_events(work(told), more):
+        for event in forward_events(work(happened), more):
             got.append(event)
     assert got == [events.Noted("step 0"), events.Noted("step 1"), Stopped(None, "", False, True)]
-    assert told == ["stopping", "ended"]
+    assert happened == ["stopping", "ended"]
 
 
-def test_undisturbed_everything_is_told_in_turn():
-    told: list[str] = []
-    got = list(forward_events(work(told), lambda event: iter((event,))))
+def test_undisturbed_everything_is_forwarded_in_turn():
+    happened: list[str] = []
+    got = list(forward_events(work(happened), lambda event: iter((event,))))
     assert got == [events.Noted(f"step {number}") for number in range(3)]
-    assert told == ["ended"]
+    assert happened == ["ended"]
 
 
 # --- building ------------------------------------------------------------------------------------
 
 
-def test_ranks_number_what_is_told_of_plans(table):
+def test_ranks_number_the_events_of_plans(table):
     """The first of two arrangements is out of reach; by their ranks they are the fourth and the second."""
     scene = table.look()
     start = np.array(table.world.poses())
@@ -174,14 +174,14 @@ def test_ranks_number_what_is_told_of_plans(table):
     far = near.copy()
     far[:, 0, 3] = 1.6
     choices = [Arrangement(goals @ np.linalg.inv(start), {"total": 0.5}) for goals in (far, near)]
-    told = []
+    happened = []
     building = build_with_arm(table, scene, StructureSpec("line"), choices, 0, ranks=[4, 2], film=False)
     for event in building:
-        told.append(event)
+        happened.append(event)
         if isinstance(event, Planned):
             break
     building.close()
-    failed, chosen, planned = told
+    failed, chosen, planned = happened
     assert isinstance(failed, PlanFailed) and failed.arrangement == 3
     assert isinstance(chosen, events.Chosen) and chosen.rank == 2 and chosen.arrangement is choices[1]
     assert isinstance(planned, Planned) and planned.arrangement == 1
@@ -191,20 +191,20 @@ def test_without_ranks_they_are_numbered_in_order(table):
     scene, start = table.look(), np.array(table.world.poses())
     motions = np.tile(np.eye(4), (2, 1, 1))
     motions[:, 0, 3] = 1.2
-    told = []
+    happened = []
     building = build_with_arm(table, scene, StructureSpec("line"), [Arrangement(motions)] * 2, 0, film=False)
     with pytest.raises(ExecutionFailed, match="0 of 2 objects were placed: no arrangement could be planned"):
         for event in building:
-            told.append(event)
-    assert [event.arrangement for event in told if isinstance(event, PlanFailed)] == [0, 1]
-    assert not any(isinstance(event, events.Chosen | Placed) for event in told)
+            happened.append(event)
+    assert [event.arrangement for event in happened if isinstance(event, PlanFailed)] == [0, 1]
+    assert not any(isinstance(event, events.Chosen | Placed) for event in happened)
     np.testing.assert_allclose(table.world.poses(), start, atol=0.002)
 
 
 # --- trying without the arm ----------------------------------------------------------------------
 
 
-def test_what_was_tried_is_told_and_pictured_and_the_table_stays(table):
+def test_what_was_tried_is_sent_and_pictured_and_the_table_stays(table):
     scene, start = table.look(), np.array(table.world.poses())
     before = table.picture()
     goals = start.copy()
@@ -231,8 +231,8 @@ def test_what_failed_when_tried_is_shown_too(table):
     arrangement = Arrangement(goals @ np.linalg.inv(start))
     with pytest.raises(NoValidGoal, match="does not hold"):
         list(release_in_physics(table, scene, StructureSpec("line"), arrangement))
-    told = list(_until_failure(release_in_physics(table, scene, StructureSpec("line"), arrangement)))
-    tried, pictured, checked = told
+    happened = list(_until_failure(release_in_physics(table, scene, StructureSpec("line"), arrangement)))
+    tried, pictured, checked = happened
     assert not checked.success and checked.failure_class == "intersection"
     assert np.isfinite(tried.positions).all() and len(tried.positions) == 2
     assert pictured.image.shape == (480, 640, 3)

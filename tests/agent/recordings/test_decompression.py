@@ -92,7 +92,7 @@ def test_no_temporary_file_is_left_of_a_folder_that_is_refused(tmp_path, monkeyp
     assert list((tmp_path / "temporary").iterdir()) == []
 
 
-def test_a_damaged_piece_is_told(tmp_path):
+def test_a_damaged_piece_is_reported(tmp_path):
     path = packed(tmp_path, "bz2")
     content = path.read_bytes()
     at = content.index(b"BZh9")
@@ -147,7 +147,7 @@ def test_camera_files_that_stand_for_more_than_they_say(tmp_path, text, said):
 
     Image.fromarray(np.full((4, 4), 800, np.uint16)).save(tmp_path / "depth.png")
     (tmp_path / "camera_info.yaml").write_text(text)
-    with pytest.raises(BadInput, match=said or "no file that tells fx") as caught:
+    with pytest.raises(BadInput, match=said or "no file with fx") as caught:
         read_recording(tmp_path)
     assert said is None or "camera_info.yaml" in str(caught.value)
 

@@ -118,8 +118,8 @@ def test_quantised_float_depths_are_undone():
         (color_picture, raw(colors()[:, :39, :2], "yuv422"), "come in pairs"),
         (compressed_color, SimpleNamespace(format="jpeg", data=np.arange(99, dtype=np.uint8)), "neither JPEG nor PNG"),
         (compressed_depth, compressed(colors(), "PNG", "16UC1; compressedDepth"), "legal: 16 bits of grey"),
-        (compressed_depth, SimpleNamespace(format="16UC1; compressedDepth rvl", data=np.zeros(99, np.uint8)), "no PNG"),
-        (compressed_depth, SimpleNamespace(format="", data=np.zeros(0, np.uint8)), "no PNG"),
+        (compressed_depth, SimpleNamespace(format="16UC1; compressedDepth rvl", data=np.zeros(99, np.uint8)), "does not hold a PNG"),
+        (compressed_depth, SimpleNamespace(format="", data=np.zeros(0, np.uint8)), "does not hold a PNG"),
     ],
 )
 def test_what_is_no_such_picture_is_refused(read, message, said):

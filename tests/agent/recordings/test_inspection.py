@@ -1,4 +1,4 @@
-"""What a bag holds, told to people and as JSON."""
+"""What a bag holds, for people and as JSON."""
 
 import io
 import json
@@ -24,7 +24,7 @@ from tests.agent.recordings.bag_making import (
 
 
 @pytest.mark.parametrize("name", ["session.bag", "session.mcap", "session.db3", "session"])
-def test_a_whole_session_is_told_whole(tmp_path, name):
+def test_a_whole_session_is_listed(tmp_path, name):
     info = inspect_bag(write_bag(tmp_path / name, [*session(), transform("root", "hand", seconds=0.2, topic="/tf")]))
     assert info.seconds == pytest.approx(0.3)
     of = {topic.name: topic for topic in info.topics}
@@ -33,16 +33,16 @@ def test_a_whole_session_is_told_whole(tmp_path, name):
     assert of["/tf"].rate is None and of["/tf"].first == of["/tf"].last == pytest.approx(0.2)
     assert all(info.there.values()) and info.notes == ()
     assert (info.used["color"], info.used["joints"]) == (COLOR, JOINTS)
-    told = json.loads(json.dumps(info.to_dict()))
-    assert told["frames"][-1] == {"name": "root", "parent": "world", "static": True}
-    assert [topic["name"] for topic in told["topics"]] == sorted(of)
+    output = json.loads(json.dumps(info.to_dict()))
+    assert output["frames"][-1] == {"name": "root", "parent": "world", "static": True}
+    assert [topic["name"] for topic in output["topics"]] == sorted(of)
     out = io.StringIO()
     print_bag_info(info, out)
     assert "world\n    camera_link\n      camera_color_optical_frame" in out.getvalue()
     assert "hand (moving)" in out.getvalue() and "camera to arm  yes" in out.getvalue()
 
 
-def test_what_is_missing_is_told(tmp_path):
+def test_what_is_missing_is_reported(tmp_path):
     info = inspect_bag(write_bag(tmp_path / "bare.bag", [depth_image(depths())]))
     assert not any(info.there.values()) and info.used == {}
     assert any("no sensor_msgs/CameraInfo" in note for note in info.notes)

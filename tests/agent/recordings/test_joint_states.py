@@ -22,7 +22,7 @@ def stood(tmp_path, said, moment=0.0, topic=None):
     [("j2s7s300_", 7, "j2s7s300"), ("j2n6s300_", 6, "j2n6s300"), ("left_j2s6s300_", 6, "j2s6s300"),
      ("j2s6s200_", 6, "j2s6s300"), ("mico/j2n6s300_", 6, "j2n6s300")],
 )  # fmt: skip
-def test_the_model_is_told_by_its_name(tmp_path, prefix, count, model):
+def test_the_model_follows_from_its_name(tmp_path, prefix, count, model):
     names = [f"{prefix}joint_{k}" for k in range(1, count + 1)] + [f"{prefix}joint_finger_1"]
     arm, stream, notes = stood(tmp_path, [joints(0, reversed(names), range(count + 1, 0, -1))])
     assert (arm.model, arm.prefix, stream.type, notes) == (model, prefix, "sensor_msgs/msg/JointState", [])
@@ -30,7 +30,7 @@ def test_the_model_is_told_by_its_name(tmp_path, prefix, count, model):
 
 
 @pytest.mark.parametrize(("count", "model"), [(7, "j2s7s300"), (6, "j2n6s300")])
-def test_without_a_name_the_number_of_joints_tells_it(tmp_path, count, model):
+def test_without_a_name_the_number_of_joints_decides(tmp_path, count, model):
     arm, _, notes = stood(tmp_path, [joints(0, [f"joint_{k}" for k in range(1, count + 1)], [0.5] * count)])
     assert arm.model == model and f"with {count} joints it was taken for a {model}" in notes[0]
 
@@ -64,17 +64,17 @@ def test_angles_in_degrees_serve_where_there_is_nothing_else(tmp_path):
     assert "fingers" in notes[0]
 
 
-def test_of_two_arms_one_is_taken_and_both_are_told(tmp_path):
+def test_of_two_arms_one_is_taken_and_both_are_reported(tmp_path):
     both = [f"{side}_j2s7s300_joint_{k}" for side in ("left", "right") for k in range(1, 8)]
     arm, _, notes = stood(tmp_path, [joints(0, both, range(14))])
     assert arm.prefix == "left_j2s7s300_" and "2 arms" in notes[0]
 
 
-def test_joints_from_another_time_are_told(tmp_path):
+def test_joints_from_another_time_are_reported(tmp_path):
     arm, _, notes = stood(tmp_path, [joints(0.0), joints(9.0)], moment=4.0)
     assert arm is not None and "4.0 s from the picture" in notes[0]
 
 
 def test_without_an_arm_that_is_said(tmp_path):
     arm, stream, notes = stood(tmp_path, [joints(0, FINGERS, (1, 1, 1))])
-    assert arm is None and stream is None and notes == ["the recording does not tell how the arm stood"]
+    assert arm is None and stream is None and notes == ["the recording does not say how the arm stood"]

@@ -182,7 +182,7 @@ def test_the_colour_nearest_in_its_stamp_is_taken(tmp_path):
     np.testing.assert_array_equal(recording.frame.color, colors() // 3)
 
 
-def test_a_colour_that_cannot_be_used_is_told_and_refused_only_where_it_is_named(tmp_path):
+def test_a_colour_that_cannot_be_used_is_reported_and_refused_only_where_it_is_named(tmp_path):
     said = [*without(session((0.1,)), COLOR), image(COLOR, colors()[..., 0], "bayer_rggb8", 0.1)]
     path = write_bag(tmp_path / "bayer.bag", said)
     recording = read_recording(path)
@@ -209,7 +209,7 @@ def test_named_topics_are_taken(tmp_path):
         ({"depth": COLOR}, BadInput, f"{COLOR}.*no sensor_msgs|'rgb8' holds no depths"),
     ],
 )
-def test_a_topic_that_is_not_there_is_told_with_those_that_are(tmp_path, topics, error, said):
+def test_a_topic_that_is_not_there_is_reported_with_those_that_are(tmp_path, topics, error, said):
     path = write_bag(tmp_path / "session.bag", session())
     with pytest.raises(error, match=said):
         read_recording(path, ReadingOf(topics=topics))

@@ -112,7 +112,7 @@ def test_the_projection_goes_for_rectified_pictures_and_where_there_is_no_other(
     assert lens_of(info(p=projection.ravel(), k=np.zeros(9)), rectified=False).matrix[1, 1] == 51
 
 
-def test_a_model_of_distortion_that_is_not_known_is_told():
+def test_a_model_of_distortion_that_is_not_known_is_reported():
     lens = lens_of(info(d=np.full(4, 0.1), distortion_model="equidistant"), rectified=False)
     assert "equidistant" in lens.note and not lens.distortion.any()
 

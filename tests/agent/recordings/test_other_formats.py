@@ -162,7 +162,7 @@ def test_missing_pieces_are_named_with_what_is_there(tmp_path):
     with pytest.raises(BadInput, match="no recording"):
         read_other(tmp_path / "nowhere")
     folder = rgbd_folder(tmp_path / "desk", parameters=None)
-    with pytest.raises(BadInput, match="no file that tells fx.*color.png, depth.png.*--intrinsics"):
+    with pytest.raises(BadInput, match="no file with fx.*color.png, depth.png.*--intrinsics"):
         read_other(folder)
     (folder / "color.png").unlink()
     found = read_rgbd(folder, intrinsics=(50, 51, 19, 14))
@@ -178,8 +178,8 @@ def test_missing_pieces_are_named_with_what_is_there(tmp_path):
         ({"fx": 50, "fy": 51, "cx": 900, "cy": 14}, "900"),
         ({"fx": 0, "fy": 51, "cx": 19, "cy": 14}, "fx 0"),
         (PARAMETERS | {"width": 640, "height": 480}, "640 x 480"),
-        ("not a camera", "no file that tells fx, fy"),
-        ({"fx": "wide"}, "no file that tells fx, fy"),
+        ("not a camera", "no file with fx, fy"),
+        ({"fx": "wide"}, "no file with fx, fy"),
     ],
 )
 def test_a_lens_that_does_not_fit(tmp_path, parameters, part):
@@ -248,12 +248,12 @@ def test_ply_clouds(tmp_path, points, kind):
 def test_clouds_as_the_library_writes_them_with_colours(tmp_path, points, name, options):
     import open3d
 
-    told = np.random.default_rng(1).integers(0, 255, points.shape, dtype=np.uint8)
+    colors = np.random.default_rng(1).integers(0, 255, points.shape, dtype=np.uint8)
     cloud = open3d.t.geometry.PointCloud(open3d.core.Tensor(points))
-    cloud.point.colors = open3d.core.Tensor(told)
+    cloud.point.colors = open3d.core.Tensor(colors)
     open3d.t.io.write_point_cloud(str(tmp_path / name), cloud, **options)
     frame = read_other(tmp_path / name).frame
-    assert np.allclose(frame.points[0], points, atol=1e-5) and np.array_equal(frame.color[0], told)
+    assert np.allclose(frame.points[0], points, atol=1e-5) and np.array_equal(frame.color[0], colors)
 
 
 def test_colours_packed_into_a_float(tmp_path, points):
@@ -263,7 +263,7 @@ def test_colours_packed_into_a_float(tmp_path, points):
     assert (read_other(path).frame.color == (0x10, 0x20, 0x30)).all()
 
 
-def test_millimetres_are_told(tmp_path, points):
+def test_millimetres_are_reported(tmp_path, points):
     found = read_other(pcd(tmp_path / "a.pcd", points * 1000))
     assert np.allclose(found.frame.points[0], points, atol=1e-6)
     assert any("millimetres" in note for note in found.notes)

@@ -13,7 +13,7 @@ BASE, CAMERA = "j2s7s300_link_base", "camera"
 LOOSE = [transform("f1", BASE), transform("f9", CAMERA)]
 
 
-def told(tmp_path, said, moment=1.0, prefix="", camera=CAMERA):
+def camera_pose(tmp_path, said, moment=1.0, prefix="", camera=CAMERA):
     """The pose and the notes."""
     with open_bag(write_bag(tmp_path / "tf.bag", said)) as bag:
         return base_from_camera(read_frames(bag, nanoseconds(moment), [(camera, "")]), camera, prefix)
@@ -23,7 +23,7 @@ def test_the_way_goes_up_and_down_the_tree(tmp_path):
     quarter = (0, 0, np.sqrt(0.5), np.sqrt(0.5))
     said = [transform("world", BASE, (1, 0, 0), quarter), transform("world", "post", (1, 2, 0)),
             transform("post", CAMERA, (0, 0, 3), quarter)]  # fmt: skip
-    pose, notes = told(tmp_path, said)
+    pose, notes = camera_pose(tmp_path, said)
     np.testing.assert_allclose(pose, ((1, 0, 0, 2), (0, 1, 0, 0), (0, 0, 1, 3), (0, 0, 0, 1)), atol=1e-9)
     assert notes == []
 
@@ -31,20 +31,20 @@ def test_the_way_goes_up_and_down_the_tree(tmp_path):
 def test_both_generations_may_share_a_topic_and_slashes_do_not_count(tmp_path):
     said = [transform("/world", f"/{BASE}", (0, 0, 1), topic="/tf", kind="tf/msg/tfMessage"),
             transform("world", CAMERA, (0, 0, 3), topic="/tf", seconds=0.5)]  # fmt: skip
-    pose, notes = told(tmp_path, said)
+    pose, notes = camera_pose(tmp_path, said)
     assert pose[2, 3] == pytest.approx(2) and notes == []
 
 
 @pytest.mark.parametrize(("moment", "x"), [(0.2, 1), (1.0, 1), (1.3, 1), (2.0, 2), (9.0, 5)])
 def test_the_latest_transform_before_the_moment_holds_or_else_the_first_after(tmp_path, moment, x):
     said = [transform(BASE, CAMERA, (k, 0, 0), seconds=k, topic="/tf") for k in range(1, 6)]
-    assert told(tmp_path, said, moment)[0][0, 3] == x
+    assert camera_pose(tmp_path, said, moment)[0][0, 3] == x
 
 
 def test_a_gap_in_time_is_looked_across(tmp_path):
     said = [transform(BASE, "post", (0, 1, 0), topic="/tf")]
     said += [transform("post", CAMERA, (1, 0, 0), seconds=k, topic="/tf") for k in range(100, 130)]
-    pose, _ = told(tmp_path, said, 120.0)
+    pose, _ = camera_pose(tmp_path, said, 120.0)
     np.testing.assert_allclose(pose[:3, 3], (1, 1, 0))
 
 
@@ -61,9 +61,9 @@ def test_a_gap_in_time_is_looked_across(tmp_path):
         ([Said("/tf", "tf2_msgs/msg/TFMessage", {}, raw=b"\xff" * 40)], "cannot decode a message on /tf"),
     ],
 )
-def test_what_is_broken_is_told_and_gives_no_pose(tmp_path, said, sentence):
+def test_what_is_broken_is_reported_and_gives_no_pose(tmp_path, said, sentence):
     other = Said("/else", "std_msgs/msg/String", {"data": ""})
-    pose, notes = told(tmp_path, [*said, other])
+    pose, notes = camera_pose(tmp_path, [*said, other])
     assert pose is None
     assert re.search(sentence, " ".join(notes))
 
@@ -80,24 +80,24 @@ def test_what_is_broken_is_told_and_gives_no_pose(tmp_path, said, sentence):
 )
 def test_a_loop_is_an_error_that_names_its_frames(tmp_path, said, frames):
     with pytest.raises(TransformLoop, match=rf"runs in a loop \(.*({frames}).*\)"):
-        told(tmp_path, said)
+        camera_pose(tmp_path, said)
 
 
 def test_what_can_be_mended_is_mended_and_told(tmp_path):
-    pose, notes = told(tmp_path, [transform(BASE, CAMERA, (1, 0, 0), (0, 0, 0, 2))])
+    pose, notes = camera_pose(tmp_path, [transform(BASE, CAMERA, (1, 0, 0), (0, 0, 0, 2))])
     np.testing.assert_allclose(pose[:3, :3], np.eye(3))
     assert "a quaternion of length 2" in notes[0]
 
 
-def test_two_parents_are_told(tmp_path):
-    pose, notes = told(tmp_path, [transform(BASE, CAMERA, (1, 0, 0)), transform("world", CAMERA)])
+def test_two_parents_are_reported(tmp_path):
+    pose, notes = camera_pose(tmp_path, [transform(BASE, CAMERA, (1, 0, 0)), transform("world", CAMERA)])
     assert pose[0, 3] == 1 and "2 parents (j2s7s300_link_base, world)" in notes[0]
 
 
 def test_the_base_is_that_of_the_arm_or_what_stands_there(tmp_path):
     said = [transform("world", f"{side}_j2s7s300_link_base", (0, y, 0)) for side, y in (("left", 1), ("right", -1))]
     said += [transform("world", CAMERA), transform("world", "root", (0, 0, 5))]
-    assert told(tmp_path, said, prefix="right_j2s7s300_")[0][1, 3] == 1
+    assert camera_pose(tmp_path, said, prefix="right_j2s7s300_")[0][1, 3] == 1
     (tmp_path / "tf.bag").unlink()
-    pose, notes = told(tmp_path, said[2:])
+    pose, notes = camera_pose(tmp_path, said[2:])
     assert pose[2, 3] == -5 and "'root' was taken for the arm's base" in notes[0]

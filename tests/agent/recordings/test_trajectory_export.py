@@ -1,4 +1,4 @@
-"""What the arm was told on the twin: speeds, continuity, where it begins, and what is read back from the files."""
+"""The commands of the arm on the twin: speeds, continuity, where it begins, and what is read back from the files."""
 
 import json
 import math
@@ -72,8 +72,8 @@ def test_no_joint_is_faster_than_its_maker_allows(log):
 
 def test_the_twin_moved_as_it_was_told(log):
     for motion in log.motions(MODEL):
-        told = motion.joints
-        lag = np.abs(motion.moved[:, :6] - told).max()
+        commanded = motion.joints
+        lag = np.abs(motion.moved[:, :6] - commanded).max()
         assert lag < 0.05, motion.name
 
 
@@ -94,8 +94,8 @@ def test_json_says_the_same(log, tmp_path):
             assert segment["arm"]["times"][-1] == pytest.approx(segment["duration"])
     closing = next(segment["hand"] for segment in read["segments"] if segment["name"] == "close hand")
     turns = np.array(closing["turns"])
-    told = np.minimum(closing["positions"], math.radians(80))
-    np.testing.assert_allclose(np.radians(turns * 80 / 6800), told, atol=1e-4)
+    commanded = np.minimum(closing["positions"], math.radians(80))
+    np.testing.assert_allclose(np.radians(turns * 80 / 6800), commanded, atol=1e-4)
     assert 0.0 <= turns.min() < turns.max() <= 6800.0
 
 
@@ -151,7 +151,7 @@ def test_where_no_trajectory_can_be_written(log, tmp_path):
     (tmp_path / "file").write_text("mine")
     for name in ("notes", "session.bag", "joints.bag", "session.json", "mine.json", "file"):
         before = (tmp_path / name).read_bytes() if name != "notes" else b""
-        with pytest.raises(UsageError, match=f"must be a new file, or replace another one, and .*{name}' is none"):
+        with pytest.raises(UsageError, match=f"must be a new file, or replace another one, but .*{name}' is something else"):
             write_trajectory(log, tmp_path / name, PREFIX, MODEL)
         assert name == "notes" or (tmp_path / name).read_bytes() == before
     for path in (tmp_path / "file" / "arm.json", Path("/proc/arm.json")):

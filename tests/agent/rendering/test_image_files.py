@@ -119,8 +119,8 @@ def test_names_of_a_tower_stand_below_each_other_however_long_they_are(large):
         assert columns.min() > 2 and np.ptp(columns) > 100
 
 
-def test_live_events_bring_their_pictures(told):
-    named = [picture.name for event in told for picture in pictures_of(event)]
+def test_live_events_bring_their_pictures(run_events):
+    named = [picture.name for event in run_events for picture in pictures_of(event)]
     assert named == ["camera-before", "scene-before", "goal-overlay", "imagined-goal", "placement-1-after"]
 
 
@@ -132,17 +132,17 @@ def test_a_picture_is_kept_as_it_is():
 
 
 @pytest.fixture
-def report(told):
+def report(run_events):
     record = RunRecord()
-    for event in told:
+    for event in run_events:
         record.on_event(RecordedEvent(event.to_dict()))
     return record.report
 
 
-def test_candidates_are_drawn_from_what_was_told(report):
-    told = report["imagination"]["candidates"]
-    told[1]["scores"] = told[1]["scores"] | {"total": 0.45, "collision": 0.48}
-    told[1]["positions"] = [[0.4, 0.1, 0.03], [0.5, 0.2, 0.03], [0.6, 0.3, 0.03]]
+def test_candidates_are_drawn_from_the_report(report):
+    ranked = report["imagination"]["candidates"]
+    ranked[1]["scores"] = ranked[1]["scores"] | {"total": 0.45, "collision": 0.48}
+    ranked[1]["positions"] = [[0.4, 0.1, 0.03], [0.5, 0.2, 0.03], [0.6, 0.3, 0.03]]
     text = candidates(report)
     drawn = [ElementTree.fromstring(svg) for svg in re.findall(r"<svg.*?</svg>", text)]
     assert len(drawn) == CANDIDATES_SHOWN
@@ -158,8 +158,8 @@ def test_candidates_are_drawn_from_what_was_told(report):
 
 
 def test_a_stack_is_drawn_from_the_side_too(report):
-    told = report["imagination"]["candidates"]
-    told[0]["positions"] = [[0.4, 0.1, 0.03], [0.4, 0.1, 0.15], [0.4, 0.1, 0.09]]
+    ranked = report["imagination"]["candidates"]
+    ranked[0]["positions"] = [[0.4, 0.1, 0.03], [0.4, 0.1, 0.15], [0.4, 0.1, 0.09]]
     first, second = re.findall(r"<figcaption>.*?</figcaption>", candidates(report))[:2]
     assert "stacked: 2 on 3 on 1" in first and "stack" not in second
     assert re.findall(r'<span class="key"[^>]*>(\d)</span>', first) == ["2", "3", "1"]
@@ -167,8 +167,8 @@ def test_a_stack_is_drawn_from_the_side_too(report):
 
 def test_the_letter_of_what_lies_below_stands_where_it_is_seen(report):
     """That of a plate beside the bowl on it; that of a cup below a cup is in the caption alone."""
-    told = report["imagination"]["candidates"]
-    told[0]["positions"] = [[0.4, 0.1, 0.01], [0.4, 0.1, 0.06], [0.5, 0.3, 0.03]]
+    ranked = report["imagination"]["candidates"]
+    ranked[0]["positions"] = [[0.4, 0.1, 0.01], [0.4, 0.1, 0.06], [0.5, 0.3, 0.03]]
     letters = re.findall(r"<text[^>]*>(\w)</text>", candidates(report).partition("</svg>")[0])
     assert sorted(letters) == ["2", "3", "a"]
     plate = report["scene"]["objects"][0]

@@ -1,4 +1,4 @@
-"""Pictures in characters: everything is where it was told, in true proportions, and readable without colour."""
+"""Pictures in characters: everything is where it should be, in true proportions, and readable without colour."""
 
 import io
 import subprocess
@@ -24,7 +24,7 @@ def told_object(name, x, y, z=0.05, size=0.1, takes_part=True):
     return {"name": name, "takes_part": takes_part, "position": [x, y, z], "outline": outline if size else []}
 
 
-def told(*objects):
+def run_events(*objects):
     return {"objects": list(objects), "table": TABLE}
 
 
@@ -44,7 +44,7 @@ def backgrounds(line: Text, column: int) -> set[tuple[int, int, int]]:
 
 
 def test_up_is_away_from_the_robot_and_left_is_left():
-    lines = drawn(markers_of_scene(told(told_object("far left", 0.55, 0.45), told_object("near right", 0.05, -0.45))))
+    lines = drawn(markers_of_scene(run_events(told_object("far left", 0.55, 0.45), told_object("near right", 0.05, -0.45))))
     assert len({len(line) for line in lines}) == 1 and len(lines) == 2 + 12  # 40 cells of 2.5 cm, 12 of 5 cm
     assert set(places(lines, "1")) == {(1, c) for c in (1, 2, 3, 4)} | {(2, c) for c in (1, 2, 3, 4)}
     assert set(places(lines, "2")) == {(r, c) for r in (11, 12) for c in (37, 38, 39, 40)}
@@ -53,7 +53,7 @@ def test_up_is_away_from_the_robot_and_left_is_left():
 
 
 def test_color_shows_the_same_place_with_the_report_s_colours():
-    lines = picture(markers_of_scene(told(told_object("mug", 0.3, 0.0, size=0.2))), TABLE, 42, 2**24)
+    lines = picture(markers_of_scene(run_events(told_object("mug", 0.3, 0.0, size=0.2))), TABLE, 42, 2**24)
     assert {line.cell_len for line in lines} == {42}
     inside = {(row, c) for row, line in enumerate(lines) for c in range(42) if color_of(0) in backgrounds(line, c)}
     assert inside == {(row, column) for row in range(5, 9) for column in range(17, 25)}
@@ -61,7 +61,7 @@ def test_color_shows_the_same_place_with_the_report_s_colours():
 
 
 def test_outline_is_smoothed_only_where_there_are_colours_for_it():
-    circle = markers_of_scene(told(told_object("mug", 0.312, 0.006, size=0.13)))
+    circle = markers_of_scene(run_events(told_object("mug", 0.312, 0.006, size=0.13)))
     many, few = (
         {color for line in picture(circle, TABLE, 42, colors) for c in range(42) for color in backgrounds(line, c)}
         for colors in (2**24, 16)
@@ -75,7 +75,7 @@ def test_sixteen_colours_keep_seven_objects_and_the_table_apart():
     out = io.StringIO()
     console = Console(file=out, force_terminal=True, color_system="standard", width=80, _environ={})
     assert colors_of(console) == 16
-    for line in legend(markers_of_scene(told(*row, away)), 80, 16) + picture([], TABLE, 42, 16)[1:2]:
+    for line in legend(markers_of_scene(run_events(*row, away)), 80, 16) + picture([], TABLE, 42, 16)[1:2]:
         console.print(line)
     codes = {code for part in out.getvalue().split("\x1b[")[1:] for code in part.split("m")[0].split(";")}
     assert len({code for code in codes if 40 <= int(code) <= 47 or 100 <= int(code) <= 107}) == 9
@@ -83,7 +83,7 @@ def test_sixteen_colours_keep_seven_objects_and_the_table_apart():
 
 def test_tower_has_a_letter_for_every_object_the_top_first():
     tower = [told_object(name, 0.1 * i, 0.0) for i, name in enumerate(("can", "box", "cup"))]
-    markers = markers_of_candidate(told(*tower), [[0.3, 0.2, 0.05], [0.3, 0.2, 0.25], [0.302, 0.2, 0.15]], [0.0, 0, 0])
+    markers = markers_of_candidate(run_events(*tower), [[0.3, 0.2, 0.05], [0.3, 0.2, 0.25], [0.302, 0.2, 0.15]], [0.0, 0, 0])
     assert [marker.label for marker in markers] == ["can", "cup", "box"]
     for colors in (0, 2**24):
         lines = drawn(markers, colors=colors)
@@ -94,7 +94,7 @@ def test_tower_has_a_letter_for_every_object_the_top_first():
 def test_arrangement_turns_and_moves_what_takes_part_and_nothing_else():
     fork = told_object("fork", 0.1, 0.3) | {"outline": [[0.0, 0.28], [0.2, 0.28], [0.2, 0.32], [0.0, 0.32]]}
     plate = told_object("plate", 0.5, -0.3, takes_part=False)
-    scene = told(fork, plate)
+    scene = run_events(fork, plate)
     marker = {one.label: one for one in markers_of_candidate(scene, [[0.3, -0.1, 0.1]], [1.5707963])}
     assert marker["fork"].outline.min(axis=0) == pytest.approx([0.28, -0.2], abs=1e-6)
     assert marker["fork"].outline.max(axis=0) == pytest.approx([0.32, 0.0], abs=1e-6)
@@ -107,11 +107,11 @@ def test_arrangement_turns_and_moves_what_takes_part_and_nothing_else():
 
 def test_numbered_objects_keep_their_numbers_whoever_takes_part():
     three = [told_object(f"object {k}", 0.1 * k, 0.0, takes_part=k != 2) for k in (1, 3, 2)]
-    assert {marker.label: marker.letter for marker in markers_of_scene(told(*three))} == {
+    assert {marker.label: marker.letter for marker in markers_of_scene(run_events(*three))} == {
         "object 1": "1", "object 3": "3", "object 2": "b",
     }  # fmt: skip
     mixed = [three[1], told_object("mug", 0.5, 0.0)]
-    assert {marker.label: marker.letter for marker in markers_of_scene(told(*mixed))} == {"object 3": "1", "mug": "2"}
+    assert {marker.label: marker.letter for marker in markers_of_scene(run_events(*mixed))} == {"object 3": "1", "mug": "2"}
 
 
 ORANGE, BLACK, WHITE, GRAY = [230, 126, 34], [12, 12, 14], [250, 250, 246], [140, 140, 140]
@@ -121,7 +121,7 @@ def test_objects_have_their_own_colours():
     """The palette is for sessions that know no colours alone."""
     objects = [told_object("orange", 0.3, 0.2) | {"color": ORANGE}, told_object("cube", 0.3, 0.0)]
     away = told_object("can", 0.3, -0.3, takes_part=False) | {"color": BLACK}
-    scene = told(*objects, away)
+    scene = run_events(*objects, away)
     for markers in (markers_of_scene(scene), markers_of_candidate(scene, [[0.4, 0.1, 0.05], [0.1, 0.1, 0.05]], [])):
         color = {marker.label: marker.color for marker in markers}
         assert color == {"orange": tuple(ORANGE), "cube": color_of(1), "can": tuple(BLACK)}
@@ -135,7 +135,7 @@ def test_objects_have_their_own_colours():
 def test_what_takes_no_part_is_hatched_and_a_gray_thing_that_does_is_not():
     two = [told_object("block", 0.3, 0.2, size=0.2) | {"color": GRAY}]
     two.append(told_object("stone", 0.3, -0.2, size=0.2, takes_part=False) | {"color": GRAY})
-    lines = picture(markers_of_scene(told(*two)), TABLE, 42, 2**24)
+    lines = picture(markers_of_scene(run_events(*two)), TABLE, 42, 2**24)
 
     def inside(middle: int) -> set[tuple[int, int, int]]:
         return {color for row in (5, 8) for c in range(middle - 2, middle + 3) for color in backgrounds(lines[row], c)}
@@ -146,17 +146,17 @@ def test_what_takes_no_part_is_hatched_and_a_gray_thing_that_does_is_not():
 
 @pytest.mark.parametrize("color", [WHITE, [240, 222, 188]])  # as bright as the table, and as the table
 def test_an_object_as_bright_as_the_table_has_an_outline(color):
-    lines = picture(markers_of_scene(told(told_object("box", 0.3, 0.0, size=0.2) | {"color": color})), TABLE, 42, 2**24)
+    lines = picture(markers_of_scene(run_events(told_object("box", 0.3, 0.0, size=0.2) | {"color": color})), TABLE, 42, 2**24)
     found = {(row, c) for row, line in enumerate(lines) for c in range(42) if rim_of(color) in backgrounds(line, c)}
     assert {(5, 17), (5, 24), (8, 17), (8, 24)} <= found and not {(6, 19), (7, 22)} & found
 
 
 def test_two_objects_of_one_colour_that_touch_are_parted():
     pair = [told_object(name, 0.3, y, size=0.2) | {"color": [200, 30, 30]} for name, y in (("a", 0.1), ("b", -0.1))]
-    lines = picture(markers_of_scene(told(*pair)), TABLE, 42, 2**24)
+    lines = picture(markers_of_scene(run_events(*pair)), TABLE, 42, 2**24)
     seam = {c for c in range(42) if rim_of((200, 30, 30)) in backgrounds(lines[6], c)}
     assert seam and seam <= {20, 21}
-    alone = picture(markers_of_scene(told(pair[0])), TABLE, 42, 2**24)
+    alone = picture(markers_of_scene(run_events(pair[0])), TABLE, 42, 2**24)
     assert not any(rim_of((200, 30, 30)) in backgrounds(line, c) for line in alone for c in range(42))
 
 
@@ -172,52 +172,52 @@ def test_letters_and_outlines_contrast_with_the_colour(color):
 def test_sixteen_colours_call_a_colour_what_people_call_it(color, code):
     out = io.StringIO()
     console = Console(file=out, force_terminal=True, color_system="standard", width=80, _environ={})
-    console.print(legend(markers_of_scene(told(told_object("thing", 0.3, 0.0) | {"color": color})), 80, 16)[0])
+    console.print(legend(markers_of_scene(run_events(told_object("thing", 0.3, 0.0) | {"color": color})), 80, 16)[0])
     codes = {part for piece in out.getvalue().split("\x1b[")[1:] for part in piece.split("m")[0].split(";")}
     assert str(code) in codes
 
 
-def test_stacks_are_told_from_bottom_to_top():
+def test_stacks_are_reported_from_bottom_to_top():
     tower = [told_object(name, 0.1 + 0.15 * i, 0.0) for i, name in enumerate(("can", "box", "cup"))]
     apart = told_object("mug", 0.5, -0.4, takes_part=False)
-    markers = markers_of_candidate(told(*tower, apart), [[0.3, 0.2, 0.05], [0.3, 0.2, 0.25], [0.302, 0.2, 0.15]], [])
+    markers = markers_of_candidate(run_events(*tower, apart), [[0.3, 0.2, 0.05], [0.3, 0.2, 0.25], [0.302, 0.2, 0.15]], [])
     (stack,) = stacks(markers)
     assert [marker.label for marker in stack] == ["can", "cup", "box"] and stack_sentence(stack) == "2 on 3 on 1"
-    assert stacks(markers_of_scene(told(*tower, apart))) == []
+    assert stacks(markers_of_scene(run_events(*tower, apart))) == []
 
 
 def test_stacks_that_stand_on_the_table_now_are_stacks():
     objects = [told_object("plate", 0.3, 0.0, z=0.02, size=0.2), told_object("bowl", 0.3, 0.02, z=0.06)]
     objects += [told_object("fork", 0.3, -0.2, z=0.01), told_object("cube", 0.3, 0.06, z=0.12, size=0.04)]
-    (stack,) = stacks(markers_of_scene(told(*objects)))
+    (stack,) = stacks(markers_of_scene(run_events(*objects)))
     assert stack_sentence(stack) == "4 on 2 on 1"
     objects[3] = told_object("cube", 0.3, -0.07, z=0.06, size=0.04)
-    (stack,) = stacks(markers_of_scene(told(*objects)))
+    (stack,) = stacks(markers_of_scene(run_events(*objects)))
     assert stack_sentence(stack) == "2 on 1, 4 on 1"
 
 
 def test_what_is_only_pushed_over_another_is_no_stack():
     """It collides with it: nothing was lifted."""
     tall, flat = told_object("can", 0.3, 0.3, z=0.06), told_object("plate", 0.3, 0.0, z=0.01, size=0.2)
-    assert stacks(markers_of_candidate(told(tall, flat), [[0.3, 0.0, 0.06], [0.3, 0.0, 0.01]], [])) == []
-    assert stacks(markers_of_candidate(told(tall, flat), [[0.3, 0.0, 0.08], [0.3, 0.0, 0.01]], [])) != []
+    assert stacks(markers_of_candidate(run_events(tall, flat), [[0.3, 0.0, 0.06], [0.3, 0.0, 0.01]], [])) == []
+    assert stacks(markers_of_candidate(run_events(tall, flat), [[0.3, 0.0, 0.08], [0.3, 0.0, 0.01]], [])) != []
 
 
 @pytest.mark.parametrize("colors", [0, 16, 2**24])
 def test_a_stack_is_drawn_from_the_side_below_its_place(colors):
     tower = [told_object(name, 0.3, 0.3, z=0.05 + 0.1 * i, size=0.2 - 0.05 * i) for i, name in enumerate("abc")]
-    lines = [line.plain for line in side_view(markers_of_scene(told(*tower)), TABLE, 42, colors)]
+    lines = [line.plain for line in side_view(markers_of_scene(run_events(*tower)), TABLE, 42, colors)]
     assert lines[0] == "stacked: 3 on 2 on 1; from the side:" and {len(line) for line in lines[1:]} == {42}
     assert [line.strip(" []") for line in lines[1:4]] == ["3", "2", "1"]
     assert all(abs(line.index(letter) - 9) <= 1 for line, letter in zip(lines[1:4], "321", strict=True))
-    assert side_view(markers_of_scene(told(tower[0])), TABLE, 42, colors) == []
+    assert side_view(markers_of_scene(run_events(tower[0])), TABLE, 42, colors) == []
 
 
 def test_what_is_small_or_off_the_table_still_has_its_letter():
     thin = told_object("pen", 0.3, 0.4) | {"outline": [[0.2, 0.401], [0.4, 0.401], [0.4, 0.403]]}
     dot, gone = told_object("pea", 0.3, 0.0, size=0), told_object("ball", 0.9, -0.2)
     for colors in (0, 2**24):
-        lines = drawn(markers_of_scene(told(thin, dot, gone)), 12, colors)
+        lines = drawn(markers_of_scene(run_events(thin, dot, gone)), 12, colors)
         assert places(lines, "1") and places(lines, "2")
         assert {row for row, _ in places(lines, "3")} == {0}
 
@@ -237,7 +237,7 @@ def test_pictures_stand_side_by_side_as_many_as_fit():
 
 def test_legend_names_every_letter_and_wraps():
     objects = [told_object(f"red cup {i + 1}", 0.3, 0.0, z=1 - i / 10) for i in range(4)]
-    markers = markers_of_scene(told(*objects, told_object("banana", 0.1, 0.1, takes_part=False)))
+    markers = markers_of_scene(run_events(*objects, told_object("banana", 0.1, 0.1, takes_part=False)))
     lines = [line.plain for line in legend(markers, 24, 0)]
     assert lines == ["1 red cup 1  2 red cup 2", "3 red cup 3  4 red cup 4", "a banana"]
     colored = legend(markers, 80, 2**24)

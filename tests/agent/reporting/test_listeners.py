@@ -39,9 +39,9 @@ KEYS = {
 }  # fmt: skip
 
 
-def record_of(told) -> RunRecord:
+def record_of(run_events) -> RunRecord:
     record = RunRecord()
-    for event in told:
+    for event in run_events:
         record.on_event(event)
     return record
 
@@ -52,8 +52,8 @@ def test_report_has_every_key_before_anything_happened():
     assert not record.saw_something
 
 
-def test_report_keeps_everything_as_strict_json(told):
-    report = json.loads(record_of(told).json(), parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+def test_report_keeps_everything_as_strict_json(run_events):
+    report = json.loads(record_of(run_events).json(), parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
     assert report["schema_version"] == SCHEMA_VERSION
     assert report["parse"]["spec"]["shape"] == "circle" and report["parse"]["spec"]["rotation"] is None
     assert [seen["takes_part"] for seen in report["scene"]["objects"]] == [True, True, True, False]
@@ -72,8 +72,8 @@ def test_report_keeps_everything_as_strict_json(told):
     assert report["seconds"] == seconds
 
 
-def test_folder_has_report_page_and_pictures(told, tmp_path):
-    record = record_of(told)
+def test_folder_has_report_page_and_pictures(run_events, tmp_path):
+    record = record_of(run_events)
     page = record.write(tmp_path / "new" / "folder")
     assert page.name == "report.html"
     names = {path.name for path in page.parent.iterdir()}
@@ -83,25 +83,25 @@ def test_folder_has_report_page_and_pictures(told, tmp_path):
         assert Image.open(path).size[0] >= 64
 
 
-def test_pictures_of_an_earlier_run_are_removed_and_nothing_else(told, tmp_path):
-    record_of(told).write(tmp_path)
+def test_pictures_of_an_earlier_run_are_removed_and_nothing_else(run_events, tmp_path):
+    record_of(run_events).write(tmp_path)
     (tmp_path / "mine.webp").write_bytes(b"")
-    record_of([*told[:3], told[-2], told[-1]]).write(tmp_path)
+    record_of([*run_events[:3], run_events[-2], run_events[-1]]).write(tmp_path)
     assert {path.name for path in tmp_path.glob("*.webp")} == {"camera-before.webp", "scene-before.webp", "mine.webp"}
 
 
-def test_page_is_one_self_contained_file(told, tmp_path):
-    text = record_of(told).write(tmp_path).read_text(encoding="utf-8")
+def test_page_is_one_self_contained_file(run_events, tmp_path):
+    text = record_of(run_events).write(tmp_path).read_text(encoding="utf-8")
     sources = re.findall(r'(?:src|href)="([^"]*)"', text)
     assert sources and all(source.startswith("data:image/webp;base64,") for source in sources)
     assert "http" not in re.sub(r"base64,[^\"]*", "", text)
     assert "@import" not in text and "url(" not in text and "<script" not in text  # without a film
 
 
-def test_a_film_has_controls_and_its_last_picture_where_no_script_runs(told, tmp_path):
+def test_a_film_has_controls_and_its_last_picture_where_no_script_runs(run_events, tmp_path):
     frames = np.zeros((5, 48, 64, 3), np.uint8)
     frames[-1] = 200
-    text = record_of([*told[:-3], Filmed(1.5, frames), *told[-3:]]).write(tmp_path).read_text(encoding="utf-8")
+    text = record_of([*run_events[:-3], Filmed(1.5, frames), *run_events[-3:]]).write(tmp_path).read_text(encoding="utf-8")
     figure = re.search(r'<figure class="film" data-interval="1.500".*?</figure>', text, re.DOTALL).group()
     stills = json.loads(re.search(r'<script type="application/json">(.*?)</script>', figure).group(1))
     assert len(stills) == 5
@@ -116,8 +116,8 @@ def test_a_film_has_controls_and_its_last_picture_where_no_script_runs(told, tmp
     assert text.count("<script>") == 1 and "<script src" not in text and "fetch(" not in text
 
 
-def test_a_film_of_an_old_session_still_plays(told):
-    record = record_of(told)
+def test_a_film_of_an_old_session_still_plays(run_events):
+    record = record_of(run_events)
     first, *rest = (Image.new("RGB", (32, 24)) for _ in range(3))
     for number, picture in enumerate(rest):
         picture.paste((250, 250, 250), (8 * number, 0, 8 * number + 8, 8))
@@ -137,8 +137,8 @@ ENDINGS = [
 
 
 @pytest.mark.parametrize(("after", "look", "words"), ENDINGS)
-def test_talk_is_no_failure_on_the_page(told, after, look, words):
-    turn = record_of([told[0], *after]).turn
+def test_talk_is_no_failure_on_the_page(run_events, after, look, words):
+    turn = record_of([run_events[0], *after]).turn
     assert turn.outcome == f'<span class="badge {look}">{words}</span>'
     assert ("60 cm ahead" in turn.sections()) == (words == "Conversation" and bool(after))
 
@@ -146,33 +146,33 @@ def test_talk_is_no_failure_on_the_page(told, after, look, words):
 @pytest.mark.parametrize(
     ("lines", "words"), [(("n",), "Declined"), (("No.",), "Declined"), (("/why",), "Proposed, not built")]
 )
-def test_a_proposal_that_was_not_built_is_no_failure(told, lines, words):
-    turn = record_of([*told[:5], *map(Commanded, lines)]).turn
+def test_a_proposal_that_was_not_built_is_no_failure(run_events, lines, words):
+    turn = record_of([*run_events[:5], *map(Commanded, lines)]).turn
     assert turn.outcome == f'<span class="badge quiet">{words}</span>'
 
 
-def test_a_failure_stays_one(told):
-    assert 'badge bad">Not built' in record_of([*told, Answered("why?", "because")]).turn.outcome
-    stopped = [*told[:5], Failed("build", "interrupted", 130), Finished(False, 130, 3.0)]
+def test_a_failure_stays_one(run_events):
+    assert 'badge bad">Not built' in record_of([*run_events, Answered("why?", "because")]).turn.outcome
+    stopped = [*run_events[:5], Failed("build", "interrupted", 130), Finished(False, 130, 3.0)]
     assert 'badge quiet">Stopped' in record_of(stopped).turn.outcome
 
 
-def test_what_was_tried_without_the_arm_is_shown_and_said(told, tmp_path):
+def test_what_was_tried_without_the_arm_is_shown_and_said(run_events, tmp_path):
     tried = Tried(((0.4, 0.1, 0.03), (0.4, 0.1, 0.09), (0.5, 0.3, 0.03)), (0.0,) * 3)
     picture = Pictured("camera-tried", "the goal as it came to rest", np.full((48, 64, 3), 90, np.uint8))
     verdict = Checked(True, None, (), "everything stands as asked", "released", 0.4)
-    record = record_of([*told[:5], tried, picture, verdict, Finished(True, 0, 3.0)])
+    record = record_of([*run_events[:5], tried, picture, verdict, Finished(True, 0, 3.0)])
     text = record.write(tmp_path).read_text(encoding="utf-8")
-    assert "What was tried without the arm" in text and "the goal as it came to rest" in text
+    assert "Tried without the arm" in text and "the goal as it came to rest" in text
     assert "stacked: 2 on 1" in text and "It stands as" not in text and "the table is unchanged" in text
     out = io.StringIO()
     terminal = TerminalReport(Console(file=out, width=100))
-    for event in (*told[:5], tried, picture, verdict):
+    for event in (*run_events[:5], tried, picture, verdict):
         terminal.on_event(event)
     assert "It stands" not in out.getvalue() and "the table is unchanged." in out.getvalue()
 
 
-def test_a_slip_of_nothing_is_left_out(told):
+def test_a_slip_of_nothing_is_left_out(run_events):
     names = ["cup 1"]
     still = Picked(0, "cup 1", "side", 1, 2, "friction", 0.0003, 0.004).to_dict()
     assert arm_sentence(still, names) == "picked cup 1 (grasp: side): 2 fingers touch it"
@@ -182,8 +182,8 @@ def test_a_slip_of_nothing_is_left_out(told):
     assert arm_sentence(turned, names).endswith("it moved by 3 deg while they closed")
 
 
-def test_page_escapes_the_instruction(told, tmp_path):
-    text = record_of(told).write(tmp_path).read_text(encoding="utf-8")
+def test_page_escapes_the_instruction(run_events, tmp_path):
+    text = record_of(run_events).write(tmp_path).read_text(encoding="utf-8")
     assert "&lt;script&gt;" in text
 
 
@@ -208,69 +208,69 @@ class _Nesting(HTMLParser):
         assert tag in self.VOID or self.open.pop() == tag
 
 
-def test_page_is_well_formed_and_its_pictures_have_words(told, tmp_path):
+def test_page_is_well_formed_and_its_pictures_have_words(run_events, tmp_path):
     film = Filmed(0.8, np.zeros((3, 24, 32, 3), np.uint8))
-    page = record_of([*told[:-3], film, *told[-3:]]).write(tmp_path)
+    page = record_of([*run_events[:-3], film, *run_events[-3:]]).write(tmp_path)
     reader = _Nesting()
     reader.feed(page.read_text(encoding="utf-8"))
     assert not reader.open and not reader.wordless
 
 
-def test_page_shows_candidates_film_and_time(told, tmp_path):
+def test_page_shows_candidates_film_and_time(run_events, tmp_path):
     film = Filmed(0.8, np.zeros((3, 24, 32, 3), np.uint8))
-    text = record_of([*told[:-3], film, *told[-3:]]).write(tmp_path).read_text(encoding="utf-8")
-    for part in ("candidate 1 from above", "5 times as fast", "Where the time went", "✗ failed", "Not built"):
+    text = record_of([*run_events[:-3], film, *run_events[-3:]]).write(tmp_path).read_text(encoding="utf-8")
+    for part in ("candidate 1 from above", "5 times as fast", "Time by step", "✗ failed", "Not built"):
         assert part in text, part
     assert text.count('<figure class="candidate') == 6
 
 
-def test_remarks_are_kept_and_told_in_order(told, tmp_path):
+def test_remarks_are_kept_and_shown_in_order(run_events, tmp_path):
     remarks = [
         Asked("shape", "A circle or a line?", ("circle", "line")),
         Noted("the bowl is ours <b>now</b>"),
         Commanded("/undo"),
         Restored("undo", None, ("cup 1", "cup 2"), ("cup 2",)),
     ]
-    record = record_of([*told[:3], *remarks, Stopped(1, "cup 2", True, True), *told[-2:]])
+    record = record_of([*run_events[:3], *remarks, Stopped(1, "cup 2", True, True), *run_events[-2:]])
     assert [remark["kind"] for remark in record.report["remarks"]] == ["asked", "noted", "commanded", "restored"]
     assert [entry["kind"] for entry in record.report["arm"]] == ["stopped"]
     text, out = record.write(tmp_path).read_text(encoding="utf-8"), io.StringIO()
     terminal = TerminalReport(Console(file=out, width=100))
-    for event in (*told[:3], *remarks, Stopped(1, "cup 2", True, True)):
+    for event in (*run_events[:3], *remarks, Stopped(1, "cup 2", True, True)):
         terminal.on_event(event)
     for part in ("A circle or a line? 1) circle, 2) line", "/undo", "undo: put back cup 2", "set the cup 2 down"):
         assert part in text and part in out.getvalue(), part
     assert "ours &lt;b&gt;now" in text and "ours <b>now</b>" in out.getvalue()
 
 
-def test_an_interrupted_run_has_its_exit_code(told):
-    record = record_of([*told[:3], Failed("run", "interrupted", 130)])
+def test_an_interrupted_run_has_its_exit_code(run_events):
+    record = record_of([*run_events[:3], Failed("run", "interrupted", 130)])
     assert record.report["outcome"]["exit_code"] == 130
 
 
-def test_session_page_has_every_turn(told):
+def test_session_page_has_every_turn(run_events):
     session = Session("0.1.0", "2025-01-31T09:30:00+00:00", "Python", {}, ())
-    text = session_page(session, [record_of(told).turn, record_of(told[:1]).turn, RunRecord().turn])
+    text = session_page(session, [record_of(run_events).turn, record_of(run_events[:1]).turn, RunRecord().turn])
     for number in (1, 2, 3):
         assert text.count(f'href="#turn-{number}"') == text.count(f'id="turn-{number}"') == 1
     assert "before the first instruction" in text and "3 turns" in text
 
 
-def test_page_of_a_run_that_saw_only_the_scene(told, tmp_path):
-    text = record_of([*told[:3], told[-2], told[-1]]).write(tmp_path).read_text(encoding="utf-8")
-    assert "The scene before" in text and "What was imagined" not in text
+def test_page_of_a_run_that_saw_only_the_scene(run_events, tmp_path):
+    text = record_of([*run_events[:3], run_events[-2], run_events[-1]]).write(tmp_path).read_text(encoding="utf-8")
+    assert "Scene before" in text and "Proposals" not in text
 
 
-def test_report_into_a_file_is_a_usage_error(told, tmp_path):
+def test_report_into_a_file_is_a_usage_error(run_events, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(UsageError, match="cannot write the report into"):
-        record_of(told).write(tmp_path / "file" / "folder")
+        record_of(run_events).write(tmp_path / "file" / "folder")
 
 
-def test_terminal_tells_plain_text_where_there_is_no_terminal(told):
+def test_terminal_prints_plain_text_where_there_is_no_terminal(run_events):
     out = io.StringIO()
     terminal = TerminalReport(Console(file=out))
-    for event in told:
+    for event in run_events:
         terminal.on_event(event)
     text = out.getvalue()
     assert "\x1b" not in text
@@ -287,7 +287,7 @@ def test_terminal_tells_plain_text_where_there_is_no_terminal(told):
         assert part in text, part
 
 
-def test_terminal_does_not_read_markup_in_the_instruction(told):
+def test_terminal_does_not_read_markup_in_the_instruction(run_events):
     out = io.StringIO()
     from agent.events import Started
 

@@ -27,8 +27,8 @@ def rows_of(path) -> dict[str, list[dict]]:
         columns = {name: batch.column(name) for name in batch.schema.names if name == "physics" or ":" in name}
         if "physics" in columns:
             columns["physics"] = columns["physics"].cast("int64")  # nanoseconds
-        told = {name: column.to_pylist() for name, column in columns.items()}
-        rows[chunk.entity_path] += [dict(zip(told, row, strict=True)) for row in zip(*told.values(), strict=True)]
+        run_events = {name: column.to_pylist() for name, column in columns.items()}
+        rows[chunk.entity_path] += [dict(zip(run_events, row, strict=True)) for row in zip(*run_events.values(), strict=True)]
     return {entity: sorted(found, key=lambda row: row.get("physics", 0)) for entity, found in rows.items()}
 
 
@@ -94,10 +94,10 @@ def test_recording_has_clouds_camera_candidates_goal_objects_arm_and_story(recor
     seconds = [row["physics"] / 1e9 for row in link]
     assert np.allclose(np.diff(seconds), EVERY / 240)
 
-    told = [row["TextLog:text"][0] for row in rows["/story"]]
-    assert told[0] == "“put the box to the left”" and "chose candidate 1" in told
-    assert any(line.startswith("planned candidate 1") for line in told)
-    assert any(line.startswith("stopped") for line in told)
+    run_events = [row["TextLog:text"][0] for row in rows["/story"]]
+    assert run_events[0] == "“put the box to the left”" and "chose candidate 1" in run_events
+    assert any(line.startswith("planned candidate 1") for line in run_events)
+    assert any(line.startswith("stopped") for line in run_events)
 
 
 def test_without_rerun_it_says_how_to_install_it(monkeypatch, tmp_path):

@@ -1,4 +1,4 @@
-"""A session file keeps what was told, survives a kill, and is read back or refused with the line's number."""
+"""A session file keeps what happened, survives a kill, and is read back or refused with the line's number."""
 
 import io
 import json
@@ -11,7 +11,7 @@ from agent.cli.report import replay as replay_verb
 from agent.cli.report import report as report_verb
 from agent.errors import BadInput, UsageError
 from agent.reporting import session_reader
-from agent.reporting.event_schema import complaint, event_classes
+from agent.reporting.event_schema import event_classes, payload_error
 from agent.reporting.replay import records_of, replay
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_format import READABLE_VERSIONS
@@ -22,12 +22,12 @@ from tests.agent.event_log import EventLog
 
 
 @pytest.fixture
-def path(told, tmp_path):
+def path(run_events, tmp_path):
     """A session of one turn, with its pictures."""
     path = tmp_path / "kept" / "session.jsonl"
     with SessionWriter(path, {"seed": 0}) as session:
         record = RunRecord(session)
-        for event in told:
+        for event in run_events:
             record.on_event(event)
     return path
 
@@ -36,9 +36,9 @@ def lines_of(path) -> list[dict]:
     return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
 
 
-def test_session_gives_back_the_report_and_every_picture(told, path):
+def test_session_gives_back_the_report_and_every_picture(run_events, path):
     live = RunRecord()
-    for event in told:
+    for event in run_events:
         live.on_event(event)
     session = read_session(path)
     (record,) = records_of(session)
@@ -49,10 +49,10 @@ def test_session_gives_back_the_report_and_every_picture(told, path):
         assert Image.open(io.BytesIO(content)).format == "WEBP"
 
 
-def test_every_line_is_in_the_file_as_soon_as_it_is_told(told, tmp_path):
+def test_every_line_is_in_the_file_as_soon_as_it_is_sent(run_events, tmp_path):
     path = tmp_path / "session.jsonl"
     session = SessionWriter(path, {})
-    for number, event in enumerate(told, start=1):
+    for number, event in enumerate(run_events, start=1):
         session.on_event(event)
         assert len(lines_of(path)) == 1 + number
     session.close()
@@ -72,14 +72,14 @@ def test_torn_last_line_is_passed_over(path, cut):
     assert read_session(path).lines in (whole.lines, whole.lines[:-1])
 
 
-def test_a_torn_session_is_gone_on_with(told, path):
+def test_a_torn_session_is_continued(run_events, path):
     before = read_session(path)
     path.write_bytes(path.read_bytes()[:-20])
     with SessionWriter(path, {"seed": 1}) as session:
-        session.on_event(told[0])
+        session.on_event(run_events[0])
     after = read_session(path)
     assert after.lines[:-1] == before.lines[:-1]
-    assert after.lines[-1].event["instruction"] == told[0].instruction
+    assert after.lines[-1].event["instruction"] == run_events[0].instruction
     assert after.lines[-1].seconds >= before.lines[-2].seconds
     assert len(records_of(after)) == 2
 
@@ -87,33 +87,33 @@ def test_a_torn_session_is_gone_on_with(told, path):
 def test_other_files_are_not_written_into(tmp_path):
     notes = tmp_path / "notes.txt"
     notes.write_text("mine")
-    with pytest.raises(UsageError, match="notes.txt.*no session"):
+    with pytest.raises(UsageError, match="notes.txt.*not a session"):
         SessionWriter(notes, {})
     assert notes.read_text() == "mine"
     with pytest.raises(UsageError, match="cannot write the session"):
         SessionWriter(notes / "session.jsonl", {})
 
 
-def test_session_of_a_run_begins_with_what_it_saw_and_replaces_an_earlier_one(told, tmp_path):
+def test_session_of_a_run_begins_with_what_it_saw_and_replaces_an_earlier_one(run_events, tmp_path):
     with run_session(tmp_path / "out", {}) as session:
-        session.on_event(told[0])
-        session.on_event(told[-2])
+        session.on_event(run_events[0])
+        session.on_event(run_events[-2])
     assert not (tmp_path / "out").exists()
     for _ in range(2):
         with run_session(tmp_path / "out", {}) as session:
-            for event in told:
+            for event in run_events:
                 session.on_event(event)
-    kinds_told = [line.event["kind"] for line in read_session(tmp_path / "out" / "session.jsonl").lines]
-    assert kinds_told == [event.to_dict()["kind"] for event in told]
+    kinds = [line.event["kind"] for line in read_session(tmp_path / "out" / "session.jsonl").lines]
+    assert kinds == [event.to_dict()["kind"] for event in run_events]
 
 
-def test_keys_and_passwords_are_in_no_file(told, tmp_path):
+def test_keys_and_passwords_are_in_no_file(run_events, tmp_path):
     url = "https://someone:hunter2@models.example:8080/v1?key=hunter3"
     options = {"seed": 0, "reading": {"llm_url": url, "parser": "llm"}}
     path = tmp_path / "session.jsonl"
     with SessionWriter(path, options) as session:
         record = RunRecord(session)
-        for event in (events.Started("stack the cans", options), *told[1:]):
+        for event in (events.Started("stack the cans", options), *run_events[1:]):
             record.on_event(event)
     page = record.write(tmp_path / "report")
     for text in (path.read_text(), record.json(), page.read_text(encoding="utf-8")):
@@ -143,9 +143,9 @@ def test_addresses_are_shown_without_what_is_secret(address, shown):
         (1, "no JSON", ("no session",)),
         (1, '{"seconds": 0}', ("no session",)),
         (1, None, ("schema version 99", *map(str, READABLE_VERSIONS))),
-        (3, "{", ("line 3", "no JSON")),
+        (3, "{", ("line 3", "not JSON")),
         (3, "\xff", ("line 3",)),
-        (3, "[" * 100_000, ("line 3", "no JSON")),
+        (3, "[" * 100_000, ("line 3", "not JSON")),
         (3, "[1, 2]", ("line 3", "seconds")),
         (3, '{"seconds": -1, "event": {"kind": "noted", "message": ""}}', ("line 3", "seconds")),
         (3, '{"seconds": 1}', ("line 3", "event", "picture")),
@@ -174,30 +174,30 @@ def test_no_file_and_empty_file_are_bad_input(tmp_path):
         read_session(tmp_path / "empty.jsonl")
 
 
-def test_told_events_are_told_from_others(told):
-    for event in told:
-        assert complaint(event.to_dict()) is None
+def test_payloads_of_events_are_distinguished_from_other_objects(run_events):
+    for event in run_events:
+        assert payload_error(event.to_dict()) is None
     assert {"started", "stopped", "restored", "plan_failed", "finished"} <= event_classes().keys()
-    perceived = told[2].to_dict()
+    perceived = run_events[2].to_dict()
     perceived["objects"][1]["position"] = [0.1, "far", 0.0]
-    assert complaint(perceived) == "perceived.objects[1].position[1] must be a number"
+    assert payload_error(perceived) == "perceived.objects[1].position[1] must be a number"
     perceived["objects"][1]["position"] = [0.1, 0.0]
-    assert complaint(perceived) == "perceived.objects[1].position must have 3 entries"
-    assert complaint({"kind": "noted", "message": 3}) == "noted.message must be a string"
-    assert complaint({"kind": "failed", "step": "a", "message": "b", "exit_code": True}).endswith("a whole number")
-    assert "kind" in complaint(["noted"])
+    assert payload_error(perceived) == "perceived.objects[1].position must have 3 entries"
+    assert payload_error({"kind": "noted", "message": 3}) == "noted.message must be a string"
+    assert payload_error({"kind": "failed", "step": "a", "message": "b", "exit_code": True}).endswith("a whole number")
+    assert "kind" in payload_error(["noted"])
 
 
 @pytest.mark.parametrize(
     ("kind", "change", "part"),
     [
-        ("imagined", lambda told: told["candidates"][2]["positions"].pop(), "[2].positions must have 3 entries"),
-        ("imagined", lambda told: told["candidates"][1]["turns"].pop(), "candidates[1].turns must have 3 entries"),
-        ("imagined", lambda told: told.update(seconds=None), "imagined.seconds must be a number"),
-        ("imagined", lambda told: told.update(seconds=1e300), "imagined.seconds must be a number"),
-        ("chosen", lambda told: told["goals"][0].pop("name"), "chosen.goals[0].name must be a string"),
-        ("planned", lambda told: told["order"].append(1), "planned.grasps must have as many entries"),
-        ("planned", lambda told: told["order"].__setitem__(0, 3), "planned.order must have numbers from 0"),
+        ("imagined", lambda payload: payload["candidates"][2]["positions"].pop(), "[2].positions must have 3 entries"),
+        ("imagined", lambda payload: payload["candidates"][1]["turns"].pop(), "candidates[1].turns must have 3 entries"),
+        ("imagined", lambda payload: payload.update(seconds=None), "imagined.seconds must be a number"),
+        ("imagined", lambda payload: payload.update(seconds=1e300), "imagined.seconds must be a number"),
+        ("chosen", lambda payload: payload["goals"][0].pop("name"), "chosen.goals[0].name must be a string"),
+        ("planned", lambda payload: payload["order"].append(1), "planned.grasps must have as many entries"),
+        ("planned", lambda payload: payload["order"].__setitem__(0, 3), "planned.order must have numbers from 0"),
     ],
 )
 def test_what_does_not_go_with_the_scene_is_refused(path, kind, change, part):
@@ -210,7 +210,7 @@ def test_what_does_not_go_with_the_scene_is_refused(path, kind, change, part):
     assert f"line {number + 1} of" in str(caught.value) and part in str(caught.value)
 
 
-def test_what_was_tried_goes_with_the_scene(told, path):
+def test_what_was_tried_goes_with_the_scene(run_events, path):
     places = [[0.1, 0.2, 0.03]] * 3
     lines = lines_of(path)
     place = 1 + next(n for n, line in enumerate(lines) if line.get("event", {}).get("kind") == "chosen")
@@ -225,10 +225,10 @@ def test_what_was_tried_goes_with_the_scene(told, path):
                 read_session(path)
 
 
-def test_replay_tells_every_event_with_the_pauses_as_they_were(told, path):
+def test_replay_sends_every_event_with_the_pauses_as_they_were(run_events, path):
     session, again, pauses = read_session(path), EventLog(), []
     replay(session, again, speed=2.0, sleep=pauses.append)
-    assert [event.to_dict() for event in again] == [event.to_dict() for event in told]
+    assert [event.to_dict() for event in again] == [event.to_dict() for event in run_events]
     last = next(line for line in reversed(session.lines) if line.event is not None)
     assert sum(pauses) == pytest.approx(last.seconds / 2) and min(pauses) >= 0
 
@@ -245,11 +245,11 @@ def test_verbs_show_a_session_and_make_its_page(path, capsys):
     report_verb(path)
     assert capsys.readouterr().out == f"report: {path.with_suffix('.html')}\n"
     text = path.with_suffix(".html").read_text(encoding="utf-8")
-    assert "The scene before" in text and text.count("data:image/webp") >= 3
+    assert "Scene before" in text and text.count("data:image/webp") >= 3
 
 
 def test_verbs_refuse_what_makes_no_sense(path):
-    with pytest.raises(UsageError, match="--speed must be a number above 0, got 0"):
+    with pytest.raises(UsageError, match="--speed cannot be 0; legal: a number above 0"):
         replay_verb(path, speed=0.0)
     for target, what in ((path, "the session itself"), (path.parent, "a folder")):
         with pytest.raises(UsageError, match=what):
@@ -282,7 +282,7 @@ def test_a_session_that_is_too_large_is_refused(path, monkeypatch):
         read_session(path)
 
 
-def test_a_session_of_schema_version_1_is_read_and_continued(told, path):
+def test_a_session_of_schema_version_1_is_read_and_continued(run_events, path):
     current = read_session(path)
     lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
     lines[0]["schema_version"] = 1
@@ -294,7 +294,7 @@ def test_a_session_of_schema_version_1_is_read_and_continued(told, path):
     old = read_session(path)
     assert old.lines == current.lines
     with SessionWriter(path, {}) as session:
-        for event in told:
+        for event in run_events:
             session.on_event(event)
     both = [line.event for line in read_session(path).lines if line.event is not None]
     assert both == 2 * [line.event for line in current.lines if line.event is not None]

@@ -141,11 +141,11 @@ def through_the_shell(line: str, folder: Path) -> subprocess.CompletedProcess:
     ("line", "code", "sentence"),
     [
         ("structagent parse <&-", 2, "parse needs an instruction, as an argument or on standard input, one a line"),
-        ("structagent batch - --out closed <&-", 6, "the rows should come from standard input, and it is closed"),
+        ("structagent batch - --out closed <&-", 6, "the rows should come from standard input, which is closed"),
         ("structagent chat <&-", 2, "chat needs standard input, and it is closed"),
         ("structagent --version > /dev/full", 6, "'standard output': no space left on device"),
         ("structagent parse 'make a line' > /dev/full", 6, "'standard output': no space left on device"),
-        ("structagent run $'a line \\xff'", 6, f"the instruction 'a line {NO_TEXT}' has a byte that is no UTF-8 text"),
+        ("structagent run $'a line \\xff'", 6, f"the instruction 'a line {NO_TEXT}' has a byte that is not UTF-8 text"),
     ],
 )
 def test_a_stream_that_cannot_be_used_is_one_sentence(line, code, sentence, folder):

@@ -129,15 +129,15 @@ def test_a_table_with_nothing_on_it_is_no_scene(tmp_path):
 
 
 def test_a_run_over_a_recording_ends_as_a_run(bag):
-    told = list(run_instruction("put everything in a line", RunOptions(str(bag), model="geometric", execute=False)))
-    perceived = next(event for event in told if isinstance(event, events.Perceived))
+    happened = list(run_instruction("put everything in a line", RunOptions(str(bag), model="geometric", execute=False)))
+    perceived = next(event for event in happened if isinstance(event, events.Perceived))
     assert perceived.objects[0].display_name.startswith("object 1, red") and perceived.labelled.shape == (480, 640, 3)
-    checked = next(event for event in told if isinstance(event, events.Checked))
+    checked = next(event for event in happened if isinstance(event, events.Checked))
     assert checked.success and checked.on == "the twin's bodies"
-    assert told[-1].success
+    assert happened[-1].success
 
 
-def test_an_unknown_noun_is_told_with_what_would_help(bag):
+def test_an_unknown_noun_is_reported_with_what_would_help(bag):
     *_, failed, _ = run_instruction("stack the cups", RunOptions(str(bag), model="geometric", execute=False))
     assert "names 'cup'; there is only: object 1, red" in failed.message
     assert failed.message.endswith("--call 'object 1=cup' says what an object is")

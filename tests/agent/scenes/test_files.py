@@ -93,7 +93,7 @@ def test_a_file_that_is_no_text(scene, tmp_path):
     path = tmp_path / "scene.yaml"
     path.write_bytes(b"version: 1\n\xff\n")
     code, said, _ = scene("validate", path)
-    assert code == 6 and said == f"{path}:2: byte 0xff is no UTF-8 text\n"
+    assert code == 6 and said == f"{path}:2: byte 0xff is not UTF-8 text\n"
 
 
 def test_meshes_that_are_not_there_or_not_clear(tmp_path):
@@ -143,7 +143,7 @@ def test_what_would_fall_is_refused_and_what_is_stacked_is_not(tmp_path):
     assert "'mug' does not stay where it is put" in found[0][1] and "100 mm" in found[0][1]
 
 
-def test_everything_that_is_wrong_is_told_at_once(tmp_path):
+def test_everything_that_is_wrong_is_reported_at_once(tmp_path):
     found = problems(
         tmp_path,
         "mesh: ycb/mugg, x: 0.3, y: -0.3",  # line 3: no such mesh
@@ -207,7 +207,7 @@ def test_what_stands_on_an_object_that_is_off_the_table_or_in_another_is_not_jud
     assert [line for line, _ in found] == [3, 6]
 
 
-def test_the_same_object_twice_is_told_and_no_defect(tmp_path):
+def test_the_same_object_twice_is_reported_and_no_defect(tmp_path):
     line = "mesh: ycb/mug, x: 0.3, y: 0, name: a"
     found = problems(tmp_path, line, line)
     assert [line for line, _ in found] == [4, 4]
@@ -250,9 +250,9 @@ def test_pose_and_numbers_are_each_others_inverse(tmp_path):
 
 def test_a_drawn_scene_is_valid_and_loads_again_bit_for_bit(scene, tmp_path):
     path, again = tmp_path / "new" / "scene.yaml", tmp_path / "new" / "again.yaml"
-    code, _, told = scene("new", "--objects", "ycb", "--shape", "line", "--seed", 4, "--out", path)
-    assert code == 0 and str(path) in told
-    assert scene("validate", path)[:2] == (0, f"{path}: {len(load_scene(path))} objects, nothing wrong\n")
+    code, _, output = scene("new", "--objects", "ycb", "--shape", "line", "--seed", 4, "--out", path)
+    assert code == 0 and str(path) in output
+    assert scene("validate", path)[:2] == (0, f"{path}: {len(load_scene(path))} objects, no errors\n")
     assert scene("new", "--shape", "line", "--seed", 4)[1] == path.read_text()
 
     looks = []
@@ -292,7 +292,7 @@ def test_what_has_fallen_off_the_table_is_not_saved(tmp_path):
         assert [line.name for line in source.saved(table, tmp_path)] == ["Bob", "cup 3", "banana"]
 
 
-def test_show_tells_the_table_and_json(scene, tmp_path):
+def test_show_prints_the_table_and_json(scene, tmp_path):
     path = written(tmp_path / "scene.yaml", CUPS)
     code, said, _ = scene("show", path)
     rows = said.splitlines()

@@ -15,7 +15,7 @@ from agent.scenes.sources import DrawnSource, FileSource
 from agent.scenes.table_scene import TableScene
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, transform_points
 from structdiffusion.objects.procedural import procedural_object, procedural_objects
-from structdiffusion.simulation.world import ObservationError
+from structdiffusion.simulation.visible_points import ObservationError
 
 BLOCKS = [procedural_object("block", index) for index in range(3)]
 FOLDED = arm_model(DEFAULT_MODEL).folded
@@ -42,7 +42,7 @@ def cloud_of(table: TableScene, name: str):
     return next(cloud for cloud in (*scene.objects, *scene.distractors) if cloud.name == name)
 
 
-def test_a_look_tells_what_each_object_stands_on(stacked):
+def test_a_look_shows_what_each_object_stands_on(stacked):
     scene = stacked.look()
     assert [cloud.name for cloud in scene.objects] == ["block 1", "block 2"]
     assert [cloud.name for cloud in scene.distractors] == ["block 3"]

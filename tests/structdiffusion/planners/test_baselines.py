@@ -78,7 +78,7 @@ def scene():
 def test_every_learned_planner_proposes(weights, scene, name):
     planner, parts = load_planner(name, weights), PLANNERS[name]
     if name != "diffusion":  # imagination takes the most time, and is the same for all
-        planner.finish = replace(planner.finish, imagined=0)
+        planner.post_process = replace(planner.post_process, imagined=0)
     found = planner.propose(scene, GOAL, count=6, generator=generator())
     assert len(found) == 6
     for arrangement in found:
@@ -105,13 +105,13 @@ def test_names_say_what_planners_are_made_of(weights):
     assert isinstance(load_planner("geometric", weights), GeometricPlanner)
     for name, kind in (("cvae", CVAEPlanner), ("structformer", StructFormerPlanner)):
         plain, unranked, searching = (load_planner(name + end, weights) for end in ("", "-unranked", "+cem"))
-        assert isinstance(plain, kind) and plain.finish.ranker and not plain.search
-        assert not unranked.finish.ranker and not unranked.search
-        assert searching.finish.ranker and searching.search
+        assert isinstance(plain, kind) and plain.post_process.ranker and not plain.search
+        assert not unranked.post_process.ranker and not unranked.search
+        assert searching.post_process.ranker and searching.search
     guided = load_planner("diffusion-tokens+guidance8", weights)
-    assert guided.guidance == 8.0 and guided.guide and not guided.finish.ranker and not guided.sentence
+    assert guided.guidance == 8.0 and guided.guide and not guided.post_process.ranker and not guided.sentence
     unranked = load_planner("diffusion-unranked", weights)
-    assert unranked.sentence and not unranked.finish.ranker and not unranked.guidance
+    assert unranked.sentence and not unranked.post_process.ranker and not unranked.guidance
 
 
 def test_each_shape_has_its_network_and_an_open_one_asks_those_that_fit(weights, scene):

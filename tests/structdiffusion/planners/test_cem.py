@@ -8,8 +8,8 @@ from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.model import StructureConfig
 from structdiffusion.observation import Goal
 from structdiffusion.planners.cem import PoseSearch, maximise
-from structdiffusion.planners.generative import Observed, Samples
 from structdiffusion.planners.guidance import StructureScore
+from structdiffusion.planners.samples import EncodedScene, SampleBatch
 
 GOAL = Goal(StructureSpec("circle"))
 
@@ -49,12 +49,12 @@ def sampled():
     torch.manual_seed(0)
     model = PoseCVAE(CVAEConfig(width=32, layers=1, heads=2, feed_forward=48, points=16, point_width=16)).eval()
     given = model.fake_input(1, 4, generator())
-    seen = Observed([], given["clouds"][0], given["nouns"][0])
+    seen = EncodedScene([], given["clouds"][0], given["nouns"][0])
     order = torch.rand(8, 4, generator=generator(1)).argsort(dim=1)
     with torch.no_grad():
         told = given["clouds"], torch.ones(1, 4, dtype=torch.bool), given["nouns"]
         condition = model.condition(*told, words=given["words"]).repeat(8)
-        samples = Samples(condition, order, seen.clouds.mean(dim=1)[order])
+        samples = SampleBatch(condition, order, seen.clouds.mean(dim=1)[order])
         state = model(torch.randn(8, 32, generator=generator(2)), condition)
     return model, seen, samples, state
 

@@ -20,8 +20,8 @@ from structdiffusion.models.structure.model import StructureConfig
 from structdiffusion.observation import Goal
 from structdiffusion.planners.diffusion import DiffusionPlanner
 from structdiffusion.planners.factory import load_planner
-from structdiffusion.planners.generative import observed, place_orders
 from structdiffusion.planners.geometric import GeometricPlanner
+from structdiffusion.planners.samples import encode_scene, place_orders
 from structdiffusion.postprocessing.ranking import Ranker
 from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.simulation.world import TabletopWorld
@@ -119,7 +119,7 @@ def test_previews_lead_to_the_result(circle, folder):
     told = []
     planner = DiffusionPlanner(PoseDiffusion.from_pretrained(folder / "diffusion"), sentence=False, steps=7)
     goal = Goal(StructureSpec("circle"))
-    scene = observed(circle, goal, planner.model, False, generator())
+    scene = encode_scene(circle, goal, planner.model, False, generator())
     sampled = planner.sample(scene, goal, 3, generator(), lambda *step: told.append(step))
     assert sampled.motions.shape == (3, len(circle.objects), 4, 4) and sampled.frames.shape == (3, 4, 4)
     assert [step[:2] for step in told] == [(k, 7) for k in range(1, 8)]
@@ -145,7 +145,7 @@ def test_every_object_gets_the_motion_of_its_own_place(circle, folder):
         "decode_state": model.decode_state, "noun_ids": model.noun_ids,
     })()
     goal = Goal(StructureSpec("circle"))
-    scene = observed(circle, goal, model, False, generator())
+    scene = encode_scene(circle, goal, model, False, generator())
     sampled = planner.sample(scene, goal, count, generator())
     means = scene.clouds.mean(dim=1).numpy()
     orders = set()
@@ -208,7 +208,7 @@ def test_loading_says_what_is_missing(folder, tmp_path):
     with pytest.raises(CheckpointError, match="lacks diffusion, structure, collision, of which model"):
         load_planner("diffusion", tmp_path)
     planner = load_planner("diffusion-tokens", str(folder))
-    assert not planner.sentence and isinstance(planner.finish.ranker, Ranker)
+    assert not planner.sentence and isinstance(planner.post_process.ranker, Ranker)
 
 
 @pytest.mark.parametrize("name", ["diffusion", "structure", "collision"])
@@ -216,7 +216,7 @@ def test_loading_says_what_is_missing(folder, tmp_path):
 def test_weights_that_overflow_name_the_network(name, number, circle, folder):
     """Each number in the file is finite, and what is computed with them is not."""
     planner = load_planner("diffusion-tokens", folder)
-    ranker = planner.finish.ranker
+    ranker = planner.post_process.ranker
     network = {"diffusion": planner.model, "structure": ranker.structure, "collision": ranker.collision}[name]
     answering = "PoseDiffusion" if name == "diffusion" else name
     with torch.no_grad():

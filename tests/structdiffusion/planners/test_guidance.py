@@ -11,8 +11,8 @@ from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.model import StructureConfig
 from structdiffusion.observation import Goal, ObjectCloud
 from structdiffusion.planners.diffusion import DiffusionPlanner
-from structdiffusion.planners.generative import Observed, begin
 from structdiffusion.planners.guidance import StructureScore, guided
+from structdiffusion.planners.samples import EncodedScene, prepare_samples
 from structdiffusion.word_tokens import word_ids
 
 GOAL = Goal(StructureSpec("line", size="small"))
@@ -41,7 +41,7 @@ def seen():
     clouds = torch.rand(3, 256, 3, generator=generator()) * torch.tensor([0.06, 0.04, 0.1])
     clouds = clouds + torch.tensor([[0.4, -0.2, 0.0], [0.5, 0.0, 0.0], [0.3, 0.2, 0.0]])[:, None]
     objects = [estimate(ObjectCloud(f"box {i}", "box", cloud.numpy())) for i, cloud in enumerate(clouds)]
-    return Observed(objects, clouds, torch.tensor([1, 0, 2]))
+    return EncodedScene(objects, clouds, torch.tensor([1, 0, 2]))
 
 
 @pytest.mark.parametrize("prediction_type", ["epsilon", "v"])
@@ -49,18 +49,18 @@ def test_a_prediction_follows_from_the_clean_state_that_it_implies(prediction_ty
     scheduler = NoiseScheduler(200, prediction_type)
     prediction, sample = torch.randn(2, 6, 4, 9, generator=generator())
     steps = torch.tensor([0, 5, 50, 100, 150, 199])
-    clean = scheduler.predict_clean(prediction, steps, sample)
+    clean = scheduler.predict_original_sample(prediction, steps, sample)
     torch.testing.assert_close(scheduler.prediction_of(clean, steps, sample), prediction, atol=5e-3, rtol=1e-3)
     assert 0 < scheduler.noise_level(torch.tensor(0)) < 0.1 < 0.99 < scheduler.noise_level(torch.tensor(199)) < 1
 
 
 @torch.no_grad()
 def test_the_score_is_the_discriminators_of_the_moved_clouds_place_by_place(model, structure, seen):
-    samples = begin(model, seen, GOAL, False, 5, generator())
+    samples = prepare_samples(model, seen, GOAL, False, 5, generator())
     state = torch.randn(5, 4, 9, generator=generator(1))
     _, position, turn = model.decode_state(state)
     scores = StructureScore.of(structure, seen, samples, GOAL)(position, turn)
-    motions = samples.sampled(model, state).motions
+    motions = samples.decode(model, state).motions
     for k in range(5):
         moved = torch.from_numpy(motions[k]).float()
         moved = torch.einsum("nij,npj->npi", moved[:, :3, :3], seen.clouds) + moved[:, None, :3, 3]
@@ -113,7 +113,7 @@ def test_the_more_guidance_the_higher_the_score(model, structure, seen):
     def mean_score(weight):
         planner = DiffusionPlanner(model, sentence=False, steps=10, guide=structure, guidance=weight)
         motions = planner.sample(seen, GOAL, 16, generator()).motions
-        samples = begin(model, seen, GOAL, False, 16, generator())  # the same orders of the objects
+        samples = prepare_samples(model, seen, GOAL, False, 16, generator())  # the same orders of the objects
         moved = torch.from_numpy(motions).float()
         moved = moved[torch.arange(16)[:, None], samples.order]
         position = torch.einsum("knij,knj->kni", moved[..., :3, :3], samples.means) + moved[..., :3, 3]

@@ -8,8 +8,8 @@ from structdiffusion.completion.estimate import estimate
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.solids import assemble, box, circle_outline, prism, shell
 from structdiffusion.observation import Arrangement
-from structdiffusion.postprocessing.physics_reranking import tried_out
-from structdiffusion.postprocessing.physics_rollout import Imagination
+from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
+from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
 from structdiffusion.protocol.physical_stability import place_and_check
 from structdiffusion.simulation.world import TabletopWorld
 
@@ -47,7 +47,7 @@ def onto(lower: int, upper: int, height: float, off: float = 0.0) -> np.ndarray:
 def test_what_goes_into_a_vessel_is_let_down(models, scene):
     """The rim is where the camera sees the bowl end: from there the can would fall by 7 cm."""
     rim = estimate(scene.objects[0]).height
-    lowered = Imagination(scene).set_down(onto(0, 1, rim))
+    lowered = PhysicsRollout(scene).set_down(onto(0, 1, rim))
     assert 0.006 < lowered[1, 2, 3] < 0.03
     np.testing.assert_array_equal(lowered[[0, 2]], onto(0, 1, rim)[[0, 2]])
     first = place_and_check(models[:2], AT[:2], onto(0, 1, rim)[:2], TOWER)
@@ -58,7 +58,7 @@ def test_what_goes_into_a_vessel_is_let_down(models, scene):
 def test_what_would_be_inside_of_something_is_lifted_out_of_it(models, scene):
     """A block 3 cm deep in the bowl's walls, which are narrower than it."""
     deep = onto(0, 2, estimate(scene.objects[0]).height - 0.03)
-    lifted = Imagination(scene).set_down(deep)
+    lifted = PhysicsRollout(scene).set_down(deep)
     pair = [models[0], models[2]]
     before = place_and_check(pair, AT[::2], deep[[0, 2]], TOWER)
     after = place_and_check(pair, AT[::2], lifted[[0, 2]], TOWER)
@@ -67,19 +67,19 @@ def test_what_would_be_inside_of_something_is_lifted_out_of_it(models, scene):
 
 
 def test_what_lands_on_a_level_top_or_on_the_table_stays_where_it_is(models, scene):
-    imagination = Imagination(scene)
+    rollout = PhysicsRollout(scene)
     stacked, beside = onto(2, 0, 0.068), np.tile(np.eye(4), (3, 1, 1))
-    np.testing.assert_allclose(imagination.set_down(stacked), stacked, atol=0.003)  # the top is known to millimetres
-    np.testing.assert_array_equal(imagination.set_down(beside), beside)
+    np.testing.assert_allclose(rollout.set_down(stacked), stacked, atol=0.003)  # the top is known to millimetres
+    np.testing.assert_array_equal(rollout.set_down(beside), beside)
 
 
 def test_the_verdict_of_imagination_is_that_of_the_truth(models, scene):
     two = scene.select([0, 2])  # the bowl and the block; the can is a distractor
-    imagination = Imagination(two)
+    rollout = PhysicsRollout(two)
     for height, off, stands in ((0.064, 0.0, True), (0.064, 0.075, False), (0.03, 0.0, False), (0.0, 0.1, False)):
         motions = onto(2, 0, height, off)[[0, 2]]
         true = place_and_check([models[0], models[2]], [AT[0], AT[2]], motions, TOWER, others=[(models[1], AT[1])])
-        guessed = imagination.verdict(motions, TOWER)
+        guessed = rollout.verdict(motions, TOWER)
         assert true.success == guessed.success == stands
         assert true.failure == guessed.failure
 
@@ -91,7 +91,7 @@ def test_the_best_are_tried_until_enough_of_them_stand(scene):
     def tried(*motions, best=8, lowest=0.5):
         totals = np.linspace(0.9, lowest, len(motions))
         rows = [Arrangement(row, {"total": float(total)}) for row, total in zip(motions, totals)]
-        return tried_out(Imagination(two), rows, TOWER, best)
+        return rerank_by_physics(PhysicsRollout(two), rows, TOWER, best)
 
     found = tried(bad, good)
     assert [row.scores["imagined"] for row in found] == [1.0, 0.1]

@@ -32,6 +32,8 @@ class NearestPoints(torch.nn.Module):
 class Constant(torch.nn.Module):
     """A structure discriminator of a fixed opinion."""
 
+    kind, config = StructureDiscriminator.kind, StructureConfig()
+
     def forward(self, clouds, present, nouns, words):
         return torch.full((len(clouds),), math.log(4.0))  # 0.8
 

@@ -10,7 +10,8 @@ from structdiffusion.objects.model import ObjectModel
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.objects.solids import assemble, box, frustum
 from structdiffusion.observation import Table
-from structdiffusion.protocol.physical_stability import executable_order, place_and_check, semantic_checks
+from structdiffusion.protocol.physical_stability import executable_order, place_and_check
+from structdiffusion.protocol.world_checks import semantic_checks
 from structdiffusion.simulation.world import TabletopWorld
 
 LINE = StructureSpec("line")

@@ -14,7 +14,8 @@ from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.objects.rigid_body import hulls_file, mass_properties
 from structdiffusion.objects.solids import assemble, box, frustum, shell
 from structdiffusion.simulation.depth_camera import DepthCamera, measured_depth
-from structdiffusion.simulation.world import TABLE, ObservationError, TabletopWorld
+from structdiffusion.simulation.visible_points import ObservationError
+from structdiffusion.simulation.world import TABLE, TabletopWorld
 
 ROOT = Path(__file__).parents[3]
 

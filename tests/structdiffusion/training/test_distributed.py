@@ -8,9 +8,9 @@ import torch
 
 from structdiffusion.data.npz_files import DataFolderError
 from structdiffusion.models.checkpoint import CheckpointError
-from structdiffusion.training.distributed import Together, in_processes
+from structdiffusion.training.distributed import DistributedContext, in_processes
 from structdiffusion.training.loop import TrainingOptions, learning_rate, train
-from structdiffusion.training.run_record import Surroundings
+from structdiffusion.training.run_record import RunMetadata
 from tests.structdiffusion.toy import toy
 
 CPU = torch.device("cpu")
@@ -20,11 +20,11 @@ SEEDS = (5 * 1_000_003, 5 * 1_000_003 + 0x9E3779B1)
 
 def work(folder):
     """What each process does."""
-    together = Together(cpu=True)
+    distributed = DistributedContext(cpu=True)
     model, loss = toy()
-    surroundings = Surroundings("1.0", {}, 16)
-    list(train(model, loss, folder, OPTIONS, together.device, surroundings=surroundings, together=together))
-    together.end()
+    metadata = RunMetadata("1.0", {}, 16)
+    list(train(model, loss, folder, OPTIONS, distributed.device, metadata=metadata, distributed=distributed))
+    distributed.end()
 
 
 def fail(folder, error):
@@ -56,7 +56,7 @@ def test_two_processes_step_by_the_mean_of_their_gradients_and_one_goes_on_alone
 
     model, loss = toy()
     options = TrainingOptions(steps=9, learning_rate=2e-3, warmup=2, log_every=3, seed=5)
-    resumed = list(train(model, loss, tmp_path, options, CPU, surroundings=Surroundings("1.0", {}, 16)))
+    resumed = list(train(model, loss, tmp_path, options, CPU, metadata=RunMetadata("1.0", {}, 16)))
     assert [row.step for row in resumed] == [9]
     sessions = json.loads((tmp_path / "training.json").read_text())["sessions"]
     assert [(s["devices"], s["first_step"], s["last_step"]) for s in sessions] == [(2, 0, 6), (1, 6, 9)]

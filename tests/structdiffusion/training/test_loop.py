@@ -18,7 +18,7 @@ from structdiffusion.models.diffusion.model import DiffusionConfig
 from structdiffusion.models.diffusion.scheduler import NoiseScheduler
 from structdiffusion.training import loop
 from structdiffusion.training.loop import TrainingOptions, learning_rate, train
-from structdiffusion.training.run_record import Surroundings
+from structdiffusion.training.run_record import RunMetadata
 from tests.structdiffusion.toy import toy
 
 CPU = torch.device("cpu")
@@ -72,17 +72,17 @@ def test_a_finished_run_has_nothing_to_do_and_gives_its_weights(tmp_path):
 
 def test_what_cannot_be_gone_on_with_is_told(tmp_path):
     model, loss = toy()
-    surroundings = Surroundings("1.0", {"name": "toy"}, batch=16)
-    list(train(model, loss, tmp_path, replace(OPTIONS, steps=2), CPU, surroundings=surroundings))
+    metadata = RunMetadata("1.0", {"name": "toy"}, batch=16)
+    list(train(model, loss, tmp_path, replace(OPTIONS, steps=2), CPU, metadata=metadata))
     other = CollisionDiscriminator(CollisionConfig(width=16, layers=1, points=8))
-    with pytest.raises(CheckpointError, match="training_state.pt cannot be gone on with: it is torn, or not that"):
+    with pytest.raises(CheckpointError, match="training_state.pt cannot be resumed: it is torn, or not that"):
         list(train(other, loss, tmp_path, OPTIONS, CPU))
     (tmp_path / "training.json").write_text('{"sessions"')
     with pytest.raises(CheckpointError, match="training.json is no record of a training"):
-        list(train(model, loss, tmp_path, OPTIONS, CPU, surroundings=surroundings))
+        list(train(model, loss, tmp_path, OPTIONS, CPU, metadata=metadata))
     state = tmp_path / "training_state.pt"
     state.write_bytes(state.read_bytes()[:1000])
-    with pytest.raises(CheckpointError, match="training_state.pt cannot be gone on with"):
+    with pytest.raises(CheckpointError, match="training_state.pt cannot be resumed"):
         list(train(model, loss, tmp_path, OPTIONS, CPU))
 
 
@@ -113,7 +113,7 @@ def test_same_seed_same_weights(tmp_path):
 def test_one_device_takes_plain_steps(tmp_path):
     """The loop against one that is written out: nothing of several devices, records or precision touches its bits."""
     model, loss = toy()
-    list(train(model, loss, tmp_path, OPTIONS, CPU, surroundings=Surroundings("1.0", {}, 16)))
+    list(train(model, loss, tmp_path, OPTIONS, CPU, metadata=RunMetadata("1.0", {}, 16)))
     plain, loss = toy()
     optimizer = torch.optim.AdamW(plain.parameters(), lr=2e-3, weight_decay=0.01, fused=True)
     average = {name: tensor.clone() for name, tensor in plain.state_dict().items()}
@@ -131,10 +131,10 @@ def test_one_device_takes_plain_steps(tmp_path):
 
 
 def test_the_record_tells_sessions_speed_and_checksums(tmp_path):
-    here = Surroundings("1.0", {"name": "toys", "scenes": 7}, batch=16)
-    for steps, surroundings in ((20, here), (30, replace(here, version="1.1")), (40, replace(here, version="1.1"))):
+    here = RunMetadata("1.0", {"name": "toys", "scenes": 7}, batch=16)
+    for steps, metadata in ((20, here), (30, replace(here, version="1.1")), (40, replace(here, version="1.1"))):
         model, loss = toy()
-        list(train(model, loss, tmp_path, replace(OPTIONS, steps=steps), CPU, surroundings=surroundings))
+        list(train(model, loss, tmp_path, replace(OPTIONS, steps=steps), CPU, metadata=metadata))
     record = json.loads((tmp_path / "training.json").read_text())
     assert (record["kind"], record["parameters"], record["steps"]) == ("collision", parameter_count(model), 40)
     spans = [(s["version"], s["first_step"], s["last_step"], s["options"]["steps"]) for s in record["sessions"]]
@@ -152,13 +152,13 @@ def test_the_record_tells_sessions_speed_and_checksums(tmp_path):
 
 def test_a_run_that_was_only_interrupted_is_one_session(tmp_path):
     """Checkpoints come while it runs; whoever starts it again with the same words goes on with the same session."""
-    here, halfway = Surroundings("1.0", {}, 16), replace(OPTIONS, save_seconds=0.0)
+    here, halfway = RunMetadata("1.0", {}, 16), replace(OPTIONS, save_seconds=0.0)
     model, loss = toy()
-    run = train(model, loss, tmp_path, halfway, CPU, surroundings=here)
+    run = train(model, loss, tmp_path, halfway, CPU, metadata=here)
     assert [next(run).step, next(run).step] == [5, 10]
     run.close()  # the last checkpoint is that of step 10
     model, loss = toy()
-    list(train(model, loss, tmp_path, halfway, CPU, surroundings=here))
+    list(train(model, loss, tmp_path, halfway, CPU, metadata=here))
     (session,) = json.loads((tmp_path / "training.json").read_text())["sessions"]
     assert (session["first_step"], session["last_step"]) == (0, 20)
 
@@ -175,7 +175,7 @@ def test_seconds_without_a_record_are_not_a_later_sessions(tmp_path, monkeypatch
 
     list(train(model, slow, tmp_path, OPTIONS, CPU))  # a second and more, of which nobody keeps a record
     model, loss = toy()
-    list(train(model, loss, tmp_path, replace(OPTIONS, steps=30), CPU, surroundings=Surroundings("1.0", {}, 16)))
+    list(train(model, loss, tmp_path, replace(OPTIONS, steps=30), CPU, metadata=RunMetadata("1.0", {}, 16)))
     record = json.loads((tmp_path / "training.json").read_text())
     (session,) = record["sessions"]
     unrecorded = float(rows(tmp_path)[3]["seconds"])

@@ -15,9 +15,9 @@ from PIL import Image
 from agent.cli.app import command_line
 from agent.errors import BadInput, UsageError
 from agent.evaluation.success import measure
-from agent.evaluation.success.config import Asked
+from agent.evaluation.success.config import SuccessConfig
 from agent.evaluation.success.measure import measure_success
-from agent.evaluation.success.report import tell_success, write_success
+from agent.evaluation.success.report import print_success, write_success
 from agent.pipeline.resources import ResourceCache
 from agent.runtime.output_ownership import mark
 from structdiffusion.observation import Arrangement
@@ -36,16 +36,16 @@ def objects(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def asked(objects):
-    return Asked(str(objects), seed=20, candidates=4, top_k=3)
+def config(objects):
+    return SuccessConfig(str(objects), seed=20, candidates=4, top_k=3)
 
 
 @pytest.fixture(scope="module")
-def first(asked, tmp_path_factory):
+def first(config, tmp_path_factory):
     """A finished folder, its report, and what was said on the way."""
     out = tmp_path_factory.mktemp("evaluation") / "out"
     with contextlib.redirect_stderr(io.StringIO()) as said:
-        report = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=out)
+        report = measure_success(config, MODELS, STRUCTURES, 2, workers=0, out=out)
     return out, report, said.getvalue()
 
 
@@ -61,7 +61,7 @@ def timeless(report):
     return json.loads(text, object_hook=lambda row: {k: v for k, v in row.items() if not k.endswith("seconds")})
 
 
-def test_the_report_has_a_row_for_every_scene(first, asked):
+def test_the_report_has_a_row_for_every_scene(first, config):
     out, report, said = first
     (evaluation,) = report["evaluations"]
     rows = evaluation["scenes"]
@@ -76,34 +76,34 @@ def test_the_report_has_a_row_for_every_scene(first, asked):
     assert "4 of 4 scenes drawn in " in said and "4 of 4 rows in " in said  # no terminal, and yet not nothing
 
 
-def test_the_rows_are_the_same_with_more_workers(asked):
+def test_the_rows_are_the_same_with_more_workers(config):
     models = ["geometric", "geometric+imagined"]  # on one scene: two rows, and only those need workers to be started
-    alone, together = (measure_success(asked, models, ["line"], 1, workers=workers) for workers in (0, 2))
+    alone, together = (measure_success(config, models, ["line"], 1, workers=workers) for workers in (0, 2))
     assert (alone["resources"]["workers"], together["resources"]["workers"]) == (0, 2)
     assert timeless(together) == timeless(alone) and together["command"] == alone["command"]
 
 
-def test_the_rows_are_the_same_on_ray(first, asked):
-    report = measure_success(asked, MODELS, ["line"], 1, workers=1, ray="local")
+def test_the_rows_are_the_same_on_ray(first, config):
+    report = measure_success(config, MODELS, ["line"], 1, workers=1, ray="local")
     assert report["resources"]["ray"] and timeless(report)[0] == timeless(first[1])[0][:1]
 
 
-def test_what_is_there_is_not_computed_again(first, asked, finished, monkeypatch):
+def test_what_is_there_is_not_computed_again(first, config, finished, monkeypatch):
     journal = finished / "rows.jsonl"
     content = journal.read_bytes()
     journal.write_bytes(content[: content.rstrip(b"\n").rindex(b"\n") + 30])  # killed while it wrote the last row
     monkeypatch.setattr("structdiffusion.benchmark.scenes._MAX_DRAWS", 0)  # no scene is drawn anew
-    report = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=finished)
+    report = measure_success(config, MODELS, STRUCTURES, 2, workers=0, out=finished)
     assert report["resources"]["rows"] == 1 and timeless(report) == timeless(first[1])
-    again = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=finished)
+    again = measure_success(config, MODELS, STRUCTURES, 2, workers=0, out=finished)
     assert again["resources"]["rows"] == 0 and again["evaluations"] == report["evaluations"]
 
 
-def test_models_and_scenes_are_added(first, asked, finished):
-    more = measure_success(asked, ["geometric+imagined"], ["line"], 1, workers=0, out=finished)
+def test_models_and_scenes_are_added(first, config, finished):
+    more = measure_success(config, ["geometric+imagined"], ["line"], 1, workers=0, out=finished)
     assert [evaluation["about"]["model"] for evaluation in more["evaluations"]] == ["geometric", "geometric+imagined"]
     assert more["resources"]["rows"] == 1 and timeless(more)[0] == timeless(first[1])[0]
-    report = measure_success(asked, MODELS, ["tower"], 3, workers=0, out=finished)
+    report = measure_success(config, MODELS, ["tower"], 3, workers=0, out=finished)
     assert report["resources"]["rows"] == 1 and "--scenes 3" in report["command"]
     assert [len(evaluation["scenes"]) for evaluation in report["evaluations"]] == [5, 1]
 
@@ -118,9 +118,9 @@ def test_models_and_scenes_are_added(first, asked, finished):
         ({"camera": "left"}, "with --camera robot, not with --camera left"),
     ],
 )
-def test_another_command_is_refused(asked, finished, changed, said):
+def test_another_command_is_refused(config, finished, changed, said):
     with pytest.raises(UsageError, match=f"holds an evaluation {said}; choose another --out"):
-        measure_success(replace(asked, **changed), MODELS, STRUCTURES, 2, workers=0, out=finished)
+        measure_success(replace(config, **changed), MODELS, STRUCTURES, 2, workers=0, out=finished)
 
 
 def test_other_objects_of_the_same_name_are_refused(tmp_path):
@@ -128,46 +128,46 @@ def test_other_objects_of_the_same_name_are_refused(tmp_path):
     objects.mkdir()
     for number in range(3):
         trimesh.creation.box((0.05, 0.05, 0.05)).export(objects / f"box_{number}.stl")
-    asked, out = Asked(str(objects), candidates=1, top_k=1), tmp_path / "out"
-    measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)
+    config, out = SuccessConfig(str(objects), candidates=1, top_k=1), tmp_path / "out"
+    measure_success(config, MODELS, ["line"], 1, workers=0, out=out)
     trimesh.creation.box((0.05, 0.05, 0.06)).export(objects / "box_0.stl")
     with pytest.raises(UsageError, match="with other objects of that name, which have changed since"):
-        measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)
+        measure_success(config, MODELS, ["line"], 1, workers=0, out=out)
 
 
-def test_rows_of_other_code_are_refused(asked, finished, monkeypatch):
-    monkeypatch.setattr("agent.evaluation.result_store._checksum_of_code", lambda *packages: "other")
-    with pytest.raises(UsageError, match="holds an evaluation by other code, and rows of both may not mix"):
-        measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=finished)
+def test_rows_of_other_code_are_refused(config, finished, monkeypatch):
+    monkeypatch.setattr("agent.evaluation.result_store.checksum_of_code", lambda *packages: "other")
+    with pytest.raises(UsageError, match="holds an evaluation by other code, and rows of both cannot be mixed"):
+        measure_success(config, MODELS, STRUCTURES, 2, workers=0, out=finished)
 
 
-def test_networks_may_be_added_and_those_in_use_not_changed(asked, tmp_path, monkeypatch):
+def test_networks_may_be_added_and_those_in_use_not_changed(config, tmp_path, monkeypatch):
     weights, out, used = tmp_path / "weights", tmp_path / "out", []
     monkeypatch.setattr("agent.evaluation.result_store.networks_of", lambda model: used)  # a geometric planner needs none
-    asked = replace(asked, weights=weights, candidates=1, top_k=1)
+    config = replace(config, weights=weights, candidates=1, top_k=1)
     for name in ("one", "two"):
         used.append(name)
         (weights / name).mkdir(parents=True)
         (weights / name / "model.safetensors").write_bytes(name.encode())
-        report = measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)
+        report = measure_success(config, MODELS, ["line"], 1, workers=0, out=out)
     assert report["resources"]["rows"] == 0
     (weights / "one" / "model.safetensors").write_bytes(b"three")
     with pytest.raises(UsageError, match="other weights of the network 'one', which have changed since"):
-        measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)
+        measure_success(config, MODELS, ["line"], 1, workers=0, out=out)
     used.remove("one")
-    assert measure_success(asked, MODELS, ["line"], 1, workers=0, out=out)["resources"]["rows"] == 0
+    assert measure_success(config, MODELS, ["line"], 1, workers=0, out=out)["resources"]["rows"] == 0
 
 
-def test_a_folder_of_something_else_is_left_alone(asked, tmp_path):
+def test_a_folder_of_something_else_is_left_alone(config, tmp_path):
     (tmp_path / "rows.jsonl").write_text('{"id": 1}\n')
     with pytest.raises(UsageError, match="holds files that structagent did not write as the output of an evaluation"):
-        measure_success(asked, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
+        measure_success(config, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
     mark(tmp_path, "evaluation", ("rows.jsonl",))
     with pytest.raises(BadInput, match="has rows.jsonl but no about.json; choose another --out"):
-        measure_success(asked, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
+        measure_success(config, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
     (tmp_path / "about.json").write_text("[]")
     with pytest.raises(BadInput, match="about.json' is not that of an evaluation"):
-        measure_success(asked, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
+        measure_success(config, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -175,7 +175,7 @@ def test_a_folder_of_something_else_is_left_alone(asked, tmp_path):
     [("diffusion", 64), ("cvae+cem-unranked", 64), ("diffusion-unranked", 5), ("diffusion-tokens-best16", 16)],
 )
 def test_who_does_not_choose_proposes_no_more_than_is_tried(model, asked_for):
-    assert Asked("ycb").candidates_of(model) == asked_for
+    assert SuccessConfig("ycb").candidates_of(model) == asked_for
 
 
 class _Failing:
@@ -187,11 +187,11 @@ class _Failing:
         return [Arrangement(motions)]
 
 
-def test_failures_are_pictured(asked, tmp_path, monkeypatch):
+def test_failures_are_pictured(config, tmp_path, monkeypatch):
     monkeypatch.setattr(ResourceCache, "planner", lambda *_: _Failing())
     out = tmp_path / "out"
     for most in (0, 3, 3):
-        report = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=out, pictures=most)
+        report = measure_success(config, MODELS, STRUCTURES, 2, workers=0, out=out, pictures=most)
     (evaluation,) = report["evaluations"]
     assert evaluation["aggregate"]["all"]["failures"]["intersection"]["count"] == 4
     names = sorted(path.name for path in (out / "failures").iterdir())
@@ -203,7 +203,7 @@ def test_failures_are_pictured(asked, tmp_path, monkeypatch):
         assert (pixels[400:].max(axis=2) < 100).sum() > 500  # the caption
     with pytest.MonkeyPatch.context() as patch:  # what is there is not drawn again
         patch.setattr(TabletopWorld, "picture", None)
-        measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=out, pictures=3)
+        measure_success(config, MODELS, STRUCTURES, 2, workers=0, out=out, pictures=3)
 
 
 def test_the_command(objects, tmp_path, capsys):
@@ -247,31 +247,31 @@ def test_a_folder_in_place_of_a_file(objects, tmp_path, capsys, name):
     assert f"'{tmp_path}/{name}' is a folder, and must be a file; choose another --out" in capsys.readouterr().err
 
 
-def test_a_file_in_place_of_the_folder_of_pictures(asked, tmp_path):
+def test_a_file_in_place_of_the_folder_of_pictures(config, tmp_path):
     (tmp_path / "failures").touch()
     with pytest.raises(BadInput, match="failures' is a file, and must be a folder; choose another --out"):
-        measure_success(asked, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
+        measure_success(config, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
 
 
-def row_but_for_the_first_line(asked, loaded, job):
+def row_but_for_the_first_line(config, loaded, job):
     name, scene = job
     if (scene.structure, scene.number) == ("line", 0):
         os._exit(9)
-    return measure._row(asked, loaded, job)
+    return measure._solve_scene(config, loaded, job)
 
 
 def drawn_but_for_towers(seed, conditions, library, job):
     if job[0][0] == "tower":
         os._exit(9)
-    return measure._drawn(seed, conditions, library, job)
+    return measure._draw_scene(seed, conditions, library, job)
 
 
-def test_a_worker_that_dies_costs_its_row_and_the_same_command_tries_it_again(first, asked, tmp_path, monkeypatch):
+def test_a_worker_that_dies_costs_its_row_and_the_same_command_tries_it_again(first, config, tmp_path, monkeypatch):
     out = tmp_path / "out"
     with monkeypatch.context() as patched:
-        patched.setattr("agent.evaluation.success.measure._row", row_but_for_the_first_line)
-        patched.setattr("agent.evaluation.success.measure._drawn", drawn_but_for_towers)
-        report = measure_success(asked, MODELS, STRUCTURES, 2, workers=2, out=out)
+        patched.setattr("agent.evaluation.success.measure._solve_scene", row_but_for_the_first_line)
+        patched.setattr("agent.evaluation.success.measure._draw_scene", drawn_but_for_towers)
+        report = measure_success(config, MODELS, STRUCTURES, 2, workers=2, out=out)
     (evaluation,) = report["evaluations"]
     rows = {(row["structure"], row["number"]): row for row in evaluation["scenes"]}
     assert list(rows) == [("line", 0), ("line", 1), ("tower", 0), ("tower", 1)]
@@ -282,13 +282,13 @@ def test_a_worker_that_dies_costs_its_row_and_the_same_command_tries_it_again(fi
     assert (every["n"], every["lost"]["count"]) == (4, 3)
     assert every["plan_seconds"] == pytest.approx(rows["line", 1]["plan_seconds"])
     table = io.StringIO()
-    tell_success(report, table)
+    print_success(report, table)
     assert "worker died" in table.getvalue().splitlines()[0] and "3 rows are missing" in table.getvalue()
     assert all(path.is_file() for path in write_success(report, out))
     assert "| worker died |" in (out / "tables.md").read_text()
 
-    again = measure_success(asked, MODELS, STRUCTURES, 2, workers=0, out=out)
+    again = measure_success(config, MODELS, STRUCTURES, 2, workers=0, out=out)
     assert again["resources"]["rows"] == 3 and timeless(again) == timeless(first[1])
     table = io.StringIO()
-    tell_success(again, table)
+    print_success(again, table)
     assert "worker died" not in table.getvalue()

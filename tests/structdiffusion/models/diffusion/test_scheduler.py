@@ -17,7 +17,7 @@ def test_the_target_leads_back_to_the_clean_sample(kind):
     clean, noise = sample()
     scheduler, every = NoiseScheduler(STEPS, kind), torch.arange(STEPS)
     noisy = scheduler.add_noise(clean, noise, every)
-    found = scheduler.predict_clean(scheduler.target(clean, noise, every), every, noisy)
+    found = scheduler.predict_original_sample(scheduler.target(clean, noise, every), every, noisy)
     torch.testing.assert_close(found, clean)
 
 
@@ -27,7 +27,7 @@ def test_noise_grows_and_the_signal_is_gone_at_the_end():
     noisy = scheduler.add_noise(clean, noise, torch.arange(STEPS))
     distance = (noisy - clean).flatten(1).norm(dim=1) / clean.flatten(1).norm(dim=1)
     assert distance[0] < 0.05
-    cumulative = scheduler.alphas_cumulative
+    cumulative = scheduler.alphas_cumprod
     assert (cumulative[1:] < cumulative[:-1]).all()
     assert cumulative[-1].sqrt() < 0.01
     # Unit variance in, unit variance out, at every step.
@@ -46,8 +46,8 @@ def test_ddim_with_the_true_prediction_recovers_the_clean_sample(kind, count):
         # On the exact path the noise stays what it was, so that every sample is known in closed form.
         torch.testing.assert_close(state, scheduler.add_noise(clean, noise, timestep.expand(2)), atol=1e-5, rtol=0)
         step = scheduler.step(scheduler.target(clean, noise, timestep.expand(2)), index, state)
-        torch.testing.assert_close(step.predicted_clean, clean, atol=1e-4, rtol=0)
-        state = step.previous
+        torch.testing.assert_close(step.pred_original_sample, clean, atol=1e-4, rtol=0)
+        state = step.prev_sample
     torch.testing.assert_close(state, clean, atol=1e-4, rtol=0)
 
 
@@ -68,8 +68,8 @@ def test_ddpm_has_the_textbook_posterior(t):
     mean = (state - beta / (1 - bar).sqrt() * epsilon) / (1 - beta).sqrt()
     variance = beta * (1 - bar_before) / (1 - bar)
     deviation = float(variance.sqrt())
-    assert float(step.previous.mean()) == pytest.approx(float(mean), abs=5 * deviation / draws**0.5 + 1e-6)
-    assert float(step.previous.std()) == pytest.approx(deviation, rel=0.02)
+    assert float(step.prev_sample.mean()) == pytest.approx(float(mean), abs=5 * deviation / draws**0.5 + 1e-6)
+    assert float(step.prev_sample.std()) == pytest.approx(deviation, rel=0.02)
 
 
 def test_ddpm_over_skipped_steps_keeps_the_marginal():
@@ -81,8 +81,8 @@ def test_ddpm_over_skipped_steps_keeps_the_marginal():
     noise = torch.randn(clean.shape, generator=generator, dtype=torch.float64)
     now, after = scheduler.timesteps[4], scheduler.timesteps[5]
     state = scheduler.add_noise(clean, noise, now.expand(len(clean)))
-    previous = scheduler.step(noise, 4, state, generator).previous
-    bar = scheduler.alphas_cumulative[after]
+    previous = scheduler.step(noise, 4, state, generator).prev_sample
+    bar = scheduler.alphas_cumprod[after]
     assert float(previous.mean()) == pytest.approx(1.5 * float(bar.sqrt()), abs=0.02)
     assert float(previous.std()) == pytest.approx(float((1 - bar).sqrt()), rel=0.02)
 
@@ -92,11 +92,11 @@ def test_ddpm_draws_from_its_generator_alone_and_not_at_the_end():
     scheduler.set_timesteps(5, "ddpm")
     state = torch.ones(2, 4)
     first, second, other = (
-        scheduler.step(state, 0, state, torch.Generator().manual_seed(seed)).previous for seed in (1, 1, 2)
+        scheduler.step(state, 0, state, torch.Generator().manual_seed(seed)).prev_sample for seed in (1, 1, 2)
     )
     assert torch.equal(first, second) and not torch.equal(first, other)
     last = scheduler.step(state, 4, state, torch.Generator().manual_seed(1))
-    assert torch.equal(last.previous, last.predicted_clean)
+    assert torch.equal(last.prev_sample, last.pred_original_sample)
 
 
 @pytest.mark.parametrize("count", [0, -3, STEPS + 1])

@@ -1,0 +1,24 @@
+"""`structagent evaluate`: the group of all evaluations."""
+
+from __future__ import annotations
+
+import typer
+
+from agent.cli.evaluate.components import completion, coverage, discriminators
+from agent.cli.evaluate.language import language, parse
+from agent.cli.evaluate.latency import chat
+from agent.cli.evaluate.planners import arm, recordings, success
+
+evaluate_app = typer.Typer(rich_markup_mode=None)
+
+
+@evaluate_app.callback()
+def _evaluate() -> None:
+    """Measure planners, parsers and their parts.
+
+    Example: structagent evaluate success --objects ycb --scenes 50
+    """
+
+
+for _command in (success, arm, recordings, completion, parse, language, discriminators, coverage, chat):
+    evaluate_app.command(_command.__name__)(_command)

@@ -1,0 +1,91 @@
+"""`structagent evaluate completion`, `discriminators` and `coverage`: single parts of the pipeline."""
+
+from __future__ import annotations
+
+import os
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from agent.cli.evaluate.options import ProcessesOption, ReportOption, ScenesOption, finish
+from agent.cli.options import JsonOption, ModelOption, ObjectsOption, SeedOption, UnverifiedOption, WeightsOption
+from agent.runtime.output_paths import check_file
+from agent.runtime.stdio import import_pybullet_silently
+
+_CORES = max(1, os.cpu_count() or 1)
+
+
+def completion(
+    objects: ObjectsOption = "ycb",
+    scenes: ScenesOption = 10,
+    seed: SeedOption = 0,
+    workers: ProcessesOption = _CORES,
+    out: ReportOption = None,
+    json_output: JsonOption = False,
+) -> None:
+    """Compare methods of shape completion.
+
+    The unseen sides of objects are completed by all methods, and compared with the true shapes.
+
+    Example: structagent evaluate completion --objects ycb --scenes 10
+    """
+    check_file(out)
+    import_pybullet_silently()
+    from agent.evaluation.completion import measure_completion, print_completion
+
+    finish(partial(measure_completion, objects, scenes, seed, workers), print_completion, out, json_output)
+
+
+def discriminators(
+    data: Annotated[
+        Path, typer.Option(metavar="DIR", help="Data of `structagent generate` that was not used for training.")
+    ],
+    weights: WeightsOption = None,
+    allow_unverified: UnverifiedOption = False,
+    examples: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Number of examples for each discriminator.")
+    ] = 3000,
+    seed: SeedOption = 0,
+    out: ReportOption = None,
+    json_output: JsonOption = False,
+) -> None:
+    """Measure how often the discriminators are right.
+
+    Scenes and pairs of objects that were not used for training are judged.
+
+    Example: structagent evaluate discriminators --data data/validation
+    """
+    check_file(out)
+    import_pybullet_silently()
+    from agent.evaluation.discriminators import measure_discriminators, print_discriminators
+
+    measure = partial(measure_discriminators, data, weights, examples, seed, allow_unverified)
+    finish(measure, print_discriminators, out, json_output)
+
+
+def coverage(
+    objects: ObjectsOption = "ycb",
+    model: ModelOption = "diffusion",
+    weights: WeightsOption = None,
+    allow_unverified: UnverifiedOption = False,
+    scenes: ScenesOption = 10,
+    seed: SeedOption = 0,
+    candidates: Annotated[int, typer.Option(metavar="N", min=2, help="Arrangements to propose per scene.")] = 64,
+    workers: ProcessesOption = _CORES,
+    out: ReportOption = None,
+    json_output: JsonOption = False,
+) -> None:
+    """Measure the diversity of proposed arrangements.
+
+    Reports how evenly they spread over the values of the slots that the instruction leaves open.
+
+    Example: structagent evaluate coverage --objects ycb --scenes 10
+    """
+    check_file(out)
+    import_pybullet_silently()
+    from agent.evaluation.coverage import measure_coverage, print_coverage
+
+    options = (objects, model, weights, scenes, seed, candidates, workers, allow_unverified)
+    finish(partial(measure_coverage, *options), print_coverage, out, json_output)

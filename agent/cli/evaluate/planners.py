@@ -1,0 +1,164 @@
+"""`structagent evaluate success`, `arm` and `recordings`: arrangements and builds, judged in physics."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from agent.cli.evaluate.options import CandidatesOption, RowsOption, ScenesOption, finish
+from agent.cli.options import (
+    ForceOutOption,
+    JsonOption,
+    ModelOption,
+    ModelsOption,
+    ObjectsOption,
+    PoolOption,
+    RayOption,
+    SeedOption,
+    UnverifiedOption,
+    WeightsOption,
+)
+from agent.runtime.output_ownership import claim_folder
+from agent.runtime.stdio import import_pybullet_silently
+from grounding.spec import SHAPES
+
+
+def success(
+    objects: ObjectsOption = "ycb",
+    model: ModelsOption = None,
+    weights: WeightsOption = None,
+    allow_unverified: UnverifiedOption = False,
+    structure: Annotated[
+        list[str] | None,
+        typer.Option(metavar="|".join(SHAPES), help="Structure to measure. Repeatable.  [default: all]"),
+    ] = None,
+    scenes: ScenesOption = 50,
+    seed: SeedOption = 0,
+    candidates: Annotated[
+        int,
+        typer.Option(metavar="N", min=1, help="Arrangements to propose per scene, by planners that choose among them."),
+    ] = 64,
+    top_k: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, help="Largest k of success@k; by default 5, or --candidates if that is less."),
+    ] = None,
+    objects_per_scene: Annotated[
+        str | None,
+        typer.Option(metavar="LOW-HIGH", help="Number of objects in the structure; by default as in training."),
+    ] = None,
+    table: Annotated[
+        str | None, typer.Option(metavar="DEPTHxBREADTH", help="Size of the table, m; by default 0.54x0.90.")
+    ] = None,
+    camera: Annotated[
+        str, typer.Option(metavar="robot|opposite|left|right", help="Side of the table from which the camera looks.")
+    ] = "robot",
+    workers: PoolOption = None,
+    ray: RayOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for rows, tables, plots and pictures; an evaluation in it is resumed."),
+    ] = None,
+    force: ForceOutOption = False,
+    pictures: Annotated[
+        int,
+        typer.Option(metavar="N", min=0, help="With --out: largest number of pictures per planner and failure class."),
+    ] = 5,
+    json_output: JsonOption = False,
+) -> None:
+    """Measure how often planned structures stand.
+
+    The best-ranked arrangement of each scene is released in physics, object by object and without the arm. All planners
+    get the same scenes.
+
+    \b
+    DIR gets rows.jsonl with a row per planner and scene: the same command resumes an
+    evaluation that was stopped, and one with more planners or scenes adds to it. At the
+    end eval.json, tables.md, success_at_k.png and failures.png report all rows, and
+    failures/ has pictures of failed arrangements.
+
+    Example: structagent evaluate success --objects ycb --model diffusion --model geometric --out out/success
+    """
+    claim_folder(out, "evaluation", force)
+    import_pybullet_silently()
+    from agent.evaluation.success.config import TOP_K, SuccessConfig
+    from agent.evaluation.success.measure import checked_structures, measure_success
+    from agent.evaluation.success.report import print_success, write_success
+
+    most = min(TOP_K, candidates) if top_k is None else top_k
+    config = SuccessConfig(objects, weights, seed, candidates, most, objects_per_scene, table, camera, allow_unverified)
+    structures = checked_structures(structure)
+    options = {"workers": workers, "ray": ray, "out": out, "pictures": pictures}
+    measure = partial(measure_success, config, model or ["diffusion"], structures, scenes, **options)
+    finish(measure, print_success, out, json_output, write_success)
+
+
+def arm(
+    objects: ObjectsOption = "ycb",
+    model: ModelOption = "diffusion",
+    weights: WeightsOption = None,
+    allow_unverified: UnverifiedOption = False,
+    scenes: ScenesOption = 5,
+    seed: SeedOption = 0,
+    candidates: CandidatesOption = 64,
+    workers: PoolOption = None,
+    out: RowsOption = None,
+    force: ForceOutOption = False,
+    json_output: JsonOption = False,
+) -> None:
+    """Measure how often the arm builds a structure.
+
+    Reports how often the arm finds a plan, and how often the structure that it builds stands as specified.
+
+    \b
+    DIR gets rows.jsonl with a row per scene: the same command resumes an evaluation that
+    was stopped, and one with more scenes adds to it. At the end eval.json has the report.
+
+    Example: structagent evaluate arm --objects ycb --scenes 5 --out out/arm
+    """
+    claim_folder(out, "evaluation", force)
+    import_pybullet_silently()
+    from agent.evaluation.arm import measure_arm, print_arm
+    from agent.evaluation.report import write_evaluation
+
+    options = {"workers": workers, "out": out, "allow_unverified": allow_unverified}
+    measure = partial(measure_arm, objects, model, weights, scenes, seed, candidates, **options)
+    finish(measure, print_arm, out, json_output, write_evaluation)
+
+
+def recordings(
+    objects: ObjectsOption = "ycb",
+    model: ModelOption = "diffusion",
+    weights: WeightsOption = None,
+    allow_unverified: UnverifiedOption = False,
+    scenes: ScenesOption = 8,
+    seed: SeedOption = 0,
+    execute: Annotated[
+        bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only check each goal without it.")
+    ] = True,
+    workers: PoolOption = None,
+    out: RowsOption = None,
+    force: ForceOutOption = False,
+    json_output: JsonOption = False,
+) -> None:
+    """Compare runs on recordings with simulation.
+
+    Simulated scenes are recorded into bags. Reports which objects are found in the bags, and whether runs on them end as
+    in simulation.
+
+    \b
+    DIR gets rows.jsonl with a row per scene: the same command resumes an evaluation that
+    was stopped, and one with more scenes adds to it. At the end eval.json has the report.
+
+    Example: structagent evaluate recordings --objects ycb --scenes 8 --out out/recordings
+    """
+    claim_folder(out, "evaluation", force)
+    import_pybullet_silently()
+    from agent.evaluation.recordings import measure_recordings, print_recordings
+    from agent.evaluation.report import write_evaluation
+
+    options = {"workers": workers, "out": out, "allow_unverified": allow_unverified}
+    measure = partial(measure_recordings, objects, model, weights, scenes, seed, execute, **options)
+    finish(measure, print_recordings, out, json_output, write_evaluation)

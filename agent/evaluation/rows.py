@@ -1,0 +1,136 @@
+"""The rows of an evaluation: computed by workers, stored as they come, and resumed where a command was stopped.
+
+A worker that dies takes the job along that it was at. Its row says so (`LOST`), and the same command tries it again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from agent.evaluation.result_store import ResultStore, store_folder
+from agent.runtime.progress import followed, progress
+from agent.runtime.worker_pool import Workforce, workforce
+from grounding.spec import SHAPES
+from structdiffusion.benchmark.scenes import ANY_SHAPE
+from structdiffusion.parallel import Lost, WorkerError
+
+LOST = "lost"  # key of the reason in a row whose worker died
+Row = dict[str, Any]
+Place = tuple[str, int]  # a scene's structure and number
+Result = TypeVar("Result")
+
+
+def stored_scene_rows(
+    compute: Callable[[Workforce, Sequence[Place]], Iterable[Row | Lost]],
+    config: Mapping[str, Any],
+    count: int,
+    seed: int,
+    *,
+    what: str,
+    files: Sequence[str],
+    workers: int | None = None,
+    out: Path | None = None,
+) -> list[Row]:
+    """Return a row for each of `count` scenes of each structure: those stored in a folder, and the missing ones computed.
+
+    Args:
+        compute: gives the rows of some places, as they end; its lost jobs have a structure and a number.
+        config: the `fingerprint` of what decides the rows.
+        count: scenes per structure.
+        seed: of the scenes.
+        what: rows are called in the progress, such as "scenes built".
+        files: names of the files that will be written beside the rows.
+        workers: processes; `None` for one per core, 0 for this process alone.
+        out: folder that stores the rows as they come; `None` stores nothing.
+
+    Raises:
+        UsageError, BadInput: as `ResultStore`.
+    """
+    # Structures in turn, so that the rows of an evaluation that was stopped are of all of them.
+    places = [(shape, number) for number in range(count) for shape in SHAPES]
+    with (
+        store_folder(out) as path,
+        ResultStore(path, config, {"structure", "number"}, files) as store,
+        workforce(workers, None) as force,
+    ):
+        rows = {(row["structure"], row["number"]): row for row in measured(store.rows)}
+        missing = [place for place in places if place not in rows]
+        results = compute(force, missing)  # may show a progress of its own before there are results
+        computed = add_rows(
+            store.add, results, lambda lost: lost_row((lost.job.structure, lost.job.number), seed, lost.reason),
+            what, len(places), len(places) - len(missing),
+        )  # fmt: skip
+        rows |= {(row["structure"], row["number"]): row for row in computed}
+    return [rows[shape, number] for shape in SHAPES for number in range(count)]
+
+
+def add_rows(
+    add: Callable[[Row], None],
+    results: Iterable[Row | Lost],
+    row_of: Callable[[Lost], Row],
+    what: str,
+    total: int,
+    done: int = 0,
+) -> list[Row]:
+    """Store results as they come, and show the progress.
+
+    Args:
+        add: stores a row.
+        results: rows, and jobs whose worker died.
+        row_of: makes the row of a lost job.
+        what, total, done: as `progress` takes them.
+
+    Returns:
+        All rows, in the order in which they came.
+    """
+    rows = []
+    with progress(what, total, done) as advance:
+        for result in results:
+            row = row_of(result) if isinstance(result, Lost) else result
+            add(row)
+            rows.append(row)
+            advance(not isinstance(result, Lost) and LOST not in row)
+    return rows
+
+
+def lost_row(place: Place, seed: int, reason: str) -> Row:
+    """Return the row of a scene whose worker died."""
+    structure, number = place
+    return {"structure": structure, "number": number, "seed": seed, LOST: reason}
+
+
+def lost_scene_row(seed: int, lost: Lost) -> Row:
+    """Return the row of a lost job, which is a scene or a pair of its structure, `None` for any, and its number."""
+    job = lost.job
+    structure, number = job if isinstance(job, tuple) else (job.structure, job.number)
+    return lost_row((structure or ANY_SHAPE, number), seed, lost.reason)
+
+
+def measured(rows: Iterable[Row]) -> list[Row]:
+    """Return the rows whose worker did not die."""
+    return [row for row in rows if LOST not in row]
+
+
+def lost_count(rows: Sequence[Row]) -> int:
+    """Count the rows whose worker died."""
+    return len(rows) - len(measured(rows))
+
+
+def collect(what: str, results: Iterable[Result | Lost], total: int) -> tuple[list[Result], list[Lost]]:
+    """Collect results with a progress; separate the jobs whose worker died.
+
+    Raises:
+        WorkerError: when all jobs were lost.
+    """
+    found: list[Result] = []
+    lost: list[Lost] = []
+    for result in followed(what, results, total):
+        if isinstance(result, Lost):
+            lost.append(result)
+        else:
+            found.append(result)
+    if lost and not found:
+        raise WorkerError(f"nothing could be measured: every {lost[0].reason}")
+    return found, lost

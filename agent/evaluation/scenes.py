@@ -1,0 +1,71 @@
+"""Scenes of the evaluations, and the sentences that go with them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+from agent.evaluation.rows import Place, Row, lost_row
+from agent.runtime.progress import progress
+from agent.runtime.worker_pool import Workforce
+from grounding.corpus.grammar import sentences
+from grounding.parsers.embedding import EmbeddingParser
+from structdiffusion.benchmark.scenes import EvaluationScene, draw_evaluation_scene
+from structdiffusion.objects.model import ObjectModel
+from structdiffusion.parallel import Lost
+from structdiffusion.planners.registry import PLANNERS
+
+# Planners that get the sentence. Their arrangements are ranked by what the parser read in it, not by the true slots.
+SENTENCE_PLANNERS = tuple(name for name, parts in PLANNERS.items() if parts.sentence)
+
+
+def draw_scenes(
+    force: Workforce, library: Sequence[ObjectModel], places: Sequence[Place], seed: int
+) -> tuple[list[EvaluationScene], list[Row]]:
+    """Draw the scenes of these places, in their order.
+
+    Returns:
+        The scenes, and a row for each whose worker died.
+
+    Raises:
+        SceneError: when a scene cannot be drawn from these objects.
+    """
+    drawn: dict[Place, EvaluationScene] = {}
+    lost = []
+    with progress("scenes drawn", len(places)) as advance:
+        for scene in force.do(partial(_draw_scene, seed), tuple, (tuple(library),), places):
+            if isinstance(scene, Lost):
+                lost.append(lost_row(scene.job, seed, scene.reason))
+            else:
+                drawn[scene.structure, scene.number] = scene
+            advance(not isinstance(scene, Lost))
+    return [drawn[place] for place in places if place in drawn], lost
+
+
+def _draw_scene(seed: int, library: Sequence[ObjectModel], place: Place) -> EvaluationScene:
+    return draw_evaluation_scene(library, *place, seed=seed)
+
+
+def with_sentences(scenes: Sequence[EvaluationScene], *, parsed: bool) -> list[EvaluationScene]:
+    """Return the scenes with one of the corpus's sentences each, in turn, and its embedding.
+
+    Sentences are read one by one: in a batch, the bits of a sentence's embedding depend on what else is in it.
+
+    Args:
+        scenes: without sentences.
+        parsed: add what the parser makes of each sentence, which is all that a planner of sentences may know.
+    """
+    if not scenes:
+        return []
+    words = []
+    for scene in scenes:
+        templates = sentences(scene.spec)
+        words.append(templates[scene.number % len(templates)])
+    parser = EmbeddingParser.from_pretrained()
+    parses = [parser.parse(text) if parsed else None for text in words]
+    rows = zip(scenes, words, parser.encoder.encode(words, batch_size=1), parses, strict=True)
+    return [
+        replace(scene, words=text, embedding=row, heard=parse.spec if parse else None)
+        for scene, text, row, parse in rows
+    ]

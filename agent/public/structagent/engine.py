@@ -1,0 +1,42 @@
+"""What all calls share: models and libraries, loaded once, and one lock around the computing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from threading import RLock
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from agent.pipeline.resources import ResourceCache
+
+# Tokenizers and physics are not made for several threads at once; callers on other threads wait for their turn.
+_LOCK = RLock()
+
+
+@lru_cache(maxsize=1)
+def _resources() -> ResourceCache:
+    from structdiffusion.simulation.pybullet_import import import_pybullet_silently
+
+    import_pybullet_silently()
+    from agent.pipeline.resources import ResourceCache
+
+    return ResourceCache()
+
+
+@contextmanager
+def computing() -> Iterator[ResourceCache]:
+    """Give the shared models to one thread at a time, with one thread of torch; torch's own number is put back after.
+
+    With one thread results are the same on every machine, and the tensors are too small to be shared anyway.
+    """
+    with _LOCK:
+        import torch
+
+        threads = torch.get_num_threads()
+        torch.set_num_threads(1)
+        try:
+            yield _resources()
+        finally:
+            torch.set_num_threads(threads)

@@ -1,0 +1,223 @@
+"""Sentences and slots: what an instruction asks for, and which objects it means."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from agent.errors import NOT_BUILDABLE
+from grounding.references.attributes import SceneObject
+from grounding.spec import LEGAL_VALUES, SLOTS, StructureSpec
+from structagent.arguments import check_choice, check_text, is_listing, shown, wrong_argument
+from structagent.clouds import checked_names
+from structagent.engine import computing
+from structagent.errors import StructagentError, in_python, public_errors
+from structagent.scenes import Scene
+
+if TYPE_CHECKING:
+    from agent.pipeline.resources import ResourceCache
+    from grounding.interpreter import Interpretation
+
+PARSERS = ("embedding", "llm")
+VIEWPOINTS = ("robot", "opposite")
+
+
+@dataclass(frozen=True)
+class ParsedInstruction:
+    """What an instruction asks for.
+
+    Attributes:
+        text: the instruction.
+        spec: the five slots in the world frame; a slot that was left open is `None`.
+        status: "ok", "ask" (the speaker has to say more) or "refused".
+        message: the question, why it is refused, or what else has to be said; may be empty.
+        options: with "ask", the answers that may be meant, the likeliest first.
+        objects: the names of the objects that are meant, or the text's words for them without a scene; `None` for all.
+        dropped: slot -> value that was understood but cannot go with the rest, such as a tower's size.
+        confidence: slot -> how sure the parser is, in [0, 1].
+    """
+
+    text: str
+    spec: StructureSpec
+    status: str
+    message: str = ""
+    options: tuple[str, ...] = ()
+    objects: tuple[str, ...] | None = None
+    dropped: Mapping[str, str] = field(default_factory=dict)
+    confidence: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SceneGoal:
+    """What is to be built with which objects of a scene.
+
+    Attributes:
+        spec: the slots, world frame.
+        members: indices of the objects that take part, ascending.
+        notes: what has to be said about the reading, a sentence each.
+    """
+
+    spec: StructureSpec
+    members: tuple[int, ...]
+    notes: tuple[str, ...] = ()
+
+
+@public_errors()
+def parse(
+    text: str,
+    objects: Sequence[str] | Scene | None = None,
+    *,
+    viewpoint: str = "robot",
+    parser: str = "embedding",
+) -> ParsedInstruction:
+    """Read an instruction into the five slots.
+
+    Args:
+        text: the instruction, in English.
+        objects: the names of the objects on the table, or a `Scene`; `None` where nothing is known of them.
+        viewpoint: whose left and right is meant: "robot", or "opposite" for a person across the table.
+        parser: "embedding", or "llm" for the local language model.
+
+    Returns:
+        The slots. A question or a refusal is no error here: see `status`.
+
+    Raises:
+        StructagentError: for a text or names that are no strings, and an unknown viewpoint or parser.
+    """
+    referents = objects.referents if isinstance(objects, Scene) else _named_objects(objects)
+    with computing() as cache:
+        goal = _interpreted(cache, text, viewpoint, parser, referents)
+    names = [each.name for each in referents or ()]
+    display = dict(zip(names, objects.names, strict=True)) if isinstance(objects, Scene) else {}
+    return ParsedInstruction(
+        text,
+        goal.spec,
+        goal.status,
+        "; ".join(filter(None, (goal.message, goal.fallback))),
+        tuple(display.get(option, option) for option in goal.question.options) if goal.question else (),
+        None if goal.objects is None else tuple(display.get(name, name) for name in goal.objects),
+        dict(goal.parse.dropped),
+        dict(goal.parse.confidence),
+    )
+
+
+def _named_objects(objects: Any) -> tuple[SceneObject, ...] | None:
+    if objects is None:
+        return None
+    legal = "a list of names, such as ['mug', 'bowl'], or None where nothing is known of the objects"
+    if not is_listing(objects) or len(objects) == 0:
+        raise wrong_argument(f"objects cannot be {shown(objects)}; legal: {legal}")
+    return tuple(map(SceneObject, checked_names(objects, len(objects), "objects")[0]))
+
+
+def _interpreted(
+    cache: ResourceCache, text: Any, viewpoint: Any, parser: Any, referents: Sequence[SceneObject] | None = None
+) -> Interpretation:
+    from agent.pipeline.instruction_parser import ReadingOptions
+
+    check_text(text)
+    check_choice("viewpoint", viewpoint, VIEWPOINTS)
+    check_choice("parser", parser, PARSERS)
+    return cache.interpreter(ReadingOptions(parser, viewpoint)).interpret(text, referents)
+
+
+def buildable(goal: Interpretation, hint: str = "") -> Interpretation:
+    """Return an interpretation that says what to build, and refuse any other.
+
+    Args:
+        goal: what was understood.
+        hint: what may help where objects have other names.
+
+    Raises:
+        StructagentError: where it is refused, or has to ask.
+    """
+    if goal.status != "ok":
+        hints = (goal.message, hint if goal.status == "refused" else "")
+        raise StructagentError(in_python("; ".join(filter(None, hints))), NOT_BUILDABLE)
+    return goal
+
+
+def goal_of_text(cache: ResourceCache, text: Any, viewpoint: Any, parser: Any = PARSERS[0]) -> Interpretation:
+    """Interpret a sentence, whatever objects there are.
+
+    Raises:
+        StructagentError: where it is refused, or has to ask.
+    """
+    return buildable(_interpreted(cache, text, viewpoint, parser))
+
+
+def scene_goal_of_text(cache: ResourceCache, text: str, scene: Scene, viewpoint: str, parser: str) -> SceneGoal:
+    """Interpret a sentence about the objects of a scene.
+
+    Raises:
+        StructagentError: where it is refused, where it has to ask, and where objects that it names are not there.
+    """
+    goal = buildable(_interpreted(cache, text, viewpoint, parser, scene.referents))
+    notes = (goal.message, goal.fallback, *dropped_notes(goal.spec, goal.parse.dropped))
+    return SceneGoal(goal.spec, tuple(sorted(goal.selection.indices)), tuple(filter(None, notes)))
+
+
+def dropped_notes(spec: StructureSpec, dropped: Mapping[str, str]) -> list[str]:
+    """Write a sentence for each slot that was understood and that the shape cannot have."""
+    shape = spec.shape or "structure"
+    return [f"the {slot.replace('_', ' ')} {value!r} was left out: a {shape} has none" for slot, value in dropped.items()]
+
+
+def checked_spec(slots: Any) -> StructureSpec:
+    """Check and return the slots of a `StructureSpec` or a mapping; a slot that is missing or `None` is left open.
+
+    Raises:
+        StructagentError: for an unknown slot, and where no slot says anything.
+        SpecError: for a value that is not legal.
+    """
+    if not isinstance(slots, StructureSpec | Mapping):
+        raise wrong_argument(
+            f"the instruction cannot be {shown(slots)}; legal: a sentence, a StructureSpec, or a dict with the slots "
+            f"{', '.join(SLOTS)}"
+        )
+    if isinstance(slots, Mapping):
+        for slot, value in slots.items():
+            if slot not in SLOTS:
+                raise wrong_argument(f"there is no slot {shown(slot)}; legal: {', '.join(SLOTS)}")
+            if value is not None and not isinstance(value, str):
+                raise wrong_argument(
+                    f"{slot} cannot be {shown(value)}; legal values: {', '.join(LEGAL_VALUES[slot])}, or None"
+                )
+    spec = slots if isinstance(slots, StructureSpec) else StructureSpec.from_dict(slots)
+    if not spec.tokens():
+        raise wrong_argument(
+            f"no slot says anything; name at least one of {', '.join(SLOTS)}, such as {{'shape': 'circle'}}"
+        )
+    return spec
+
+
+def checked_members(objects: Any, names: Sequence[str]) -> tuple[int, ...]:
+    """Check and return the indices of the objects that take part, ascending; `None` means all.
+
+    Args:
+        objects: indices or names.
+        names: of all objects.
+
+    Raises:
+        StructagentError: for an unknown name or index, one that is given twice, and an empty list.
+    """
+    if objects is None:
+        return tuple(range(len(names)))
+    legal = f"indices of 0 to {len(names) - 1}, or names: {', '.join(names)}"
+    if not is_listing(objects) or len(objects) == 0:
+        raise wrong_argument(f"objects cannot be {shown(objects)}; legal: a list of {legal}")
+    members = [_member(entry, f"objects[{place}]", names, legal) for place, entry in enumerate(objects)]
+    for place, index in enumerate(members):
+        if index in members[:place]:
+            raise wrong_argument(f"objects names {names[index]!r} twice; legal: each once, {legal}")
+    return tuple(sorted(members))
+
+
+def _member(entry: Any, place: str, names: Sequence[str], legal: str) -> int:
+    if isinstance(entry, str):
+        if entry in names:
+            return names.index(entry)
+    elif hasattr(entry, "__index__") and not isinstance(entry, bool) and 0 <= entry.__index__() < len(names):
+        return entry.__index__()
+    raise wrong_argument(f"{place} cannot be {shown(entry)}; legal: {legal}")

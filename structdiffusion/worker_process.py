@@ -1,0 +1,148 @@
+"""A worker process: started, given jobs and heard by the process that needs their results."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import pickle
+import signal
+import threading
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any
+
+from structdiffusion.simulation.pybullet_import import import_pybullet_silently
+
+WORKER_DIED = "worker died"
+READY, RESULT, ERROR = "ready", "result", "error"  # what a worker process says
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a worker needs to know; see `in_parallel`."""
+
+    task: Callable[[Any, Any], Any]
+    load: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    threads: int | None
+
+
+def _context() -> multiprocessing.context.BaseContext:
+    """Return the way in which workers are started: forked off a server process that has imported the libraries.
+
+    Not forked off this process: torch and PyBullet do not survive that with their threads and clients. The server has
+    none of either, and importing takes longer (2.5 s) than most jobs.
+    """
+    if "forkserver" not in multiprocessing.get_all_start_methods():  # Windows
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["structdiffusion.parallel_imports"])
+    return context
+
+
+class WorkerProcess:
+    """A worker process, for pickled `Work`.
+
+    Attributes:
+        pipe: has something to read when it has said something, or died.
+        job: number and content of what it is at; `None` while it loads.
+    """
+
+    def __init__(self, work: bytes) -> None:
+        context = _context()
+        self.pipe, theirs = context.Pipe()
+        self.job: tuple[int, Any] | None = None
+        self._process = context.Process(target=_serve, args=(theirs, work), daemon=True)
+        # Ctrl-C reaches the whole terminal: what to do about it is for this process alone to decide.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            self._process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        theirs.close()
+
+    def give(self, number: int, job: Any) -> None:
+        self.job = number, job
+        try:
+            self.pipe.send(job)
+        except OSError:
+            pass  # it has died: `hear` finds that out
+
+    def hear(self) -> tuple[str | None, Any]:
+        """What it says, once the pipe has something to read; `None` and the reason where it died instead."""
+        try:
+            return self.pipe.recv()
+        except (EOFError, OSError):
+            self._process.join()
+            return None, f"{WORKER_DIED} ({_death(self._process.exitcode)})"
+
+    def end(self) -> None:
+        self._process.kill()  # it has nothing to save
+        self._process.join()
+        self.pipe.close()
+
+
+def _death(exit_code: int | None) -> str:
+    if exit_code is None or exit_code >= 0:
+        return f"exit code {exit_code}"
+    try:
+        return signal.Signals(-exit_code).name
+    except ValueError:
+        return f"signal {-exit_code}"
+
+
+def _serve(pipe: Connection, work: bytes) -> None:
+    """The life of a worker process, which is given a pickled `Work`."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _end_with_parent()
+    try:
+        import_pybullet_silently()
+        worker = Worker(pickle.loads(work))
+        pipe.send((READY, None))
+        while True:
+            pipe.send((RESULT, worker.work(pipe.recv())))
+    except EOFError:
+        return
+    except Exception as error:
+        with suppress(OSError):  # nobody is there any more to hear of it
+            pipe.send((ERROR, _portable(error)))
+
+
+def _portable(error: Exception) -> Exception:
+    """The error as another process can have it, with the traceback as a note."""
+    told = "".join(traceback.format_exception(error))
+    try:
+        error = pickle.loads(pickle.dumps(error))
+    except Exception:  # its constructor takes something else than its message
+        error = RuntimeError(f"{type(error).__name__}: {error}")
+    error.add_note(f"in a worker:\n{told}")
+    return error
+
+
+class Worker:
+    """What every worker does, whether it is a process here or an actor of a Ray cluster."""
+
+    def __init__(self, work: Work) -> None:
+        if work.threads is not None:
+            import torch
+
+            torch.set_num_threads(work.threads)
+        self._task, self._loaded = work.task, work.load(*work.arguments)
+
+    def work(self, job: Any) -> Any:
+        return self._task(self._loaded, job)
+
+
+def _end_with_parent() -> None:
+    """Lets this worker process end when the process that started it has ended, however that came."""
+    threading.Thread(target=_wait_for_parent, daemon=True).start()
+
+
+def _wait_for_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
