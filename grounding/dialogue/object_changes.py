@@ -19,7 +19,8 @@ from grounding.structure_words import words_of_all
 
 EVERYTHING = "everything"
 _VERBS = (
-    rf"(?:{'|'.join(words_of_all('clause_verbs'))}|add|include|insert|remove|drop|lose|ditch|delete|exclude|omit|skip|take|leave|get|kick|throw|use|make|put"
+    rf"(?:{'|'.join(words_of_all('clause_verbs'))}"
+    r"|add|include|insert|remove|drop|lose|ditch|delete|exclude|omit|skip|take|leave|get|kick|throw|use|make|put"
     r"|move|turn|rotate|shift|slide|swap|replace|exchange|substitute|switch|trade|change|with|without|only"
     r"|just|keep|have|bring|set|spin|flip|forget|build|sort|paint|order|colou?r|mix|push|pull|spread"
     r"|let|do|give|arrange|point|face|lay|balance|place|form)"

@@ -42,11 +42,12 @@ _ARRANGED = re.compile(
     r"|zig ?zag|wav(?:e|y)|oval|ellipse|(?:penta|hexa|octa)gon|arch|curved?|(?:letter|shape of an?) \w|[a-z] shape"
     r"|vertical(?:ly)?|horizontal(?:ly)?|lengthwise|crosswise|sideways"
     rf"|order of {ORDER_KEY}"
-    rf"|(?:the )?{MOST}(?: \w+)? (?:at|on|in|first|last|to|outside|inside)(?: the)?(?: \w+)?)\b"
+    rf"|(?:the )?{MOST}(?: \w+)? (?:at|on|in(?! an?\b)|first|last|to|outside|inside)(?: the)?(?: \w+)?)\b"
 )
 _COLOUR = re.compile(rf"\b(?:{'|'.join(sorted(COLOURS))})\b")
 _ASKING = (
-    rf"(?:{'|'.join(words_of_all('asking_verbs'))}|add|include|insert|paint|colou?r|sort|mix|balance|hide|hang|fill|pour|throw|break|open|close|clean"
+    rf"(?:{'|'.join(words_of_all('asking_verbs'))}"
+    r"|add|include|insert|paint|colou?r|sort|mix|balance|hide|hang|fill|pour|throw|break|open|close|clean"
     r"|wash|wipe|wrap"
     r"|tie|connect|attach|glue|label|mark|draw|write|play|sing|dance|jump|dim|take|bring|remove|delete|make"
     r"|put|place|build|set|lay|keep"
