@@ -10,7 +10,8 @@ import typer
 from typer.core import TyperGroup
 
 from agent.cli.options import JsonOption
-from agent.runtime.settings import ENVIRONMENT, PROJECT, SETTINGS, ConfigError, Configuration, load
+from agent.runtime.configuration import ENVIRONMENT, PROJECT, ConfigError, Configuration, load
+from agent.runtime.settings import SETTINGS
 from agent.runtime.stdio import results_stream
 
 if TYPE_CHECKING:

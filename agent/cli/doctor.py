@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from agent.cli.options import JsonOption
-from agent.diagnostics.doctor import SECONDS, tell_all
+from agent.diagnostics.doctor import SECONDS, run_doctor
 from agent.errors import DONE
 from agent.runtime.stdio import results_stream
 
@@ -26,6 +26,6 @@ def doctor(
     Example: structagent doctor --json
     """
     with results_stream() as results:
-        code = tell_all(timeout, json_output, results)
+        code = run_doctor(timeout, json_output, results)
     if code != DONE:
         raise typer.Exit(code)

@@ -183,7 +183,7 @@ def _answer(task: str, poisoned: set[str]) -> dict[str, object]:
 
 
 def main(poisoned: list[str]) -> None:
-    """Answers the tasks on standard input, one a line; what libraries print goes to standard error."""
+    """Answer the tasks on standard input, one a line; what libraries print goes to standard error."""
     for name in poisoned:
         sys.modules[name] = None  # type: ignore[assignment]  # importing it now fails at once
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")

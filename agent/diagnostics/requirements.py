@@ -42,7 +42,7 @@ class Requirement:
         return _MODULES.get(self.name.lower(), self.name.replace("-", "_"))
 
     def allows(self, version: str) -> bool:
-        """Whether a version is within the bounds; a local label such as "+cpu" does not count."""
+        """Tell whether a version is within the bounds; a local label such as "+cpu" does not count."""
         return all(_holds(bound, _numbers(version)) for bound in self.bounds.split(",") if bound.strip())
 
 
@@ -84,7 +84,7 @@ def _parse(text: str, extra: str) -> Requirement:
 
 
 def _meant_here(marker: str) -> bool:
-    """Whether a requirement's marker speaks of this machine: of its system and processor; anything else is no bar."""
+    """Tell whether a requirement's marker speaks of this machine: of its system and processor; anything else is no bar."""
     here = {"platform_system": platform.system(), "platform_machine": platform.machine()}
 
     def holds(clause: str) -> bool:

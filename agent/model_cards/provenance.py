@@ -30,7 +30,7 @@ class Provenance:
 
     @property
     def verified(self) -> bool:
-        """Whether nothing speaks against it; a network that was just trained has no card."""
+        """Tell whether nothing speaks against it; a network that was just trained has no card."""
         return self.card in (MATCHES, NO_CARD)
 
 
@@ -55,7 +55,7 @@ def provenance(names: Iterable[str], weights: Path | None) -> dict[str, Provenan
 
 
 def require_cards(found: Mapping[str, Provenance]) -> None:
-    """Refuses networks that are not what their cards say.
+    """Refuse networks that are not what their cards say.
 
     Raises:
         NotVerified: naming the first of them.

@@ -13,7 +13,7 @@ _PREFIX, _SUFFIX = ".structagent-", ".part"
 
 
 def write_whole(path: Path, content: bytes | str) -> None:
-    """Writes one file; text is written as UTF-8. A symbolic link of that name is replaced, not followed.
+    """Write one file; text is written as UTF-8. A symbolic link of that name is replaced, not followed.
 
     Raises:
         OSError: when it cannot be written; the file is then as it was before.
@@ -22,7 +22,7 @@ def write_whole(path: Path, content: bytes | str) -> None:
 
 
 def write_all_whole(folder: Path, files: Mapping[str, bytes | str]) -> None:
-    """Writes several files of one folder; none is replaced before the last has found room on the disk.
+    """Write several files of one folder; none is replaced before the last has found room on the disk.
 
     Args:
         folder: made where it is missing.
@@ -74,7 +74,7 @@ def unfinished_file(path: Path) -> tuple[BinaryIO, Path]:
 
 
 def _force_names(folder: Path) -> None:
-    """Forces a folder's names to the disk, so that a replaced file is not the old one again after a power cut."""
+    """Force a folder's names to the disk, so that a replaced file is not the old one again after a power cut."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         with contextlib.suppress(OSError):  # not every file system can

@@ -19,7 +19,7 @@ _LOCK = ".lock"
 
 
 def locked(folder: Path, who: str) -> int:
-    """Keeps a folder, made where it is not there, to this process until the descriptor is closed.
+    """Keep a folder, made where it is not there, to this process until the descriptor is closed.
 
     Args:
         folder: what `--out` names.
@@ -72,7 +72,7 @@ class Journal:
         os.close(self._file)
 
     def add(self, entry: Entry) -> None:
-        """Appends an entry, all of it or, where there is no room for it, nothing."""
+        """Append an entry, all of it or, where there is no room for it, nothing."""
         size = os.fstat(self._file).st_size
         try:
             _write_all(self._file, _line(entry))
@@ -85,7 +85,7 @@ class Journal:
         self.entries.append(entry)
 
     def arrange(self, entries: Sequence[Entry]) -> None:
-        """Replaces all entries by these, at once."""
+        """Replace all entries by these, at once."""
         self._replace(b"".join(map(_line, entries)))
         self.entries = list(entries)
         os.close(self._file)

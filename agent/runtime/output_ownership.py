@@ -34,7 +34,7 @@ Recognise = Callable[[Path], bool]
 
 
 def check_own_folder(folder: Path | None, kind: str, force: bool = False) -> None:
-    """Refuses a folder that `kind` of command may not write into; writes nothing.
+    """Refuse a folder that `kind` of command may not write into; writes nothing.
 
     Args:
         folder: what `--out` names; `None` where nothing is to be written.
@@ -70,7 +70,7 @@ def claim_folder(folder: Path | None, kind: str, force: bool = False) -> None:
 
 
 def mark(folder: Path, kind: str, names: Iterable[str]) -> None:
-    """Marks a folder as this tool's own, with the names of the files that it wrote there, which replace the earlier.
+    """Mark a folder as this tool's own, with the names of the files that it wrote there, which replace the earlier.
 
     Raises:
         OSError: when the marker cannot be written.
@@ -94,14 +94,14 @@ def files_written(folder: Path, kind: str) -> set[str]:
 
 
 def remove_written(folder: Path, kind: str, keep: Iterable[str] = ()) -> None:
-    """Removes the files that `files_written` names, but for those to be kept."""
+    """Remove the files that `files_written` names, but for those to be kept."""
     for name in files_written(folder, kind) - set(keep):
         with contextlib.suppress(OSError):
             (folder / name).unlink()
 
 
 def check_subfolder(folder: Path) -> None:
-    """Refuses a subfolder of an output folder that is a file or a symbolic link.
+    """Refuse a subfolder of an output folder that is a file or a symbolic link.
 
     Raises:
         BadInput: for such a one, through which other files would be replaced.
@@ -128,7 +128,7 @@ def _is_empty(folder: Path) -> bool:
 
 
 def _is_plain(name: Any) -> bool:
-    """Whether this is the name of a file, and no path."""
+    """Tell whether this is the name of a file, and no path."""
     return isinstance(name, str) and name not in ("", ".", "..", MARKER) and "\0" not in name and os.sep not in name
 
 
@@ -225,7 +225,7 @@ def _names_of_earlier_version(folder: Path) -> list[str]:
 
 
 def _is_picture(path: Path, entry: dict[str, Any]) -> bool:
-    """Whether a file is named and begins like the picture that a report lists."""
+    """Tell whether a file is named and begins like the picture that a report lists."""
     signature = _SIGNATURES.get(path.suffix)
     return signature is not None and path.stem == entry.get("name") and _begins_with(path, signature)
 

@@ -13,7 +13,7 @@ from agent.runtime.atomic_files import write_whole
 
 
 def check_folder(folder: Path | None) -> None:
-    """Tries whether files can be written into a folder, be it there or still to be made; makes nothing that stays.
+    """Try whether files can be written into a folder, be it there or still to be made; makes nothing that stays.
 
     Args:
         folder: what `--out` names; `None` where nothing is to be written.
@@ -33,7 +33,7 @@ def check_folder(folder: Path | None) -> None:
 
 
 def check_file(file: Path | None) -> None:
-    """Tries whether a file can be written, be it there or not; makes nothing that stays.
+    """Try whether a file can be written, be it there or not; makes nothing that stays.
 
     Args:
         file: what `--out` names; `None` where nothing is to be written.
@@ -56,7 +56,7 @@ def check_file(file: Path | None) -> None:
 
 
 def write_report(report: Mapping[str, Any], path: Path) -> list[Path]:
-    """Writes a report as a JSON file, whose folder is made where it is missing; its path."""
+    """Write a report as a JSON file, whose folder is made where it is missing; its path."""
     write_whole(path, json.dumps(report, indent=1) + "\n")
     return [path]
 

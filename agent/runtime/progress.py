@@ -33,7 +33,7 @@ def progress_bar(quiet: bool = False) -> Progress:
 
 @contextmanager
 def progress(what: str, total: int, done: int = 0, failed: int = 0) -> Iterator[Callable[..., None]]:
-    """Takes, for every piece of work that ends, whether it succeeded; it did where nothing is said.
+    """Take, for every piece of work that ends, whether it succeeded; it did where nothing is said.
 
     It takes a line about the piece, too, which is told at once with the piece's number and the time left.
 
@@ -91,7 +91,7 @@ def told_when_slow(
     first: float = SLOW_SECONDS,
     then: float = PLAIN_SECONDS,
 ) -> Iterator[None]:
-    """Says on standard error that something goes on, when it takes more than 2 s, and every 10 s after that.
+    """Say on standard error that something goes on, when it takes more than 2 s, and every 10 s after that.
 
     Args:
         what: is done, as "reading the meshes in 'cups'".

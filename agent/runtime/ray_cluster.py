@@ -49,7 +49,7 @@ def ray_cluster(address: str, workers: int | None) -> Iterator[int]:
 
 
 def _knock(address: str) -> None:
-    """Asks whether somebody listens at the address of a cluster: Ray itself would try for many minutes.
+    """Ask whether somebody listens at the address of a cluster: Ray itself would try for many minutes.
 
     Raises:
         UsageError: when nobody does, or it is no address.

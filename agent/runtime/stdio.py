@@ -69,7 +69,7 @@ def _text(descriptor: int, encoding: str, errors: str, line_buffering: bool = Tr
 
 
 def end_when_nobody_reads() -> None:
-    """Makes a write to standard output or standard error raise `ReaderGone` where the reader has closed the pipe."""
+    """Make a write to standard output or standard error raise `ReaderGone` where the reader has closed the pipe."""
     for descriptor in range(3):
         try:
             os.fstat(descriptor)

@@ -33,7 +33,7 @@ class VisibleText(io.TextIOWrapper):
         return len(text)
 
     def write_styled(self, text: str) -> int:
-        """Writes what this tool itself says to the terminal, as it is."""
+        """Write what this tool itself says to the terminal, as it is."""
         return super().write(text)
 
 

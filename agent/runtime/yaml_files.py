@@ -8,7 +8,7 @@ from structdiffusion.limits import YAML_LEVELS, YAML_VALUES
 
 
 def check_yaml(text: str, most_values: int = YAML_VALUES, most_levels: int = YAML_LEVELS) -> None:
-    """Refuses YAML that stands for more than it says, or is larger or deeper than any file of its kind.
+    """Refuse YAML that stands for more than it says, or is larger or deeper than any file of its kind.
 
     An alias (`*name`) repeats a whole part: ten lines of them stand for ten billion values.
 

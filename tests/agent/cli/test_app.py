@@ -83,7 +83,7 @@ def test_help_answers_at_once():
         (["train", "parser", "--out", "p", "--rate", "0"], ("--rate", "0", "above 0")),
         (["benchmark", "--runs", "0"], ("--runs", "0")),
         (["benchmark", "--sweep", "s", "--objects", "3"], ("--sweep", "--objects")),
-        (["run"], ("text",)),
+        (["run"], ("TEXT",)),
         (["run", CIRCLE, "--scene", "bag"], ("'bag'", "simulated")),
         (["run", CIRCLE, "--seed", "many"], ("--seed", "'many'")),
         (["run", CIRCLE, "--seed", "-1"], ("--seed", "-1")),

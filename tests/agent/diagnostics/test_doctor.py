@@ -154,7 +154,7 @@ def test_a_broken_configuration_is_one_check_of_many(tmp_path, command, capsys):
     assert command(["doctor"]) == 6
     captured = capsys.readouterr()
     assert f"FAIL  configuration       {tmp_path / 'structagent.toml'}:1: unknown key sed" in captured.out
-    assert captured.out.rstrip().splitlines()[-1].startswith("configuration: needed, and does not work")
+    assert captured.out.rstrip().splitlines()[-1].startswith("configuration: required, but does not work")
     assert "  ok    diffusion" in captured.out and "\x1b" not in captured.out
 
 

@@ -1,6 +1,7 @@
 """The configuration: which layer counts, where a value came from, and errors that name the place."""
 
 import json
+import os
 import subprocess
 import sys
 import threading
@@ -19,7 +20,7 @@ from agent.runtime import settings
 @pytest.fixture(autouse=True)
 def elsewhere(tmp_path, monkeypatch):
     """A folder in a folder, and a home, with no configuration but the test's."""
-    for name in [*settings.os.environ]:
+    for name in [*os.environ]:
         if name.startswith(settings.PREFIX) or name in ("XDG_CONFIG_HOME", "OPENAI_API_KEY"):
             monkeypatch.delenv(name)
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
@@ -96,7 +97,7 @@ def test_verbs_get_what_is_configured(project, monkeypatch, capsys):
     monkeypatch.setattr("agent.pipeline.run.run_instruction", run)
     monkeypatch.setattr("agent.training.generate_data.generate_data", lambda *given: taken.update(generate=given))
     monkeypatch.setattr("agent.evaluation.success.measure.measure_success", lambda *given, **_: taken.update(success=given) or {})
-    monkeypatch.setattr("agent.evaluation.success.report.tell_success", lambda *_: None)
+    monkeypatch.setattr("agent.evaluation.success.report.print_success", lambda *_: None)
     cli.command_line(["run", "make a line"])  # comes to no end, and to no exit code that matters here
     assert cli.command_line(["generate", "--out", "data"]) == 0
     assert cli.command_line(["evaluate", "success", "--seed", "8"]) == 0
@@ -162,7 +163,7 @@ def test_errors_name_file_and_line(layer, text, line, parts, request, capsys):
 
 def test_a_file_that_is_no_text(project, capsys):
     project.write_bytes(b"seed = 1\nparser = '\xff'\n")
-    assert refused(capsys) == f"{project}:2: this is no UTF-8 text"
+    assert refused(capsys) == f"{project}:2: this is not UTF-8 text"
 
 
 @pytest.mark.parametrize(
@@ -354,7 +355,7 @@ def test_show_for_people(project, capsys):
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines[:3]] == ["scene", "objects", "model"]
     assert any(line.split() == ["seed", "12", "project", "file:", f"{project}:1"] for line in lines)
-    assert any(line.startswith("user file:") and line.endswith("(not there)") for line in lines)
+    assert any(line.startswith("user file:") and line.endswith("(does not exist)") for line in lines)
 
 
 def test_legal_values_are_those_of_the_flags(configured):
@@ -372,5 +373,5 @@ def test_legal_values_are_those_of_the_flags(configured):
 
 
 def test_nothing_heavy_is_needed():
-    program = "import sys; sys.modules.update(typer=None, numpy=None); import agent.runtime.settings; agent.runtime.settings.load()"
+    program = "import sys; sys.modules.update(typer=None, numpy=None); from agent.runtime import configuration; configuration.load()"
     subprocess.run([sys.executable, "-c", program], cwd=Path(cli.__file__).parents[2], check=True)
