@@ -108,10 +108,10 @@ def _select(revision: Revision, finder: _ObjectFinder, has_goal: bool) -> tuple[
                 raise NotBuildable("there are no others: everything on the table takes part already")
             return others
         case "replace":
-            describe_object = finder.find(text, finder.there, all_there=True)
-            if text == EVERYTHING and has_goal and not revision.changed and set(describe_object) == set(before):
+            described = finder.find(text, finder.there, all_there=True)
+            if text == EVERYTHING and has_goal and not revision.changed and set(described) == set(before):
                 raise NotBuildable("everything on the table takes part already")
-            return describe_object
+            return described
         case _:
             return before
 
@@ -189,11 +189,11 @@ class _ObjectFinder:
         Raises:
             NotBuildable: when no such object takes part.
         """
-        describe_object = self._find_preferring(text, self.before)
-        goes = tuple(name for name in describe_object if name in self.before)
+        described = self._find_preferring(text, self.before)
+        goes = tuple(name for name in described if name in self.before)
         if not goes:
-            verb = "takes" if len(describe_object) == 1 else "take"
-            raise NotBuildable(f"{', '.join(describe_object)} {verb} no part; taking part: {', '.join(self.before)}")
+            verb = "takes" if len(described) == 1 else "take"
+            raise NotBuildable(f"{', '.join(described)} {verb} no part; taking part: {', '.join(self.before)}")
         return goes
 
     def find_joining(self, text: str, goes: bool = False) -> tuple[str, ...]:
@@ -206,10 +206,10 @@ class _ObjectFinder:
         Raises:
             NotBuildable: when nothing would change, because they take part already.
         """
-        describe_object = self._find_preferring(text, tuple(name for name in self.there if name not in self.before), some=True)
-        if not goes and set(describe_object) <= set(self.before):
-            raise NotBuildable(f"{', '.join(describe_object)} take{'s' * (len(describe_object) == 1)} part already")
-        return describe_object
+        described = self._find_preferring(text, tuple(name for name in self.there if name not in self.before), some=True)
+        if not goes and set(described) <= set(self.before):
+            raise NotBuildable(f"{', '.join(described)} take{'s' * (len(described) == 1)} part already")
+        return described
 
     def check_that_all_are_described(self, text: str) -> None:
         """Check that the text describes all that take part.
@@ -217,10 +217,10 @@ class _ObjectFinder:
         Raises:
             NotBuildable: when it describes some of them: only the whole structure can be changed.
         """
-        describe_object = self._find_preferring(text, self.before)
-        if others := [name for name in self.before if name not in describe_object]:
+        described = self._find_preferring(text, self.before)
+        if others := [name for name in self.before if name not in described]:
             raise NotBuildable(
-                f"{', '.join(describe_object)} cannot be placed alone, only the whole structure can; "
+                f"{', '.join(described)} cannot be placed alone, only the whole structure can; "
                 f"{', '.join(others)} take{'s' * (len(others) == 1)} part too"
             )
 
@@ -233,15 +233,15 @@ class _ObjectFinder:
             some: whether it does where some of what is described is among them.
         """
         try:
-            describe_object = self.find(text, self.there)
+            described = self.find(text, self.there)
         except UnclearObjectError:  # "the cup" is a preferred one, where there is one
             return self.find(text, names)
-        among = [name for name in describe_object if name in names]
-        if not names or (among if some else len(among) == len(describe_object)) or _COUNTED_OFF.search(text):
-            return describe_object
+        among = [name for name in described if name in names]
+        if not names or (among if some else len(among) == len(described)) or _COUNTED_OFF.search(text):
+            return described
         try:
             others = self.find(text, names)
         except SelectionError:
-            return describe_object
-        kinds = {read_name(name).head for name in describe_object}
-        return others if all(read_name(name).head in kinds for name in others) else describe_object
+            return described
+        kinds = {read_name(name).head for name in described}
+        return others if all(read_name(name).head in kinds for name in others) else described

@@ -223,10 +223,10 @@ def test_a_row_with_many_keys_is_read_at_once_and_a_long_one_not_at_all(read):
     twice = many[:-1] + ', "text": "a", "text": "b"}'
     long = json.dumps({"text": "a" * 100_000})
     with counted_calls() as steps:
-        unknown, double, refused_result, good = read("\n".join((many, twice, long, GOOD)))
+        unknown, double, too_long, good = read("\n".join((many, twice, long, GOOD)))
     assert steps.count < 4000  # fewer than there are keys: nothing is searched for each of them
     assert 'the key "0" is unknown' in unknown.message and 'the key "text" is given twice' in double.message
-    assert (refused_result.message, refused_result.exit_code) == ("line 3: the row has 100012 bytes; at most 100000 are read", 6)
+    assert (too_long.message, too_long.exit_code) == ("line 3: the row has 100012 bytes; at most 100000 are read", 6)
     assert good.text == "stack the cans"
 
 

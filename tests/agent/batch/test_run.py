@@ -205,8 +205,8 @@ def test_what_failed_is_kept_unless_it_is_to_be_tried_again_and_what_was_lost_is
     assert beginning(said) == "3 rows: 1 done before and kept, 2 to do"
     assert "2 of 2: moon failed: not understood or not buildable, " in said and "built done" not in said
 
-    lost_result = {"success": False, "exit_code": 1, "step": "crash", "message": "worker died (SIGKILL)"}
-    results = [result | (lost_result if result["id"] == "built" else {}) for result in results_of("out")]
+    lost = {"success": False, "exit_code": 1, "step": "crash", "message": "worker died (SIGKILL)"}
+    results = [result | (lost if result["id"] == "built" else {}) for result in results_of("out")]
     Path("out/results.jsonl").write_text("".join(json.dumps(result) + "\n" for result in results))
     assert command_line(arguments) == 6
     said = capsys.readouterr().err

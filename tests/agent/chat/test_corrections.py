@@ -37,7 +37,7 @@ def corrected(cache, stands, text):
     """The revision, and who takes part after it."""
     goal, objects, realised = stands
     names = tuple(NAMES.values())
-    table = SimpleNamespace(names=names, referents=[SceneObject(name) for name in names], fallen=(), out_of_reach=())
+    table = SimpleNamespace(names=names, referents_of=lambda some: list(map(SceneObject, some)), fallen=(), out_of_reach=())
     before = Situation(goal, tuple(NAMES[word] for word in objects.split()), {})
     revision = with_a_shape(cache.interpreter(ReadingOptions()).revise(goal, text, realised), goal)
     if revision.status in ("refused", "unchanged"):

@@ -156,9 +156,9 @@ def test_small_talk_and_questions_are_answered_and_change_nothing(chat_of, conve
         situation, question = conversation.situation, conversation.question
         sent.clear()
         shown, _ = chat_of(line)
-        (apply_answer,) = sent
-        assert isinstance(apply_answer, events.Answered) and apply_answer.question == line
-        assert " ".join(apply_answer.answer.split()[:3]) in " ".join(shown.split())
+        (answered,) = sent
+        assert isinstance(answered, events.Answered) and answered.question == line
+        assert " ".join(answered.answer.split()[:3]) in " ".join(shown.split())
         assert conversation.situation is situation and conversation.question is question
 
 
@@ -171,8 +171,8 @@ def test_an_instruction_beside_a_greeting_is_an_instruction(chat_of, conversatio
 
 def test_a_question_that_cannot_be_answered_is_no_bad_instruction(chat_of, sent):
     shown, _ = chat_of("who won the football match?")
-    (apply_answer,) = sent
-    assert apply_answer.answer.startswith("I cannot answer that.") and "asks for no arrangement" not in shown
+    (answered,) = sent
+    assert answered.answer.startswith("I cannot answer that.") and "asks for no arrangement" not in shown
     shown, _ = chat_of("what a nice day")
     assert "asks for no arrangement" in shown
 
