@@ -17,7 +17,14 @@ from typing import Any, TextIO
 
 from agent import __version__
 from agent.diagnostics.installation import reinstall
-from agent.diagnostics.local_checks import Check, check_cache, check_installation, check_prompts, check_terminal, has_colour
+from agent.diagnostics.local_checks import (
+    Check,
+    check_cache,
+    check_installation,
+    check_prompts,
+    check_terminal,
+    has_colour,
+)
 from agent.diagnostics.requirements import ROOT, Requirement, installed, required
 from agent.diagnostics.subprocess_worker import Outcome, carry_out
 from agent.errors import BAD_INPUT, DONE, one_sentence
