@@ -5,13 +5,15 @@ from __future__ import annotations
 import multiprocessing
 import os
 import pickle
+import shutil
 import signal
 import threading
 import traceback
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from multiprocessing.util import get_temp_dir
 from typing import Any
 
 from structdiffusion.simulation.pybullet_import import import_pybullet_silently
@@ -43,6 +45,20 @@ def _context() -> multiprocessing.context.BaseContext:
     return context
 
 
+@contextmanager
+def _safe_path() -> Iterator[None]:
+    """Let Python processes that start meanwhile import nothing from the current folder, which may be anybody's."""
+    before = os.environ.get("PYTHONSAFEPATH")
+    os.environ["PYTHONSAFEPATH"] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["PYTHONSAFEPATH"]
+        else:
+            os.environ["PYTHONSAFEPATH"] = before
+
+
 class WorkerProcess:
     """A worker process, for pickled `Work`.
 
@@ -55,11 +71,12 @@ class WorkerProcess:
         context = _context()
         self.pipe, theirs = context.Pipe()
         self.job: tuple[int, Any] | None = None
-        self._process = context.Process(target=_serve, args=(theirs, work), daemon=True)
+        self._process = context.Process(target=_serve, args=(theirs, work, get_temp_dir()), daemon=True)
         # Ctrl-C reaches the whole terminal: what to do about it is for this process alone to decide.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            self._process.start()
+            with _safe_path():
+                self._process.start()
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
         theirs.close()
@@ -94,10 +111,10 @@ def _death(exit_code: int | None) -> str:
         return f"signal {-exit_code}"
 
 
-def _serve(pipe: Connection, work: bytes) -> None:
-    """The life of a worker process, which is given a pickled `Work`."""
+def _serve(pipe: Connection, work: bytes, folder: str) -> None:
+    """Be a worker process: `work` is a pickled `Work`, `folder` the temporary folder with the socket of the server."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _end_with_parent()
+    _end_with_parent(folder)
     try:
         import_pybullet_silently()
         worker = Worker(pickle.loads(work))
@@ -136,13 +153,14 @@ class Worker:
         return self._task(self._loaded, job)
 
 
-def _end_with_parent() -> None:
-    """Lets this worker process end when the process that started it has ended, however that came."""
-    threading.Thread(target=_wait_for_parent, daemon=True).start()
+def _end_with_parent(folder: str) -> None:
+    """Let this worker process end when the process that started it has ended, however that came."""
+    threading.Thread(target=_wait_for_parent, args=(folder,), daemon=True).start()
 
 
-def _wait_for_parent() -> None:
+def _wait_for_parent(folder: str) -> None:
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()
+    shutil.rmtree(folder, ignore_errors=True)  # a parent that was killed could not remove it
     os._exit(1)
