@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from structdiffusion.planners.factory import Planner
 
 CANDIDATES = 64
-FEWEST_IN_A_CIRCLE = 3
 PREVIEWED = 3  # samples that are shown while they are denoised
 
 
@@ -50,6 +49,7 @@ def propose_arrangements(
     import torch
 
     from structdiffusion.planners.diffusion import DiffusionPlanner
+    from structdiffusion.structures import STRUCTURES
     from structdiffusion.structures.structure import LayoutError
 
     def preview(step: int, steps: int, motions: np.ndarray) -> None:
@@ -58,8 +58,9 @@ def propose_arrangements(
         on_preview(events.Previewed(step, steps, positions, tuple(turns_about_z(each) for each in shown)))  # type: ignore[misc]
 
     began = time.perf_counter()
-    if goal.spec.shape == "circle" and len(scene.objects) < FEWEST_IN_A_CIRCLE:
-        raise NotBuildable(f"a circle needs at least {FEWEST_IN_A_CIRCLE} objects, but {len(scene.objects)} take part")
+    shape, count_here = goal.spec.shape, len(scene.objects)
+    if shape is not None and count_here < (least := STRUCTURES[shape].least):
+        raise NotBuildable(f"a {shape} needs at least {least} objects, but {count_here} take part")
     _check_nothing_on_top(scene)
     # The models were taught with objects that stand on the table; what stands on others is lowered for them.
     flat = scene.on_the_table()

@@ -61,7 +61,7 @@ def test_every_layout_passes_every_check(shape, library, built):
             gaps = [clear_gap(a.footprint, b.footprint) for a, b in itertools.combinations(bodies, 2)]
             assert min(gaps) > 0.0095, (seed, spec)
             assert np.ptp(layout.positions[:, 2]) == 0
-    assert made >= 30
+    assert made >= 20
 
 
 def test_the_table_of_the_scene_counts_not_the_default_one(built):

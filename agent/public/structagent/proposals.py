@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
 MOST_PROPOSALS = 1024
 FEWEST_OBJECTS, MOST_OBJECTS = 2, 12  # what makes a structure, and what the shipped networks know
-FEWEST_IN_A_CIRCLE = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,9 +233,11 @@ def most_objects(model: str, weights: Path | None) -> int:
 
 def _check_number(goal: SceneGoal, scene: Scene, model: str, most: int) -> None:
     """Refuse too few or too many objects."""
+    from structdiffusion.structures import STRUCTURES
+
     meant = f"{len(goal.members)} of {len(scene)} objects ({', '.join(scene.names[index] for index in goal.members)})"
     shape = goal.spec.shape or "structure"
-    fewest = FEWEST_IN_A_CIRCLE if shape == "circle" else FEWEST_OBJECTS
+    fewest = STRUCTURES[shape].least if shape in STRUCTURES else FEWEST_OBJECTS
     if len(goal.members) < fewest:
         raise StructagentError(
             f"the instruction means {meant}, and a {shape} takes {fewest} to {most}", NOT_BUILDABLE
