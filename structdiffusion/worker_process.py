@@ -46,7 +46,7 @@ def _context() -> multiprocessing.context.BaseContext:
 
 
 @contextmanager
-def _safe_path() -> Iterator[None]:
+def safe_path() -> Iterator[None]:
     """Let Python processes that start meanwhile import nothing from the current folder, which may be anybody's."""
     before = os.environ.get("PYTHONSAFEPATH")
     os.environ["PYTHONSAFEPATH"] = "1"
@@ -75,7 +75,7 @@ class WorkerProcess:
         # Ctrl-C reaches the whole terminal: what to do about it is for this process alone to decide.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            with _safe_path():
+            with safe_path():
                 self._process.start()
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)

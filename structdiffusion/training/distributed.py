@@ -19,6 +19,7 @@ from torch.multiprocessing import start_processes
 
 from structdiffusion.data.npz_files import DataFolderError
 from structdiffusion.models.checkpoint import CheckpointError
+from structdiffusion.worker_process import safe_path
 
 if TYPE_CHECKING:
     from structdiffusion.training.loss import Loss
@@ -80,7 +81,8 @@ def in_processes(work: Callable[..., None], count: int, *arguments: Any) -> None
     logging.getLogger("torch.multiprocessing.spawn").setLevel(logging.ERROR)
     failures = torch.multiprocessing.get_context("spawn").SimpleQueue()
     try:
-        start_processes(_start, (work, count, _free_port(), failures, arguments), count, start_method="spawn")
+        with safe_path():
+            start_processes(_start, (work, count, _free_port(), failures, arguments), count, start_method="spawn")
     except torch.multiprocessing.ProcessExitedException:
         if failures.empty():
             raise

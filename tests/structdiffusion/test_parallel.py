@@ -3,7 +3,10 @@
 import multiprocessing
 import os
 import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import pytest
 import torch
@@ -113,3 +116,31 @@ def test_workers_end_when_nobody_waits_for_them_any_more():
     results.close()
     assert not multiprocessing.active_children()
     assert all(worker.exitcode < 0 for worker in workers)  # ended by a signal, in the middle of their jobs
+
+
+PROGRAM = """
+import operator
+from structdiffusion.parallel import in_parallel
+if __name__ == "__main__":
+    print(list(in_parallel(operator.add, int, ("1",), (1, 2), 1)))
+"""
+
+
+def test_workers_import_nothing_from_the_current_folder(tmp_path):
+    """The folder may be anybody's: a worker that looked for its modules there would run what it finds."""
+    programs, foreign = tmp_path / "programs", tmp_path / "foreign"
+    programs.mkdir()
+    foreign.mkdir()
+    (programs / "main.py").write_text(PROGRAM)
+    for name in ("multiprocessing", "pickle", "torch", "scipy", "structdiffusion"):
+        (foreign / f"{name}.py").write_text(f"open({str(foreign / 'ran')!r}, 'a').write({name!r})\nraise SystemExit(3)\n")
+    environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "PYTHONSAFEPATH")}
+    done = subprocess.run(
+        [sys.executable, programs / "main.py"],
+        cwd=foreign,
+        env=environment | {"PYTHONPATH": str(Path(__file__).parents[2])},
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stdout) == (0, "[2, 3]\n"), done.stderr
+    assert not (foreign / "ran").exists()
