@@ -96,16 +96,20 @@ class NamedEncoder:
         if not self._has_word_states:
             hidden = torch.from_numpy(self.encode(texts))[:, None]
             mask = torch.ones(len(texts), 1, dtype=torch.bool)
-            return TokenStates(hidden, mask, [[(0, len(text))] for text in texts], np.zeros(len(texts), dtype=bool))
+            return TokenStates(hidden, mask, [[(0, len(text))] for text in texts])
         pieces = self._model.tokenizer(
             texts, padding=True, truncation=True, max_length=self._longest, return_tensors="pt", return_offsets_mapping=True
         )
         spans = [[(int(first), int(last)) for first, last in row] for row in pieces.pop("offset_mapping")]
         with torch.inference_mode():
             hidden = self._model[0](dict(pieces))["token_embeddings"].float()
-        ends = [max((last for _, last in row), default=0) for row in spans]
-        cut = [end < len(text.rstrip()) and len(row) >= self._longest for end, text, row in zip(ends, texts, spans, strict=True)]
-        return TokenStates(hidden, pieces["attention_mask"].bool(), spans, np.array(cut))
+        return TokenStates(hidden, pieces["attention_mask"].bool(), spans)
+
+    def overflowing(self, texts: list[str]) -> list[bool]:
+        """Return for each text whether it has more word pieces than the network can take; runs no network."""
+        if not texts or not self._has_word_states:
+            return [False] * len(texts)
+        return [len(pieces) > self._longest for pieces in self._model.tokenizer(texts, truncation=False)["input_ids"]]
 
     @property
     def whole_words(self) -> frozenset[str]:

@@ -39,13 +39,11 @@ class TokenStates:
         hidden: (B, T, 384) float32: the output of the layer that was asked for.
         mask: (B, T) bool, true on the pieces of the text and its two boundary marks.
         spans: B lists of T (first, last) character ranges into the text; (0, 0) for marks and padding.
-        truncated: (B,) bool, true where the text had more than `MAX_TOKENS` pieces.
     """
 
     hidden: torch.Tensor
     mask: torch.Tensor
     spans: list[list[tuple[int, int]]]
-    truncated: np.ndarray
 
 
 class SentenceEncoder:
@@ -112,7 +110,6 @@ class SentenceEncoder:
             hidden,
             mask,
             [encoding.offsets for encoding in encodings],
-            np.array([bool(encoding.overflowing) for encoding in encodings]),
         )
 
     def overflowing(self, texts: list[str]) -> list[bool]:

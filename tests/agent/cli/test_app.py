@@ -195,7 +195,7 @@ def test_candidates_that_score_next_to_nothing_are_no_goal():
     stood = Arrangement(np.eye(4)[None], {"total": LEAST_SCORE / 9, "imagined": 1.0})
     fell = Arrangement(np.eye(4)[None], {"total": LEAST_SCORE / 9, "imagined": 0.1})
     assert filter_viable([stood, good, bad, fell]) == [stood, good]
-    with pytest.raises(NoValidGoal, match="none of 2 imagined arrangements is valid"):
+    with pytest.raises(NoValidGoal, match="none of 2 proposed arrangements is good enough"):
         filter_viable([bad, bad])
 
 

@@ -140,9 +140,9 @@ def through_the_shell(line: str, folder: Path) -> subprocess.CompletedProcess:
 @pytest.mark.parametrize(
     ("line", "code", "sentence"),
     [
-        ("structagent parse <&-", 2, "parse needs an instruction, as an argument or on standard input, one a line"),
+        ("structagent parse <&-", 2, "parse needs an instruction, as an argument or on standard input, one per line"),
         ("structagent batch - --out closed <&-", 6, "the rows should come from standard input, which is closed"),
-        ("structagent chat <&-", 2, "chat needs standard input, and it is closed"),
+        ("structagent chat <&-", 2, "chat needs standard input, which is closed"),
         ("structagent --version > /dev/full", 6, "'standard output': no space left on device"),
         ("structagent parse 'make a line' > /dev/full", 6, "'standard output': no space left on device"),
         ("structagent run $'a line \\xff'", 6, f"the instruction 'a line {NO_TEXT}' has a byte that is not UTF-8 text"),

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from structdiffusion.objects import decomposition, folder
+from structdiffusion.objects import decomposition, mesh_preparation
 from structdiffusion.objects.folder import category_of, folder_objects
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.meshes import clean
@@ -118,8 +118,8 @@ def test_absurd_size_speaks_of_units(tmp_path, side):
 def test_a_mesh_that_is_too_large_is_refused_before_it_is_read(tmp_path, monkeypatch):
     cup().export(tmp_path / "cup.stl")
     size = (tmp_path / "cup.stl").stat().st_size
-    monkeypatch.setattr(folder, "MESH_BYTES", size - 1)
-    monkeypatch.setattr(folder.trimesh, "load", None)
+    monkeypatch.setattr(mesh_preparation, "MESH_BYTES", size - 1)
+    monkeypatch.setattr(mesh_preparation.trimesh, "load", None)
     with pytest.raises(ObjectError, match=f"cup.stl' has {size} bytes; at most {size - 1} are read: simplify it"):
         load_objects(tmp_path)
 
@@ -127,7 +127,7 @@ def test_a_mesh_that_is_too_large_is_refused_before_it_is_read(tmp_path, monkeyp
 @pytest.mark.parametrize("suffix", [".obj", ".stl", ".ply", ".glb"])
 def test_a_mesh_of_too_many_faces_is_refused(tmp_path, monkeypatch, suffix):
     cup().export(tmp_path / f"cup{suffix}")
-    monkeypatch.setattr(folder, "MESH_FACES", 100)
+    monkeypatch.setattr(mesh_preparation, "MESH_FACES", 100)
     with pytest.raises(ObjectError, match=f"cup{suffix}' has [0-9]+ faces; at most 100 are read: simplify it"):
         load_objects(tmp_path)
 
@@ -143,7 +143,7 @@ def test_a_scene_that_places_a_mesh_too_often_is_refused_before_it_is_made(tmp_p
     rest = content[20 + length :]
     header = b"glTF" + struct.pack("<IIII", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A)
     (tmp_path / "box.glb").write_bytes(header + text + rest)
-    monkeypatch.setattr(folder.trimesh, "load", None)
+    monkeypatch.setattr(mesh_preparation.trimesh, "load", None)
     with pytest.raises(ObjectError, match="has 12[0-9]{5} faces; at most 600000 are read"):
         load_objects(tmp_path)
     (tmp_path / "box.glb").write_bytes(header[:12] + struct.pack("<I", 2**31) + text)
