@@ -8,12 +8,14 @@ work=build/oldest
 python=$work/venv/bin/python
 # These call every dependency: numerics, meshes, bags, the arm, the screen, the page, both parsers, and the extras.
 tests=(
-    tests/agent/test_doctor.py tests/agent/test_cluster.py tests/agent/test_rerun_log.py tests/agent/test_pictures.py
-    tests/agent/bags/test_reading.py tests/agent/bags/test_unpacking.py tests/agent/bags/test_images.py
-    tests/agent/arm/test_motion.py tests/agent/chat/test_screen.py
-    tests/grounding/test_encoder.py tests/grounding/test_llm_local.py tests/grounding/test_llm_endpoint.py
-    tests/grounding/test_foreign_languages.py
-    tests/structdiffusion/objects tests/structdiffusion/test_footprints.py tests/structdiffusion/test_workers.py
+    tests/agent/diagnostics/test_doctor.py tests/agent/runtime/test_ray_cluster.py
+    tests/agent/reporting/test_rerun_log.py tests/agent/rendering/test_image_files.py
+    tests/agent/recordings/test_load.py tests/agent/recordings/test_decompression.py
+    tests/agent/recordings/test_image_decoding.py tests/agent/arm/test_motion_planner.py
+    tests/agent/chat/test_view.py tests/grounding/parsers/test_sentence_encoder.py
+    tests/grounding/parsers/test_llm_local.py tests/grounding/parsers/test_llm_endpoint.py
+    tests/grounding/test_foreign_languages.py tests/structdiffusion/objects
+    tests/structdiffusion/test_footprints.py tests/structdiffusion/test_parallel.py
 )
 
 rm -rf "$work"

@@ -151,3 +151,9 @@ def test_the_environment_has_what_its_packages_require():
             wanted = re.search(r"(?:requires|has requirement) ([\w.-]+)", rest)
             unmet.setdefault(canonicalize_name(name), set()).add(canonicalize_name(wanted[1]) if wanted else rest)
     assert said and all(wanted <= UNMET.get(name, set()) for name, wanted in unmet.items()), said
+
+
+def test_the_files_that_try_the_oldest_versions_are_there():
+    script = (ROOT / "scripts" / "oldest.sh").read_text(encoding="utf-8")
+    named = re.findall(r"\btests/[\w/.]+", script)
+    assert len(named) > 10 and [name for name in named if not (ROOT / name).exists()] == []
