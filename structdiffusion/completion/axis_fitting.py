@@ -24,7 +24,7 @@ _ROUND_SHARE = 0.62  # share of the outline that has to be round
 _HOPELESS = 0.4  # share of the outline: an object that is less round about every candidate axis is rejected without a fit
 _HANDLE = 0.004  # m beyond the outline where handles begin
 _OWN = 0.7  # share of the points that have to belong to the round body
-_OPEN, _OPEN_INSIDE = 0.2, 0.45  # shares of the turned points in seen-through space above which an object, or a hollow object, is not round
+_OPEN, _OPEN_INSIDE = 0.2, 0.45  # shares of turned points in empty space above which a solid, or a hollow, object is not round
 _SIDEWAYS = 0.82  # share of its radius that a round body has to show on either side
 _SIZE = (0.008, 0.25)  # m, radii
 
