@@ -123,7 +123,7 @@ class StructFormer(PoseBackbone):
 
     @staticmethod
     def _unseen(count: int, device: torch.device) -> Tensor:
-        """Which token (column) each token (row) must not attend to: poses see the scene and the poses before."""
+        """Return which token (column) each token (row) must not attend to: poses see the scene and earlier poses."""
         scene, poses = WORD_TOKENS + 1 + count, 1 + count
         unseen = torch.zeros(scene + poses, scene + poses, dtype=torch.bool, device=device)
         unseen[:scene, scene:] = True
