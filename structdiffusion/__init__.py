@@ -1,1 +1,1 @@
-"""(Specification or sentence, object point clouds) to ranked goal poses."""
+"""Turn a specification or sentence and the point clouds of objects into ranked goal poses."""

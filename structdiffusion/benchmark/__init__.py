@@ -1,1 +1,1 @@
-"""Measurements: how often arrangements stand, and how long planning takes."""
+"""Benchmarks of planners: success rate in physics, and planning time."""

@@ -1,7 +1,7 @@
-"""How long sampling and ranking takes, as `structagent benchmark` measures it.
+"""Measure how long a planner takes to sample and rank arrangements, as `structagent benchmark` reports it.
 
-A circle of procedural objects, seen through the simulated camera; the time from the clouds to the ranked
-arrangements, after one warm-up. What trying the best of them out in imagination adds is told apart.
+The scene is a circle of procedural objects, seen by the simulated camera. The time runs from the clouds to the ranked
+arrangements, after one warm-up run. The time of the physics rollouts of the best ones is reported separately.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _CANDIDATES, _OBJECTS = (1, 4, 16, 64, 256), (3, 4, 5, 6, 7, 8, 9, 10)
 
 
 def observed_scene(objects: int, seed: int) -> Scene:
-    """A simulated table with this many objects for a small circle."""
+    """Return a simulated table as the camera sees it, with `objects` objects that suit a small circle."""
     rng = np.random.default_rng(seed)
     drawn = draw_scene(procedural_objects(170), _SPEC, rng, count=objects, distractors=0)
     with TabletopWorld(drawn.models, drawn.world_from_initial) as world:
@@ -39,11 +39,11 @@ def observed_scene(objects: int, seed: int) -> Scene:
 
 
 def measure(model: str, objects: int, candidates: int, runs: int, weights: Path | None = None) -> Result:
-    """Seconds of `runs` proposals, with what they depend on.
+    """Measure the seconds of `runs` proposals; return them with the settings that they depend on.
 
-    "imagined_seconds" is what imagination adds to them: `None` for planners that are told a sentence, since there is
-    no sentence encoder here. A stand-in takes as long to sample and to rank by, but what it asks for is nothing that
-    could stand.
+    "imagined_seconds" is the additional time of the physics rollouts. It is `None` for sentence-conditioned planners:
+    this module has no sentence encoder, and uses a stand-in embedding. Sampling and ranking take as long with it, but
+    the arrangements would not stand.
     """
     planner = load_planner(model, weights)
     scene = observed_scene(objects, seed=0)
@@ -86,14 +86,14 @@ def _without_imagination(planner: Planner) -> Planner:
 
 
 def sweep(model: str, runs: int, weights: Path | None = None) -> list[Result]:
-    """For every number of candidates with 7 objects, and for every number of objects with 64 candidates."""
+    """Measure every number of candidates with 7 objects, and every number of objects with 64 candidates."""
     wanted = [(7, candidates) for candidates in _CANDIDATES]
     wanted += [(objects, 64) for objects in _OBJECTS if objects != 7]
     return [measure(model, *point, runs, weights) for point in wanted]
 
 
 def plot(results: Sequence[Result], path: Path) -> None:
-    """Draws the cost against the number of candidates and of objects as a picture."""
+    """Plot the cost against the number of candidates and the number of objects, and write the picture."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9, 3.4), layout="constrained")

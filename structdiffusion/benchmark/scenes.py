@@ -1,7 +1,7 @@
-"""The scenes that planners are measured on: drawn from a seed, solvable, and seen by the camera.
+"""Scenes for evaluation: drawn from a seed, solvable, and observed by the simulated camera.
 
-The reference arrangement of each passes the physical protocol, and the camera sees every object that takes part.
-Everything about a scene follows from its conditions, seed, structure, number and draw.
+The reference arrangement of each scene passes the physical protocol, and the camera sees every object that takes part.
+The conditions, seed, structure, number and draw determine a scene completely.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ from structdiffusion.simulation.visible_points import ObservationError
 from structdiffusion.simulation.world import TabletopWorld
 from structdiffusion.structures import STRUCTURES
 
-ANY_SHAPE = "structure"  # what a scene is called whose spec leaves the shape open
+ANY_SHAPE = "structure"  # the name of a scene's structure if its spec leaves the shape open
 CAMERA_SIDES = ("robot", "opposite", "left", "right")
 _MAX_DRAWS = 100
-_TRIES = 10  # draws after which a stack gets one object less than asked for
+_TRIES = 10  # draws before a stack gets one object fewer than requested
 _BEYOND_EDGE = 0.40  # m, from a table's left or right edge to the camera above
-_DRAWING, _SENSING, _PLANNING = range(3)  # what a scene's generators are for
+_DRAWING, _SENSING, _PLANNING = range(3)  # purposes of a scene's random generators
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """What scenes are drawn under; by default that which the models are trained for.
+    """Conditions under which scenes are drawn; the defaults are those of the training data.
 
     Attributes:
         table: the table top's rectangle.
-        objects: the fewest and the most objects that take part; `None` for numbers that suit each structure. A table
-            setting has a place for ten things; a tower gets as many as stand.
+        objects: the minimum and maximum number of objects that take part; `None` for numbers that suit each structure.
+            A table setting has ten places; a tower gets as many objects as can stand.
         camera: the depth camera.
     """
 
@@ -48,10 +48,10 @@ class Conditions:
 
 
 def camera_beside(side: str, table: Table = Table()) -> DepthCamera:
-    """A depth camera above one side of a table: "robot" (the usual one), "opposite", "left" (+y) or "right".
+    """Return a depth camera above one side of a table: "robot" (the default side), "opposite", "left" (+y) or "right".
 
-    From the left and from the right it stands farther back: the table is broader than deep, and all of it has to be
-    in the picture.
+    The cameras on the left and right stand farther back, because the table is wider than deep and all of it has to be in
+    the picture.
 
     Raises:
         ValueError: for another side.
@@ -71,19 +71,19 @@ def camera_beside(side: str, table: Table = Table()) -> DepthCamera:
 
 @dataclass(frozen=True)
 class EvaluationScene:
-    """One scene to be solved.
+    """One scene to solve.
 
     Attributes:
-        drawn: the objects, where they stand at first, and the spec.
+        drawn: the objects, their initial poses, and the spec.
         structure: the shape of the spec, or `ANY_SHAPE`.
-        number: counts the scenes of this structure from 0.
-        seed: the base seed; with structure, number and draw it determines everything.
-        draw: how many draws before this one had no valid arrangement or an object out of sight.
+        number: the index of the scene among those of this structure, from 0.
+        seed: the base seed; seed, structure, number and draw determine the scene.
+        draw: how many earlier draws were rejected, because they had no valid arrangement or a hidden object.
         words: the instruction, or `None`.
         embedding: (384,) of the words, or `None`.
-        heard: what a parser made of the words, which is all that a planner told in words may know; `None` tells
-            it the true spec.
-        camera: the depth camera that looks at it.
+        heard: the spec that a parser read from the words; planners that take words get nothing else. With `None` they
+            get the true spec.
+        camera: the depth camera that observes the scene.
     """
 
     drawn: DrawnScene
@@ -98,23 +98,23 @@ class EvaluationScene:
 
     @property
     def spec(self) -> StructureSpec:
-        """What is asked for."""
+        """Return the true spec."""
         return self.drawn.spec
 
     @property
     def planning_seed(self) -> int:
-        """What a planner's generator starts from, in [0, 2**62)."""
+        """Return the seed of a planner's generator, in [0, 2**62)."""
         return int(_generator(self.seed, self.structure, self.number, self.draw, _PLANNING).integers(2**62))
 
     def observed(self) -> Scene:
-        """What the depth camera sees, its noise drawn from the scene's seed."""
+        """Return what the depth camera sees; the scene's seed determines the noise."""
         drawn = self.drawn
         rng = _generator(self.seed, self.structure, self.number, self.draw, _SENSING)
         with TabletopWorld(drawn.models, list(drawn.world_from_initial), drawn.table, self.camera) as world:
             return world.observe(rng, range(drawn.count), range(drawn.count, len(drawn.models)))
 
     def verdict(self, goal_from_initial: np.ndarray) -> Verdict:
-        """What becomes, in physics, of the motions (N, 4, 4) of the objects that take part, by the true spec."""
+        """Check in physics, against the true spec, the motions (N, 4, 4) of the objects that take part."""
         drawn, n = self.drawn, self.drawn.count
         poses = drawn.world_from_initial
         others = list(zip(drawn.models[n:], poses[n:]))
@@ -130,17 +130,17 @@ def draw_evaluation_scenes(
     workers: int = 0,
     conditions: Conditions = Conditions(),
 ) -> Iterator[EvaluationScene | Lost]:
-    """`scenes` scenes of each shape with every slot specified, in order; yields them as they are drawn.
+    """Draw `scenes` scenes of each shape with every slot specified; yield them in order, as they are drawn.
 
-    Where a worker died, its `Lost` has the scene's shape and number for a job.
+    If a worker died, a `Lost` is yielded instead, whose job is the scene's shape and number.
 
     Args:
         models: the object library.
-        scenes: how many per shape.
-        shapes: which structures.
-        seed: of everything.
-        workers: processes; 0 for this one alone.
-        conditions: what to draw them under.
+        scenes: the number of scenes per shape.
+        shapes: the structures.
+        seed: the base seed.
+        workers: the number of worker processes; 0 to use this process alone.
+        conditions: the conditions under which to draw.
 
     Raises:
         SceneError: no scene of a shape can be drawn from these objects.
@@ -166,16 +166,17 @@ def draw_evaluation_scene(
     conditions: Conditions = Conditions(),
     accepted: int | None = None,
 ) -> EvaluationScene:
-    """One scene.
+    """Draw one scene.
 
     Args:
         models: the object library.
-        shape: which structure; `None` for whichever the spec leaves possible.
-        number: counts the scenes of this shape.
-        seed: with shape and number it determines everything.
-        spec: what is asked for, of this shape; by default every slot of the shape is drawn.
-        conditions: what to draw it under.
-        accepted: the `EvaluationScene.draw` that was found for the same arguments before: it is not tried once more.
+        shape: the structure; `None` for any that the spec allows.
+        number: the index of the scene among those of this shape.
+        seed: seed, shape and number determine the scene.
+        spec: the requested spec, of this shape; by default every slot of the shape is drawn.
+        conditions: the conditions under which to draw.
+        accepted: the `EvaluationScene.draw` that an earlier call with the same arguments found; earlier draws and the
+            checks of this one are skipped.
 
     Raises:
         SceneError: no such scene can be drawn from these objects.
@@ -204,7 +205,7 @@ def draw_evaluation_scene(
 
 
 def _count(shape: str | None, conditions: Conditions, draw: int, rng: np.random.Generator) -> int | None:
-    """How many objects take part; `None` leaves it to the structure."""
+    """Return the number of objects that take part; `None` leaves it to the structure."""
     if conditions.objects is None:
         return None
     low, high = conditions.objects

@@ -1,8 +1,7 @@
-"""How often a planner's arrangements stand: success, the four failure classes, and success@k.
+"""Measure how often a planner's arrangements stand: success rate, the four failure classes, and success@k.
 
-On scenes that `structdiffusion.benchmark.scenes` draws, so that every planner is measured on the same ones,
-`solve` lets a planner propose and tries its best-ranked arrangements in physics until one stands; `Evaluation` has the
-rates over the rows.
+Every planner is measured on the same scenes, drawn by `structdiffusion.benchmark.scenes`. `solve` lets a planner
+propose arrangements and tries the best-ranked ones in physics until one stands; `Evaluation` computes the rates.
 """
 
 from __future__ import annotations
@@ -26,29 +25,29 @@ from structdiffusion.worker_process import WORKER_DIED
 
 SCHEMA = "structagent-success/2"
 Row = dict[str, Any]
-NO_ARRANGEMENT = "no arrangement"  # the planner gave up: counted beside the four failure classes
+NO_ARRANGEMENT = "no arrangement"  # the planner proposed nothing: counted beside the four failure classes
 
 
 class ScenePlanner(Protocol):
-    """What is measured (`structdiffusion.planners.factory.Planner`)."""
+    """The planner to measure (see `structdiffusion.planners.factory.Planner`)."""
 
     def propose(
         self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
     ) -> list[Arrangement]:
-        """Arrangements of the scene's objects, the best first."""
+        """Propose arrangements of the scene's objects, best first."""
 
 
 @dataclass(frozen=True)
 class SceneResult:
-    """What became of one scene: a row of the report.
+    """The result of one scene: a row of the report.
 
     Attributes:
-        scene: which.
+        scene: the scene.
         verdicts: of the best-ranked arrangements in order, up to the first that stands.
         motions: (N, 4, 4) of the best-ranked arrangement (`Arrangement.goal_from_initial`), or `None`.
-        proposed: how many arrangements the planner proposed.
-        plan_seconds: the time that the planner took.
-        seconds: the time that everything took, from the look to the last verdict.
+        proposed: the number of arrangements that the planner proposed.
+        plan_seconds: the planning time.
+        seconds: the total time, from the observation to the last verdict.
         problem: why there is no arrangement, or `None`.
     """
 
@@ -62,19 +61,20 @@ class SceneResult:
 
     @property
     def failure(self) -> str | None:
-        """The failure class of the best-ranked arrangement; `None` where it stands."""
+        """Return the failure class of the best-ranked arrangement; `None` if it stands."""
         return self.verdicts[0].failure if self.verdicts else NO_ARRANGEMENT
 
     def success_at(self, k: int) -> bool:
-        """Whether one of the k best-ranked arrangements stands."""
+        """Return whether one of the k best-ranked arrangements stands."""
         return any(verdict.success for verdict in self.verdicts[:k])
 
     @property
     def left(self) -> list[np.ndarray | None] | None:
-        """Where every object of a best-ranked arrangement that fails is in the end: poses (4, 4), world frame.
+        """Return the final poses (4, 4), world frame, of all objects of a best-ranked arrangement that fails.
 
-        As predicted where the prediction intersects something; else as physics left them, with `None` for those that
-        were never placed. `None` where the arrangement stands, and where there is none.
+        If a predicted pose intersects something, these are the predicted poses; otherwise the poses at the end of the
+        simulation, with `None` for objects that were never placed. The result is `None` if the arrangement stands or if
+        there is none.
         """
         if not self.verdicts or self.verdicts[0].success:
             return None
@@ -83,7 +83,7 @@ class SceneResult:
         return [None if np.isnan(pose).any() else pose for pose in self.verdicts[0].world_from_final]
 
     def to_dict(self) -> Row:
-        """JSON-ready."""
+        """Return the row as JSON-ready values."""
         scene, drawn = self.scene, self.scene.drawn
         left = self.left
         return {
@@ -109,11 +109,11 @@ class SceneResult:
 
 
 def lost_row(structure: str, number: int, seed: int, reason: str) -> Row:
-    """The row of a scene whose worker died at it: a failure of its own class, with the keys of `SceneResult.to_dict`.
+    """Return the row of a scene whose worker died: a failure class of its own, with the keys of `SceneResult.to_dict`.
 
     Args:
-        structure, number, seed: of the scene, as `EvaluationScene` has them.
-        reason: as `structdiffusion.parallel.Lost` has it.
+        structure, number, seed: of the scene, as in `EvaluationScene`.
+        reason: as in `structdiffusion.parallel.Lost`.
     """
     return {
         "structure": structure,
@@ -139,12 +139,12 @@ def lost_row(structure: str, number: int, seed: int, reason: str) -> Row:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """All rows of a planner, and the rates over them.
+    """All rows of a planner, and their success rates.
 
     Attributes:
         rows: one per scene, as `SceneResult.to_dict` gives them.
-        top_k: success@k was measured up to this k.
-        about: what was measured (model, objects, seed, command...), written along.
+        top_k: the largest k for which success@k was measured.
+        about: facts about the measurement (model, objects, seed, command...), included in the report.
     """
 
     rows: tuple[Row, ...]
@@ -152,18 +152,18 @@ class Evaluation:
     about: dict[str, Any] = field(default_factory=dict)
 
     def aggregate(self) -> dict[str, dict[str, Any]]:
-        """Rates per structure, and over all scenes as "all".
+        """Return the rates per structure, and over all scenes as "all".
 
-        "failures" are those of the best-ranked arrangements; "into_table" is how many of them intersect the table:
-        these count as "intersection" there. "lost" are the scenes whose worker died: they count as failed, are in
-        none of the failure classes, and have no times.
+        "failures" counts the failures of the best-ranked arrangements; "into_table" is how many of them intersect the
+        table, which are included in "intersection". "lost" counts the scenes whose worker died: they count as failed,
+        belong to no failure class, and have no times.
         """
         groups = {shape: [row for row in self.rows if row["structure"] == shape] for shape in SHAPES}
         groups = {shape: rows for shape, rows in groups.items() if rows} | {"all": list(self.rows)}
         return {name: _rates(rows, self.top_k) for name, rows in groups.items()}
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-ready: schema, about, aggregates, rows."""
+        """Return the evaluation as JSON-ready values: schema, about, aggregates, rows."""
         return {
             "schema": SCHEMA,
             "about": self.about,
@@ -174,7 +174,7 @@ class Evaluation:
 
 
 def wilson_interval(successes: int, n: int, z: float = 1.959964) -> tuple[float, float]:
-    """The Wilson score interval of a rate, 95 % by default; (0, 1) without any trial."""
+    """Return the Wilson score interval of a rate, 95 % by default; (0, 1) if there are no trials."""
     if not 0 <= successes <= n:
         raise ValueError(f"successes must be between 0 and n = {n}, got {successes}")
     if n == 0:
@@ -182,18 +182,18 @@ def wilson_interval(successes: int, n: int, z: float = 1.959964) -> tuple[float,
     share, spread = successes / n, z * z / n
     middle = (share + spread / 2) / (1 + spread)
     half = math.sqrt(share * (1 - share) * spread + spread * spread / 4) / (1 + spread)
-    # Rounding must not put an end that is 0 or 1, or any other, on the wrong side of the rate itself.
+    # Rounding must not put an end of the interval on the wrong side of the rate itself.
     return max(0.0, min(share, middle - half)), min(1.0, max(share, middle + half))
 
 
 def solve(planner: ScenePlanner, scene: EvaluationScene, *, candidates: int = 64, top_k: int = 5) -> SceneResult:
-    """Lets a planner solve one scene. All but the times follows from the scene and the planner.
+    """Let a planner solve one scene. The scene and the planner determine everything but the times.
 
     Args:
-        planner: what is measured.
+        planner: the planner to measure.
         scene: with words and their embedding where the planner needs them.
-        candidates: how many arrangements the planner proposes.
-        top_k: how many of them are tried in physics at most; trying ends with the first that stands.
+        candidates: the number of arrangements that the planner proposes.
+        top_k: the largest number of them to try in physics; the first that stands ends the trials.
     """
     generator = torch.Generator().manual_seed(scene.planning_seed)
     goal = Goal(scene.heard or scene.spec, scene.words, scene.embedding)

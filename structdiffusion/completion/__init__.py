@@ -1,1 +1,1 @@
-"""Partly seen objects completed into bodies: what the camera did not see of them, guessed from what it saw."""
+"""Complete partly seen objects: estimate the whole body from the points that the camera saw."""

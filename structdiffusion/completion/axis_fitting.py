@@ -1,4 +1,4 @@
-"""Round things: whether a partial view is one of them, and the upright axis it turns about."""
+"""Detect bodies of revolution in a partial view, and fit their upright axis."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ from structdiffusion.completion.profiles import BAND, TOP, opens_above, profile_
 from structdiffusion.completion.revolution import Turned
 from structdiffusion.completion.view import View, level_top
 
-_FITTED = 300  # points that the axis is fitted to
-_OPPOSITE = math.radians(40.0)  # seen from the axis, points so far apart tell whether the outline turns
-_FAR = 0.008  # m: what deviates more is a handle, and counts no further
-_ROUND = 0.0015  # m of mean deviation up to which a thing may be round
-_LOWEST = 0.006  # m: what is flatter need not be turned
+_FITTED = 300  # points to which the axis is fitted
+_OPPOSITE = math.radians(40.0)  # angle between points, seen from the axis, that shows whether the outline is round
+_FAR = 0.008  # m: a larger deviation is that of a handle; deviations are clipped here
+_ROUND = 0.0015  # m of mean deviation up to which an object may be round
+_LOWEST = 0.006  # m: flatter objects are not treated as bodies of revolution
 _SECTORS = 24
-_STRAIGHT_AROUND = 0.002  # m that a round outline may deviate, or 5 %
-_ROUND_SHARE = 0.62  # of the outline that has to be round
-_HOPELESS = 0.4  # of the outline: what is less round about every likely axis is so about none
+_STRAIGHT_AROUND = 0.002  # m by which a round outline may deviate, or 5 %
+_ROUND_SHARE = 0.62  # share of the outline that has to be round
+_HOPELESS = 0.4  # share of the outline: an object that is less round about every candidate axis is rejected without a fit
 _HANDLE = 0.004  # m beyond the outline where handles begin
-_OWN = 0.7  # of the points that have to belong to the round body
-_OPEN, _OPEN_INSIDE = 0.2, 0.45  # of the turned points in the open: then it is not round; the same of hollow things
-_SIDEWAYS = 0.82  # of its radius that a round body has to show to either side
+_OWN = 0.7  # share of the points that have to belong to the round body
+_OPEN, _OPEN_INSIDE = 0.2, 0.45  # shares of turned points in empty space above which a solid, or a hollow, object is not round
+_SIDEWAYS = 0.82  # share of its radius that a round body has to show on either side
 _SIZE = (0.008, 0.25)  # m, radii
 
 
 def turned_body(view: View, support: float) -> tuple[Turned, np.ndarray] | None:
-    """The round body that a view shows, and which of its points (P,) belong to it; `None` where it shows none.
+    """Fit the body of revolution in a view; return it and a mask (P,) of its points, or `None` if there is none.
 
     Args:
-        view: the object as it was seen.
-        support: z of what it stands on.
+        view: the view of the object.
+        support: z of the surface that it stands on.
     """
     points = view.points
     if len(points) < 20 or np.ptp(points[:, 2]) < _LOWEST:
         return None
     few = points[:: math.ceil(len(points) / _FITTED)]
     starts = _likely_middles(few)
-    # Seeking the axis takes longer than all else.
+    # The search for the axis takes most of the time.
     if all(max(_outline(points, start, view.eye)[1], _rim_share(points, start)) < _HOPELESS for start in starts):
         return None
     middle, deviation = _axis(few, view.eye, starts)
@@ -50,7 +50,7 @@ def turned_body(view: View, support: float) -> tuple[Turned, np.ndarray] | None:
     radii = np.linalg.norm(points[:, :2] - middle, axis=1)
     opens = opens_above(radii, points[:, 2])
     outline, share = _outline(points, middle, view.eye)
-    if opens:  # the near wall hides much of the inside, but the rim shows all around
+    if opens:  # the near wall hides much of the inside, but the whole rim is visible
         share = max(share, _rim_share(points, middle))
     if share < _ROUND_SHARE or not _SIZE[0] < np.quantile(outline, 0.9) < _SIZE[1]:
         return None
@@ -69,7 +69,7 @@ def turned_body(view: View, support: float) -> tuple[Turned, np.ndarray] | None:
 
 
 def _as_wide(points: np.ndarray, eye: np.ndarray, middle: np.ndarray, radius: float) -> bool:
-    """Whether points (P, 3) were seen as far to both sides of the axis as a round body reaches."""
+    """Return whether points (P, 3) were seen as far to both sides of the axis as a round body reaches."""
     toward = (eye[:2] - middle) / max(1e-9, float(np.linalg.norm(eye[:2] - middle)))
     across = (points[:, :2] - middle) @ np.array([-toward[1], toward[0]])
     left, right = np.quantile(across, [0.01, 0.99])
@@ -77,7 +77,7 @@ def _as_wide(points: np.ndarray, eye: np.ndarray, middle: np.ndarray, radius: fl
 
 
 def _rim_share(points: np.ndarray, middle: np.ndarray) -> float:
-    """Which share of the rim's outline around `middle` is round; 0 where too little of it was seen."""
+    """Return the share of the rim's outline around `middle` that is round; 0 if too little of it was seen."""
     offset = points[points[:, 2] > np.quantile(points[:, 2], 0.985) - TOP, :2] - middle
     outermost = np.zeros(_SECTORS)
     np.maximum.at(outermost, _sector(offset), np.linalg.norm(offset, axis=1))
@@ -89,15 +89,15 @@ def _rim_share(points: np.ndarray, middle: np.ndarray) -> float:
 
 
 def _sector(offset: np.ndarray) -> np.ndarray:
-    """In which sector (P,) around the middle level offsets (P, 2) lie."""
+    """Return the sector (P,) around the middle in which horizontal offsets (P, 2) lie."""
     return ((np.arctan2(offset[:, 1], offset[:, 0]) / (2 * math.pi) + 0.5) * _SECTORS).astype(int) % _SECTORS
 
 
 def _outline(points: np.ndarray, middle: np.ndarray, eye: np.ndarray) -> tuple[np.ndarray, float]:
-    """The radius (P,) of the outline at each point's height and side, and which share of the outline is round.
+    """Return the outline's radius (P,) at each point's height and side, and the share of the outline that is round.
 
-    The side toward the camera shows the outside, the other one the inside of hollow things: they are told apart. Of
-    each sector around the middle the outermost point counts, so that a handle is one sector of many.
+    The side toward the camera shows the outside, and the far side shows the inside of hollow objects, so they are
+    treated separately. Only the outermost point of each sector counts, so that a handle affects one sector of many.
     """
     offset = points[:, :2] - middle
     radii = np.linalg.norm(offset, axis=1)
@@ -117,25 +117,27 @@ def _outline(points: np.ndarray, middle: np.ndarray, eye: np.ndarray) -> tuple[n
 
 
 def _turn(points: np.ndarray, middle: np.ndarray, turn: float) -> np.ndarray:
-    """The points (P, 3) turned about the upright axis at `middle` (2,)."""
+    """Rotate the points (P, 3) about the upright axis at `middle` (2,)."""
     c, s = math.cos(turn), math.sin(turn)
     return np.column_stack(((points[:, :2] - middle) @ np.array([[c, s], [-s, c]]) + middle, points[:, 2]))
 
 
 def _likely_middles(points: np.ndarray) -> list[np.ndarray]:
-    """Where the axis (2,) of points (P, 3) may stand: the middle of their circles, of all of them, of the highest."""
+    """Return candidates for the axis (2,) of points (P, 3): the centre of their circles, their mean, and that of the
+    highest.
+    """
     low, high = np.quantile(points[:, :2], [0.01, 0.99], axis=0)
     top = points[points[:, 2] > level_top(points[:, 2]) - 0.01, :2]
     return [_common_middle(points), 0.5 * (low + high), 0.5 * (top.min(axis=0) + top.max(axis=0))]
 
 
 def _axis(points: np.ndarray, eye: np.ndarray, starts: Sequence[np.ndarray]) -> tuple[np.ndarray, float]:
-    """Where the axis (2,) stands about which points (P, 3) turn best, and how far most of them deviate, metres.
+    """Find the axis (2,) about which points (P, 3) are rotationally symmetric, and their typical deviation in metres.
 
     Args:
-        starts: where it may stand; the best of them is bettered.
+        starts: candidate positions; the best one is refined.
     """
-    # Of a wall, the far side shows the inside, the near side the outside.
+    # The far side of a wall shows its inside, the near side its outside.
     few = min(12, len(points))
     two_sides = float(opens_above(np.linalg.norm(points[:, :2] - starts[0], axis=1), points[:, 2]))
 
@@ -159,7 +161,7 @@ def _axis(points: np.ndarray, eye: np.ndarray, starts: Sequence[np.ndarray]) -> 
 
 
 def _common_middle(points: np.ndarray) -> np.ndarray:
-    """The middle (2,) of circles, one per band of height, fitted to points (P, 3) without their outliers."""
+    """Return the common centre (2,) of circles fitted to height bands of points (P, 3), ignoring outliers."""
     mean = points[:, :2].mean(axis=0)
     flat = points[:, :2] - mean
     band = ((points[:, 2] - points[:, 2].min()) / 0.012).astype(int)

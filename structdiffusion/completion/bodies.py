@@ -1,4 +1,4 @@
-"""Partly seen objects as rigid bodies: what the twin of a recorded scene, and physics that is imagined, are made of."""
+"""Rigid bodies for partly seen objects, for the simulated twin of a recorded scene and for physics rollouts."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from structdiffusion.tableware import CUTLERY
 DENSITY = 400.0  # kg/m^3: between an empty carton and a full can
 FRICTION = 0.5
 _GRAY = (0.62, 0.63, 0.65)
-_GAP = 0.001  # m between bodies that were cut apart
-_TOUCHING = 0.001  # m by which heights may overlap: one stands on the other
-_SEEN_CUT = 0.05  # of the seen points that a cut may part from their body at most
-_SMALLEST = 1e-9  # m^3: what is left of a part is dropped when it is smaller
+_GAP = 0.001  # m between bodies that were cut to separate them
+_TOUCHING = 0.001  # m by which heights may overlap where one object stands on another
+_SEEN_CUT = 0.05  # largest share of the seen points that a cut may remove from their body
+_SMALLEST = 1e-9  # m^3: remainders of a part that are smaller are dropped
 
 
 def bodies_of(
     clouds: Sequence[ObjectCloud], world_from_camera: np.ndarray | None, method: str = BEST
 ) -> list[tuple[ObjectModel, np.ndarray]]:
-    """A rigid body for each object of a scene, clear of its neighbours, and its pose world_from_object (4, 4).
+    """Return a rigid body for each object of a scene, clear of its neighbours, and its pose world_from_object (4, 4).
 
-    Args: as `body_of`.
+    Args: see `body_of`.
     """
     shapes = separated([complete(cloud, world_from_camera, method) for cloud in clouds])
     return [_body(cloud, shape) for cloud, shape in zip(clouds, shapes, strict=True)]
 
 
 def bodies_of_scene(scene: Scene) -> tuple[list[ObjectModel], np.ndarray, list[tuple[ObjectModel, np.ndarray]]]:
-    """What `place_and_check` needs to try arrangements on guessed bodies, from nothing but what the camera saw.
+    """Return the inputs that `place_and_check` needs to try arrangements on completed bodies; only the clouds are used.
 
     Returns:
         the models of the N objects that take part, their poses world_from_object (N, 4, 4), and the distractors, each
@@ -53,10 +53,10 @@ def bodies_of_scene(scene: Scene) -> tuple[list[ObjectModel], np.ndarray, list[t
 def body_of(
     cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: str = BEST
 ) -> tuple[ObjectModel, np.ndarray]:
-    """A rigid body for an object, and its pose world_from_object (4, 4): upright, and on its support.
+    """Return a rigid body for an object, and its pose world_from_object (4, 4): upright, and on its support.
 
     Args:
-        cloud: what was seen of it.
+        cloud: the partial cloud of the object.
         world_from_camera: (4, 4), or `None`.
         method: one of `structdiffusion.completion.methods.METHODS`.
     """
@@ -67,7 +67,7 @@ def _body(cloud: ObjectCloud, shape: CompletedShape) -> tuple[ObjectModel, np.nd
     color = _GRAY
     if cloud.colors is not None and len(cloud.colors):
         color = tuple((np.median(cloud.colors, axis=0) / 255).tolist())
-    # What the checks of a table setting take for the front is the object's +x.
+    # The checks of a table setting take the object's +x for its front.
     yaw = front_yaw(cloud.points) if cloud.category in CUTLERY else 0.0
     world_from_turned = pose_from_xyz_yaw(0.0, 0.0, 0.0, yaw)
     parts = [transform_points(world_from_turned.T, part) for part in shape.parts]
@@ -81,7 +81,7 @@ def _body(cloud: ObjectCloud, shape: CompletedShape) -> tuple[ObjectModel, np.nd
 
 
 def separated(shapes: Sequence[CompletedShape]) -> list[CompletedShape]:
-    """The shapes, cut where neighbours were guessed into each other: upright, midway between what was seen of both."""
+    """Cut shapes that were completed into each other by an upright plane, midway between the seen points of both."""
     shapes = list(shapes)
     for i, j in itertools.combinations(range(len(shapes)), 2):
         if not _overlap(shapes[i].parts, shapes[j].parts):
@@ -98,7 +98,7 @@ def separated(shapes: Sequence[CompletedShape]) -> list[CompletedShape]:
 
 
 def _overlap(some: Sequence[np.ndarray], others: Sequence[np.ndarray]) -> bool:
-    """Whether two bodies share a place, seen from above, at the same height."""
+    """Return whether two bodies overlap both in plan and in height."""
     outlines = [[shapely.MultiPoint(part[:, :2]).convex_hull for part in parts] for parts in (some, others)]
     if not shapely.union_all(outlines[0]).intersects(shapely.union_all(outlines[1])):
         return False
@@ -113,9 +113,9 @@ def _overlap(some: Sequence[np.ndarray], others: Sequence[np.ndarray]) -> bool:
 
 
 def _between(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, float] | None:
-    """The upright plane between two sets of seen points (P, 3): its level normal (3,) toward the other, its offset.
+    """Return the upright plane between two sets of seen points (P, 3): its normal (3,) toward the other, its offset.
 
-    `None` where no plane parts them, as of a spoon in a cup.
+    `None` if no plane separates them, as with a spoon in a cup.
     """
     outlines = [shapely.MultiPoint(points[:, :2]).convex_hull for points in (one, other)]
     nearest = shapely.shortest_line(*outlines)
@@ -137,7 +137,7 @@ def _between(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, float] | N
 
 
 def _behind(part: np.ndarray, normal: np.ndarray, at: float) -> np.ndarray | None:
-    """What of a convex part (V, 3) lies where `normal @ point` is at least `at`; `None` of next to nothing."""
+    """Return the piece of a convex part (V, 3) where `normal @ point` is at least `at`; `None` if it is negligible."""
     distance = part @ normal - at
     if (distance >= 0).all():
         return part

@@ -1,4 +1,4 @@
-"""Convex parts of anything else: columns from the support up to what was seen, gathered into hulls."""
+"""Convex parts of objects without symmetry: columns from the support up to the seen points, merged into hulls."""
 
 from __future__ import annotations
 
@@ -12,19 +12,20 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 from structdiffusion.completion.view import EDGE
 from structdiffusion.objects.decomposition import few_vertices
 
-_COLUMNS = 350  # over an object's outline, about
+_COLUMNS = 350  # approximate number over an object's outline
 _CELL = (0.0025, 0.008)  # m, the side of a column
-_THINNEST = 0.003  # m: what is flatter is taken to be so high
-_MOST = 14  # parts
-_OVERFILL = 0.06  # of the volume that hulls may hold beyond the columns
-_SPARE = 1.5e-6  # m^3: less is not worth a part
-_FEWEST = 6  # points that show an outline
+_THINNEST = 0.003  # m: flatter objects are given this height
+_MOST = 14  # largest number of parts
+_OVERFILL = 0.06  # share of the volume by which hulls may exceed the columns
+_SPARE = 1.5e-6  # m^3: a smaller excess does not justify another part
+_FEWEST = 6  # points needed for an outline
 _SMALLEST = 1e-9  # m^3
 _VERTICES = 48
 
 
 def solid(points: np.ndarray, support: float) -> np.ndarray:
-    """The vertices (V, 3) of the convex hull of points (P, 3), with what pixels lose, and of their shadows below."""
+    """Return the vertices (V, 3) of the hull of points (P, 3), widened by the pixel loss, and of their shadows below.
+    """
     points = _standing(points, support)
     outward = points[:, :2] - 0.5 * (points[:, :2].min(axis=0) + points[:, :2].max(axis=0))
     points[:, :2] += EDGE * outward / np.maximum(np.linalg.norm(outward, axis=1), 1e-6)[:, None]
@@ -40,10 +41,10 @@ def solid(points: np.ndarray, support: float) -> np.ndarray:
 
 
 def column_parts(points: np.ndarray, support: float) -> tuple[np.ndarray, ...]:
-    """Convex parts (V, 3) of the body between the points (P, 3), seen from above, and z = `support`.
+    """Return convex parts (V, 3) of the body between the points (P, 3), seen from above, and z = `support`.
 
-    Where one hull would hold much more than the columns below the points (an L, a ring, a step), it is cut in two, the
-    worst part first.
+    A hull that contains much more than the columns below the points (an L, a ring, a step) is cut in two, the worst
+    part first.
     """
     if len(points) < _FEWEST:
         return (solid(points, support),)
@@ -67,7 +68,7 @@ def column_parts(points: np.ndarray, support: float) -> tuple[np.ndarray, ...]:
 
 
 def _standing(points: np.ndarray, support: float) -> np.ndarray:
-    """The points (P, 3), none flatter than the thinnest thing, with their shadows on the support."""
+    """Return the points (P, 3), raised to at least the smallest height, with their shadows on the support."""
     points = np.array(points, dtype=np.float64)
     points[:, 2] = np.maximum(points[:, 2], support + _THINNEST)
     shadows = points.copy()
@@ -76,7 +77,7 @@ def _standing(points: np.ndarray, support: float) -> np.ndarray:
 
 
 def _cells(points: np.ndarray, support: float) -> tuple[np.ndarray, float]:
-    """Columns (C, 3): where each stands, and the height of its top; and the area of one, m^2."""
+    """Return columns (C, 3), each with its position and the height of its top, and the area of one, m^2."""
     flat = points[:, :2]
     try:
         area = float(ConvexHull(flat).volume)  # in 2-d, volume is area
@@ -95,9 +96,9 @@ def _cells(points: np.ndarray, support: float) -> tuple[np.ndarray, float]:
 
 
 def _overfill(points: np.ndarray, cells: np.ndarray, area: float, support: float) -> float:
-    """What the hull over some points holds beyond the columns, m^3."""
+    """Return the volume by which the hull over some points exceeds the columns, m^3."""
     try:
-        outermost = ConvexHull(points[:, :2]).vertices  # the shadows of all others lie between theirs
+        outermost = ConvexHull(points[:, :2]).vertices  # the shadows of all other points lie between theirs
         standing = _standing(points, support)
         volume = float(ConvexHull(standing[np.concatenate((np.arange(len(points)), len(points) + outermost))]).volume)
     except (QhullError, ValueError):
@@ -108,13 +109,13 @@ def _overfill(points: np.ndarray, cells: np.ndarray, area: float, support: float
 def _cut(
     points: np.ndarray, cells: np.ndarray, area: float, support: float
 ) -> list[tuple[float, np.ndarray, np.ndarray]]:
-    """The halves by the best of a few upright cuts: what their hulls hold too much, their points and their columns."""
+    """Return the halves of the best of a few upright cuts: excess volume of the hull, points and columns of each."""
     best: list[tuple[float, np.ndarray, np.ndarray]] = []
     least = math.inf
     if len(cells) < 4:
         return best
     axes = np.linalg.svd(cells[:, :2] - cells[:, :2].mean(axis=0), full_matrices=False)[2]
-    seam = 0.3 * math.sqrt(area)  # hulls of neighbours meet there
+    seam = 0.3 * math.sqrt(area)  # the hulls of neighbours meet at the seam
     for turn in (0.0, math.pi / 4, math.pi / 2, 3 * math.pi / 4):
         normal = math.cos(turn) * axes[0] + math.sin(turn) * axes[1]
         along, across = points[:, :2] @ normal, cells[:, :2] @ normal

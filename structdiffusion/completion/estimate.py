@@ -1,7 +1,7 @@
-"""What can be told of an object from its partial cloud: outline, height, whether others can stand on it.
+"""Estimate an object's properties from its partial cloud: outline, height, and whether others can stand on it.
 
-The geometric planner, the settling of imagined goals and the imagined checks all see objects this
-way, never through their models.
+The geometric planner, the settling of proposed goals and the checks before execution use these estimates, never the
+true models.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from structdiffusion.footprints import outline_centroid, overlap_depth, turned
 from structdiffusion.observation import ObjectCloud
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 
-_LEVEL = 0.008  # m: points this close below the highest count as near the top, about four deviations of the noise
+_LEVEL = 0.008  # m: points this close below the highest count as near the top; about four standard deviations of the noise
 _TOP = 0.005  # m: points this close below the top belong to it; a ball has few of them
-_STACKABLE_SHARE = 0.45  # of the outline's area that a top has to span to carry something
-_RIM, _RIM_NOISE = 0.985, 0.003  # quantile of the points that is a rim's height; m that noise adds to it
-_WALL_NOISE = 0.002  # m: likewise of a vessel, whose rim is seen by few points; a tower adds such errors up
-# A level top shows most of what lies within 12 mm of it less than 5.5 mm below it, where studs still count; the ridge of a
-# banana shows three quarters, a ball two thirds. m; m, the side of the cells that are counted
+_STACKABLE_SHARE = 0.45  # share of the outline's area that a top has to span to carry something
+_RIM, _RIM_NOISE = 0.985, 0.003  # quantile of the points at the height of a rim; m that noise adds to it
+_WALL_NOISE = 0.002  # m: the same for a vessel, whose rim has few points; a tower accumulates such errors
+# Of the cells within 12 mm of a level top, most are less than 5.5 mm below it, studs included; it is three quarters for the
+# ridge of a banana, and two thirds for a ball. Units: m, m, m (side of a cell), share of the cells.
 _NEAR_TOP, _BELOW_TOP, _CELL, _LEVEL_SHARE = 0.0055, 0.012, 0.004, 0.82
-_INNER = 0.5  # of the outline's smallest radius: where a vessel is lower than its rim
-_ON_TABLE = 0.008  # m: what is lifted less stands on the table
-# Outlines that overlap less, metres, are neighbours that touch, not one above the other.
+_INNER = 0.5  # share of the outline's smallest radius within which a vessel is lower than its rim
+_ON_TABLE = 0.008  # m: objects that are lifted less stand on the table
+# m: outlines that overlap less belong to neighbours that touch, not to objects on top of each other.
 OVERLAP = 0.005
 
 
@@ -41,10 +41,10 @@ class ObjectEstimate:
         mean: (3,) the mean of its points.
         outline: (K, 2) convex outline seen from above.
         height: of its level top.
-        front_yaw: heading of its front, were it cutlery.
-        stackable: whether its top is level and broad enough to carry something.
-        rounded: whether its top falls off to its sides, as that of a fruit: nothing can stand on it.
-        hollow: whether the camera sees into it: a bowl, cup, pan or plate, into which something may sink.
+        front_yaw: heading of its front, computed as for cutlery.
+        stackable: whether its top is level and wide enough to carry something.
+        rounded: whether its top slopes down to all sides, as on a fruit, so that nothing can stand on it.
+        hollow: whether the camera sees into it: a bowl, cup, pan or plate, into which another object may sink.
     """
 
     name: str
@@ -59,22 +59,22 @@ class ObjectEstimate:
     rounded: bool = False
 
     def layout_item(self) -> LayoutItem:
-        """The planner's view of it. A bottom cannot be seen, and is taken to be level."""
+        """Return the object as the geometric planner sees it. The unseen bottom is assumed to be level."""
         centred = self.outline - outline_centroid(self.outline)
         return LayoutItem(self.category, centred, self.height, self.front_yaw, self.stackable, flat_bottom=True)
 
     def outline_after(self, motion: np.ndarray) -> np.ndarray:
-        """The outline (K, 2) after an upright motion (4, 4) in the world frame."""
+        """Return the outline (K, 2) after an upright motion (4, 4) in the world frame."""
         return turned(self.outline, math.atan2(motion[1, 0], motion[0, 0])) + motion[:2, 3]
 
 
 def estimate(cloud: ObjectCloud) -> ObjectEstimate:
-    """What a partial cloud tells of its object."""
+    """Estimate the properties of an object from its partial cloud."""
     outline = outline_of(cloud.points[:, :2].astype(np.float64))
     z = cloud.points[:, 2]
     height, hollow = top_of(cloud.points, outline)
     mean = cloud.points.mean(axis=0).astype(np.float64)
-    top = _level_or_rim(z) if hollow else height  # the noise of a rim corrects its height alone
+    top = _level_or_rim(z) if hollow else height  # the correction for noise at a rim applies to the height alone
     try:
         # In 2-d, volume is area.
         share = ConvexHull(cloud.points[z > top - _TOP, :2]).volume / ConvexHull(outline).volume
@@ -96,11 +96,11 @@ def estimate(cloud: ObjectCloud) -> ObjectEstimate:
 
 
 def top_of(points: np.ndarray, outline: np.ndarray) -> tuple[float, bool]:
-    """The height of the level top or rim, metres, of a thing's points (P, 3), and whether the camera sees into it.
+    """Return the height of the level top or rim, metres, and whether the camera sees into the object.
 
     Args:
-        points: (P, 3) what was seen of it; it stands at z = 0.
-        outline: (K, 2) convex, of the same points.
+        points: (P, 3) seen points of the object, which stands at z = 0.
+        outline: (K, 2) convex outline of the same points.
     """
     z = points[:, 2]
     height = _level_or_rim(z)
@@ -112,17 +112,17 @@ def top_of(points: np.ndarray, outline: np.ndarray) -> tuple[float, bool]:
 
 
 def _level_or_rim(z: np.ndarray) -> float:
-    """The height of a top by the heights (P,) of all points.
+    """Return the height of a top from the heights (P,) of all points.
 
-    The highest points lie above a level top by deviations of the noise: take the median of those near them. But a can's
-    narrow rim, on which things stand, is higher than its lid.
+    Noise lifts the highest points above a level top, so the median of the points near them is used. The narrow rim of a
+    can, on which other objects stand, is higher than its lid.
     """
     level = float(np.median(z[z > np.quantile(z, 0.97) - _LEVEL]))
     return max(level, float(np.quantile(z, _RIM)) - _RIM_NOISE)
 
 
 def outline_of(points: np.ndarray) -> np.ndarray:
-    """The convex outline (K, 2) of points (P, 2). Depth noise is along the ray, and mostly up and down."""
+    """Return the convex outline (K, 2) of points (P, 2). Depth noise is along the ray, so mostly vertical."""
     try:
         return points[ConvexHull(points).vertices]
     except (QhullError, ValueError):  # fewer than three points, or all on one line
@@ -130,14 +130,14 @@ def outline_of(points: np.ndarray) -> np.ndarray:
 
 
 def _level_share(points: np.ndarray, height: float) -> float:
-    """Which share of what is seen from above (P, 3) within 12 mm of a top belongs to that top."""
+    """Return the share of the points seen from above (P, 3) within 12 mm of a top that belong to that top."""
     cells = np.floor(points[:, :2] / _CELL).astype(np.int64)
     near, below = (np.unique(cells[points[:, 2] > height - depth], axis=0) for depth in (_NEAR_TOP, _BELOW_TOP))
     return len(near) / max(1, len(below))
 
 
 def front_yaw(points: np.ndarray) -> float:
-    """The heading of the long axis, toward its broader end: tines, blade or bowl of cutlery."""
+    """Return the heading of the long axis toward its wider end: the tines, blade or bowl of cutlery."""
     centred = points[:, :2] - points[:, :2].mean(axis=0)
     axis = np.linalg.svd(centred, full_matrices=False)[2][0]
     along, across = centred @ axis, centred @ np.array([-axis[1], axis[0]])
@@ -148,7 +148,7 @@ def front_yaw(points: np.ndarray) -> float:
 
 
 def imagined_bodies(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> list[PlacedBody]:
-    """The finished structure as the clouds let us imagine it: for the checks before anything has moved.
+    """Return the proposed structure as estimated bodies, for the checks before anything has moved.
 
     Args:
         objects: N estimates.

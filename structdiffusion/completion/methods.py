@@ -1,12 +1,12 @@
-"""What a camera could not see of an object, guessed from what it saw: the far side, the inside, the bottom.
+"""Complete an object's far side, inside and bottom from a partial view.
 
 | method | body |
 |---|---|
-| "hull" | the convex hull of what was seen, and of its lowest points set down on the support |
-| "extrude" | what was seen, continued straight down to the support, as one convex hull |
-| "columns" | the same, in as many convex parts as its outline and its steps need |
-| "mirror" | the far side by the likeliest mirror plane or half turn, where the object itself hides it; then "extrude" |
-| "symmetry" | round things turned about their axis, hollow where the camera saw into them; others mirrored, "columns" |
+| "hull" | the convex hull of the seen points and of the lowest ones projected onto the support |
+| "extrude" | the seen points extended straight down to the support, as one convex hull |
+| "columns" | the same, in as many convex parts as the outline and its steps need |
+| "mirror" | the hidden far side from the likeliest mirror plane or half turn; then "extrude" |
+| "symmetry" | round objects as bodies of revolution, hollow if the camera saw into them; others mirrored, then "columns" |
 """
 
 from __future__ import annotations
@@ -31,30 +31,30 @@ from structdiffusion.observation import ObjectCloud
 METHODS = ("hull", "extrude", "columns", "mirror", "symmetry")
 BEST = "symmetry"
 
-_FLAT = 0.015  # m: what is lower shows its whole outline to a camera above
-_TOP, _BROAD = 0.008, 0.85  # m below the top that belong to it; of the outline's area
-_FEWEST = 12  # points that tell a symmetry
-_MOST = 1200  # points that are looked at
-_LOW = 0.15  # of the height: what belongs to the lowest points
-_TRIED = 200  # points that are mirrored to try a symmetry
-_CERTAIN = 0.15  # how plausible a symmetry has to be at least
-_APPENDAGE = 25  # points besides a round body that make a handle
-_HANDLE = 0.006  # m below what was seen of a handle that belong to it
-# A ball's top falls off by a seventh of its radius (`fall_of_top`), a level one by nothing.
+_FLAT = 0.015  # m: lower objects show their whole outline to a camera above
+_TOP, _BROAD = 0.008, 0.85  # m below the top that belong to it; share of the outline's area
+_FEWEST = 12  # points needed to detect a symmetry
+_MOST = 1200  # points used
+_LOW = 0.15  # share of the height that the lowest points span
+_TRIED = 200  # points mirrored to test a symmetry
+_CERTAIN = 0.15  # smallest plausibility of an accepted symmetry
+_APPENDAGE = 25  # points outside a round body that form a handle
+_HANDLE = 0.006  # m below the seen points of a handle that belong to it
+# The top of a ball falls by a seventh of its radius (`fall_of_top`), a level top by zero.
 _BALL_FALLS = 0.07
-_STUDS = 0.0016  # m that a thing is at least higher than its level top would be
-_FOOT, _VERTICES = 0.0015, 64  # m that a round thing is flattened below; of a round body
+_STUDS = 0.0016  # m by which an object has to be higher than its level top would be
+_FOOT, _VERTICES = 0.0015, 64  # m by which a round object is flattened at the bottom; vertices of a round body
 
 
 @dataclass(frozen=True)
 class CompletedShape:
-    """A whole body, guessed from a partial view. World frame, metres.
+    """A completed shape, estimated from a partial view. World frame, metres.
 
     Attributes:
         parts: convex parts, each (V, 3); their union is the body, and its lowest point is on the support.
-        seen: (P, 3) the points it was guessed from, strays left out and noise smoothed.
-        symmetry: "turned", "ball", "half turn", "mirror" or "": how the far side was guessed.
-        hollow: whether it is open from above.
+        seen: (P, 3) the points that it was estimated from, without strays and with the noise smoothed.
+        symmetry: "turned", "ball", "half turn", "mirror" or "": how the far side was estimated.
+        hollow: whether it is open at the top.
     """
 
     parts: tuple[np.ndarray, ...]
@@ -64,15 +64,15 @@ class CompletedShape:
 
 
 def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: str = BEST) -> CompletedShape:
-    """The whole body of a partly seen object.
+    """Complete the body of a partly seen object.
 
     Args:
-        cloud: what was seen of it; any number of points.
-        world_from_camera: (4, 4); without it nothing is known of what was hidden, and nothing is mirrored.
+        cloud: the seen points, any number of them.
+        world_from_camera: (4, 4); without it hidden regions are unknown, and nothing is mirrored.
         method: one of `METHODS`.
 
     Raises:
-        ValueError: for another method, or a cloud without a point.
+        ValueError: for an unknown method, or a cloud without points.
     """
     if method not in METHODS:
         raise ValueError(f"a method of completion cannot be {method!r}; legal: {', '.join(METHODS)}")
@@ -118,10 +118,11 @@ def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: s
 
 
 def mirrored(view: View, support: float) -> tuple[np.ndarray, str]:
-    """The points (Q, 3) of the far side, by the likeliest symmetry of what was seen, and which that is.
+    """Return the points (Q, 3) of the far side by the likeliest symmetry of the seen points, and the name of the
+    symmetry.
 
-    Half turns about an upright axis and mirrorings in upright planes are tried: one is likely where what was seen comes
-    to lie on what was seen, or behind it, and nothing comes to lie where the camera saw that nothing is.
+    Candidates are half turns about an upright axis and reflections in upright planes. A candidate is likely if it maps
+    the seen points onto or behind seen points, and none into space that the camera saw to be empty.
     """
     points = view.points
     none = np.empty((0, 3)), ""
@@ -149,7 +150,7 @@ def mirrored(view: View, support: float) -> tuple[np.ndarray, str]:
 
 
 def _largest_piece(points: np.ndarray) -> np.ndarray:
-    """Those of the points (P, 3) that hang together with most others: what else sticks out of a body is noise."""
+    """Return the largest connected group of the points (P, 3); everything else that sticks out of a body is noise."""
     if len(points) < _APPENDAGE:
         return points[:0]
     tree = cKDTree(points)
@@ -161,7 +162,7 @@ def _largest_piece(points: np.ndarray) -> np.ndarray:
 
 
 def _shows_outline(points: np.ndarray) -> bool:
-    """Whether the top of what was seen (P, 3) is level and as broad as the whole: then nothing sticks out behind it."""
+    """Return whether the seen top (P, 3) is level and as wide as the whole, so that nothing sticks out behind it."""
     top = points[points[:, 2] > level_top(points[:, 2]) - _TOP]
     try:
         return ConvexHull(top[:, :2]).volume > _BROAD * ConvexHull(points[:, :2]).volume  # in 2-d, volume is area
@@ -170,7 +171,9 @@ def _shows_outline(points: np.ndarray) -> bool:
 
 
 def _reflected(points: np.ndarray, middle: np.ndarray, heading: float | None) -> np.ndarray:
-    """Points (P, 3) after half a turn about the axis at `middle` (2,), or mirrored in the plane facing `heading`."""
+    """Rotate points (P, 3) by a half turn about the axis at `middle` (2,), or reflect them in the plane facing
+    `heading`.
+    """
     offset = points[:, :2] - middle
     if heading is None:
         return np.column_stack((middle - offset, points[:, 2]))
@@ -179,13 +182,13 @@ def _reflected(points: np.ndarray, middle: np.ndarray, heading: float | None) ->
 
 
 def _cornered(body: Turned, points: np.ndarray) -> bool:
-    """Whether what was taken for a ball has a level top: a small cube is nowhere far from one."""
+    """Return whether a supposed ball has a level top; a small cube is nowhere far from a ball."""
     radius = float(body.outer[:, 0].max())
     return body.ball and fall_of_top(points) < _BALL_FALLS * radius
 
 
 def _as_high(parts: tuple[np.ndarray, ...], cloud: ObjectCloud) -> tuple[np.ndarray, ...]:
-    """The parts, stretched where studs or a ridge, which few points show, reach higher than a level top would."""
+    """Stretch the parts if studs or a ridge, which have few points, reach higher than a level top would."""
     top = max(float(part[:, 2].max()) for part in parts)
     reach, _ = top_of(cloud.points, outline_of(cloud.points[:, :2]))
     if reach - top < _STUDS or top - cloud.bottom < _STUDS:
@@ -195,7 +198,7 @@ def _as_high(parts: tuple[np.ndarray, ...], cloud: ObjectCloud) -> tuple[np.ndar
 
 
 def _round_below(points: np.ndarray, support: float) -> np.ndarray:
-    """The convex hull (V, 3) of a body that is as round below as it is above; it stands on a small flat."""
+    """Return the convex hull (V, 3) of a body that is as round below as above, and stands on a small flat."""
     top = float(points[:, 2].max())
     upper = points[points[:, 2] >= support + 0.5 * (top - support)]
     lower = upper * [1, 1, -1] + [0, 0, top + support]
@@ -205,7 +208,7 @@ def _round_below(points: np.ndarray, support: float) -> np.ndarray:
 
 
 def _lowered_hull(points: np.ndarray, support: float) -> np.ndarray:
-    """The convex hull (V, 3) of points and of the shadow of the lowest of them."""
+    """Return the convex hull (V, 3) of points and of the shadow of the lowest ones."""
     low = points[points[:, 2] <= np.quantile(points[:, 2], 0.02) + _LOW * np.ptp(points[:, 2])]
     feet = solid(low, support)
     whole = np.concatenate((points, feet))

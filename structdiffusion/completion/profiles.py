@@ -1,4 +1,4 @@
-"""The profile of a round thing about a known axis: its radius over its height, outside and, if it is open, inside."""
+"""Estimate the profile of a body of revolution about a known axis: radius over height, outside and, if open, inside."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from structdiffusion.completion.revolution import Turned
 from structdiffusion.completion.view import level_top
 
 TOP = 0.008  # m below the highest points that belong to a rim or a top
-_WALL, _THINNEST_WALL = 0.0035, 0.002  # m, where its thickness cannot be seen, and at least
-BAND = 0.006  # m of height whose points give one radius
-_OUTER = 0.004  # m: as far within the outermost points of a band others give its radius, too
-_STRAIGHT = 0.0015  # m that a profile may deviate from a straight line
+_WALL, _THINNEST_WALL = 0.0035, 0.002  # m: thickness of a wall if it cannot be seen, and its minimum
+BAND = 0.006  # m: height of the bands that give one radius each
+_OUTER = 0.004  # m: points this close to the outermost ones of a band also give its radius
+_STRAIGHT = 0.0015  # m by which a profile may deviate from a straight line
 
 
 def profile_of(points: np.ndarray, eye: np.ndarray, middle: np.ndarray, support: float) -> Turned | None:
-    """The body of which points (P, 3) were seen, turned about `middle`."""
+    """Return the body of revolution about `middle` of which points (P, 3) were seen."""
     offset = points[:, :2] - middle
     radii, heights = np.linalg.norm(offset, axis=1), points[:, 2] - support
     toward = eye[:2] - middle
@@ -39,21 +39,21 @@ def profile_of(points: np.ndarray, eye: np.ndarray, middle: np.ndarray, support:
 
 
 def _radii_by_height(radii: np.ndarray, heights: np.ndarray, top: float) -> np.ndarray | None:
-    """Outer radius and height (K, 2) of bands from the lowest that was seen up to the top."""
+    """Return the outer radius and height (K, 2) of bands from the lowest seen one up to the top."""
     count = max(2, min(24, round(top / BAND)))
     edges = np.linspace(0.0, top, count + 1)
     curve = []
     for low, high in itertools.pairwise(edges):
         band = radii[(heights >= low - BAND / 4) & (heights < high + BAND / 4)]
         if len(band) >= 4:
-            # A level top fills its disc: the outer points of the band give its radius.
+            # A level top fills its disc, so the outer points of the band give its radius.
             outer = band[band > np.quantile(band, 0.9) - _OUTER]
             curve.append((float(np.quantile(outer, 0.6)), 0.5 * (low + high)))
     return np.array(curve) if len(curve) > 0 else None
 
 
 def _ball_radius(radii: np.ndarray, heights: np.ndarray) -> float | None:
-    """The radius of the ball on the support that the points lie on; `None` where they lie on none."""
+    """Return the radius of the ball on the support on which the points lie; `None` if they lie on none."""
     # r^2 + (z - R)^2 = R^2: R = (r^2 + z^2) / (2 z)
     usable = heights > 0.006
     if usable.sum() < 10:
@@ -73,12 +73,12 @@ def _hollow(
     outermost: float,
     support: float,
 ) -> Turned:
-    """A vessel: the far side shows the inside of its wall, the near side the outside.
+    """Return a vessel: the far side shows the inside of its wall, the near side the outside.
 
     Args:
         radii, heights: (P,) of the points, above the support.
         front: (P,) which of them are on the near side.
-        rim: its height. outermost: its radius.
+        rim: height of the rim. outermost: radius of the rim.
     """
     lowest = radii < 0.35 * outermost
     floor = float(np.median(heights[lowest])) if lowest.sum() >= 4 else float(np.quantile(heights[~front], 0.02))
@@ -106,7 +106,7 @@ def _hollow(
 
 
 def _curve(radii: np.ndarray, heights: np.ndarray) -> np.polynomial.Polynomial | None:
-    """The radius as a parabola over the height, by least squares with outliers left out; `None` of too few points."""
+    """Fit a parabola of radius over height by least squares without outliers; `None` for too few points."""
     if len(radii) < 8 or np.ptp(heights) < 0.004:
         return None
     keep = np.ones(len(radii), dtype=bool)
@@ -118,7 +118,7 @@ def _curve(radii: np.ndarray, heights: np.ndarray) -> np.polynomial.Polynomial |
 
 
 def _simplified(curve: np.ndarray) -> np.ndarray:
-    """The profile (K, 2) with as few points as follow it within 1.5 mm."""
+    """Simplify the profile to the fewest points (K, 2) that follow it within 1.5 mm."""
     order = np.argsort(curve[:, 1], kind="stable")
     curve = curve[order]
     keep, waiting = {0, len(curve) - 1}, [(0, len(curve) - 1)]
@@ -139,7 +139,7 @@ def _simplified(curve: np.ndarray) -> np.ndarray:
 
 
 def opens_above(radii: np.ndarray, heights: np.ndarray) -> bool:
-    """Whether the highest points form a rim, with nothing but lower ones within, from radii and heights (P,)."""
+    """Return whether the highest points form a rim with only lower points inside, from radii and heights (P,)."""
     top = min(TOP, 0.35 * float(np.ptp(heights)))  # plates are shallow
     high = heights > np.quantile(heights, 0.985) - top
     inside = radii < 0.6 * np.quantile(radii[high], 0.9)

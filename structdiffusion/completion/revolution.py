@@ -1,4 +1,4 @@
-"""The body that a profile draws, turned about an upright axis, as convex parts."""
+"""Bodies of revolution about an upright axis, built from a profile as convex parts."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from scipy.spatial import ConvexHull
 from structdiffusion.completion.view import EDGE
 from structdiffusion.objects.solids import frustum
 
-_SIDES = 16  # pieces around a hollow thing
+_SIDES = 16  # pieces around a hollow object
 
 
 @dataclass(frozen=True)
 class Turned:
-    """A body turned about an upright axis. World frame, metres.
+    """A body of revolution about an upright axis. World frame, metres.
 
     Attributes:
-        middle: (2,) where the axis stands.
-        outer: (K, 2) radius and height of the outside as it was seen, from the support up.
-        inner: (L, 2) the same of a hollow thing's inside, from its floor up; empty for a solid one.
-        ball: whether it is a ball that reaches from the lowest to the highest of `outer`.
+        middle: (2,) position of the axis.
+        outer: (K, 2) radius and height of the seen outside, from the support up.
+        inner: (L, 2) the same for the inside of a hollow object, from its floor up; empty for a solid one.
+        ball: whether it is a ball that spans the heights of `outer`.
     """
 
     middle: np.ndarray
@@ -33,11 +33,11 @@ class Turned:
 
     @property
     def hollow(self) -> bool:
-        """Whether the camera saw into it."""
+        """Return whether the camera saw into it."""
         return len(self.inner) > 0
 
     def parts(self) -> tuple[np.ndarray, ...]:
-        """Convex parts, each (V, 3)."""
+        """Return the convex parts, each (V, 3)."""
         at = np.array([*self.middle, 0.0])
         if self.ball:
             low, high = self.outer[0, 1], self.outer[-1, 1]
@@ -55,7 +55,7 @@ class Turned:
         return tuple(piece + at for piece in pieces)
 
     def _walls(self) -> list[np.ndarray]:
-        """The wall in pieces (8, 3) that each span a part of the circle and of the height."""
+        """Return the wall in pieces (8, 3) that each span a part of the circle and of the height."""
         angles = np.arange(_SIDES + 1) * 2 * math.pi / _SIDES
         around = np.stack((np.cos(angles), np.sin(angles)), axis=1)
         heights = self.inner[:, 1]
@@ -73,18 +73,18 @@ class Turned:
 
 
 def _stack(profile: np.ndarray) -> list[np.ndarray]:
-    """Truncated cones between the radii and heights (K, 2) of a profile."""
+    """Return truncated cones between the radii and heights (K, 2) of a profile."""
     grown = np.column_stack((_round_radius(profile[:, 0], 24), profile[:, 1])).tolist()
     return [frustum(a, b, low, high) for (a, low), (b, high) in itertools.pairwise(grown)]
 
 
 def _round_radius(radius: np.ndarray, sides: int) -> np.ndarray:
-    """The corner radius of a polygon that lies as much outside a circle as inside it."""
+    """Return the corner radius of a polygon that lies as much outside a circle as inside it."""
     return radius * (1 + 0.5 * (1 - math.cos(math.pi / sides)))
 
 
 def _ball(radius: float) -> np.ndarray:
-    """About 60 points (V, 3) spread evenly over a sphere, its lowest and highest among them."""
+    """Return about 60 points (V, 3) spread evenly over a sphere, including its lowest and highest point."""
     count = 62
     z = np.linspace(1.0, -1.0, count)
     turn = math.pi * (1 + math.sqrt(5)) * np.arange(count)

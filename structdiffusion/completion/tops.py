@@ -1,4 +1,4 @@
-"""Whether what is seen of a thing from above falls off to all its sides, as fruit and balls do."""
+"""Detect tops that slope down to all sides, as those of fruit and balls do."""
 
 from __future__ import annotations
 
@@ -7,21 +7,22 @@ from scipy.spatial import ConvexHull, QhullError
 
 from structdiffusion.footprints import outline_centroid
 
-# On the way to its outline an ellipsoid falls by 0.09 of its height, a level top by 0, a bottle by 0.14 and more. m; of
-# the height
+# Toward its outline an ellipsoid falls by 0.09 of its height, a level top by 0, a bottle by 0.14 and more. Units: m; shares
+# of the height.
 _FALLS, _ROUND = 0.0025, (0.06, 0.13)
-_MIDDLE, _BORDER = 0.35, (0.5, 0.7)  # of the way from the middle to the outline
-_FEWEST = 6  # points of which a median is taken
+_MIDDLE, _BORDER = 0.35, (0.5, 0.7)  # shares of the distance from the middle to the outline
+_FEWEST = 6  # points needed for a median
 
 
 def is_rounded(points: np.ndarray, height: float) -> bool:
-    """Whether points (P, 3) of a thing of this height, metres, fall off to all sides like those of an ellipsoid."""
+    """Return whether points (P, 3) of an object of this height, metres, slope down to all sides as on an ellipsoid."""
     low, high = _ROUND
     return max(_FALLS, low * height) < fall_of_top(points) < max(2 * _FALLS, high * height)
 
 
 def fall_of_top(points: np.ndarray) -> float:
-    """By how much, metres, points (P, 3) are lower on the way to their outline than in its middle; 0 of too few."""
+    """Return how much lower, metres, points (P, 3) are toward their outline than in the middle; 0 for too few points.
+    """
     try:
         outline = points[ConvexHull(points[:, :2]).vertices, :2]
     except (QhullError, ValueError):
@@ -30,7 +31,7 @@ def fall_of_top(points: np.ndarray) -> float:
     corners = outline - middle
     edges = np.roll(corners, -1, axis=0) - corners
     normals = np.column_stack((edges[:, 1], -edges[:, 0]))
-    # How far out each point is, 1 on the outline.
+    # Distance of each point from the middle as a share of that of the outline.
     out = ((points[:, :2] - middle) @ (normals / (normals * corners).sum(axis=1)[:, None]).T).max(axis=1)
     inner = points[out < _MIDDLE, 2]
     border = points[(out > _BORDER[0]) & (out < _BORDER[1]), 2]

@@ -1,22 +1,22 @@
-"""What a camera's view of one object tells: its points without noise, and which guessed points it rules out."""
+"""View of one object by a camera: denoised points, and a test of which completed points it rules out."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-_STRAYS = 4.0  # times the typical distance of neighbours: what lies farther from all others flew there
-_FEWEST = 12  # points from which neighbours tell anything
+_STRAYS = 4.0  # times the typical distance of neighbours: points farther from all others are strays
+_FEWEST = 12  # points needed for statistics of neighbours
 _NEIGHBOURS = 10
-_SAME_SURFACE = 0.010  # m between the depths of neighbours in the picture that lie on one surface
-_SILHOUETTE = 2.5  # times the typical distance of neighbours: so near to a seen point belongs to the silhouette
-EDGE = 0.0007  # m that the pixels at an outline lose of it
+_SAME_SURFACE = 0.010  # m: largest depth difference of neighbouring pixels on one surface
+_SILHOUETTE = 2.5  # times the typical distance of neighbours: directions this close to a seen point are in the silhouette
+EDGE = 0.0007  # m that an outline loses at its border pixels
 _LEVEL = 0.003  # m below a level top that belong to it
-_WITHIN = 0.004  # m of depth between points that count as the same
+_WITHIN = 0.004  # m: depths that differ by less count as equal
 
 
 def without_strays(points: np.ndarray) -> np.ndarray:
-    """The points (P, 3) but for those that are alone: depth cameras let some fly between an edge and what is behind."""
+    """Remove isolated points from points (P, 3): depth cameras produce some between an edge and what is behind it."""
     if len(points) < _FEWEST:
         return points
     distance = cKDTree(points).query(points, k=5)[0][:, 4]
@@ -28,7 +28,7 @@ class View:
 
     Args:
         points: (P, 3) world frame, metres.
-        eye: (3,) where the camera is.
+        eye: (3,) position of the camera.
 
     Attributes:
         points: (P, 3) float64, moved along their rays onto a plane through their neighbours.
@@ -49,7 +49,7 @@ class View:
         self.points = self.eye + rays * self._depths[:, None]
 
     def behind(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How far points (Q, 3) lie behind what was seen in their direction, metres, and where nothing was seen there.
+        """Return how far points (Q, 3) lie behind the surface seen in their direction, and where no surface was seen.
 
         Returns:
             (Q,) metres, negative in front, and (Q,) bool: outside the object's silhouette.
@@ -60,12 +60,13 @@ class View:
         return depths - self._depths[nearest], apart > self._reach
 
     def hidden(self, points: np.ndarray) -> np.ndarray:
-        """Which of the points (Q, 3) the object itself hides: the camera could not have seen them."""
+        """Return which of the points (Q, 3) the object itself hides, so that the camera could not have seen them."""
         behind, outside = self.behind(points)
         return ~outside & (behind > _WITHIN)
 
     def plausibility(self, points: np.ndarray) -> float:
-        """How well points (Q, 3) agree with the view: those on seen surface count for, those in the open against."""
+        """Score how well points (Q, 3) agree with the view: plus for points on seen surface, minus for those in empty space.
+        """
         behind, outside = self.behind(points)
         same = ~outside & (np.abs(behind) <= _WITHIN)
         against = outside | (behind < -2 * _WITHIN)
@@ -73,7 +74,7 @@ class View:
 
 
 def _smoothed(rays: np.ndarray, depths: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Depths (P,) by a plane through those of the neighbours `near` (P, K) that lie on the same surface."""
+    """Return depths (P,) from a plane through those neighbours `near` (P, K) that lie on the same surface."""
     if near.shape[1] < 6:
         return depths
     forward = rays.mean(axis=0)
@@ -93,18 +94,18 @@ def _smoothed(rays: np.ndarray, depths: np.ndarray, near: np.ndarray) -> np.ndar
 
 
 def level_top(heights: np.ndarray) -> float:
-    """The height of a level top, metres, from the heights (P,) of all points: noise lifts the highest above it."""
+    """Return the height of a level top, metres, from the heights (P,) of all points; noise lifts the highest above it."""
     near_top = min(2 * _LEVEL, 0.35 * float(np.ptp(heights)))
     high = heights[heights >= np.quantile(heights, 0.97) - near_top]
     return max(float(np.median(high)), float(np.quantile(heights, 0.985)) - _LEVEL)
 
 
 def levelled(points: np.ndarray) -> np.ndarray:
-    """The points (P, 3), those near the top of a level one lowered or raised to it, so that others can stand there."""
+    """Flatten the points (P, 3) near a level top to its height, so that other objects can stand there."""
     top = level_top(points[:, 2])
     near = points[:, 2] > top - _LEVEL
     points = points.copy()
-    # What slants or bends has as many points farther below its top as near it.
+    # A slanted or curved surface has as many points farther below its top as near it.
     if near.sum() > 0.6 * (points[:, 2] > top - 3 * _LEVEL).sum() and np.ptp(points[:, 2]) > 6 * _LEVEL:
         points[near, 2] = top
     else:

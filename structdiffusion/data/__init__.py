@@ -1,1 +1,1 @@
-"""Training data: scenes drawn, stored in shards, described and made into batches."""
+"""Training data: sampling of scenes, storage in shards, datasheets and batches."""

@@ -1,7 +1,7 @@
-"""Training batches, made on the fly in torch: partial views of stored scenes, goal poses, language.
+"""Make training batches on the fly in torch: partial views of stored scenes, goal poses, language.
 
-Needs torch and numpy alone. A batch costs no file access: objects lie in memory as surface points,
-scenes as ids and poses, sentences as embeddings.
+The module needs only torch and numpy. A batch needs no file access: memory holds objects as surface points, scenes as
+ids and poses, and sentences as embeddings.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from structdiffusion.simulation.partial_views import partial_views
 from structdiffusion.structures import STRUCTURES
 from structdiffusion.word_tokens import WORDS
 
-# Chances of what the speaker leaves open.
+# Probabilities of keeping all slots, the shape, and each other slot.
 _KEEP_ALL, _KEEP_SHAPE, _KEEP_SLOT = 0.35, 0.92, 0.65
-_FORGET_NOUNS, _FORGET_NOUN = 0.15, 0.05  # of a whole scene; of one object
-# By word id: the number of the value in its slot, from 1; 0 is "open". Each combination has a number in a mixed radix.
+_FORGET_NOUNS, _FORGET_NOUN = 0.15, 0.05  # probabilities of unknown nouns: of a whole scene; of one object
+# By word id: the number of the value in its slot, from 1; 0 is "open". A mixed radix numbers each combination.
 _VALUE_NUMBER = torch.tensor([0, *(LEGAL_VALUES[slot].index(value) + 1 for slot, value in WORDS)])
 _SLOT_SIZES = torch.tensor([len(LEGAL_VALUES[slot]) + 1 for slot in SLOTS])
 _RADIX = torch.cat((torch.ones(1, dtype=torch.long), _SLOT_SIZES.cumprod(0)[:-1]))
@@ -32,7 +32,7 @@ _COMBINATIONS = int(_SLOT_SIZES.prod())
 
 @dataclass(frozen=True)
 class Batch:
-    """B scenes of up to N objects; frames and units as in `observation`.
+    """A batch of B scenes with up to N objects each; frames and units as in `observation`.
 
     Attributes:
         clouds: (B, N, P, 3) partial views before anything moves.
@@ -40,8 +40,8 @@ class Batch:
         object_ids: (B, N) ids in the library, 0 where absent.
         words: (B, 5) word ids of the language, 0 where left open.
         sentence: (B, 384) embeddings; rows of zeros where the language is word tokens.
-        position: (B, N, 3) where the mean of each cloud goes.
-        turn: (B, N, 3, 3) how each object turns, world frame.
+        position: (B, N, 3) goal position of the mean of each cloud.
+        turn: (B, N, 3, 3) rotation of each object, world frame.
         world_from_structure: (B, 4, 4).
     """
 
@@ -56,7 +56,7 @@ class Batch:
 
 
 class DemonstrationBatches:
-    """Draws batches from a folder of demonstrations (see `demonstrations.py` for its files).
+    """Demonstrations of a folder, from which batches are drawn (see `demonstrations.py` for its files).
 
     Args:
         folder: with `library.npz`, `shard_*.npz` and `language.npz`.
@@ -65,8 +65,8 @@ class DemonstrationBatches:
         shape: draw only structures of this shape.
 
     Raises:
-        FileNotFoundError: for a missing file, or when no scene has the shape; the message says which command makes it.
-        DataFolderError: for a file that is torn.
+        FileNotFoundError: for a missing file, or if no scene has the shape; the message names the command that makes it.
+        DataFolderError: for a truncated or damaged file.
     """
 
     def __init__(
@@ -100,8 +100,8 @@ class DemonstrationBatches:
         self.objects = column["objects"].long().to(device)  # (D, W + 2)
         self.initial, self.goal = column["initial"].to(device), column["goal"].to(device)
         self.frame, self.words = column["frame"].to(device), column["words"].long().to(device)
-        self.places = self.goal.shape[1]  # W: the most objects that take part
-        # The rows of each width: a batch has one width, so that few crowded scenes do not make all batches wider.
+        self.places = self.goal.shape[1]  # W: largest number of objects that take part
+        # Rows by width: all scenes of a batch have one width, so that a few crowded scenes do not make all batches wider.
         self.rows = {int(w): torch.nonzero(width == w)[:, 0].to(device) for w in width.unique()}
         self._load_language(folder / "language.npz")
 
@@ -109,7 +109,7 @@ class DemonstrationBatches:
         return len(self.objects)
 
     def _load_language(self, path: Path) -> None:
-        """Sentences sorted by what they specify, so that one of a given spec is a look-up."""
+        """Load the sentences sorted by what they specify, so that finding one for a spec is a look-up."""
         file = read_arrays(path, "embeddings", "words")
         embeddings, words = torch.from_numpy(file["embeddings"]), torch.from_numpy(file["words"]).long()
         keys = _keys(words)
@@ -119,9 +119,9 @@ class DemonstrationBatches:
         self.sentence_start = self.sentence_count.cumsum(0) - self.sentence_count
 
     def draw(self, size: int, generator: torch.Generator, sentences: float = 0.5) -> Batch:
-        """`size` random scenes; the share `sentences` of them with a sentence, the rest with word tokens."""
+        """Draw `size` random scenes; a share `sentences` of them has a sentence, the rest word tokens."""
         pick, places = self._pick(size, generator)
-        # N = `places` that take part, and the distractors.
+        # N = `places` objects that take part, followed by the distractors.
         slots = [*range(places), *range(self.places, self.objects.shape[1])]
         ids = self.objects[pick][:, slots]  # (B, N + 2)
         there = ids >= 0
@@ -133,7 +133,7 @@ class DemonstrationBatches:
         normals = torch.einsum("bnij,bnsj->bnsi", rotation, self.normals[ids])
         clouds, seen = partial_views(points, normals, there, self.points, generator)
         clouds, ids, there = clouds[:, :places], ids[:, :places], there[:, :places]
-        # An object that is wholly hidden cannot be asked for: the camera of a real scene would not list it.
+        # A fully hidden object cannot take part: the camera of a real scene would not detect it.
         there = there & (seen[:, :places] > 0.02)
 
         goal, frame = self.goal[pick][:, :places], self.frame[pick]
@@ -148,7 +148,7 @@ class DemonstrationBatches:
         return Batch(clouds, there, ids, words, sentence, position, turn, world_from_structure)
 
     def _pick(self, size: int, generator: torch.Generator) -> tuple[Tensor, int]:
-        """Random scenes of one width, and that width; each width as often as it has scenes."""
+        """Draw random scenes of one width; return them and the width, each width in proportion to its number of scenes."""
         if len(self.rows) == 1:
             return torch.randint(len(self), (size,), generator=generator, device=self.device), self.places
         chosen = int(torch.randint(len(self), (1,), generator=generator, device=self.device))
@@ -159,16 +159,16 @@ class DemonstrationBatches:
         return rows[torch.randint(len(rows), (size,), generator=generator, device=self.device)], width
 
     def _speak(self, words: Tensor, sentences: float, generator: torch.Generator) -> tuple[Tensor, Tensor]:
-        """Leave slots open at random, and put a share of the wishes into sentences."""
+        """Leave slots open at random, and express a share of the goals as sentences."""
         chance = torch.rand(words.shape, generator=generator, device=self.device)
         keep = chance < torch.tensor([_KEEP_SHAPE] + [_KEEP_SLOT] * 4, device=self.device)
         whole = torch.rand(len(words), 1, generator=generator, device=self.device) < _KEEP_ALL
-        # The opening of a ring is there only because it was asked for; without the word it would be a fault.
+        # A ring has an opening only because the words ask for it; without the word it would be an error.
         altered = [WORDS["shape", name] for name, one in STRUCTURES.items() if one.rotation_alters_layout]
         opened = torch.isin(words[:, 0], torch.tensor(altered, device=self.device)) & (words[:, 4] > 0)
         keep = keep | whole
         keep[:, 4] |= opened
-        keep[:, 0] |= (words * keep).sum(dim=1) == 0  # something has to be said
+        keep[:, 0] |= (words * keep).sum(dim=1) == 0  # at least one slot has to be specified
         words = words * keep
         key = _keys(words)
         count = self.sentence_count[key]
@@ -179,7 +179,7 @@ class DemonstrationBatches:
         return words, embedding
 
     def noun_ids(self, ids: Tensor, nouns: tuple[str, ...], generator: torch.Generator) -> Tensor:
-        """Noun ids (B, N) of objects (B, N), some of them forgotten, as a real scene may not know them."""
+        """Return noun ids (B, N) of objects (B, N), some replaced by "unknown", as in real scenes without nouns."""
         table = torch.tensor([nouns.index(c) + 1 if c in nouns else 0 for c in self.categories], device=self.device)
         forget = torch.rand(ids.shape, generator=generator, device=self.device) < _FORGET_NOUN
         forget |= torch.rand(len(ids), 1, generator=generator, device=self.device) < _FORGET_NOUNS
@@ -187,7 +187,7 @@ class DemonstrationBatches:
 
 
 def widened(columns: dict[str, np.ndarray], places: int) -> dict[str, np.ndarray]:
-    """The columns of a `DemonstrationSet`, with room for this many objects that take part."""
+    """Widen the columns of a `DemonstrationSet` to this many objects that take part."""
     have = columns["goal"].shape[1]
 
     def with_room(column: np.ndarray, empty: int) -> np.ndarray:
@@ -199,5 +199,5 @@ def widened(columns: dict[str, np.ndarray], places: int) -> dict[str, np.ndarray
 
 
 def _keys(words: Tensor) -> Tensor:
-    """One number for each combination of word ids (..., 5)."""
+    """Return one number for each combination of word ids (..., 5)."""
     return (_VALUE_NUMBER.to(words.device)[words] * _RADIX.to(words.device)).sum(dim=-1)

@@ -1,8 +1,8 @@
-"""Training pairs for the collision discriminator: two objects, near each other or one on the other.
+"""Generate training pairs for the collision discriminator: two objects, near each other or one on the other.
 
-The paper draws 100,000 pairwise configurations (section IV.E). The distance comes from the same
-physics engine, and the same convex parts, that judge arrangements later. Each group of objects is written
-as it is finished, so that a run that was stopped goes on where it stopped; then they become one file.
+The paper draws 100,000 pairwise configurations (section IV.E). Distances come from the same physics engine and convex
+parts that judge arrangements later. Each group of objects is written when it is finished, so that an interrupted run
+can be resumed; at the end all groups are merged into one file.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from structdiffusion.objects.model import ObjectModel
 from structdiffusion.parallel import Lost, check_complete, in_parallel
 from structdiffusion.simulation.world import TabletopWorld
 
-_GROUP = 10  # objects that share a world, and are paired with each other
-_REACH = 0.03  # m: farther apart than this is recorded as this
+_GROUP = 10  # objects that share a world and are paired with each other
+_REACH = 0.03  # m: larger distances are recorded as this value
 
 
 def generate_pairs(
@@ -33,21 +33,21 @@ def generate_pairs(
     workers: int = 0,
     ray: bool = False,
 ) -> Iterator[tuple[int, int]]:
-    """Write `pairs.npz` into a folder of demonstrations; yields (groups done, groups in all).
+    """Write `pairs.npz` into a folder of demonstrations; yield (groups done, groups in all).
 
     Its arrays: `objects` (K, 2) ids in the library, `poses` (K, 2, 4) x, y, z (m) and yaw (rad), and `distance`
-    (K,) in metres, negative where the two intersect. A file with as many pairs is kept.
+    (K,) in metres, negative if the two intersect. An existing file with as many pairs is kept.
 
     Args:
         models: the objects of the folder's library.
         folder: with `library.npz` (see `demonstrations.generate`).
-        pairs: how many, rounded up to as many for each group of ten objects.
-        seed: of everything.
-        workers: processes; 0 for this one alone.
-        ray: the workers are of the Ray cluster that this process is connected to.
+        pairs: the number of pairs, rounded up so that each group of ten objects has as many.
+        seed: the base seed.
+        workers: the number of worker processes; 0 to use this process alone.
+        ray: run the workers on the Ray cluster that this process is connected to.
 
     Raises:
-        WorkerError: at the end, when workers died and their groups are missing.
+        WorkerError: at the end, if workers died and their groups are missing.
     """
     path, groups = Path(folder) / "pairs.npz", -(-len(models) // _GROUP)
     count = -(-pairs // groups)
@@ -107,7 +107,7 @@ def _group_pairs(models: Sequence[ObjectModel], count: int, seed: int, group: in
 def _relative_poses(
     a: ObjectModel, b: ObjectModel, rng: np.random.Generator
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Poses (x, y, z, yaw) about the world's origin, close to contact: beside each other, or b above a."""
+    """Draw poses (x, y, z, yaw) about the world's origin, close to contact: beside each other, or b above a."""
     yaw_a, yaw_b, direction = rng.uniform(-np.pi, np.pi, 3)
     along = np.array([np.cos(direction), np.sin(direction)])
     if rng.random() < 0.25:

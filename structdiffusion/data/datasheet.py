@@ -1,7 +1,7 @@
-"""The datasheet of a folder of training data: what is in it, where it comes from, how it was checked, what it lacks.
+"""Write the datasheet of a folder of training data: its content, its sources, how it was checked, and its limitations.
 
-After "Datasheets for Datasets" (Gebru et al. 2021). `datasheet.json` is counted from the files themselves and from
-what was told while they were drawn; `datasheet.md` says the same for people.
+It follows "Datasheets for Datasets" (Gebru et al. 2021). The numbers in `datasheet.json` are counted from the files
+themselves and from the facts recorded while they were drawn; `datasheet.md` presents the same for readers.
 """
 
 from __future__ import annotations
@@ -48,11 +48,11 @@ _BIASES = (
 
 
 def write_datasheet(folder: Path, models: Sequence[ObjectModel], about: Mapping[str, Any]) -> dict[str, Any]:
-    """Write `datasheet.json` and `datasheet.md`; the former's content.
+    """Write `datasheet.json` and `datasheet.md`; return the content of the former.
 
     Args:
-        folder: with finished shards, `library.npz` and, where there are any, `pairs.npz` and `language.npz`.
-        models: of the library.
+        folder: with finished shards, `library.npz` and, if present, `pairs.npz` and `language.npz`.
+        models: the objects of the library.
         about: JSON-ready facts that the files do not have: "seed", "library", "version", "command".
     """
     data = DemonstrationSet.load(folder)
@@ -93,7 +93,7 @@ def write_datasheet(folder: Path, models: Sequence[ObjectModel], about: Mapping[
 
 
 def markdown(sheet: Mapping[str, Any]) -> str:
-    """The sheet for people."""
+    """Return the datasheet as Markdown text."""
     drawing, pairs = sheet["drawing"], sheet["pairs"]
     parts = [
         f"# Datasheet: {sheet['scenes']:,} scenes",
@@ -169,9 +169,9 @@ def _draws(drawing: Mapping[str, Any]) -> str:
 
 
 def _drawing(path: Path, scenes: int) -> dict[str, Any]:
-    """What was told of the draws, summed; a shard that was drawn twice counts once.
+    """Sum the recorded facts about the draws; a shard that was drawn twice counts once.
 
-    A line that was torn when its writer was killed tells nothing; its scenes are counted as not told of.
+    A line that was truncated when its writer was killed is skipped; its scenes are counted as unrecorded.
     """
     lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
     shards = {}

@@ -1,7 +1,7 @@
-"""Training scenes, as object ids and poses, stored in shards (see `shards.py` for how they are drawn).
+"""Training scenes as object ids and poses, stored in shards (see `shards.py` for how they are drawn).
 
-Every shard follows from (seed, shard number) alone, is written at once, and is not written again: a run that
-was stopped goes on where it stopped.
+A shard depends on (seed, shard number) alone. It is written atomically and only once, so that an interrupted run can be
+resumed.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from structdiffusion.objects.model import ObjectModel
 from structdiffusion.parallel import Lost, check_complete, in_parallel
 
 SHARD_SCENES = 500
-PROVEN = 1  # scenes of each exact shape in a shard that are built in physics too
+PROVEN = 1  # scenes of each exact shape in a shard that are also built in physics
 SHARD_FACTS = "shards.jsonl"
 
 
 @dataclass(frozen=True)
 class DemonstrationSet:
-    """D training scenes over M objects, for up to W = 7 that take part, or 10 where some scenes are crowded.
+    """A set of D training scenes over M objects, with up to W = 7 that take part, or 10 if some scenes are crowded.
 
     Absent entries are -1 in `objects` and 0 elsewhere.
 
@@ -50,11 +50,11 @@ class DemonstrationSet:
 
     @classmethod
     def load(cls, folder: str | Path) -> DemonstrationSet:
-        """All finished shards of a folder.
+        """Load all finished shards of a folder.
 
         Raises:
-            FileNotFoundError: when there is none.
-            DataFolderError: when one is torn.
+            FileNotFoundError: if there is none.
+            DataFolderError: if one is truncated or damaged.
         """
         shards = sorted(Path(folder).glob("shard_*.npz"))
         if not shards:
@@ -69,7 +69,7 @@ def save_library(models: Sequence[ObjectModel], folder: str | Path) -> None:
     """Write `library.npz`: surface points and normals (M, 1024, 3) float16, names and nouns (M,).
 
     Raises:
-        DataFolderError: when the folder has the library of other objects.
+        DataFolderError: if the folder has a library of other objects.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -98,20 +98,20 @@ def generate(
     workers: int = 0,
     ray: bool = False,
 ) -> Iterator[tuple[int, int]]:
-    """Write demonstrations; yields (shards done, shards in all) as they are finished.
+    """Write demonstrations; yield (shards done, shards in all) as shards are finished.
 
     Args:
-        models: the training objects; written along as `library.npz`.
+        models: the training objects; also written, as `library.npz`.
         folder: receives `library.npz`, `shard_*.npz` and `shards.jsonl`, the facts of each shard.
-        scenes: how many, rounded up to whole shards of 500.
-        crowded: how many more in which 8 to 10 objects take part, rounded up likewise.
-        seed: of everything.
-        workers: processes; 0 for this one alone.
-        ray: the workers are of the Ray cluster that this process is connected to.
+        scenes: the number of scenes, rounded up to whole shards of 500.
+        crowded: the number of additional scenes in which 8 to 10 objects take part, also rounded up.
+        seed: the base seed.
+        workers: the number of worker processes; 0 to use this process alone.
+        ray: run the workers on the Ray cluster that this process is connected to.
 
     Raises:
-        DataFolderError: when the folder has scenes of other objects or of another seed.
-        WorkerError: at the end, when workers died and their shards are missing.
+        DataFolderError: if the folder has scenes of other objects or of another seed.
+        WorkerError: at the end, if workers died and their shards are missing.
     """
     folder = Path(folder)
     save_library(models, folder)
@@ -135,7 +135,7 @@ def generate(
 
 
 def keep_shard(folder: Path, shard: Shard) -> None:
-    """Write a shard; its facts first, since where they are alone the shard is drawn again, and told again."""
+    """Write a shard. Its facts come first: if only they are written, the shard is drawn and recorded again."""
     path = _shard_path(folder, shard.number, shard.crowded)
     with (folder / SHARD_FACTS).open("a", encoding="utf-8") as file:
         file.write(json.dumps({"shard": path.stem, **shard.facts}) + "\n")
@@ -152,13 +152,13 @@ def _shard_path(folder: Path, number: int, crowded: bool) -> Path:
 
 
 def _remember_seed(folder: Path, seed: int) -> None:
-    """Writes the seed at the start, so that scenes of another one are not mixed in later.
+    """Write the seed at the start, so that scenes of another seed cannot be mixed in later.
 
     Raises:
-        DataFolderError: for another seed than that of the scenes in the folder.
+        DataFolderError: for a seed other than that of the scenes in the folder.
     """
     path = folder / "seed.json"
-    # Data drawn before there was such a file tell the seed in their datasheet.
+    # Data from before this file existed have the seed in their datasheet.
     known = next((file for file in (path, folder / "datasheet.json") if file.is_file()), None)
     if known is None:
         path.write_text(json.dumps({"seed": seed}) + "\n")

@@ -1,4 +1,4 @@
-"""Files of arrays (.npz), of which training data consist: written whole or not at all, and checked when read."""
+"""Read and write the .npz files of training data: written atomically, and checked when read."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 
 
 class DataFolderError(ValueError):
-    """A folder of training data that cannot be used, or holds others than asked for; the message says what is wrong."""
+    """A folder of training data that cannot be used, or holds other data than requested; the message says what is wrong."""
 
 
 def save_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    """Write a compressed .npz file, which is there whole or not at all."""
+    """Write a compressed .npz file atomically: it is complete or absent."""
     unfinished = path.with_suffix(".tmp")
     with unfinished.open("wb") as file:
         np.savez_compressed(file, **arrays)
@@ -22,15 +22,15 @@ def save_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
 
 
 def read_arrays(path: Path, *names: str) -> dict[str, np.ndarray]:
-    """The arrays of a .npz file.
+    """Read arrays from a .npz file.
 
     Args:
-        path: of the file.
-        names: which of them; without any, all.
+        path: the file.
+        names: the arrays to read; by default all.
 
     Raises:
-        FileNotFoundError: when there is no such file.
-        DataFolderError: when it is torn or something else, or lacks an array.
+        FileNotFoundError: if there is no such file.
+        DataFolderError: if it is damaged, is not a .npz file, or lacks an array.
     """
     again = f"remove it, and `structagent generate --out {path.parent}` makes it again"
     try:
@@ -46,4 +46,4 @@ def read_arrays(path: Path, *names: str) -> dict[str, np.ndarray]:
         raise
     except (BadZipFile, ZlibError, EOFError, ValueError) as error:
         raise DataFolderError(f"{path} is torn, or no file of arrays; {again}") from error
-SHEET_NAME = "datasheet.json"  # of a folder of data
+SHEET_NAME = "datasheet.json"  # datasheet of a data folder

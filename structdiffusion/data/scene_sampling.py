@@ -1,7 +1,7 @@
-"""Drawing scenes: which objects, where they stand at first, and what is asked of them.
+"""Draw scenes: the objects, their initial poses, and the spec.
 
-A scene is drawn so that a valid arrangement exists: the geometric planner found one with the true
-models, and the distractors leave it free. Everything follows from one generator.
+Every scene has a valid arrangement: the geometric planner found one with the true models, and the distractors do not
+block it. One generator is the only source of randomness.
 """
 
 from __future__ import annotations
@@ -21,26 +21,26 @@ from structdiffusion.structures import STRUCTURES
 from structdiffusion.structures.bodies import LayoutItem
 from structdiffusion.structures.structure import STANDING, TALLEST, WIDEST, LayoutError, choose_first
 
-_ANY_COUNTS = (3, 5)  # objects of a scene whose shape is open
-_LEAST_OF_ANY = 2  # of two, a tower or a line can be made
-_INITIAL_GAP = 0.02  # m, between footprints at first: room for a finger
-_EDGE = 0.01  # m, from the table's edge at first
+_ANY_COUNTS = (3, 5)  # numbers of objects in a scene whose shape is open
+_LEAST_OF_ANY = 2  # two objects can form a tower or a line
+_INITIAL_GAP = 0.02  # m, between initial footprints: room for a finger
+_EDGE = 0.01  # m, from the table's edge to initial footprints
 
 
 class SceneError(ValueError):
-    """No scene could be drawn; the message says what stood in the way."""
+    """Raised if no scene can be drawn; the message says why."""
 
 
 @dataclass(frozen=True)
 class DrawnScene:
-    """A table with objects, and a wish that they can fulfil.
+    """A table with objects, and a spec that they can satisfy.
 
     Attributes:
         models: M objects: the `count` that take part first, then the distractors.
-        world_from_initial: (M, 4, 4) their poses at first.
-        count: how many take part.
-        spec: what is asked for.
-        reference: a layout of the true models that fulfils it.
+        world_from_initial: (M, 4, 4) their initial poses.
+        count: the number of objects that take part.
+        spec: the requested structure.
+        reference: a layout of the true models that satisfies the spec.
         table: the table.
     """
 
@@ -52,7 +52,7 @@ class DrawnScene:
     table: Table
 
     def reference_goal_from_initial(self) -> np.ndarray:
-        """The rigid motions (count, 4, 4) of the reference layout, world frame."""
+        """Return the rigid motions (count, 4, 4) of the reference layout, world frame."""
         motions = []
         for i in range(self.count):
             x, y, z = self.reference.positions[i]
@@ -64,19 +64,19 @@ class DrawnScene:
 
 
 def layout_item(model: ObjectModel, yaw: float) -> LayoutItem:
-    """What the planner knows of a true model that stands with its front toward `yaw`."""
+    """Return the layout item of a true model that stands with its front toward `yaw`."""
     return LayoutItem(
         model.category, turned(model.footprint, yaw), model.height, yaw, model.stackable, model.flat_bottom
     )
 
 
 def full_spec(shape: str, rng: np.random.Generator) -> StructureSpec:
-    """A spec of this shape with every slot that it can carry drawn at random: the paper's test sentences."""
+    """Draw a spec of this shape that specifies every slot it can carry, as in the paper's test sentences."""
     return StructureSpec(shape, **{slot: str(rng.choice(LEGAL_VALUES[slot])) for slot in STRUCTURES[shape].slots})
 
 
 def eligible(models: Sequence[ObjectModel], shape: str | None) -> list[ObjectModel]:
-    """Return the objects of a library that can take part in a structure of this shape; `None` for what just stands."""
+    """Return the objects of a library that suit a structure of this shape; `None` requires only that they stand."""
     if shape is not None:
         return [model for model in models if STRUCTURES[shape].suits(model)]
     return [model for model in models if model.flat_bottom and model.radius < WIDEST / 2]
@@ -94,22 +94,22 @@ def draw_scene(
     table: Table = Table(),
     attempts: int = 60,
 ) -> DrawnScene:
-    """A scene for a spec, from a library.
+    """Draw a scene for a spec from a library.
 
     Args:
         models: the library.
-        spec: what will be asked for; open slots stay open.
-        rng: the only source of chance.
-        categories: nouns that must take part, and nothing else; () leaves the choice free.
-        members: the objects that take part, where that is decided already: all others of `models` stand around.
-        count: how many objects take part; `None` draws a number that suits the shape. A tower takes fewer where it
-            would become too high for the arm, and a table setting no more than two of a kind.
-        distractors: how many others stand around; `None` draws 0 to 2.
+        spec: the requested structure; open slots stay open.
+        rng: the only source of randomness.
+        categories: nouns that must all take part, and no others; () allows any.
+        members: the objects that take part, if already decided: all others of `models` become distractors.
+        count: the number of objects that take part; `None` draws a number that suits the shape. A tower takes fewer if it
+            would become too high for the arm, and a table setting at most two of a kind.
+        distractors: the number of distractors; `None` draws 0 to 2.
         table: the table.
-        attempts: how many sets of objects to try.
+        attempts: the number of object sets to try.
 
     Raises:
-        SceneError: when no set of these objects can make the structure on this table.
+        SceneError: if no set of these objects can form the structure on this table.
     """
     pool = eligible(models, spec.shape)
     if categories:
@@ -149,7 +149,7 @@ def _bystanders(
     number: int | None,
     named: bool,
 ) -> list[ObjectModel]:
-    """Objects that stand around, none of a noun that was asked for; `None` draws 0 to 2 of them."""
+    """Choose distractors, none with a requested noun; `None` draws 0 to 2 of them."""
     number = int(rng.integers(0, 3)) if number is None else number
     taken = {model.category for model in chosen} if named else set()
     names = {model.name for model in chosen}
@@ -185,7 +185,7 @@ def _scatter(
     table: Table,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Initial poses (M, 4, 4): distractors clear of the reference structure, everything clear of everything."""
+    """Draw initial poses (M, 4, 4): distractors clear of the reference structure, and all objects clear of each other."""
     standing_at_goal = zip(chosen, yaws, layout.turns, layout.positions)
     goal = [turned(m.footprint, yaw + turn) + at[:2] for m, yaw, turn, at in standing_at_goal]
     standing: list[np.ndarray] = []

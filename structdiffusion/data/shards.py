@@ -1,9 +1,8 @@
-"""Drawing the scenes of a shard, verified where geometry is no guarantee.
+"""Draw the scenes of a shard, and verify in physics those that geometry does not guarantee.
 
-Exact circles, lines and table settings stand by construction: everything is on the table, and outlines keep
-clear of each other. Some of every shard are built in PyBullet all the same, so that this is measured. A tower
-stands or falls by contact, so each is built, released piece by piece, and kept only if it stands; its settled
-heights are the goals.
+Exact circles, lines and table settings stand by construction: everything is on the table, and no outlines overlap.
+Some of every shard are built in PyBullet as well, to measure this. Whether a tower stands depends on contacts, so each
+is built, released piece by piece, and kept only if it stands; its settled heights are the goals.
 """
 
 from __future__ import annotations
@@ -25,26 +24,26 @@ from structdiffusion.simulation.world import TabletopWorld
 from structdiffusion.structures import STRUCTURES
 from structdiffusion.word_tokens import word_ids
 
-PLACES, EXTRAS = 7, 2  # objects that take part, and distractors, at most
-# In a crowded scene more take part. Its rows are wider, and are kept apart from the others: most batches stay small.
+PLACES, EXTRAS = 7, 2  # largest numbers of objects that take part, and of distractors
+# More objects take part in a crowded scene. Its wider rows are stored separately, so that most batches stay small.
 CROWDED_PLACES, _CROWD = 10, (8, 10)
-# Share of the structures that a rotation alters whose rotation is left out: else a closed ring would never be shown.
+# Share of structures that a rotation alters for which it is omitted; otherwise no closed ring would ever be drawn.
 _ROTATION_LEFT_OUT = 0.4
-# What is stacked stands if nothing moved or tilted by more than this when it was built and left alone.
+# m, rad: a stack stands if no object moves or tilts by more than this while it is built and left to settle.
 _STACK_SHIFT, _STACK_TILT = 0.015, np.radians(4.0)
 
 
 @dataclass(frozen=True)
 class Shard:
-    """Scenes that were drawn, and what became of all tries at them.
+    """Drawn scenes, and the outcomes of all attempts to draw them.
 
     Attributes:
         number: of the shard.
-        crowded: whether it is one of crowded scenes; these are numbered apart.
+        crowded: whether its scenes are crowded; such shards are numbered separately.
         columns: the arrays of a `DemonstrationSet`.
-        facts: JSON-ready: the seconds that it took; per shape, "tries" and what became of them: "accepted",
-            "no scene" (no layout, or no room for it) or "fell"; and of those that were built in physics though
-            geometry guarantees them, how many were "proven" and how many "stood".
+        facts: JSON-ready: the seconds that it took; per shape, "tries" and their outcomes: "accepted", "no scene" (no
+            layout, or no room for it) or "fell"; and, for shapes that geometry guarantees, how many were built in
+            physics as well ("proven") and how many of these "stood".
     """
 
     number: int
@@ -60,11 +59,11 @@ def draw_shard(
 
     Args:
         models: the library.
-        seed: of the whole data.
-        number: of the shard.
-        scenes: how many.
-        proven: how many of each exact shape are built in physics too; half a second each.
-        crowded: let 8 to 10 objects take part, towers as many of them as stand.
+        seed: the base seed of the data.
+        number: the number of the shard.
+        scenes: the number of scenes.
+        proven: the number of scenes of each exact shape to build in physics as well; half a second each.
+        crowded: let 8 to 10 objects take part; in towers, as many of them as can stand.
     """
     started = time.perf_counter()
     rng = np.random.default_rng((seed, number, 1) if crowded else (seed, number))
@@ -88,7 +87,7 @@ def draw_shard(
 def _try(
     models: Sequence[ObjectModel], rng: np.random.Generator, crowded: bool
 ) -> tuple[str, dict[str, np.ndarray] | None, DrawnScene | None]:
-    """The shape that was tried, its row, and the scene, where there are any."""
+    """Try to draw one scene; return its shape, its row (`None` if rejected), and the scene (`None` if none was drawn)."""
     shares = np.array([one.crowded_share if crowded else one.demonstration_share for one in STRUCTURES.values()])
     shape = str(rng.choice(list(STRUCTURES), p=shares / shares.sum()))
     spec = full_spec(shape, rng)
@@ -109,7 +108,7 @@ def _try(
 
 
 def _stands(scene: DrawnScene) -> bool:
-    """Whether the reference arrangement of a scene passes the evaluation protocol."""
+    """Return whether the reference arrangement of a scene passes the evaluation protocol."""
     n, poses = scene.count, scene.world_from_initial
     others = list(zip(scene.models[n:], poses[n:]))
     motions = scene.reference_goal_from_initial()
@@ -117,10 +116,10 @@ def _stands(scene: DrawnScene) -> bool:
 
 
 def settled_stack(scene: DrawnScene, world_from_goal: np.ndarray) -> np.ndarray | None:
-    """Build a stack, such as a tower; return where its objects come to rest when it is built from the bottom up, or `None` if it falls.
+    """Build a stack, such as a tower, from the bottom up; return where its objects come to rest, or `None` if it falls.
 
     Args:
-        scene: its objects; only those that take part matter.
+        scene: the scene; only the objects that take part are used.
         world_from_goal: (N, 4, 4) planned poses; each object is set down 3 mm above what carries it.
     """
     order = scene.reference.order
@@ -138,7 +137,7 @@ def settled_stack(scene: DrawnScene, world_from_goal: np.ndarray) -> np.ndarray 
             tilt = np.arccos(np.clip(poses[:, 2, 2], -1, 1))
             if shift.max() > _STACK_SHIFT or tilt.max() > _STACK_TILT:
                 return None
-            # The top is where the highest of the placed objects ends: a cup inside a bowl may be lower than its rim.
+            # The top is that of the highest placed object: a cup inside a bowl may be lower than the bowl's rim.
             top = max(p[2, 3] + scene.models[i].height for p, i in zip(poses, order))
     settled[list(order)] = poses
     return settled

@@ -2,5 +2,5 @@
 
 
 def structformer_name(shape: str) -> str:
-    """What the autoregressive network for a shape is called; there is one for each."""
+    """Return the name of the autoregressive network for a shape; each shape has its own network."""
     return f"structformer_{shape.replace(' ', '_')}"

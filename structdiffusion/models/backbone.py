@@ -1,10 +1,9 @@
-"""What the generators of arrangements share: encoders, tokens, and the state that they predict (paper section IV).
+"""Shared base of the generative models: encoders, tokens, and the predicted state (paper section IV).
 
-A state has one row of nine numbers for the structure frame and one for each object: a position, scaled
-to unit variance, and two vectors that give a rotation by Gram-Schmidt. The structure frame is in the
-world. An object's position is where the mean of its observed points goes, in the structure frame; its
-rotation is how it turns from how it was observed, in the world, so that "leave it as it is" is the
-identity for every heading.
+A state has one row of nine numbers for the structure frame and one for each object: a position, scaled to unit variance,
+and two vectors that give a rotation by Gram-Schmidt. The structure frame is expressed in the world. An object's position
+is the goal of the mean of its observed points, in the structure frame; its rotation is relative to the observed pose, in
+the world, so that an unchanged orientation is the identity for every heading.
 """
 
 from __future__ import annotations
@@ -37,15 +36,15 @@ class BackboneConfig:
     """Sizes of the network and scales of its data.
 
     Attributes:
-        width: of a token.
-        layers, heads, feed_forward: of the transformer.
-        points: how many points of a cloud are encoded.
-        point_width: of a point's features.
-        max_objects: how many objects the position embedding knows.
-        nouns: the nouns that have an embedding of their own; every other is unknown.
+        width: width of a token.
+        layers, heads, feed_forward: sizes of the transformer.
+        points: number of encoded points of a cloud.
+        point_width: width of a point's features.
+        max_objects: largest number of objects that the position embedding supports.
+        nouns: the nouns that have an embedding; every other noun is "unknown".
         frame_center, frame_scale: m; the structure frame's position is (p - center) / scale.
         object_center, object_scale: m; likewise for an object's position in the structure frame.
-        vocabulary: how many word ids it knows, 0 included.
+        vocabulary: the number of known word ids, including 0.
     """
 
     width: int = 128
@@ -65,14 +64,14 @@ class BackboneConfig:
 
 @dataclass(frozen=True)
 class Condition:
-    """What a network is told of a scene: encoded once, used for every sample and at every step.
+    """The conditioning input of a scene: encoded once, used for every sample and at every step.
 
     Attributes:
         objects: (B, N, W_o) object encodings.
         language: (B, 5, W_l) language encodings.
-        language_mask: (B, 5) bool, which of them are there.
+        language_mask: (B, 5) bool, which of them are present.
         spoken: (B,) bool, whether the language is one sentence rather than word tokens.
-        present: (B, N) bool, which objects are there.
+        present: (B, N) bool, which objects are present.
     """
 
     objects: Tensor
@@ -82,30 +81,30 @@ class Condition:
     present: Tensor
 
     def repeat(self, count: int) -> Condition:
-        """Each scene `count` times in a row: (B * count, ...)."""
+        """Repeat each scene `count` times in a row: (B * count, ...)."""
         return Condition(*(value.repeat_interleave(count, dim=0) for value in self.__dict__.values()))
 
     def __getitem__(self, rows: Tensor) -> Condition:
-        """Some of the scenes, or all in another order."""
+        """Select some of the scenes, or all in another order."""
         return Condition(*(value[rows] for value in self.__dict__.values()))
 
     @property
     def there(self) -> Tensor:
-        """(B, 5 + 1 + N) bool: which of the language, structure-frame and object tokens are there."""
+        """Return which of the language, structure-frame and object tokens are present, (B, 5 + 1 + N) bool."""
         return torch.cat((self.language_mask, torch.ones_like(self.present[:, :1]), self.present), dim=1)
 
 
 class PoseBackbone(Checkpointed):
-    """Encoders of objects and language, and the tokens that are made of them; a transformer comes with each model.
+    """Encoders of objects and language, and the tokens made from them; each model adds its own transformer.
 
-    Language is either up to five word tokens or one sentence embedding. Objects carry, besides their
-    cloud, their noun where the scene knows it and the table setting has a place for it: a fork is hard
-    to tell from a spoon by a hundred noisy points. The paper has no such input; noun 0 is "unknown".
+    Language is either up to five word tokens or one sentence embedding. Besides its cloud, an object has its noun as an
+    input, if the scene provides it and the table setting has a place for it: a hundred noisy points hardly distinguish
+    a fork from a spoon. The paper has no such input; noun 0 is "unknown".
 
     Args:
         config: sizes and scales.
-        language_extra, object_extra: how many more numbers a language token, and a structure-frame or object
-            token, take in than their own, as the diffusion model's h_time of the paper.
+        language_extra, object_extra: number of additional inputs of a language token, and of a structure-frame or object
+            token, such as the paper's h_time in the diffusion model.
     """
 
     def __init__(self, config: BackboneConfig, language_extra: int = 0, object_extra: int = 0) -> None:
@@ -121,17 +120,17 @@ class PoseBackbone(Checkpointed):
         self.pose = nn.Sequential(nn.Linear(POSE, 128), nn.GELU(), nn.Linear(128, _POSE_WIDTH))
         self.frame_query = nn.Parameter(0.02 * torch.randn(OBJECT_WIDTH))
         self.slot = nn.Embedding(WORD_TOKENS, _PLACE_WIDTH)
-        # One for the frame and one for each place, for every number of objects: how far round a ring the
-        # third place is depends on how many there are.
+        # One embedding for the frame and one for each place, for every number of objects: how far round a ring the third
+        # place lies depends on the number of objects.
         self.place = nn.Embedding((config.max_objects + 1) ** 2, _PLACE_WIDTH)
         self.modality = nn.Embedding(4, _KIND_WIDTH)  # word, sentence, structure frame, object
-        # The paper's concatenation at the feature dimension (section IV.B), brought to one width.
+        # The paper's concatenation along the feature dimension (section IV.B), projected to one width.
         self.join_language = nn.Linear(_LANGUAGE_WIDTH + _PLACE_WIDTH + _KIND_WIDTH + language_extra, width)
         self.join_object = nn.Linear(OBJECT_WIDTH + _POSE_WIDTH + _PLACE_WIDTH + _KIND_WIDTH + object_extra, width)
         self.language_extra, self.object_extra = language_extra, object_extra
 
     def noun_ids(self, categories: Sequence[str]) -> list[int]:
-        """The noun id of each category; 0 for one that the network does not know."""
+        """Return the noun id of each category; 0 for a category that the network does not know."""
         return [self.config.nouns.index(c) + 1 if c in self.config.nouns else 0 for c in categories]
 
     def condition(
@@ -146,12 +145,12 @@ class PoseBackbone(Checkpointed):
         """Encode a batch of scenes.
 
         Args:
-            clouds: (B, N, P, 3) world frame, metres; P >= `config.points`, of which the first are encoded
-                point by point, and all give the outline.
+            clouds: (B, N, P, 3) world frame, metres; P >= `config.points`: the point encoder uses that many first points,
+                the outline features use all.
             present: (B, N) bool.
             nouns: (B, N) noun ids (see `noun_ids`).
             words: (B, 5) word ids, 0 where unspecified; or
-            sentence: (B, 384) embeddings. Where both are given, a row of zeros means "use the words".
+            sentence: (B, 384) embeddings. If both are given, a row of zeros means "use the words".
         """
         batch, count = present.shape
         outline = outline_features(clouds)  # (B, N, 21)
@@ -178,7 +177,7 @@ class PoseBackbone(Checkpointed):
         return Condition(objects, language, mask, given, present)
 
     def language_tokens(self, condition: Condition, extra: Tensor | None = None) -> Tensor:
-        """The language's tokens (B, 5, W); `extra` is (B, 1 or 5, `language_extra`), zeros where `None`."""
+        """Return the language tokens (B, 5, W); `extra` is (B, 1 or 5, `language_extra`), zeros if `None`."""
         batch = len(condition.present)
         words, sentence, _, _ = self.modality.weight
         spoken = torch.where(condition.spoken[:, None], sentence, words)[:, None]  # (B, 1, W_k)
@@ -190,12 +189,12 @@ class PoseBackbone(Checkpointed):
         )
 
     def object_tokens(self, condition: Condition, state: Tensor | None = None, extra: Tensor | None = None) -> Tensor:
-        """The tokens (B, 1 + N, W) of the structure frame and the objects.
+        """Return the tokens (B, 1 + N, W) of the structure frame and the objects.
 
         Args:
             condition: the scenes.
-            state: (B, 1 + N, 9) a pose for each, or `None` where none is known.
-            extra: (B, 1 or 1 + N, `object_extra`); zeros where `None`.
+            state: (B, 1 + N, 9) a pose for each, or `None` if none is known.
+            extra: (B, 1 or 1 + N, `object_extra`); zeros if `None`.
         """
         batch, count = condition.present.shape
         _, _, frame, thing = self.modality.weight
@@ -211,16 +210,16 @@ class PoseBackbone(Checkpointed):
         return self.join_object(torch.cat((objects, pose, self.place(numbers), kind, extra), dim=-1))
 
     def objects(self, condition: Condition) -> Tensor:
-        """What the structure frame and each object is, apart from any pose: (B, 1 + N, W_o)."""
+        """Return the encodings of the structure frame and each object, without poses: (B, 1 + N, W_o)."""
         return torch.cat((self.frame_query.expand(len(condition.present), 1, -1), condition.objects), dim=1)
 
     def encode_state(self, world_from_structure: Tensor, position: Tensor, turn: Tensor) -> Tensor:
-        """The clean state (B, 1 + N, 9).
+        """Encode poses as a clean state (B, 1 + N, 9).
 
         Args:
             world_from_structure: (B, 4, 4).
-            position: (B, N, 3) where the mean of each object's points goes, world frame, metres.
-            turn: (B, N, 3, 3) how each object turns from how it was observed, world frame.
+            position: (B, N, 3) goal of the mean of each object's points, world frame, metres.
+            turn: (B, N, 3, 3) rotation of each object relative to its observed pose, world frame.
         """
         rotation, origin = world_from_structure[:, :3, :3], world_from_structure[:, :3, 3]
         local = torch.einsum("bji,bnj->bni", rotation, position - origin[:, None])
@@ -236,7 +235,7 @@ class PoseBackbone(Checkpointed):
         )
 
     def decode_state(self, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """The inverse of `encode_state`: world_from_structure (B, 4, 4), position (B, N, 3), turn (B, N, 3, 3)."""
+        """Decode a state: world_from_structure (B, 4, 4), position (B, N, 3), turn (B, N, 3, 3); inverts `encode_state`."""
         like = state
         rotation = rotation_from_6d(state[:, 0, 3:])
         origin = state[:, 0, :3] * like.new_tensor(self.config.frame_scale) + like.new_tensor(self.config.frame_center)
@@ -249,27 +248,27 @@ class PoseBackbone(Checkpointed):
 
     @classmethod
     def fake_input(cls, batch: int, objects: int, generator: torch.Generator) -> dict[str, Tensor]:
-        """Random scenes, as `condition` takes them (see `encoders.fake_scenes`)."""
+        """Return random scenes as `condition` takes them (see `encoders.fake_scenes`)."""
         return fake_scenes(batch, objects, generator)
 
     def answer_shape(self, given: Mapping[str, Tensor]) -> tuple[int, ...]:
-        """The shape of what `try_out` gives for a fake input: the state, (B, 1 + N, 9)."""
+        """Return the shape of the result of `try_out` for a fake input: the state, (B, 1 + N, 9)."""
         batch, count = given["present"].shape
         return batch, 1 + count, POSE
 
 
 def encoder_stack(config: BackboneConfig, layers: int | None = None) -> nn.TransformerEncoder:
-    """The transformer over a sequence of tokens; with as many layers as the config says, or as given."""
+    """Return the transformer over a sequence of tokens; `layers` replaces the number of layers of the config."""
     sizes = (config.width, config.heads, config.feed_forward)
     layer = nn.TransformerEncoderLayer(*sizes, dropout=0.0, activation="relu", batch_first=True, norm_first=True)
     return nn.TransformerEncoder(layer, layers or config.layers, enable_nested_tensor=False)
 
 
 def readout(config: BackboneConfig, numbers: int) -> nn.Sequential:
-    """From a token that has gone through the transformer to so many numbers."""
+    """Return the layers that map a transformer's output token to `numbers` numbers."""
     return nn.Sequential(nn.LayerNorm(config.width), nn.Linear(config.width, numbers))
 
 
 def _spread(values: Sequence[Tensor], batch: int, length: int) -> list[Tensor]:
-    """Each value, (B or 1, L or 1, W) or (L, W), as (B, L, W)."""
+    """Broadcast each value, (B or 1, L or 1, W) or (L, W), to (B, L, W)."""
     return [value.expand(batch, length, value.shape[-1]) for value in values]

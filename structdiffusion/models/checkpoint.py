@@ -1,4 +1,4 @@
-"""Checkpoints: a folder with `config.json` and `model.safetensors`, for every model alike."""
+"""Checkpoints: a folder with `config.json` and `model.safetensors`, the same for every model."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from structdiffusion.models.config_values import checked_values
 from structdiffusion.word_tokens import FIRST_VOCABULARY
 
 CONFIG_NAME = "config.json"
-# Keys that older configs do not have, with what they stand for there: the shapes that every network knows.
+# Keys that older configs lack, with the value that applies to them: the shapes that every network knows.
 ADDED_KEYS: dict[str, Any] = {"vocabulary": FIRST_VOCABULARY}
 WEIGHTS_NAME = "model.safetensors"
-_NUMBERS = (torch.float16, torch.bfloat16, torch.float32, torch.float64)  # that weights may be written in
+_NUMBERS = (torch.float16, torch.bfloat16, torch.float32, torch.float64)  # legal types of stored weights
 
 
 class CheckpointError(ValueError):
-    """A checkpoint that cannot be used; the message names the file and what is wrong with it."""
+    """A checkpoint that cannot be used; the message names the file and the problem."""
 
 
 class Checkpointed(nn.Module):
-    """A network whose class has a frozen `Config` dataclass and a `kind`, and takes the config to build.
+    """A network whose class has a frozen `Config` dataclass and a `kind`, and whose constructor takes the config.
 
-    Each can be tried out without data: `fake_input(batch, objects, generator)` makes an input, documented with its
-    keys, types, shapes and frames; `try_out(given, generator)` passes it through the network, and gives a tensor of
+    Each network can be tested without data: `fake_input(batch, objects, generator)` returns an input, documented with its
+    keys, types, shapes and frames; `try_out(given, generator)` passes it through the network and returns a tensor of
     the shape `answer_shape(given)`.
     """
 
@@ -41,7 +41,7 @@ class Checkpointed(nn.Module):
     Config: type
 
     def save_pretrained(self, folder: str | Path) -> None:
-        """Write config and weights (half precision) to a folder, which is made."""
+        """Write config and weights (half precision) to a folder, which is created."""
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         config = {"kind": self.kind, **asdict(self.config)}
@@ -51,7 +51,7 @@ class Checkpointed(nn.Module):
 
     @classmethod
     def from_pretrained(cls, folder: str | Path) -> Self:
-        """The network of a checkpoint folder, on the CPU, ready for inference.
+        """Load the network of a checkpoint folder, on the CPU, ready for inference.
 
         Raises:
             CheckpointError: for a missing file, another model's config, or weights of a wrong shape or not finite.
@@ -99,7 +99,7 @@ class Checkpointed(nn.Module):
                 kinds = ", ".join(str(kind).removeprefix("torch.") for kind in _NUMBERS)
                 kind = str(weights[name].dtype).removeprefix("torch.")
                 raise CheckpointError(f"{folder / WEIGHTS_NAME}: {name!r} has the type {kind}; legal: {kinds}")
-            weights[name] = weights[name].to(tensor.dtype)  # in which a larger number may be infinite
+            weights[name] = weights[name].to(tensor.dtype)  # a large number may become infinite in it
             if not bool(weights[name].isfinite().all()):
                 raise CheckpointError(f"{folder / WEIGHTS_NAME}: {name!r} has numbers that are not finite")
         unknown = sorted(weights.keys() - own.keys())
@@ -116,7 +116,7 @@ def _check_file_sizes(folder: Path) -> None:
 
 
 def _check_config_size(kind: type[Checkpointed], path: Path, values: dict[str, Any]) -> None:
-    """Refuses a config whose network would be too large, before memory is taken for it."""
+    """Refuse a config whose network would be too large, before allocating memory for it."""
     for key, value in values.items():
         most = CONFIG_LAYERS if key.endswith("layers") else CONFIG_NUMBER
         for number in value if isinstance(value, tuple) else [value]:
@@ -136,7 +136,7 @@ def _shortened(text: str, most: int = 40) -> str:
 
 
 def file_facts(folder: str | Path) -> dict[str, dict[str, Any]]:
-    """The size and the checksum of both files of a checkpoint: name -> "bytes" and "sha256"."""
+    """Return the size and checksum of both files of a checkpoint: name -> "bytes" and "sha256"."""
     contents = {name: (Path(folder) / name).read_bytes() for name in (CONFIG_NAME, WEIGHTS_NAME)}
     return {
         name: {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
@@ -145,12 +145,12 @@ def file_facts(folder: str | Path) -> dict[str, dict[str, Any]]:
 
 
 def require_sound(values: Tensor, network: str, farthest: float = math.inf) -> None:
-    """Refuses what a network answers with weights or a config that nobody trained.
+    """Refuse network outputs that only untrained or damaged weights, or a wrong config, can produce.
 
     Args:
-        values: the answer.
+        values: the output of the network.
         network: its name.
-        farthest: the largest number that makes sense.
+        farthest: the largest plausible absolute value.
 
     Raises:
         CheckpointError: for numbers that are not finite, or too large.
@@ -163,10 +163,10 @@ def require_sound(values: Tensor, network: str, farthest: float = math.inf) -> N
 
 
 def parameter_count(model: nn.Module) -> int:
-    """How many trainable numbers a network has."""
+    """Return the number of trainable parameters of a network."""
     return sum(parameter.numel() for parameter in model.parameters())
 
 
 def default_device() -> torch.device:
-    """CUDA where there is one, else the CPU."""
+    """Return CUDA if it is available, else the CPU."""
     return torch.device("cuda" if torch.cuda.is_available() else "cpu")

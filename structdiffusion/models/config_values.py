@@ -1,4 +1,4 @@
-"""Whether the values in a checkpoint's config are of the kind that its network takes: the file may come from anybody."""
+"""Check that the values in a checkpoint's config have legal types and ranges: the file may come from an untrusted source."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Any
 
 
 def checked_values(config: type, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The values, with lists as tuples, because JSON has none.
+    """Check the values of a config, and return them with lists as tuples, because JSON has no tuples.
 
     Args:
-        config: a dataclass whose every field has a default, which says of what kind its values are.
-        values: field -> value, of JSON.
+        config: a dataclass in which every field has a default, which determines the legal type.
+        values: field -> value, from JSON.
 
     Raises:
-        ValueError: for a value of another kind, a number that is not finite, a size below 1 or a scale that is not
+        ValueError: for a value of another type, a number that is not finite, a size below 1 or a scale that is not
             above 0; the message names the field, the value and what is legal.
     """
     defaults = {field.name: field.default for field in fields(config)}
@@ -47,5 +47,5 @@ def _checked(name: str, value: Any, default: Any) -> Any:
 
 
 def _is_number(value: Any) -> bool:
-    """Whether it is one that float32, in which networks compute, can hold."""
+    """Return whether it is a number that float32, in which networks compute, can hold."""
     return type(value) in (int, float) and -1e30 < value < 1e30

@@ -10,19 +10,19 @@ from torch import Tensor, nn
 from structdiffusion.word_tokens import WORD_TOKENS
 
 SENTENCE_WIDTH = 384  # all-MiniLM-L6-v2
-_DIRECTIONS = 16  # of the outline's support function
+_DIRECTIONS = 16  # directions of the outline's support function
 OUTLINE_FEATURES = 3 + _DIRECTIONS + 2
 
 
 def fake_scenes(batch: int, objects: int, generator: torch.Generator) -> dict[str, Tensor]:
-    """Random scenes of the right shapes and ranges, for tests, benchmarks and the check of a checkpoint.
+    """Return random scenes of the right shapes and ranges, for tests, benchmarks and the check of a checkpoint.
 
-    Of all scenes but the first, the last object is not there. The keys:
+    In all scenes but the first, the last object is absent. The keys:
 
     | key | type and shape | what |
     |---|---|---|
     | clouds | float32 (B, N, 256, 3) | points, world frame, metres; 5 cm about (0.45, 0, 0.05), the table's middle |
-    | present | bool (B, N) | which objects are there; the absent come last |
+    | present | bool (B, N) | which objects are present; absent ones come last |
     | nouns | int64 (B, N) | noun ids from 0, "unknown"; here all unknown |
     | words | int64 (B, 5) | a word id per slot, 0 where unspecified; here 0 to 3 |
     """
@@ -37,11 +37,11 @@ def fake_scenes(batch: int, objects: int, generator: torch.Generator) -> dict[st
 
 
 def outline_features(points: Tensor) -> Tensor:
-    """Where a cloud is and how far it reaches: (..., 21) from points (..., P, 3), metres.
+    """Return the position and extent of a cloud: (..., 21) from points (..., P, 3), metres.
 
-    The mean (3), the farthest reach from the mean in 16 level directions, and below and above it.
-    The paper encodes the mean position apart from the centred cloud (section IV.A); the reach is ours:
-    it tells the footprint that spacing depends on without the detour through the point encoder.
+    The features are the mean (3), and the extent from the mean in 16 horizontal directions, downward and upward. The paper
+    encodes the mean position separately from the centred cloud (section IV.A). The extent is our addition: it gives the
+    footprint, on which spacing depends, directly rather than through the point encoder.
     """
     mean = points.mean(dim=-2)
     centred = points - mean[..., None, :]
@@ -53,7 +53,7 @@ def outline_features(points: Tensor) -> Tensor:
 
 
 class OffsetAttention(nn.Module):
-    """The attention of Point Cloud Transformer (Guo et al. 2021): what attention changed is passed on."""
+    """The offset attention of Point Cloud Transformer (Guo et al. 2021): passes on the difference that attention makes."""
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -68,7 +68,7 @@ class OffsetAttention(nn.Module):
 
 
 class PointEncoder(nn.Module):
-    """A small Point Cloud Transformer: points (B, P, C) to one vector (B, out)."""
+    """A small Point Cloud Transformer from points (B, P, C) to one vector (B, out)."""
 
     def __init__(self, channels: int, width: int, out: int, layers: int = 2) -> None:
         super().__init__()
@@ -87,7 +87,7 @@ class PointEncoder(nn.Module):
 
 
 class TimeEmbedding(nn.Module):
-    """h_time of the paper: sinusoids of the diffusion step, then an MLP; (B,) to (B, out)."""
+    """The paper's h_time: sinusoids of the diffusion step, then an MLP; (B,) to (B, out)."""
 
     def __init__(self, out: int, width: int = 64) -> None:
         super().__init__()

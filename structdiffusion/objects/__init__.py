@@ -1,1 +1,1 @@
-"""The object library: procedural training objects, YCB scans, and a folder of the user's own meshes."""
+"""The object library: procedural training objects, YCB scans, and the user's own meshes from a folder."""

@@ -1,9 +1,9 @@
-"""Convex parts of a mesh: V-HACD, cached on disk by the mesh's content.
+"""Decompose a mesh into convex parts with V-HACD, cached on disk by the mesh's content.
 
-Physics needs convex bodies; a bowl has to stay hollow. The cache lies in `$XDG_CACHE_HOME/structagent`
-(`~/.cache/structagent` by default); a cache that cannot be written only costs time. Parts that come from it are the
-same to the last bit as those that were computed: one rounded digit moves where an object settles, and with it every
-goal that is sampled after.
+Physics needs convex bodies, and a bowl has to stay hollow. The cache is in `$XDG_CACHE_HOME/structagent`
+(`~/.cache/structagent` by default); if it cannot be written, decomposition only takes longer. Cached parts are
+bit-identical to computed ones: one rounded digit would change where an object settles, and with it every goal that is
+sampled later.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from structdiffusion.limits import DISTANCES_AT_ONCE
 
 MAX_PARTS = 24
 MAX_PART_VERTICES = 32
-# A thing that is one convex body alone may be rounder than the parts of others.
+# An object that is a single convex body may have more vertices than the parts of other objects.
 MAX_SINGLE_VERTICES = 64
-# Nineteen twentieths of the surface of a thing taken as convex lie this close to its hull, metres.
+# m: 95 % of the surface of an object that is treated as convex lies this close to its hull.
 _CONVEX_WITHIN = 0.004
 RESOLUTION = 80_000
-# Part of every cache key: raise it when the same mesh should give other parts.
+# Part of every cache key: increase it if the same mesh should give different parts.
 _VERSION = 3
-# Bytes that the arrays of a cache entry may take: 24 parts of 32 vertices take 18 kB.
+# Largest size of the arrays of a cache entry, bytes: 24 parts of 32 vertices take 18 kB.
 _LARGEST_ENTRY = 4_000_000
-# A part thinner than this in volume (m3) is dust of the voxel grid.
+# m^3: parts of a smaller volume are artefacts of the voxel grid.
 _SMALLEST_PART = 1e-9
 
 
 def cache_directory() -> Path:
-    """Where decompositions are kept; it may not exist yet."""
+    """Return the folder of the cache; it may not exist yet."""
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "structagent" / "decompositions"
 
@@ -50,27 +50,26 @@ def convex_parts(
     max_parts: int = MAX_PARTS,
     resolution: int = RESOLUTION,
 ) -> tuple[np.ndarray, ...]:
-    """Splits a surface into convex parts, each (V, 3) with V <= 32, in the mesh's own frame.
+    """Split a surface into convex parts, each (V, 3) with V <= 32, in the mesh's own frame.
 
-    A mesh whose surface lies within 4 mm of its hull (but for 5 %) is returned as that one hull,
-    with up to 64 vertices. The result is the same whether it is computed or comes from the cache. Safe to call from
-    several processes at once.
+    A mesh of which 95 % of the surface lies within 4 mm of its hull is returned as that one hull, with up to 64 vertices.
+    The result is the same whether it is computed or comes from the cache. Several processes may call this at once.
 
     Args:
         vertices: (V, 3) metres.
         faces: (F, 3) vertex indices.
-        max_parts: the most parts to return.
-        resolution: voxels that V-HACD fills; the cost grows with it.
+        max_parts: the largest number of parts to return.
+        resolution: the number of voxels of V-HACD; the cost grows with it.
 
     Raises:
-        ValueError: when no part with a volume comes out.
+        ValueError: if no part has a volume.
     """
     vertices = np.ascontiguousarray(vertices, dtype=np.float64)
     faces = np.ascontiguousarray(faces, dtype=np.uint32)
     if (single := _single_part(vertices, faces, max_parts)) is not None:
         return (single,)
     digest = hashlib.sha256(f"{_VERSION} {max_parts} {resolution}".encode())
-    digest.update(vertices.tobytes())  # not rounded: meshes that differ have parts that differ
+    digest.update(vertices.tobytes())  # not rounded: different meshes have different parts
     digest.update(faces.tobytes())
     path = cache_directory() / f"{digest.hexdigest()[:32]}.npz"
     stored = _read(path, max_parts)
@@ -82,16 +81,16 @@ def convex_parts(
 
 
 def signed_distance(points: np.ndarray, parts: tuple[np.ndarray, ...]) -> np.ndarray:
-    """How far points (P, 3) lie outside (positive) or inside (negative) the union of convex parts, (P,).
+    """Return how far points (P, 3) lie outside (positive) or inside (negative) a union of convex parts, (P,).
 
-    Per part, the largest distance beyond one of its face planes: exact inside it and in front of a
-    face, a lower bound in front of an edge or corner. On a surface, its size is the deviation of the
-    parts from that surface.
+    The distance to a part is the largest distance beyond one of its face planes: exact inside the part and in front of a
+    face, a lower bound in front of an edge or corner. For points on a surface, its absolute value is the deviation of
+    the parts from that surface.
     """
     nearest = np.full(len(points), np.inf)
     for part in parts:
         planes = ConvexHull(part).equations
-        # The hull of a fine, round mesh has a hundred thousand planes, and all distances at once would take gigabytes.
+        # The hull of a fine, round mesh has a hundred thousand planes: all distances at once would take gigabytes.
         step = max(1, DISTANCES_AT_ONCE // len(planes))
         for start in range(0, len(points), step):
             some = slice(start, start + step)
@@ -100,16 +99,16 @@ def signed_distance(points: np.ndarray, parts: tuple[np.ndarray, ...]) -> np.nda
 
 
 def refine(vertices: np.ndarray, faces: np.ndarray, share: float) -> tuple[np.ndarray, np.ndarray]:
-    """The same surface with edges of at most this share of its length."""
+    """Subdivide a surface until no edge is longer than this share of the surface's length."""
     longest = share * float(np.ptp(vertices, axis=0).max())
     refined = trimesh.remesh.subdivide_to_size(np.array(vertices), np.array(faces, dtype=np.int64), longest)
     return np.asarray(refined[0]), np.asarray(refined[1])
 
 
 def _single_part(vertices: np.ndarray, faces: np.ndarray, max_parts: int) -> np.ndarray | None:
-    """The convex hull (V, 3) of a surface that is as good as convex, such as a can's; `None` for others."""
+    """Return the hull (V, 3) of a surface that is almost convex, such as that of a can; `None` for others."""
     hull = ConvexHull(vertices)
-    corners = vertices[faces[:: max(1, len(faces) // 2000)].astype(np.int64)]  # 2000 faces tell
+    corners = vertices[faces[:: max(1, len(faces) // 2000)].astype(np.int64)]  # 2000 faces are enough
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     depths = -signed_distance(corners.mean(axis=1), (vertices[hull.vertices],))
     if max_parts > 1 and areas[depths > _CONVEX_WITHIN].sum() > 0.05 * areas.sum():
@@ -120,7 +119,7 @@ def _single_part(vertices: np.ndarray, faces: np.ndarray, max_parts: int) -> np.
 def _decompose(
     vertices: np.ndarray, faces: np.ndarray, max_parts: int, resolution: int
 ) -> tuple[np.ndarray, ...]:
-    # V-HACD pulls its voxels toward nearby vertices: on large triangles it goes astray by centimetres.
+    # V-HACD pulls its voxels toward nearby vertices: on large triangles its error is several centimetres.
     vertices, faces = refine(vertices, faces, 1 / 60)
     raw = vhacdx.compute_vhacd(
         vertices,
@@ -133,7 +132,7 @@ def _decompose(
     )
     parts = []
     for part_vertices, _ in raw:
-        # V-HACD cuts off corners when it limits vertices itself; it is asked for twice as many.
+        # V-HACD cuts off corners when it limits the vertices itself, so twice as many are requested.
         with contextlib.suppress(QhullError):
             hull = ConvexHull(np.asarray(part_vertices))
             if hull.volume > _SMALLEST_PART:
@@ -144,10 +143,10 @@ def _decompose(
 
 
 def few_vertices(vertices: np.ndarray, most: int = MAX_PART_VERTICES) -> np.ndarray:
-    """At most `most` of a convex body's vertices (V, 3): greedily, the farthest outside the hull so far."""
+    """Select at most `most` of a convex body's vertices (V, 3): greedily, the farthest outside the hull so far."""
     if len(vertices) <= most:
         return vertices
-    # Extremes along the axes keep bottom, top and width exact; diagonals make sure of a volume.
+    # Extremes along the axes keep bottom, top and width exact; diagonals ensure a volume.
     diagonals = [[1, 1, 1], [1, -1, 1], [-1, 1, 1], [-1, -1, 1]]
     along = vertices @ np.array([*np.eye(3), *diagonals]).T
     chosen = sorted({*along.argmin(axis=0).tolist(), *along.argmax(axis=0).tolist()})
@@ -165,14 +164,14 @@ def few_vertices(vertices: np.ndarray, most: int = MAX_PART_VERTICES) -> np.ndar
 
 
 def _read(path: Path, max_parts: int) -> tuple[np.ndarray, np.ndarray] | None:
-    """The vertices (N, 3) float64 of all parts and how many each has; `None` for no entry or one that cannot be used."""
+    """Read the vertices (N, 3) float64 of all parts and their numbers; `None` for a missing or unusable entry."""
     try:
         with zipfile.ZipFile(path) as archive:
             if sum(member.file_size for member in archive.infolist()) > _LARGEST_ENTRY:
                 return None
         with np.load(path, allow_pickle=False) as stored:
             vertices, counts = stored["vertices"], stored["counts"]
-    except Exception:  # absent or damaged: readers of broken archives raise nearly anything
+    except Exception:  # missing or damaged: readers of broken archives raise almost any exception
         return None
     fits = (
         (vertices.dtype, vertices.ndim, vertices.shape[-1:]) == (np.float64, 2, (3,))
@@ -188,7 +187,7 @@ def _read(path: Path, max_parts: int) -> tuple[np.ndarray, np.ndarray] | None:
 def _write(path: Path, vertices: np.ndarray, counts: np.ndarray) -> None:
     with contextlib.suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        # Written beside and moved, so that another process never reads half a file.
+        # Written to a temporary file and moved, so that another process never reads half a file.
         handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".npz")
         try:
             with os.fdopen(handle, "wb") as file:

@@ -1,7 +1,7 @@
-"""Round, thin-walled, studded and light things for validation: what the training kinds have nothing of.
+"""Round, thin-walled, studded and light objects for validation: shapes that the training kinds do not have.
 
-Towers and rows fail first where an object rocks, rolls, or sinks into another, which boxes and cans never do. No model
-is trained on these; ranking, refinement and imagination are tuned on them, so that real scans stay unseen.
+Towers and rows fail first if an object rocks, rolls, or sinks into another, which boxes and cans never do. No model is
+trained on these objects; ranking, refinement and physics rollouts are tuned on them, so that real scans stay unseen.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from structdiffusion.objects.model import ObjectModel
 from structdiffusion.objects.procedural import Kind, Parts, Range, made
 from structdiffusion.objects.solids import box, frustum, shell
 
-_AROUND, _ALONG = 36, 21  # vertices of turned bodies,
-_VERTICES = 64  # of which a hull keeps as many as that of a scan
+_AROUND, _ALONG = 36, 21  # vertices of bodies of revolution, around and along the axis
+_VERTICES = 64  # number of them that a hull keeps, as for a scan
 _UNIT, _STUD, _STUD_HEIGHT = 0.016, 0.0047, 0.0045  # m: pitch, radius and height of the studs of large toy bricks
 
 
 def _turned(profile: Callable[[np.ndarray], np.ndarray], length: float) -> np.ndarray:
-    """Vertices of a body turned about the x axis, whose radius (A,) is told along its length in [0, 1]."""
+    """Return vertices of a body of revolution about the x axis, with radius (A,) as a function of position in [0, 1]."""
     at = 0.5 - 0.5 * np.cos(np.linspace(0.06, math.pi - 0.06, _ALONG))  # denser at the ends, which are more curved
     angle = np.arange(_AROUND) * 2 * math.pi / _AROUND + math.pi / 2
     radius = profile(at)
@@ -32,7 +32,7 @@ def _turned(profile: Callable[[np.ndarray], np.ndarray], length: float) -> np.nd
 
 
 def _cut_below(body: np.ndarray, depth: float) -> np.ndarray:
-    """The vertices with the lowest few millimetres pressed flat: what a fruit or a ball stands on."""
+    """Flatten the lowest few millimetres of the vertices: the base on which a fruit or ball stands."""
     flat = body.copy()
     flat[:, 2] = np.maximum(flat[:, 2], flat[:, 2].min() + depth)
     return few_vertices(flat[ConvexHull(flat).vertices], _VERTICES)
@@ -55,7 +55,7 @@ def _apple(r: Range) -> Parts:
 
 def _pear(r: Range) -> Parts:
     radius, length, neck = r.uniform(0.026, 0.036), r.uniform(0.075, 0.105), r.uniform(0.35, 0.6)
-    # A belly on one side, a neck on the other: an ellipse whose radius shrinks along its length.
+    # A body at one end and a neck at the other: an ellipse whose radius shrinks along its length.
     body = _turned(lambda at: radius * _ellipse(at) * (1 - (1 - neck) * at**1.5), length)
     return [_cut_below(body, r.uniform(0.001, 0.005))]
 
@@ -72,7 +72,7 @@ def _marker(r: Range) -> Parts:
 
 
 def _beaker(r: Range) -> Parts:
-    """A thin-walled cup of a set that goes into one another."""
+    """Return a thin-walled cup of a nesting set."""
     radius = r.uniform(0.026, 0.054)
     height, foot, wall = 0.045 + 0.6 * radius, r.uniform(0.8, 0.92), r.uniform(0.0016, 0.0026)
     base = r.uniform(0.002, 0.004)
@@ -83,7 +83,7 @@ def _studded(r: Range) -> Parts:
     along, across, height = int(r.integers(2, 5)), 2, r.choice([0.0192, 0.0384])
     length, width = along * _UNIT, across * _UNIT
     parts = [box(length, width, 0, height)]
-    if r.random() < 0.6:  # open below, as they are made
+    if r.random() < 0.6:  # open at the bottom, like real ones
         lid, wall = 0.004, r.uniform(0.0015, 0.003)
         sides = [box(length, wall, 0, height - lid, y=y * (width - wall) / 2) for y in (-1, 1)]
         ends = [box(wall, width, 0, height - lid, x=x * (length - wall) / 2) for x in (-1, 1)]
@@ -100,7 +100,7 @@ def _foam(r: Range) -> Parts:
 
 
 def _peg(r: Range) -> Parts:
-    """A bit, socket or chess piece: much higher than broad, some with a narrower top."""
+    """Return a bit, socket or chess piece: much higher than wide, some with a narrower top."""
     radius, height = r.uniform(0.008, 0.017), r.uniform(0.035, 0.07)
     waist = height * r.uniform(0.4, 0.7)
     top = radius * r.choice([1.0, 1.0, 0.6])
@@ -124,14 +124,14 @@ KINDS: dict[str, Kind] = {
     "die": (_die, 900, (0.4, 0.6)),
     "peg": (_peg, 800, (0.4, 0.6)),
 }
-# What people call a kind, where not by its name.
+# The noun of a kind, if it is not the kind's name.
 _CATEGORIES = {"beaker": "cup", "studded brick": "block", "foam brick": "brick", "die": "dice", "peg": "bit"}
-# A set of cups is many; of other kinds one scene rarely has two.
+# A nesting set has many cups; of other kinds a scene rarely has two.
 _MANY = {"beaker": 3, "studded brick": 2}
 
 
 def everyday_objects(count: int = 6, seed: int = 0) -> list[ObjectModel]:
-    """`count` objects of each kind, of cups and bricks more. Same seed, same objects."""
+    """Return `count` objects of each kind, and more of cups and bricks. The same seed gives the same objects."""
     return [
         _everyday_object(kind, index, seed) for kind in KINDS for index in range(count * _MANY.get(kind, 1))
     ]

@@ -1,4 +1,4 @@
-"""Objects from a folder of the user's own meshes: .obj, .stl, .ply or .glb, in metres, z up."""
+"""Load objects from a folder of the user's own meshes: .obj, .stl, .ply or .glb, in metres, z up."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from structdiffusion.objects.mesh_process import prepare_apart
 from structdiffusion.objects.model import ObjectError, ObjectModel
 
 FORMATS = (".obj", ".stl", ".ply", ".glb")
-# The nouns that a file name may say.
+# The nouns that are recognised in file names.
 NOUNS = (
     "fork", "knife", "spatula", "spoon", "plate", "saucer", "bowl", "mug", "cup", "glass", "saucepan",
     "skillet", "pan", "pot", "pitcher", "jug", "teapot", "kettle", "bottle", "jar", "can", "box", "block",
@@ -26,9 +26,9 @@ _PLURALS = {
 
 
 def category_of(stem: str) -> str:
-    """The noun in a file's name: "red_mug_2" gives "mug", "SoupCan" gives "can"; otherwise its words.
+    """Return the noun in a file's name: "red_mug_2" gives "mug", "SoupCan" gives "can"; otherwise its words.
 
-    The last known noun counts, as in "sugar box"; without one, the name without its numbers.
+    The last known noun counts, as in "sugar box"; without a known noun, the result is the name without its numbers.
     """
     spaced = re.sub(r"([a-z])([A-Z])", r"\1 \2", stem)
     words = [word.lower() for word in re.findall(r"[^\W\d_]+", spaced) if len(word) > 1]
@@ -40,16 +40,16 @@ def category_of(stem: str) -> str:
 
 
 def folder_objects(folder: Path, *, alternatives: tuple[str, ...] = ()) -> list[ObjectModel]:
-    """One ObjectModel per mesh file in `folder` (not in folders inside it), in the order of their names.
+    """Load one ObjectModel per mesh file in `folder` (subfolders excluded), in the order of their names.
 
-    The category is the noun in the file's name. The first load of a mesh takes seconds, later ones come
-    from the cache. The mass is 400 kg per cubic metre of convex hull, the friction 0.5.
+    The category is the noun in the file's name. The first load of a mesh takes seconds, later loads use the cache. The
+    mass is 400 kg per cubic metre of convex hull, the friction 0.5.
 
     Args:
-        alternatives: names of libraries that an error may offer instead.
+        alternatives: names of libraries that an error message suggests instead.
 
     Raises:
-        ObjectError: no such folder, no mesh in it, or a mesh that cannot be used; the message says which.
+        ObjectError: if there is no such folder, no mesh in it, or a mesh cannot be used; the message says which.
     """
     if not folder.is_dir():
         others = f", or one of {', '.join(alternatives)}" if alternatives else ""
@@ -69,7 +69,7 @@ def folder_objects(folder: Path, *, alternatives: tuple[str, ...] = ()) -> list[
 
 
 def object_from_file(path: Path, name: str, category: str | None = None) -> ObjectModel:
-    """The object of one mesh file. A large one is prepared in a process of its own, which is ended when it takes too long.
+    """Load the object of one mesh file. A large mesh is prepared in a separate process, which has a time limit.
 
     Args:
         path: a .obj, .stl, .ply or .glb file in metres, z up.
@@ -77,7 +77,7 @@ def object_from_file(path: Path, name: str, category: str | None = None) -> Obje
         category: its noun; by default that in the file's name.
 
     Raises:
-        ObjectError: a mesh that cannot be used, or takes more than `structdiffusion.limits.MESH_SECONDS` to prepare; the
+        ObjectError: if the mesh cannot be used, or takes more than `structdiffusion.limits.MESH_SECONDS` to prepare; the
             message says why.
     """
     category = category or category_of(path.stem)
@@ -85,10 +85,10 @@ def object_from_file(path: Path, name: str, category: str | None = None) -> Obje
 
 
 def _is_large(path: Path) -> bool:
-    """Whether preparing the mesh may take more than seconds."""
+    """Return whether preparing the mesh may take more than a few seconds."""
     if path.stat().st_size > SLOW_BYTES:
         return True
     try:
         return path.suffix.lower() == ".glb" and glb_faces(path) > MESH_FINE_FACES
-    except ValueError:  # reading it says what is wrong
+    except ValueError:  # reading the mesh reports the error
         return False

@@ -1,8 +1,8 @@
-"""Convex parts of round things that are hollow from above: bowls, plates, cups and mugs.
+"""Cut round objects that are open at the top into convex parts: bowls, plates, cups and mugs.
 
-V-HACD with a few dozen parts makes the walls of a scanned cup 5 to 8 mm too thick, so that spoons and
-fingers no longer fit where they do. Cut like a cake instead (a base, and a ring of wall pieces), the
-same number of parts follows the wall within about 2 mm.
+V-HACD with a few dozen parts makes the walls of a scanned cup 5 to 8 mm too thick, so that spoons and fingers no longer
+fit inside. Cutting it like a cake instead (a base, and a ring of wall pieces) follows the wall within about 2 mm with the
+same number of parts.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from scipy.spatial import ConvexHull, QhullError
 from structdiffusion.objects.decomposition import few_vertices, refine, signed_distance
 
 HOLLOW = ("bowl", "plate", "cup", "mug", "glass", "saucer")
-# What sticks out of the round body by more than this is a handle, metres.
+# m: anything that sticks out of the round body by more than this is a handle.
 _HANDLE_FROM = 0.004
-# The wall between a handle's two ends is cut this far from the handle's outermost point, metres.
+# m from the handle's outermost point, at which the wall between the handle's two ends is cut.
 _GRIP_DEPTH = 0.012
-# Wall pieces whose chords stay within this of the round wall, metres.
+# m by which the chords of wall pieces may deviate from the round wall.
 _CHORD_WITHIN = 0.0016
-_IN_FRONT = 0.003  # m in front of a surface, where hulls should have ended
-# Of an inner surface: the upward part of its normal, and the share of the rim's radius, that make it belong to the floor.
+_IN_FRONT = 0.003  # m in front of a surface that hulls must not reach
+# An inner surface belongs to the floor by the upward component of its normal and its share of the rim's radius.
 _LEVEL, _FLOOR_WITHIN = 0.5, 0.9
-_FRAGMENT = 0.05  # of the wall's area: smaller pieces are what stuck out of the floor
+_FRAGMENT = 0.05  # share of the wall's area: smaller pieces are bumps of the floor
 
 
 def hollow_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:
-    """Convex parts (V, 3), V <= 32, of a round, upright mesh that opens upward, z up; metres.
+    """Return convex parts (V, 3), V <= 32, of a round, upright mesh that opens upward, z up; metres.
 
-    A base below the inner floor, wall pieces around it in two or three rings, and three pieces for a handle.
-    Returns () when the mesh is not of that kind: not round, or without an inner floor.
+    The parts are a base below the inner floor, wall pieces around it in two or three rings, and three pieces for a handle.
+    The result is () if the mesh is not round or has no inner floor.
     """
     top = mesh.bounds[1, 2]
     rim = mesh.vertices[mesh.vertices[:, 2] > top - 0.001 - 0.025 * mesh.extents[2]][:, :2]
@@ -47,7 +47,7 @@ def hollow_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:
     toward = np.zeros(3)
     if len(away):
         toward[:2] = (away / np.linalg.norm(away, axis=1, keepdims=True)).mean(axis=0)
-    # A belly sticks out on all sides, so that its mean direction is short; a handle on one.
+    # A bulge sticks out on all sides, so its mean direction is short; a handle sticks out on one side.
     if np.linalg.norm(toward) > 0.8:
         toward /= np.linalg.norm(toward)
         handle, mesh = _cut(mesh, toward, toward * (radius + 0.0005))
@@ -62,7 +62,7 @@ def hollow_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:
     wall, base = _cut(mesh, np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, floor]))
     parts += _hulls([base])
     inner = np.linalg.norm(wall.vertices[:, :2], axis=1)
-    if np.percentile(inner, 1) < 0.3 * radius:  # dirt on the floor would make the wall pieces wedges
+    if np.percentile(inner, 1) < 0.3 * radius:  # scan artefacts on the floor would turn wall pieces into wedges
         wall = trimesh.Trimesh(wall.vertices, wall.faces[(inner[wall.faces] > 0.3 * radius).all(axis=1)])
     # A chord over the angle a lies r (1 - cos(a / 2)) inside the circle.
     sectors = math.ceil(math.pi / math.acos(1 - min(0.03, _CHORD_WITHIN / radius)))
@@ -80,7 +80,7 @@ def hollow_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:
 
 
 def _fit_circle(points: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """Centre (2,) and radius of the outline of points (P, 2), and how far that is from round."""
+    """Fit a circle to the outline of points (P, 2); return its centre (2,), its radius, and the deviation from round."""
     outline = points[ConvexHull(points).vertices]
     terms = np.column_stack([2 * outline, np.ones(len(outline))])
     x, y, constant = np.linalg.lstsq(terms, (outline**2).sum(axis=1), rcond=None)[0]
@@ -92,19 +92,19 @@ def _fit_circle(points: np.ndarray) -> tuple[np.ndarray, float, float]:
 def _cut(
     mesh: trimesh.Trimesh, normal: np.ndarray, point: np.ndarray
 ) -> tuple[trimesh.Trimesh, trimesh.Trimesh]:
-    """The surface in front of a plane, and the surface behind it."""
+    """Cut a surface by a plane; return the surfaces in front of and behind it."""
     front = trimesh.intersections.slice_mesh_plane(mesh, normal, point)
     return front, trimesh.intersections.slice_mesh_plane(mesh, -normal, point)
 
 
 def _wedge(wall: trimesh.Trimesh, low: float, high: float) -> trimesh.Trimesh:
-    """The part of the wall between two angles about z."""
+    """Return the part of the wall between two angles about z."""
     inside = trimesh.intersections.slice_mesh_plane(wall, [-math.sin(low), math.cos(low), 0], [0, 0, 0])
     return trimesh.intersections.slice_mesh_plane(inside, [math.sin(high), -math.cos(high), 0], [0, 0, 0])
 
 
 def _hulls(pieces: tuple[trimesh.Trimesh, ...] | list[trimesh.Trimesh]) -> list[np.ndarray]:
-    """The convex hull's vertices of each piece of surface that spans a volume."""
+    """Return the convex hull's vertices of each piece of surface that spans a volume."""
     hulls = []
     for piece in pieces:
         vertices = np.asarray(piece.vertices)
@@ -120,7 +120,7 @@ def _hulls(pieces: tuple[trimesh.Trimesh, ...] | list[trimesh.Trimesh]) -> list[
 
 
 def _handle_parts(handle: trimesh.Trimesh, toward: np.ndarray) -> list[np.ndarray]:
-    """The grip, and the arms above and below the hole."""
+    """Return the grip, and the arms above and below the hole."""
     reach = float((handle.vertices @ toward).max())
     grip, arms = _cut(handle, toward, toward * (reach - _GRIP_DEPTH))
     middle = float((grip.bounds[0, 2] + grip.bounds[1, 2]) / 2)
@@ -129,14 +129,14 @@ def _handle_parts(handle: trimesh.Trimesh, toward: np.ndarray) -> list[np.ndarra
 
 
 def _across(slope: float, angle: float) -> np.ndarray:
-    """The unit normal (3,) of a cut through the wall piece at `angle`; slope 0 is level, pi / 2 upright."""
+    """Return the unit normal (3,) of a cut through the wall piece at `angle`; slope 0 is level, pi / 2 upright."""
     return np.array([math.sin(slope) * math.cos(angle), math.sin(slope) * math.sin(angle), math.cos(slope)])
 
 
 def _bands(
     wedge: trimesh.Trimesh, angle: float, slope: float, offsets: tuple[float, ...]
 ) -> list[trimesh.Trimesh]:
-    """A wall piece cut by parallel planes at rising offsets (metres along their normal)."""
+    """Cut a wall piece by parallel planes at rising offsets (metres along their normal)."""
     normal, bands = _across(slope, angle), []
     for offset in offsets:
         wedge, band = _cut(wedge, normal, normal * offset)
@@ -145,7 +145,7 @@ def _bands(
 
 
 def _without_floor(wall: trimesh.Trimesh, radius: float) -> trimesh.Trimesh:
-    """The wall without what is left of an uneven floor: a piece with some of it would fill the vessel from floor to rim."""
+    """Remove remains of an uneven floor from the wall: a piece that includes them would fill the vessel up to the rim."""
     level = wall.face_normals[:, 2] > _LEVEL
     within = np.linalg.norm(wall.triangles_center[:, :2], axis=1) < _FLOOR_WITHIN * radius
     wall = trimesh.Trimesh(wall.vertices, wall.faces[~(level & within)])
@@ -157,9 +157,9 @@ def _without_floor(wall: trimesh.Trimesh, radius: float) -> trimesh.Trimesh:
 def _best_cuts(
     wedges: list[trimesh.Trimesh], middles: list[float]
 ) -> tuple[float, tuple[float, ...], float]:
-    """The slope and one or two offsets of cuts that leave the hulls closest to the surface, and how close that is.
+    """Find the slope and one or two offsets of the cuts whose hulls follow the surface best, and their error.
 
-    Judged on every fourth wall piece, by the mean of the errors that 3 % of its surface exceeds.
+    The criterion is the mean over every fourth wall piece of the error that 3 % of its surface exceeds.
     """
     samples = list(zip(wedges, middles, strict=True))[::4]
     best: tuple[float, tuple[float, ...]] = (0.0, ())
@@ -182,7 +182,7 @@ def _best_cuts(
 
 
 def _errors(surface: trimesh.Trimesh, hulls: tuple[np.ndarray, ...]) -> np.ndarray:
-    """How far (F,), metres, the faces of a surface lie inside of hulls, or the hulls reach out in front of them."""
+    """Return how far (F,), metres, the faces of a surface lie inside the hulls, or the hulls extend in front of them."""
     inside = -signed_distance(surface.triangles_center, hulls)
     filled = -signed_distance(surface.triangles_center + _IN_FRONT * surface.face_normals, hulls)
     return np.maximum(inside, np.where(filled > 0, filled + _IN_FRONT, 0.0))

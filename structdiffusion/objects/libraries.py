@@ -1,4 +1,4 @@
-"""One door to every object: the built-in libraries by name, or a folder of the user's own meshes."""
+"""Load objects by name of a built-in library, or from a folder of the user's own meshes."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.objects.urdfs import random_urdfs_objects
 from structdiffusion.objects.ycb import ycb_objects
 
-TRAINING_COUNT = 600  # of the procedural objects; those after them are for validation alone
+TRAINING_COUNT = 600  # number of procedural objects for training; later ones are for validation only
 
 
 def training_objects() -> list[ObjectModel]:
-    """What the models are trained on: the first 600 procedural objects and 200 of PyBullet's random ones."""
+    """Return the training objects: the first 600 procedural objects and 200 of PyBullet's random ones."""
     return procedural_objects(TRAINING_COUNT) + random_urdfs_objects()
 
 
 def validation_objects() -> list[ObjectModel]:
-    """Procedural objects that no model has seen, half of them of kinds that it has not seen either."""
+    """Return objects that no model has seen, half of them of kinds that no model has seen either."""
     return procedural_objects()[TRAINING_COUNT:] + everyday_objects()
 
 
@@ -35,14 +35,14 @@ LIBRARIES: dict[str, Callable[[], list[ObjectModel]]] = {
 
 
 def load_objects(source: str | Path) -> list[ObjectModel]:
-    """The objects of a library, or of a folder of meshes.
+    """Load the objects of a library, or of a folder of meshes.
 
     Args:
         source: "procedural", "random_urdfs", "ycb", "training", "validation", or the path of a folder of .obj, .stl, .ply or
-            .glb files in metres, z up. A folder that is called like a library is meant by "./ycb".
+            .glb files in metres, z up. For a folder with the name of a library, give a path such as "./ycb".
 
     Raises:
-        ObjectError: when there is no such library or folder, or it holds no usable mesh.
+        ObjectError: if there is no such library or folder, or it has no usable mesh.
     """
     if isinstance(source, str) and source in LIBRARIES:
         return LIBRARIES[source]()

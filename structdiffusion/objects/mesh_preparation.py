@@ -13,13 +13,13 @@ from structdiffusion.objects.meshes import coarser, object_from_mesh
 from structdiffusion.objects.model import ObjectError, ObjectModel
 
 SMALLEST, LARGEST = 0.005, 0.5
-# Kilograms per cubic metre of hull: most household things are hollow or light.
+# Kilograms per cubic metre of hull: most household objects are hollow or light.
 _DENSITY = 400.0
 _FRICTION = 0.5
 
 
 def prepare(path: Path, name: str, category: str) -> ObjectModel:
-    """Prepare the object of a mesh file in this process, however long it takes.
+    """Prepare the object of a mesh file in this process, without a time limit.
 
     Args:
         path: a .obj, .stl, .ply or .glb file in metres, z up.
@@ -27,7 +27,7 @@ def prepare(path: Path, name: str, category: str) -> ObjectModel:
         category: its noun.
 
     Raises:
-        ObjectError: a mesh that cannot be used; the message says why.
+        ObjectError: if the mesh cannot be used; the message says why.
     """
     mesh = _read(path)
     size = float(mesh.extents.max())
@@ -36,7 +36,7 @@ def prepare(path: Path, name: str, category: str) -> ObjectModel:
             f"the mesh {str(path)!r} is {size:.4g} m long: the unit must be metres, "
             f"and objects between {SMALLEST} and {LARGEST} m"
         )
-    # A colour of its own for each name, the same in every run.
+    # The colour depends on the name alone, so it is the same in every run.
     hue = hashlib.sha256(name.encode()).digest()
     try:
         return object_from_mesh(
@@ -54,7 +54,7 @@ def prepare(path: Path, name: str, category: str) -> ObjectModel:
 
 
 def _reason(error: Exception) -> str:
-    """The first line of an error's message, or its name where it says nothing."""
+    """Return the first line of an error's message, or the error's name if it has no message."""
     lines = str(error).strip().splitlines()
     return lines[0] if lines else type(error).__name__
 
@@ -62,10 +62,10 @@ def _reason(error: Exception) -> str:
 def _read(path: Path) -> trimesh.Trimesh:
     if (size := path.stat().st_size) > MESH_BYTES:
         raise ObjectError(f"the mesh {str(path)!r} has {size} bytes; at most {MESH_BYTES} are read: simplify it")
-    # Readers of broken files raise nearly anything (struct, index, key, json, unicode errors).
+    # Readers of broken files raise almost any exception (struct, index, key, json, unicode errors).
     try:
         if path.suffix.lower() == ".glb":
-            _check_faces(path, glb_faces(path))  # before anything is made: a kilobyte can place a mesh a million times
+            _check_faces(path, glb_faces(path))  # before loading: a file of a kilobyte can place a mesh a million times
         mesh = trimesh.load(path, force="mesh", process=False)
     except ObjectError:
         raise

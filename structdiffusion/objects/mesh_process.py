@@ -1,7 +1,7 @@
-"""Prepares one mesh in a process of its own, which the system ends when its time is up.
+"""Prepare one mesh in a separate process, which the operating system ends after a time limit.
 
-Reading, simplifying and decomposing a mesh runs in libraries that no signal handler and no thread can interrupt. The
-process sets an alarm for itself, so that it ends even where its parent does not live to end it.
+Meshes are read, simplified and decomposed by libraries that no signal handler and no thread can interrupt. The process
+sets an alarm for itself, so that it ends even if its parent has died.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
 
 def prepare_apart(path: Path, name: str, category: str) -> ObjectModel:
-    """The object of a mesh file, as `structdiffusion.objects.mesh_preparation.prepare` makes it, from a process of its own.
+    """Prepare the object of a mesh file in a separate process, with the result of `mesh_preparation.prepare`.
 
     Raises:
-        ObjectError: as `prepare`, and when it takes more than `MESH_SECONDS` or its process ends otherwise.
+        ObjectError: as `prepare`, and if it takes more than `MESH_SECONDS` or its process ends unexpectedly.
     """
     from structdiffusion.objects.model import ObjectError
 
-    # The same modules as in this process, and not those that happen to lie in the current folder.
+    # The same modules as in this process, and none from the current folder.
     modules = os.pathsep.join(entry for entry in sys.path if entry)
     done = subprocess.run(
         [sys.executable, "-P", "-m", __name__, str(path), name, category, str(MESH_SECONDS)],
@@ -56,11 +56,11 @@ def _end_of_process(done: subprocess.CompletedProcess[bytes]) -> str:
 
 
 def _main(path: str, name: str, category: str, seconds: str) -> None:
-    """Writes the object of a mesh file, or the `ObjectError` that it raises, to standard output, pickled."""
+    """Write the object of a mesh file, or the `ObjectError` that it raises, to standard output, pickled."""
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.setitimer(signal.ITIMER_REAL, float(seconds))
     results = os.dup(1)
-    os.dup2(2, 1)  # for what libraries print
+    os.dup2(2, 1)  # keep the output of libraries apart
     from structdiffusion.objects.mesh_preparation import prepare
     from structdiffusion.objects.model import ObjectError
 

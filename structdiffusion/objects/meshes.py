@@ -1,4 +1,4 @@
-"""From a triangle mesh, z up, to an ObjectModel: cleaned, resting, with its front turned to +x."""
+"""Convert a triangle mesh, z up, into an ObjectModel: cleaned, at rest, with its front turned to +x."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from structdiffusion.objects.rigid_body import mass_properties
 from structdiffusion.tableware import CUTLERY
 
 VISUAL_FACES = 2000
-# How far the surface may move to have fewer faces, metres, the least first; a depth camera's noise is a millimetre.
+# m by which the surface may move to reduce faces, in the order tried; the noise of a depth camera is a millimetre.
 _COARSER_BY = (0.00002, 0.00005, 0.0001, 0.0002)
 # The front of these is opposite their handle.
 WITH_HANDLE = ("mug", "pan", "skillet", "pitcher", "jug", "teapot", "kettle", "saucepan")
@@ -27,19 +27,19 @@ LONG = (
     *CUTLERY, "spatula", "ladle", "screwdriver", "hammer", "wrench", "scissors", "clamp", "drill",
     "marker", "pen", "pencil", "brush", "banana", "pear", "car", "airplane",
 )  # fmt: skip
-# A scan or model that is about upright rests within this angle of it, radians.
+# rad: an approximately upright scan or model comes to rest within this angle.
 UPRIGHT_WITHIN = math.radians(20.0)
 
 
 def clean(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
-    """The connected pieces of a mesh, vertices merged, degenerate faces and specks gone, normals outward.
+    """Return the connected pieces of a mesh, with vertices merged, without degenerate faces and specks, normals outward.
 
-    Specks are loose pieces with under 2 % of the surface: scanning leaves them behind.
+    Specks are loose pieces with less than 2 % of the surface, which are artefacts of scanning.
     """
     mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)
     mesh.update_faces(mesh.nondegenerate_faces() & mesh.unique_faces())
     mesh.remove_unreferenced_vertices()
-    # Told apart before any is made: a file can hold a hundred thousand specks.
+    # Separated before any piece is built: a file can have a hundred thousand specks.
     connected = trimesh.graph.connected_components(
         mesh.face_adjacency, nodes=np.arange(len(mesh.faces)), min_len=1, engine="scipy"
     )
@@ -52,7 +52,7 @@ def clean(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
 
 
 def join(pieces: list[trimesh.Trimesh]) -> trimesh.Trimesh:
-    """One outer surface: closed pieces that overlap are united, so that no surface is left inside."""
+    """Unite closed pieces that overlap into one outer surface, so that no surface remains inside."""
     if len(pieces) == 1:
         return pieces[0]
     solids = [_solid(piece) for piece in pieces]
@@ -69,10 +69,10 @@ def _solid(mesh: trimesh.Trimesh) -> manifold3d.Manifold:
 
 
 def level(parts: tuple[np.ndarray, ...], within: float = UPRIGHT_WITHIN) -> np.ndarray:
-    """The smallest rotation (4, 4) that sets convex parts on the face of their hull onto which they settle.
+    """Return the smallest rotation (4, 4) that sets convex parts on the face of their hull onto which they settle.
 
-    They roll from face to face as long as the centre of mass sinks; the identity if that leads more
-    than `within` radians away, for then something other than unevenness makes it fall.
+    The parts roll from face to face as long as the centre of mass sinks. The result is the identity if they would turn by
+    more than `within` radians: then the cause is not an uneven bottom.
     """
     hull = ConvexHull(np.concatenate(parts))
     center = mass_properties(parts, 1.0).object_from_inertial[:3, 3]
@@ -93,12 +93,12 @@ def level(parts: tuple[np.ndarray, ...], within: float = UPRIGHT_WITHIN) -> np.n
 
 
 def front_yaw(points: np.ndarray, category: str) -> float:
-    """The yaw, radians, at which the front of an object points; surface points (P, 3), z up.
+    """Return the yaw, radians, of the front of an object with surface points (P, 3), z up.
 
-    - with a handle (mug, pan, pitcher): opposite it, the farthest part from the middle of the surface;
-    - long things: along the length; cutlery and spatulas toward the flatter, wider end;
-    - all others: across the widest side of the smallest rectangle around the footprint, so that
-      the front of a box is its broad face.
+    - objects with a handle (mug, pan, pitcher): opposite the handle, the part farthest from the middle of the surface;
+    - long objects: along the length; cutlery and spatulas toward the flatter, wider end;
+    - all others: perpendicular to the longest side of the smallest rectangle around the footprint, so that the front of
+      a box is its broad face.
     """
     flat = points[:, :2]
     middle = flat.mean(axis=0)
@@ -122,16 +122,16 @@ def front_yaw(points: np.ndarray, category: str) -> float:
         length, width = np.ptp(along), np.ptp(across)
         if length * width < best_area * (1 - 1e-6):
             best_area, best = length * width, float(angle if length < width else angle + math.pi / 2)
-    # The same rectangle has two such yaws: the one that turns the scan the least.
+    # The rectangle has two such yaws: choose the one that turns the scan less.
     return (best + math.pi / 2) % math.pi - math.pi / 2
 
 
 def _flatness(points: np.ndarray, direction: np.ndarray) -> float:
-    """Width over thickness of the third of an object that lies farthest along `direction` (2,)."""
+    """Return width over thickness of the third of an object that lies farthest along `direction` (2,)."""
     along = points[:, :2] @ direction
     end = points[along > along.max() - 0.3 * np.ptp(along)]
     across = end[:, :2] @ np.array([-direction[1], direction[0]])
-    # Thickness about the bent middle surface: a spoon's bowl is deep, but its sheet is thin.
+    # Thickness about the curved middle surface: a spoon's bowl is deep, but its metal is thin.
     terms = np.stack([np.ones(len(end)), across, end[:, :2] @ direction], axis=1)
     terms = np.concatenate([terms, terms[:, 1:] ** 2], axis=1)
     fit, *_ = np.linalg.lstsq(terms, end[:, 2], rcond=None)
@@ -139,7 +139,7 @@ def _flatness(points: np.ndarray, direction: np.ndarray) -> float:
 
 
 def sample_surface(mesh: trimesh.Trimesh, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points and outward normals (count, 3) float32, uniform by area; the same for the same seed."""
+    """Sample points and outward normals (count, 3) float32, uniform by area; the same for the same seed."""
     rng = np.random.default_rng(seed)
     chosen = rng.choice(len(mesh.faces), size=count, p=mesh.area_faces / mesh.area_faces.sum())
     a, b = rng.random((2, count, 1))
@@ -151,9 +151,9 @@ def sample_surface(mesh: trimesh.Trimesh, count: int, seed: int) -> tuple[np.nda
 
 
 def simplify(mesh: trimesh.Trimesh, faces: int = VISUAL_FACES) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (V, 3) and faces (F, 3) of a coarser surface for pictures, within 2 mm of the mesh.
+    """Return vertices (V, 3) and faces (F, 3) of a coarser surface for pictures, within 2 mm of the mesh.
 
-    About `faces` faces where 2 mm allow it. A mesh that does not close is returned as it is.
+    It has about `faces` faces if the 2 mm allow it. A mesh that is not closed is returned unchanged.
     """
     best = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
     solid = _solid(mesh)
@@ -169,14 +169,14 @@ def simplify(mesh: trimesh.Trimesh, faces: int = VISUAL_FACES) -> tuple[np.ndarr
 
 
 def coarser(mesh: trimesh.Trimesh, most: int) -> trimesh.Trimesh:
-    """The same surface with at most about `most` faces; the mesh itself where it has no more.
+    """Reduce a surface to about `most` faces; a mesh that has no more is returned unchanged.
 
-    The surface of a mesh that closes moves by 0.2 mm at most. A mesh with holes, and one that still has more faces then,
-    is decimated down to `most` by the error in its planes (Garland and Heckbert 1997).
+    The surface of a closed mesh moves by at most 0.2 mm. A mesh with holes, and one that still has too many faces, is
+    decimated to `most` faces by the quadric error of its planes (Garland and Heckbert 1997).
     """
     if len(mesh.faces) <= most:
         return mesh
-    mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)  # vertices merged, as a soup of triangles has none
+    mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)  # merges vertices, which a triangle soup does not share
     solid = _solid(mesh)
     if solid.status() == manifold3d.Error.NoError:
         for tolerance in _COARSER_BY:
@@ -206,15 +206,15 @@ def object_from_mesh(
     max_parts: int = MAX_PARTS,
     resolution: int = RESOLUTION,
 ) -> ObjectModel:
-    """An ObjectModel of a mesh in metres that is about upright (z up).
+    """Build an ObjectModel of an approximately upright mesh in metres (z up).
 
     Args:
         mesh: the surface; cleaned here.
-        turn: radians added to the front that `front_yaw` finds, for things that look alike from both ends.
+        turn: radians added to the result of `front_yaw`, for objects that look alike from both ends.
         settle_within: how far, in radians, it may roll over to rest.
 
     Raises:
-        ValueError: when the mesh encloses nothing.
+        ValueError: if the mesh encloses no volume.
     """
     pieces = clean(mesh)
     if not pieces:
@@ -254,7 +254,7 @@ def object_from_mesh(
 def _flatten_bottom(parts: Sequence[np.ndarray]) -> float:
     """Make the bottom of parts (V, 3) level, in place; return its z.
 
-    Voxels leave bottoms uneven by a fraction of a millimetre, on which objects would rock.
+    Voxels leave bottoms uneven by a fraction of a millimetre, so that objects would rock.
     """
     floor = min(part[:, 2].min() for part in parts)
     for part in parts:
@@ -264,7 +264,7 @@ def _flatten_bottom(parts: Sequence[np.ndarray]) -> float:
 
 
 def _vessel_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:
-    """`hollow_parts`; () as well where it is so unlike a vessel that the geometry fails, such as a cone."""
+    """Return `hollow_parts`, or () if the mesh is so unlike a vessel that the geometry fails, such as a cone."""
     try:
         return hollow_parts(mesh)
     except (QhullError, ValueError):

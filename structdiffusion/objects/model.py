@@ -1,8 +1,8 @@
-"""One rigid object: its surface, its convex parts, its footprint and how it rests.
+"""The model of one rigid object: its surface, convex parts, footprint and resting pose.
 
-The object frame: z up in the resting pose, z = 0 at the lowest point, the origin's x and y at the
-footprint's area centroid. +x is the front: the end of a fork, knife, spoon or spatula that points
-away from the diner, the side opposite the handle of a pan; arbitrary for round things.
+The object frame has z up in the resting pose, z = 0 at the lowest point, and the origin's x and y at the footprint's area
+centroid. +x is the front: the end of a fork, knife, spoon or spatula that points away from the diner, or the side
+opposite the handle of a pan; it is arbitrary for round objects.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SURFACE_POINTS = 1024
 
 
 class ObjectError(ValueError):
-    """An object that cannot be used; the message names it and says why."""
+    """An object that cannot be used; the message names it and the reason."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class ObjectModel:
 
     Attributes:
         name: unique in its library, such as "025_mug".
-        category: the noun that people use, such as "mug".
-        source: "procedural", "random_urdfs", "ycb", "folder", or "recorded" for one that was completed from its cloud.
+        category: its noun, such as "mug".
+        source: "procedural", "random_urdfs", "ycb", "folder", or "recorded" for an object completed from its cloud.
         hulls: convex parts, each (V, 3) vertices; their union is the collision body.
         surface_points: (1024, 3) float32, uniform on the outer surface.
         surface_normals: (1024, 3) float32, outward unit normals.
@@ -57,30 +57,30 @@ class ObjectModel:
 
     @cached_property
     def footprint(self) -> np.ndarray:
-        """The convex outline (K, 2), counter-clockwise, of the object seen from above."""
+        """Return the convex outline (K, 2), counter-clockwise, of the object seen from above."""
         points = np.concatenate(self.hulls)[:, :2]
         return points[ConvexHull(points).vertices]
 
     @cached_property
     def mass_properties(self) -> MassProperties:
-        """How its mass is spread."""
+        """Return the mass properties of the object."""
         return mass_properties(self.hulls, self.mass)
 
     @cached_property
     def height(self) -> float:
-        """The top's z in the resting pose, metres."""
+        """Return the z of the top in the resting pose, metres."""
         return float(max(hull[:, 2].max() for hull in self.hulls))
 
     @cached_property
     def radius(self) -> float:
-        """The farthest footprint point from the origin, metres."""
+        """Return the distance from the origin to the farthest footprint point, metres."""
         return float(np.linalg.norm(self.footprint, axis=1).max())
 
     @cached_property
     def stackable(self) -> bool:
-        """Whether something can stand on it: its top 4 mm is level and spans most of the footprint.
+        """Return whether another object can stand on it: its top 4 mm is level and spans most of the footprint.
 
-        A bowl or cup counts by its rim. Measured on the surface, not on the category.
+        The top of a bowl or cup is its rim. The result depends on the surface, not on the category.
         """
         top = self.surface_points[self.surface_points[:, 2] > self.height - 0.004][:, :2]
         if len(top) < 8:
@@ -93,7 +93,7 @@ class ObjectModel:
 
     @cached_property
     def flat_bottom(self) -> bool:
-        """Whether it stands by itself on a level top: its lowest 1.5 mm span a good part of the footprint.
+        """Return whether it can stand on a level top: its lowest 1.5 mm span a good part of the footprint.
 
         A ball's contact spreads with height (the lowest 1.5 mm span 0.3 of what the lowest 5 mm do), a flat
         bottom's does not.
@@ -102,7 +102,7 @@ class ObjectModel:
         return low > 0.5 * near and low > 0.15 * ConvexHull(self.footprint).volume
 
     def _bottom_area(self, height: float) -> float:
-        """The area, m^2, of the convex outline of the surface below `height` metres."""
+        """Return the area, m^2, of the convex outline of the surface below `height` metres."""
         points = self.surface_points[self.surface_points[:, 2] < height][:, :2]
         try:
             return float(ConvexHull(points).volume)  # in 2-d, volume is the area
@@ -111,12 +111,12 @@ class ObjectModel:
 
 
 def footprint_centroid(points_xy: np.ndarray) -> np.ndarray:
-    """The area centroid (2,) of the convex hull of points (P, 2)."""
+    """Return the area centroid (2,) of the convex hull of points (P, 2)."""
     return outline_centroid(points_xy[ConvexHull(points_xy).vertices])
 
 
 def unique_names(models: Sequence[ObjectModel]) -> list[str]:
-    """Name each object: its category, numbered where there are several of it."""
+    """Name each object by its category, numbered if several have the same category."""
     total, seen = Counter(model.category for model in models), Counter()
     names = []
     for category in (model.category for model in models):

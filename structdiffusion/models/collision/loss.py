@@ -1,4 +1,4 @@
-"""Pairs of partial views for the collision discriminator (paper section IV.E)."""
+"""Training data and loss of the collision discriminator: pairs of partial views (paper section IV.E)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _POINTS = 256
 
 @dataclass(frozen=True)
 class PairBatches:
-    """Draws pairs from `pairs.npz` and `library.npz` (see `collision_pairs.py`).
+    """Pairs of `pairs.npz` and `library.npz`, from which batches are drawn (see `collision_pairs.py`).
 
     Attributes:
         surface, normals: (M, S, 3) of the library.
@@ -35,11 +35,11 @@ class PairBatches:
 
     @classmethod
     def load(cls, folder: str | Path, device: torch.device | str = "cpu") -> PairBatches:
-        """From a folder of demonstrations.
+        """Load the pairs from a folder of demonstrations.
 
         Raises:
-            FileNotFoundError: for a missing file; the message says which command makes it.
-            DataFolderError: for a file that is torn.
+            FileNotFoundError: for a missing file; the message names the command that makes it.
+            DataFolderError: for a truncated or damaged file.
         """
         folder = Path(folder)
         for name in ("library.npz", "pairs.npz"):
@@ -52,10 +52,10 @@ class PairBatches:
         return cls(surface.float(), normals.float(), objects.long(), poses, distance)
 
     def draw(self, size: int, generator: torch.Generator) -> tuple[Tensor, Tensor, Tensor]:
-        """Clouds (B, P, 3) of both objects at their poses, and the distances (B,).
+        """Draw clouds (B, P, 3) of both objects at their poses, and the distances (B,).
 
-        Each was seen somewhere on the table, before it was moved to its pose: what is hidden of it bears
-        no relation to its partner.
+        Each object is seen somewhere on the table before it moves to its pose, so that its hidden side is independent of
+        its partner.
         """
         device = self.objects.device
         pick = torch.randint(len(self.objects), (size,), generator=generator, device=device)
@@ -64,7 +64,7 @@ class PairBatches:
         def rand(*shape: int) -> Tensor:
             return torch.rand(shape, generator=generator, device=device)
 
-        spin = (rand(size, 1) * 2 - 1) * math.pi  # the pair as a whole faces anywhere
+        spin = (rand(size, 1) * 2 - 1) * math.pi  # the pair as a whole has a random heading
         whole = yaw_matrices(spin).expand(-1, 2, -1, -1)
         yaw_before = (rand(size, 2) * 2 - 1) * math.pi
         place = torch.stack(
@@ -73,7 +73,7 @@ class PairBatches:
         before = yaw_matrices(yaw_before)
         points = torch.einsum("bnij,bnsj->bnsi", before, self.surface[ids]) + place[:, :, None]
         normals = torch.einsum("bnij,bnsj->bnsi", before, self.normals[ids])
-        # One at a time: as two scenes with one object each, so that neither hides the other.
+        # Two scenes with one object each, so that neither hides the other.
         flat = (points.flatten(0, 1)[:, None], normals.flatten(0, 1)[:, None])
         alone = torch.ones(2 * size, 1, dtype=torch.bool, device=device)
         seen = partial_views(*flat, alone, _POINTS, generator)[0].view(size, 2, _POINTS, 3)
@@ -86,7 +86,7 @@ class PairBatches:
 def collision_loss(
     model: CollisionDiscriminator, pairs: PairBatches, generator: torch.Generator, size: int = 64
 ) -> dict[str, Tensor]:
-    """Binary cross-entropy of "penetrates by more than the evaluation protocol allows"."""
+    """Return the binary cross-entropy of "penetrates by more than the evaluation protocol allows"."""
     first, second, distance = pairs.draw(size, generator)
     hit = (distance < -MAX_PENETRATION).float()
     logits = model(first, second)

@@ -1,4 +1,4 @@
-"""The collision discriminator: do two partly seen objects intersect at these poses? (Paper section IV.C.)"""
+"""The collision discriminator: predicts whether two partly seen objects intersect (paper section IV.C)."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class CollisionConfig:
     """Sizes of the network.
 
     Attributes:
-        width: of a point's features.
-        layers: of attention.
-        points: of each of the two clouds.
+        width: width of a point's features.
+        layers: number of attention layers.
+        points: number of points of each of the two clouds.
     """
 
     width: int = 48
@@ -28,7 +28,7 @@ class CollisionConfig:
 
 
 class CollisionDiscriminator(Checkpointed):
-    """Two clouds to the logit of their intersection; symmetric in the two by averaging both orders."""
+    """A network from two clouds to the logit of their intersection; symmetric by averaging both orders."""
 
     kind = "collision"
     Config = CollisionConfig
@@ -41,7 +41,7 @@ class CollisionDiscriminator(Checkpointed):
 
     @classmethod
     def fake_input(cls, batch: int, objects: int, generator: torch.Generator) -> dict[str, Tensor]:
-        """Random pairs, as `forward` takes them, however many `objects` are asked for.
+        """Return random pairs as `forward` takes them; `objects` has no effect.
 
         `first` and `second` are float32 (B, 256, 3): points, world frame, metres, about 3 cm around the table's
         middle and 5 cm to its left.
@@ -51,21 +51,21 @@ class CollisionDiscriminator(Checkpointed):
         return {"first": first, "second": second + torch.tensor((0.0, 0.05, 0.0))}
 
     def answer_shape(self, given: Mapping[str, Tensor]) -> tuple[int, ...]:
-        """The shape of what `try_out` gives for a fake input: a logit for each pair, (B,)."""
+        """Return the shape of the result of `try_out` for a fake input: a logit for each pair, (B,)."""
         return (len(given["first"]),)
 
     @torch.no_grad()
     def try_out(self, given: Mapping[str, Tensor], generator: torch.Generator) -> Tensor:
-        """The logits of a fake input; nothing is drawn at random."""
+        """Return the logits of a fake input; nothing is drawn at random."""
         return self(**given)
 
     def forward(self, first: Tensor, second: Tensor) -> Tensor:
-        """Logits (B,) for clouds (B, P, 3) each, world frame, metres, P >= `config.points`."""
+        """Return logits (B,) for clouds (B, P, 3) each, world frame, metres, P >= `config.points`."""
         return 0.5 * (self._one_way(first, second) + self._one_way(second, first))
 
     def _one_way(self, first: Tensor, second: Tensor) -> Tensor:
         middle = 0.5 * (first.mean(dim=1, keepdim=True) + second.mean(dim=1, keepdim=True))
-        a, b = (first - middle) / 0.07, (second - middle) / 0.07  # 7 cm: between two neighbours
+        a, b = (first - middle) / 0.07, (second - middle) / 0.07  # 7 cm: typical distance of two neighbours
         outlines = torch.cat((outline_features(a), outline_features(b)), dim=-1)  # (B, 42)
         flags = torch.eye(2, device=a.device)
         points = torch.cat(

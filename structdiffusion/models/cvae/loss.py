@@ -9,11 +9,11 @@ from torch.distributions import kl_divergence
 from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.models.cvae.model import PoseCVAE
 
-# The deviation of the poses about what the generator gives, in units of the state: 0.1 is 7 to 10 mm. It is the
-# precision to which the latent has to tell poses, and so what the divergence weighs: a smaller one would make the
-# latent carry what the generator should know from the clouds, and the prior would miss it when nothing is known.
+# The standard deviation of the poses about the generator's output, in units of the state: 0.1 is 7 to 10 mm. It sets the
+# precision to which the latent has to encode poses, and so the weight of the divergence: with a smaller one the latent
+# would carry what the generator should infer from the clouds, and samples from the prior would lack it.
 DEVIATION = 0.1
-# Rotations count half of positions, as in the diffusion model's loss.
+# Rotations have half the weight of positions, as in the diffusion model's loss.
 ROTATION_WEIGHT = 0.5
 
 
@@ -24,13 +24,13 @@ def cvae_loss(
     scenes: int = 48,
     autocast: bool = False,
 ) -> dict[str, Tensor]:
-    """The negative bound, scaled so that the position's error counts as it is.
+    """Return the negative evidence lower bound, scaled so that the squared position error has weight 1.
 
-    With poses Gaussian about what is generated, the bound is |error|^2 / (2 s^2) + KL, summed over a scene;
-    in units of the mean squared error of the T tokens' 3 numbers, KL weighs 2 s^2 / 3 T. The weight is the
-    same from the first step: a generator that predicts all poses at once cannot do without the latent, so
-    that nothing draws the posterior to the prior before it is used, which annealing would have to prevent.
-    With `autocast` the transformers compute in bfloat16, as in the diffusion model's loss.
+    With poses Gaussian about the generator's output, the bound is |error|^2 / (2 s^2) + KL, summed over a scene; in units
+    of the mean squared error of the T tokens' 3 numbers, KL has the weight 2 s^2 / 3 T. The weight is constant: annealing
+    would prevent the posterior from collapsing to the prior before the latent is used, but a generator that predicts all
+    poses at once needs the latent anyway. With `autocast` the transformers compute in bfloat16, as in the diffusion
+    model's loss.
     """
     batch = data.draw(scenes, generator)
     state = model.encode_state(batch.world_from_structure, batch.position, batch.turn)

@@ -1,9 +1,9 @@
 """The conditional variational autoencoder on the backbone of the diffusion model (paper section V.A, "CVAE").
 
-Three transformers (Sohn et al. 2015): a recognition network sees the goal poses and gives the posterior
-of the latent, a prior network does not see them, and a generator takes a latent and gives all poses in a
-single pass. A pass that predicted one pose after another could do without the latent, as the paper
-notes; here the latent alone decides what the wish leaves open.
+It has three transformers (Sohn et al. 2015): a recognition network sees the goal poses and returns the posterior of the
+latent, a prior network does not see them, and a generator maps a latent to all poses in a single pass. A generator that
+predicts one pose after another could ignore the latent, as the paper notes; here the latent alone decides what the goal
+leaves open.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from structdiffusion.models.backbone import (
     readout,
 )
 
-_LOG_DEVIATION = (-5.0, 2.0)  # range of the latent's: beyond it, the divergence would overflow early in training
+_LOG_DEVIATION = (-5.0, 2.0)  # range of the latent's log deviation: beyond it, the divergence would overflow early in training
 
 
 @dataclass(frozen=True)
 class CVAEConfig(BackboneConfig):
-    """The backbone's sizes (`layers` are the generator's), and the latent's.
+    """Sizes of the backbone (`layers` are those of the generator) and of the latent.
 
     Attributes:
-        latent: how many numbers the latent has.
-        latent_layers: of the recognition and of the prior network.
+        latent: size of the latent.
+        latent_layers: number of layers of the recognition network and of the prior network.
     """
 
     latent: int = 32
@@ -42,7 +42,7 @@ class CVAEConfig(BackboneConfig):
 
 
 class PoseCVAE(PoseBackbone):
-    """Latents to arrangements. The generator's tokens carry the latent where the diffusion model's carry the time."""
+    """The CVAE over arrangements. The generator's tokens take the latent where the diffusion model's take the time."""
 
     kind = "cvae"
     Config = CVAEConfig
@@ -57,26 +57,26 @@ class PoseCVAE(PoseBackbone):
         self.head = readout(config, POSE)
 
     def forward(self, latent: Tensor, condition: Condition) -> Tensor:
-        """The state (B, 1 + N, 9) that a latent (B, Z) stands for."""
+        """Decode a latent (B, Z) to a state (B, 1 + N, 9)."""
         latent = latent[:, None]
         tokens = (self.language_tokens(condition, latent), self.object_tokens(condition, extra=latent))
         encoded = self.transformer(torch.cat(tokens, dim=1), src_key_padding_mask=~condition.there)
         return self.head(encoded[:, WORD_TOKENS:]).float()
 
     def posterior(self, state: Tensor, condition: Condition) -> Normal:
-        """The latent (B, Z) of a known state (B, 1 + N, 9)."""
+        """Return the distribution of the latent (B, Z) given a state (B, 1 + N, 9)."""
         return self._latent(self.recognition, self.recognition_head, state, condition)
 
     def prior(self, condition: Condition) -> Normal:
-        """The latent (B, Z) before any pose is known."""
+        """Return the distribution of the latent (B, Z) before any pose is known."""
         return self._latent(self.expectation, self.expectation_head, None, condition)
 
     def sample(self, condition: Condition, generator: torch.Generator) -> Tensor:
-        """A state (B, 1 + N, 9) for each scene: of a latent that is drawn from the prior.
+        """Sample a state (B, 1 + N, 9) for each scene, from a latent that is drawn from the prior.
 
         Args:
             condition: the scenes.
-            generator: the only source of chance.
+            generator: the only source of randomness.
         """
         prior = self.prior(condition)
         noise = torch.randn(prior.mean.shape, generator=generator, device=prior.mean.device)
@@ -84,7 +84,7 @@ class PoseCVAE(PoseBackbone):
 
     @torch.no_grad()
     def try_out(self, given: Mapping[str, Tensor], generator: torch.Generator) -> Tensor:
-        """Samples for the scenes of a fake input, recognised and generated once more: all three networks in one."""
+        """Sample the scenes of a fake input, then encode and decode the samples, so that all three networks run."""
         condition = self.condition(**given)
         return self(self.posterior(self.sample(condition, generator), condition).mean, condition)
 

@@ -1,4 +1,4 @@
-"""The denoising loss (paper section III.A) on batches of imagined goals."""
+"""The denoising loss (paper section III.A) on batches of demonstrations."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def diffusion_loss(
     noises: int = 6,
     autocast: bool = False,
 ) -> dict[str, Tensor]:
-    """The mean squared error of the prediction over `scenes` scenes at `noises` diffusion steps each.
+    """Return the mean squared error of the prediction over `scenes` scenes at `noises` diffusion steps each.
 
-    A scene's encoding costs more than a denoising pass, so that several passes share it. With `autocast`
-    the transformer computes in bfloat16; geometry never does, since its third digit is a millimetre.
+    Encoding a scene costs more than a denoising pass, so several passes share one encoding. With `autocast` the transformer
+    computes in bfloat16; geometry never does, because its third digit is a millimetre.
     """
     batch = data.draw(scenes, generator)
     clean = model.encode_state(batch.world_from_structure, batch.position, batch.turn)
@@ -31,7 +31,7 @@ def diffusion_loss(
     condition = condition.repeat(noises)
     clean = clean.repeat_interleave(noises, dim=0)
     device = clean.device
-    # Strata of the diffusion steps: each scene sees low and high noise alike.
+    # Stratified diffusion steps: each scene gets low and high noise alike.
     uniform = torch.rand(scenes, noises, generator=generator, device=device)
     share = (torch.arange(noises, device=device) + uniform) / noises
     timesteps = (share.flatten() * scheduler.steps).long().clamp(max=scheduler.steps - 1)
@@ -43,5 +43,5 @@ def diffusion_loss(
     there = torch.cat((torch.ones_like(condition.present[:, :1]), condition.present), dim=1)[..., None]  # (B, 1+N, 1)
     position = (error[..., :3] * there).sum() / (3 * there.sum())
     rotation = (error[..., 3:] * there).sum() / (6 * there.sum())
-    # Positions carry the geometry and get the larger say; of the six rotation numbers two are constant.
+    # Positions determine the geometry and have the larger weight; two of the six rotation numbers are constant.
     return {"loss": position + 0.5 * rotation, "position": position, "rotation": rotation}

@@ -25,14 +25,14 @@ _TIME_WIDTH = 32
 
 @dataclass(frozen=True)
 class DiffusionConfig(BackboneConfig):
-    """The backbone's sizes, and the diffusion's.
+    """Sizes of the backbone, and settings of the diffusion.
 
     Attributes:
         steps: T of the noise schedule.
         prediction_type: what the network predicts (see `NoiseScheduler`).
 
     Raises:
-        ValueError: for numbers or a type that no scheduler takes.
+        ValueError: for numbers or a type that `NoiseScheduler` refuses.
     """
 
     steps: int = 200
@@ -43,7 +43,7 @@ class DiffusionConfig(BackboneConfig):
 
 
 class PoseDiffusion(PoseBackbone):
-    """Predicts the noise (or velocity) of a noisy arrangement. One network for both kinds of language."""
+    """A network that predicts the noise (or velocity) of a noisy arrangement, for both kinds of language."""
 
     kind = "diffusion"
     Config = DiffusionConfig
@@ -55,7 +55,7 @@ class PoseDiffusion(PoseBackbone):
         self.head = readout(config, POSE)
 
     def forward(self, state: Tensor, timesteps: Tensor, condition: Condition) -> Tensor:
-        """The prediction (B, 1 + N, 9) for a noisy state (B, 1 + N, 9) at steps (B,)."""
+        """Predict noise or velocity (B, 1 + N, 9) for a noisy state (B, 1 + N, 9) at steps (B,)."""
         time = self.time(timesteps)[:, None, :]  # (B, 1, W_t)
         tokens = torch.cat((self.language_tokens(condition, time), self.object_tokens(condition, state, time)), dim=1)
         encoded = self.transformer(tokens, src_key_padding_mask=~condition.there)
@@ -63,7 +63,7 @@ class PoseDiffusion(PoseBackbone):
 
     @torch.no_grad()
     def try_out(self, given: Mapping[str, Tensor], generator: torch.Generator) -> Tensor:
-        """The prediction for noise at random steps, in the scenes of a fake input."""
+        """Return the prediction for noise at random steps, in the scenes of a fake input."""
         state = torch.randn(self.answer_shape(given), generator=generator)
         timesteps = torch.randint(self.config.steps, (len(state),), generator=generator)
         return self(state, timesteps, self.condition(**given))

@@ -1,4 +1,4 @@
-"""The noise schedule and the samplers, apart from any network (paper section III.A; Ho et al. 2020).
+"""The noise schedule and the samplers, independent of any network (paper section III.A; Ho et al. 2020).
 
 The paper's Algorithm 1 is misprinted; this is the standard DDPM posterior. The network may predict
 the noise ("epsilon", as in the paper) or the velocity ("v", Salimans and Ho 2022), which is as easy
@@ -25,7 +25,7 @@ class Step:
 
 
 class NoiseScheduler:
-    """Linear betas over `steps` diffusion steps.
+    """A noise schedule with linear betas over `steps` diffusion steps.
 
     Args:
         steps: T, 200 in the paper's release.
@@ -117,7 +117,7 @@ class NoiseScheduler:
         return Step(mean + variance.sqrt() * fresh, clean)
 
     def _scales(self, timesteps: Tensor, like: Tensor) -> tuple[Tensor, Tensor]:
-        """sqrt(abar_t) and sqrt(1 - abar_t), shaped to broadcast over `like`."""
+        """Return sqrt(abar_t) and sqrt(1 - abar_t), shaped to broadcast over `like`."""
         cumulative = self.alphas_cumprod.to(like.device)[timesteps.to(like.device)]
         cumulative = cumulative.view(-1, *[1] * (like.dim() - 1)).to(like.dtype)
         return cumulative.sqrt(), (1 - cumulative).sqrt()

@@ -1,4 +1,4 @@
-"""The likelihood of demonstrated poses, each told the true poses before it (teacher forcing)."""
+"""The negative log-likelihood of demonstrated poses, each given the true poses before it (teacher forcing)."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ def structformer_loss(
     scenes: int = 48,
     autocast: bool = False,
 ) -> dict[str, Tensor]:
-    """The mean negative logarithm of the likelihood, nats a number, over `scenes` scenes of the model's shape.
+    """Return the mean negative log-likelihood, nats per number, over `scenes` scenes of the model's shape.
 
-    The frame counts as much as all objects together: where it goes and where it faces is most of what words say.
+    The frame has as much weight as all objects together: its position and heading are most of what words specify.
     With `autocast` the transformer computes in bfloat16, as in the diffusion model's loss.
     """
     batch = data.draw(scenes, generator)

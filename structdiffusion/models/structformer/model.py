@@ -1,12 +1,12 @@
 """A transformer that predicts one pose after another, after StructFormer (paper section V.A; Liu et al., ICRA 2022).
 
-First comes the structure's frame, then the objects place by place; each pose is told what the scene and
-the language say and which poses came before. There is one network for each shape, as in the paper.
+The structure's frame comes first, then the objects place by place; each pose is conditioned on the scene, the language
+and the earlier poses. There is one network for each shape, as in the paper.
 
-The original regresses each pose, and what differs between its samples is dropout: the paper puts its
-similar samples, and much of its failure, down to that (section V.C). Here each pose has a mixture of
-Gaussians (Bishop 1994). Where a wish leaves the heading of a ring open, the mean of all headings is none
-of them, and a baseline that has to predict it would prove little; the rest follows the original.
+The original regresses each pose, and its samples differ by dropout alone: the paper attributes its similar samples, and
+many of its failures, to that (section V.C). Here each pose has a mixture of Gaussians (Bishop 1994). If a goal leaves the
+heading of a ring open, the mean of all headings is not a valid heading, and a baseline that has to predict it would show
+little. The rest follows the original.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ from structdiffusion.models.backbone import (
     readout,
 )
 
-# The deviation to which poses are taken as known, in units of the state: 0.1 is 7 to 10 mm. Without it, the numbers of
-# a pose that never change would be learned ever more sharply, at the cost of those that do; samples are free of it.
+# The standard deviation to which training poses are considered known, in units of the state: 0.1 is 7 to 10 mm. Without it,
+# the density of constant pose numbers would grow without bound, at the cost of the others. Samples exclude it.
 _RESOLUTION = 0.1
 
-# How much of a Gaussian's spread its samples keep. Of validation scenes (seed 21, n = 100), 45, 50 and 49 % stood with the
-# first sample at 1, 0.5 and 0; of five samples one did in 65, 68 and 63 %.
+# Share of a Gaussian's spread that samples keep. On validation scenes (seed 21, n = 100), the first sample stood in 45, 50
+# and 49 % at 1, 0.5 and 0; one of five samples stood in 65, 68 and 63 %.
 _SPREAD_KEPT = 0.5
 
 
 @dataclass(frozen=True)
 class StructFormerConfig(BackboneConfig):
-    """The backbone's sizes, and what the poses are like.
+    """Sizes of the backbone, and settings of the pose distribution.
 
     Attributes:
-        shape: the structure that the network makes.
-        mixture: how many Gaussians a pose has.
+        shape: the structure that the network generates.
+        mixture: number of Gaussians per pose.
 
     Raises:
         ValueError: for an unknown shape.
@@ -60,7 +60,7 @@ class StructFormerConfig(BackboneConfig):
 
 
 class StructFormer(PoseBackbone):
-    """Poses one after another. A pose's token carries the object, and the object and the pose before it."""
+    """An autoregressive network over poses. A pose's token encodes its object, and the previous object and pose."""
 
     kind = "structformer"
     Config = StructFormerConfig
@@ -72,15 +72,15 @@ class StructFormer(PoseBackbone):
         self.head = readout(config, config.mixture * (1 + 2 * POSE))
 
     def forward(self, state: Tensor, condition: Condition) -> MixtureSameFamily:
-        """The distribution of every pose (B, 1 + N) of 9 numbers, given those before it.
+        """Return the distribution of every pose (B, 1 + N) of 9 numbers, given those before it.
 
         Args:
-            state: (B, 1 + N, 9); row i has no say in the distributions of rows 0 to i.
+            state: (B, 1 + N, 9); row i does not influence the distributions of rows 0 to i.
             condition: the scenes.
         """
         batch, count = condition.present.shape
         objects = self.objects(condition)
-        # An object that is not there tells nothing to the one after it.
+        # An absent object does not influence the next one.
         told = torch.cat((torch.ones_like(condition.present[:, :1]), condition.present), dim=1)[:, :-1, None]
         before = torch.cat((torch.zeros_like(state[:, :1]), state[:, :-1] * told), dim=1)
         object_before = torch.cat((self.start.expand(batch, 1, -1), objects[:, :-1] * told), dim=1)
@@ -97,11 +97,11 @@ class StructFormer(PoseBackbone):
 
     @torch.no_grad()
     def sample(self, condition: Condition, generator: torch.Generator) -> Tensor:
-        """A state (B, 1 + N, 9) for each scene.
+        """Sample a state (B, 1 + N, 9) for each scene.
 
         Args:
             condition: the scenes.
-            generator: the only source of chance.
+            generator: the only source of randomness.
         """
         batch, count = condition.present.shape
         device = condition.present.device
@@ -118,12 +118,12 @@ class StructFormer(PoseBackbone):
 
     @torch.no_grad()
     def try_out(self, given: Mapping[str, Tensor], generator: torch.Generator) -> Tensor:
-        """A sample for each of the scenes of a fake input."""
+        """Sample each of the scenes of a fake input."""
         return self.sample(self.condition(**given), generator)
 
     @staticmethod
     def _unseen(count: int, device: torch.device) -> Tensor:
-        """Which token (column) each token (row) must not attend to: poses see the scene and the poses before."""
+        """Return which token (column) each token (row) must not attend to: poses see the scene and earlier poses."""
         scene, poses = WORD_TOKENS + 1 + count, 1 + count
         unseen = torch.zeros(scene + poses, scene + poses, dtype=torch.bool, device=device)
         unseen[:scene, scene:] = True

@@ -1,4 +1,4 @@
-"""Right and wrong scenes for the structure discriminator (paper section IV.E)."""
+"""Training data and loss of the structure discriminator: right and wrong scenes (paper section IV.E)."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from structdiffusion.word_tokens import WORDS
 
 
 def at_goal(batch: Batch) -> Tensor:
-    """The clouds (B, N, P, 3) moved rigidly to their goals, world frame."""
+    """Move the clouds (B, N, P, 3) rigidly to their goals, world frame."""
     mean = batch.clouds.mean(dim=2, keepdim=True)
     return torch.einsum("bnij,bnpj->bnpi", batch.turn, batch.clouds - mean) + batch.position[:, :, None]
 
 
 def perturbed(clouds: Tensor, present: Tensor, generator: torch.Generator) -> Tensor:
-    """The scenes with a random subset of their objects, at least one, out of place.
+    """Move a random subset of the objects of each scene, at least one, out of place.
 
-    Shifts have a scale of 1 to 12 cm and half of the subset is turned as well; a tenth of the scenes is
-    stretched as a whole instead, by 0.5 to 2.
+    Shifts have a scale of 1 to 12 cm, and half of the subset is rotated as well; a tenth of the scenes is stretched as a
+    whole instead, by a factor of 0.5 to 2.
     """
     batch, count, _, _ = clouds.shape
     device = clouds.device
@@ -37,7 +37,7 @@ def perturbed(clouds: Tensor, present: Tensor, generator: torch.Generator) -> Te
     moved[torch.arange(batch, device=device), (rand(batch) * present.sum(1)).long()] = True
     scale = 0.015 * 8 ** rand(batch, 1, 1)
     shift = torch.randn(batch, count, 3, generator=generator, device=device) * scale
-    # Tens of millimetres sideways, less in height; never less than 1.2 cm, so that "wrong" is visible.
+    # Tens of millimetres sideways, less in height; at least 1.2 cm, so that the error is visible.
     shift[..., 2] *= 0.4 * (rand(batch, 1) < 0.5)
     length = shift.norm(dim=-1, keepdim=True)
     shift = shift / length * length.clamp(min=0.012)
@@ -58,7 +58,7 @@ def perturbed(clouds: Tensor, present: Tensor, generator: torch.Generator) -> Te
 
 
 def other_words(words: Tensor, generator: torch.Generator) -> Tensor:
-    """The words (B, 5) with one local slot's value replaced by another value of the same slot."""
+    """Replace the value of one local slot in the words (B, 5) by another value of the same slot."""
     changed = words.clone()
     for row in range(len(words)):
         slots = [slot for slot in LOCAL_SLOTS if words[row, slot] > 0]
@@ -73,12 +73,12 @@ def other_words(words: Tensor, generator: torch.Generator) -> Tensor:
 
 @dataclass(frozen=True)
 class Examples:
-    """E scenes to be told right from wrong.
+    """E labelled scenes, right or wrong.
 
     Attributes:
         clouds: (E, N, P, 3) at their goals, world frame; present: (E, N); nouns: (E, N) ids; words: (E, 5) ids.
-        right: (E,) float, 1 for what is as the words ask.
-        kind: (E,) which of `KINDS` it was made as.
+        right: (E,) float, 1 if the scene matches the words.
+        kind: (E,) index in `KINDS`.
     """
 
     clouds: Tensor
@@ -93,10 +93,10 @@ KINDS = ("as demonstrated", "something out of place", "asked for otherwise")
 
 
 def draw_examples(data: DemonstrationBatches, generator: torch.Generator, scenes: int) -> Examples:
-    """So many demonstrations, as many perturbed ones, and a third as many with a wrong word."""
+    """Draw `scenes` demonstrations, as many perturbed ones, and a third as many with a wrong word."""
     batch = data.draw(scenes, generator, sentences=0.0)
     goal = at_goal(batch)
-    # Present objects first: hidden ones would leave gaps in the turns that points take.
+    # Present objects first: absent ones would leave gaps in the assignment of points to objects.
     order = (~batch.present).long().argsort(dim=1, stable=True)
     rows = torch.arange(scenes, device=goal.device)[:, None]
     goal, present, ids = goal[rows, order], batch.present[rows, order], batch.object_ids[rows, order]
@@ -105,7 +105,7 @@ def draw_examples(data: DemonstrationBatches, generator: torch.Generator, scenes
     words_wrong = other_words(batch.words, generator)
     third = scenes // 3
     right = torch.cat((torch.ones(scenes), torch.zeros(scenes), torch.zeros(third))).to(goal.device)
-    # A wish with no local word cannot be made wrong by changing one.
+    # A goal without local words cannot be made wrong by changing one.
     right[2 * scenes :] = (words_wrong[:third] == batch.words[:third]).all(dim=1).float()
     kind = torch.arange(len(KINDS)).repeat_interleave(torch.tensor([scenes, scenes, third])).to(goal.device)
     kind[2 * scenes :] *= right[2 * scenes :] == 0
@@ -122,7 +122,7 @@ def draw_examples(data: DemonstrationBatches, generator: torch.Generator, scenes
 def structure_loss(
     model: StructureDiscriminator, data: DemonstrationBatches, generator: torch.Generator, scenes: int = 32
 ) -> dict[str, Tensor]:
-    """Binary cross-entropy over demonstrations, perturbed ones, and ones with a wrong word."""
+    """Return the binary cross-entropy over demonstrations, perturbed ones, and ones with a wrong word."""
     drawn = draw_examples(data, generator, scenes)
     logits = model(drawn.clouds, drawn.present, drawn.nouns, drawn.words)
     loss = nn.functional.binary_cross_entropy_with_logits(logits, drawn.right)

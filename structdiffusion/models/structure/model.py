@@ -1,7 +1,7 @@
-"""The structure discriminator: does an imagined scene look like what the words ask for? (Paper section IV.C.)
+"""The structure discriminator: scores whether a proposed scene matches the words (paper section IV.C).
 
-It sees points, not object latents: the clouds moved to their goals, each point with the one-hot
-number of its object. The scene is centred, and the words that place it on the table are dropped.
+Its input is points, not object latents: the clouds moved to their goals, each point with the one-hot number of its
+object. The scene is centred, and the words that place it on the table are omitted.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from structdiffusion.models.checkpoint import Checkpointed
 from structdiffusion.models.encoders import PointEncoder, fake_scenes
 from structdiffusion.word_tokens import VOCABULARY
 
-LOCAL_SLOTS = (0, 1, 4)  # shape, size, rotation: what does not depend on where the structure stands
+LOCAL_SLOTS = (0, 1, 4)  # shape, size, rotation: slots that do not depend on the structure's position
 
 
 @dataclass(frozen=True)
@@ -24,12 +24,12 @@ class StructureConfig:
     """Sizes of the network.
 
     Attributes:
-        width: of a point's features.
-        layers: of attention.
-        points: of a whole scene; shared out evenly among its objects.
+        width: width of a point's features.
+        layers: number of attention layers.
+        points: number of points of a whole scene, divided evenly among its objects.
         max_objects: length of the one-hot object number.
-        nouns: how many noun ids there are beside "unknown" (see `PoseDiffusion.noun_ids`).
-        vocabulary: how many word ids it knows, 0 included.
+        nouns: number of noun ids besides "unknown" (see `PoseDiffusion.noun_ids`).
+        vocabulary: number of known word ids, including 0.
     """
 
     width: int = 48
@@ -41,7 +41,7 @@ class StructureConfig:
 
 
 class StructureDiscriminator(Checkpointed):
-    """Imagined scene and words to one logit; its sigmoid is the score."""
+    """A network from a proposed scene and words to one logit, whose sigmoid is the score."""
 
     kind = "structure"
     Config = StructureConfig
@@ -59,24 +59,24 @@ class StructureDiscriminator(Checkpointed):
 
     @classmethod
     def fake_input(cls, batch: int, objects: int, generator: torch.Generator) -> dict[str, Tensor]:
-        """Random scenes, as `forward` takes them (see `encoders.fake_scenes`); `clouds` are at their goals."""
+        """Return random scenes as `forward` takes them (see `encoders.fake_scenes`); `clouds` are at their goals."""
         return fake_scenes(batch, objects, generator)
 
     def answer_shape(self, given: Mapping[str, Tensor]) -> tuple[int, ...]:
-        """The shape of what `try_out` gives for a fake input: a logit for each scene, (B,)."""
+        """Return the shape of the result of `try_out` for a fake input: a logit for each scene, (B,)."""
         return (len(given["clouds"]),)
 
     @torch.no_grad()
     def try_out(self, given: Mapping[str, Tensor], generator: torch.Generator) -> Tensor:
-        """The logits of a fake input; nothing is drawn at random."""
+        """Return the logits of a fake input; nothing is drawn at random."""
         return self(**given)
 
     def forward(self, clouds: Tensor, present: Tensor, nouns: Tensor, words: Tensor) -> Tensor:
-        """Logits (B,).
+        """Return logits (B,) of the scenes.
 
         Args:
             clouds: (B, N, P, 3) points at their goals, world frame, metres.
-            present: (B, N) bool, at least one a row, the absent last.
+            present: (B, N) bool, at least one per row, absent objects last.
             nouns: (B, N) noun ids.
             words: (B, 5) word ids.
         """
@@ -88,7 +88,7 @@ class StructureDiscriminator(Checkpointed):
         rows = torch.arange(batch, device=clouds.device)[:, None]
         scene = clouds[rows, owner, place]  # (B, P', 3)
         mean = (clouds.mean(dim=2) * present[..., None]).sum(dim=1) / total  # (B, 3)
-        level = torch.cat((mean[:, :2], torch.zeros_like(mean[:, :1])), dim=-1)  # heights stay above the table
+        level = torch.cat((mean[:, :2], torch.zeros_like(mean[:, :1])), dim=-1)  # z stays the height above the table
         scaled = (scene - level[:, None]) / 0.15  # a structure's half size
         identity = nn.functional.one_hot(owner, self.config.max_objects).to(scaled.dtype)
         noun = self.noun(nouns)[rows, owner]
