@@ -63,7 +63,7 @@ def required(root: Path = ROOT) -> list[Requirement]:
             listed = [(text, "") for text in importlib.metadata.requires(NAME) or ()]
         except importlib.metadata.PackageNotFoundError as error:
             raise OSError(f"there is no {project}, and {NAME} is not installed") from error
-    return [_parse(text, extra) for text, extra in listed if _meant_here(text.partition(";")[2])]
+    return [_parse(text, extra) for text, extra in listed if _applies_here(text.partition(";")[2])]
 
 
 def installed(name: str) -> str | None:
@@ -83,7 +83,7 @@ def _parse(text: str, extra: str) -> Requirement:
     return Requirement(match[1], re.sub(r"\s", "", match[2]), marked[1] if marked else extra)
 
 
-def _meant_here(marker: str) -> bool:
+def _applies_here(marker: str) -> bool:
     """Tell whether a requirement's marker speaks of this machine: of its system and processor; anything else is no bar."""
     here = {"platform_system": platform.system(), "platform_machine": platform.machine()}
 

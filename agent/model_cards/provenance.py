@@ -78,11 +78,11 @@ def _provenance(name: str, folder: Path) -> Provenance:
     if not network.facts_path.exists():
         return Provenance(sums, NO_CARD)
     try:
-        told = checked_facts(network)["files"]
+        on_card = checked_facts(network)["files"]
     except (BadInput, OSError) as error:
         return Provenance(sums, f"the card of the weights in {folder} cannot be used: {error}")
     for file, about in found.items():
-        if told.get(file) != about:
+        if on_card.get(file) != about:
             return Provenance(
                 sums, f"{folder / file} is not the file that its card tells of: its SHA-256 is {sums[file][:12]}"
             )

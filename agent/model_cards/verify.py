@@ -63,11 +63,11 @@ def _known_errors() -> tuple[type[Exception], ...]:
 
 
 def _files(network: Network) -> str:
-    told, found = checked_facts(network)["files"], files_of(network)
-    if not told:
+    on_card, found = checked_facts(network)["files"], files_of(network)
+    if not on_card:
         raise _Wrong(f"no checksum is written: {network.folder} has neither {network.facts_path.name} nor {RECORD}")
     for name, about in found.items():
-        if about != told.get(name):
+        if about != on_card.get(name):
             raise _Wrong(f"{network.folder / name} is not the file that the card tells of: its checksum differs")
     return f"{len(found)} as on the card"
 

@@ -36,10 +36,10 @@ def seen_rectangle(outline: np.ndarray, footprints: np.ndarray) -> Table:
 def reachable(surface: Table) -> tuple[Table, tuple[str, ...]]:
     """Return the part of the surface that the arm reaches, at least so large that something can be built, and notes."""
     reach = Table()
-    x_min, x_max, told_x = _shared(surface.x_min, surface.x_max, reach.x_min, reach.x_max)
-    y_min, y_max, told_y = _shared(surface.y_min, surface.y_max, reach.y_min, reach.y_max)
+    x_min, x_max, extended_x = _shared(surface.x_min, surface.x_max, reach.x_min, reach.x_max)
+    y_min, y_max, extended_y = _shared(surface.y_min, surface.y_max, reach.y_min, reach.y_max)
     notes = ()
-    if told_x or told_y:
+    if extended_x or extended_y:
         notes = (
             f"the arm reaches x {reach.x_min} to {reach.x_max}, y {reach.y_min} to {reach.y_max} m, and the table that "
             f"was seen spans x {surface.x_min:.2f} to {surface.x_max:.2f}, y {surface.y_min:.2f} to "

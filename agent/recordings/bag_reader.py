@@ -24,7 +24,7 @@ from rosbags.typesys.store import Typestore
 
 from agent.errors import AgentError, BadInput, one_sentence
 from agent.recordings.decompression import Unpacking, UnpackingLimits
-from agent.runtime.progress import told_when_slow
+from agent.runtime.progress import report_when_slow
 from agent.runtime.yaml_files import check_yaml
 from structdiffusion.limits import BAG_MESSAGE_BYTES, METADATA_BYTES
 
@@ -160,7 +160,7 @@ def open_bag(path: Path, limits: UnpackingLimits = UnpackingLimits()) -> Iterato
     if not path.exists():
         raise BadInput(f"there is no {str(path)!r}")
     unpacking = Unpacking(path, limits)
-    with told_when_slow(f"reading {str(path)!r}", unpacking.is_slow):
+    with report_when_slow(f"reading {str(path)!r}", unpacking.is_slow):
         with unpacking.counted():
             reader, notes = _opened(path)
         try:

@@ -149,7 +149,7 @@ def _from_text(text: str, kind: type) -> object:
     return int(text) if kind is int and re.fullmatch(r"[+-]?[0-9]{1,18}", text) else text
 
 
-def _value(setting: Setting, given: object, folder: Path, layer: str, place: str, called: str) -> Value:
+def _value(setting: Setting, given: object, folder: Path, layer: str, place: str, display_name: str) -> Value:
     try:
         if type(given) is not setting.kind:  # in Python true is a whole number too
             raise ValueError(given)
@@ -158,18 +158,18 @@ def _value(setting: Setting, given: object, folder: Path, layer: str, place: str
         # An address may hold a password, and a table anything: they are not shown.
         hidden = setting.name == "llm_url" or not isinstance(given, str | int | float)
         said = "this" if hidden else repr(given)
-        raise ConfigError(f"{called} cannot be {said}; legal: {setting.legal}") from error
+        raise ConfigError(f"{display_name} cannot be {said}; legal: {setting.legal}") from error
     if setting.name == "llm_url":
-        _check_address(value, called)
+        _check_address(value, display_name)
     return Value(value, layer, place)
 
 
-def _check_address(address: str, called: str) -> None:
+def _check_address(address: str, display_name: str) -> None:
     """Refuse passwords and queries, which reports and help would show."""
     parts = urlsplit(address)
     if "@" in parts.netloc or parts.query:
         raise ConfigError(
-            f"{called} must have no user, password or query, which would be shown; set the key in {KEY_VARIABLE}"
+            f"{display_name} must have no user, password or query, which would be shown; set the key in {KEY_VARIABLE}"
         )
 
 

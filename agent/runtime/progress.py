@@ -43,12 +43,12 @@ def progress(what: str, total: int, done: int = 0, failed: int = 0) -> Iterator[
         done: how many were done before.
         failed: how many of those have failed.
     """
-    began = first = told = time.monotonic()
+    began = first = reported = time.monotonic()
     at_once, bar = done, progress_bar(quiet=total == done)  # no bar where there is nothing to do
     task = bar.add_task(_description(what, failed), total=total, completed=done)
 
-    def tell(success: bool = True, line: str | None = None) -> None:
-        nonlocal done, failed, first, told
+    def advance(success: bool = True, line: str | None = None) -> None:
+        nonlocal done, failed, first, reported
         done, failed = done + 1, failed + (not success)
         bar.update(task, completed=done, description=_description(what, failed))
         now = time.monotonic()
@@ -63,8 +63,8 @@ def progress(what: str, total: int, done: int = 0, failed: int = 0) -> Iterator[
             first = now
         if line is not None and done < total:
             return
-        if bar.disable and (now - told >= PLAIN_SECONDS or done == total):
-            told = now
+        if bar.disable and (now - reported >= PLAIN_SECONDS or done == total):
+            reported = now
             said = f"{done} of {total} {_description(what, failed)}"
             if done == total:
                 said += f" in {span(now - began)}"
@@ -73,19 +73,19 @@ def progress(what: str, total: int, done: int = 0, failed: int = 0) -> Iterator[
             print(said, file=sys.stderr, flush=True)
 
     with bar:
-        yield tell
+        yield advance
 
 
 def followed(what: str, results: Iterable[Result], total: int) -> Iterator[Result]:
     """The same results, of which there are `total`, while it is told how many have come."""
-    with progress(what, total) as tell:
+    with progress(what, total) as advance:
         for result in results:
-            tell()
+            advance()
             yield result
 
 
 @contextmanager
-def told_when_slow(
+def report_when_slow(
     what: str,
     worth: Callable[[], bool] = lambda: True,
     first: float = SLOW_SECONDS,
@@ -100,20 +100,20 @@ def told_when_slow(
     """
     ended, began = threading.Event(), time.monotonic()
 
-    def tell() -> None:
+    def report() -> None:
         wait = first
         while not ended.wait(wait):
             if worth():
                 print(f"{what}: {span(time.monotonic() - began)} so far", file=sys.stderr, flush=True)
             wait = then
 
-    teller = threading.Thread(target=tell, daemon=True)
-    teller.start()
+    reporter = threading.Thread(target=report, daemon=True)
+    reporter.start()
     try:
         yield
     finally:
         ended.set()
-        teller.join()
+        reporter.join()
 
 
 def _description(what: str, failed: int) -> str:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agent.runtime.progress import told_when_slow
+from agent.runtime.progress import report_when_slow
 from agent.scenes.files import PlacedObject, Problem, SceneFileError, parse_scene, read_text, rgb
 from agent.scenes.validation import StandingObject, problems_of_places
 from structdiffusion.geometry import pose_from_xyz_rpy
@@ -71,7 +71,7 @@ def find_mesh(placed: PlacedObject, folder: Path) -> tuple[ObjectModel, str | Pa
         source = (folder / placed.mesh).resolve()
         if not source.is_file():
             raise ObjectError(f"there is no mesh {placed.mesh!r}, seen from {str(folder)!r}")
-        with told_when_slow(f"reading the mesh {str(source)!r}", lambda: source.stat().st_size > SLOW_BYTES):
+        with report_when_slow(f"reading the mesh {str(source)!r}", lambda: source.stat().st_size > SLOW_BYTES):
             model = object_from_file(source, source.stem, placed.noun)
     else:
         source, model = placed.mesh, _of_library(placed.mesh)

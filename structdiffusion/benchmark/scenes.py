@@ -81,8 +81,8 @@ class EvaluationScene:
         draw: how many draws before this one had no valid arrangement or an object out of sight.
         words: the instruction, or `None`.
         embedding: (384,) of the words, or `None`.
-        heard: what a parser made of the words, which is all that a planner told in words may know; `None` tells
-            it the true spec.
+        parsed: what a parser made of the words, all that a planner given words may know; with `None` it gets
+            the true spec.
         camera: the depth camera that looks at it.
     """
 
@@ -93,7 +93,7 @@ class EvaluationScene:
     draw: int
     words: str | None = None
     embedding: np.ndarray | None = None
-    heard: StructureSpec | None = None
+    parsed: StructureSpec | None = None
     camera: DepthCamera = DepthCamera()
 
     @property
@@ -184,9 +184,9 @@ def draw_evaluation_scene(
     for draw in range(_MAX_DRAWS) if accepted is None else (accepted,):
         rng = _generator(seed, shape, number, draw, _DRAWING)
         try:
-            wish = full_spec(shape, rng) if spec is None else spec
+            drawn_spec = full_spec(shape, rng) if spec is None else spec
             count = _count(shape, conditions, draw, rng)
-            drawn = draw_scene(models, wish, rng, count=count, table=conditions.table)
+            drawn = draw_scene(models, drawn_spec, rng, count=count, table=conditions.table)
             if shape is not None and STRUCTURES[shape].exact_count and count is not None and drawn.count < count:
                 raise SceneError(f"{drawn.count} of {count} objects that suit it")
             scene = EvaluationScene(drawn, shape or ANY_SHAPE, number, seed, draw, camera=conditions.camera)
