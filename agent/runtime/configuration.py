@@ -1,6 +1,6 @@
-"""The configuration: options take precedence over the environment, then come a project's file and the user's file.
+"""Read the configuration: options override the environment, which overrides a project's file, then the user's file.
 
-Needs the standard library only, so that `structagent doctor` can read it in a broken installation.
+This module needs only the standard library, so that `structagent doctor` can read it in a broken installation.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _SWITCH = {"1": True, "true": True, "yes": True, "on": True, "0": False, "false"
 
 
 class ConfigError(BadInput):
-    """A configuration that cannot be used; the message begins with the file and line, or names the variable."""
+    """An invalid configuration; the message begins with the file and line, or names the variable."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Value:
     """The configured value of a setting.
 
     Attributes:
-        value: as the option takes it; paths are absolute.
+        value: the value as the option takes it; paths are absolute.
         layer: `ENVIRONMENT`, `PROJECT` or `USER`.
         place: the variable's name, or "FILE:LINE".
     """
@@ -45,7 +45,9 @@ class Value:
 
 @dataclass(frozen=True)
 class Configuration:
-    """The configured settings, name -> effective value; and the files, `None` if there is none."""
+    """The configured settings, name -> effective value, and the paths of the files, `None` for a file that is
+    missing.
+    """
 
     values: Mapping[str, Value]
     project_file: Path | None

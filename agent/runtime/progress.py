@@ -1,4 +1,4 @@
-"""How far a command is, on standard error: a bar with the time left, or off a terminal a plain line now and then."""
+"""Show progress on standard error: a bar with the time left, or plain lines now and then if it is not a terminal."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Result = TypeVar("Result")
 
 
 def progress_bar(quiet: bool = False) -> Progress:
-    """A bar on standard error; it draws nothing where that is no terminal, or when it is to be quiet."""
+    """Return a progress bar on standard error; it draws nothing if that is not a terminal or `quiet` is set."""
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -33,15 +33,15 @@ def progress_bar(quiet: bool = False) -> Progress:
 
 @contextmanager
 def progress(what: str, total: int, done: int = 0, failed: int = 0) -> Iterator[Callable[..., None]]:
-    """Take, for every piece of work that ends, whether it succeeded; it did where nothing is said.
+    """Give a function to call after every completed item, with whether it succeeded (by default, it did).
 
-    It takes a line about the piece, too, which is told at once with the piece's number and the time left.
+    The function also takes a line about the item, which is printed at once with the item's number and the time left.
 
     Args:
-        what: the pieces are called, as "rows".
-        total: how many there are, those done before any work included.
-        done: how many were done before.
-        failed: how many of those have failed.
+        what: the plural term for the items, such as "rows".
+        total: the number of items, including those done before.
+        done: the number of items done before.
+        failed: the number of those that failed.
     """
     began = first = reported = time.monotonic()
     at_once, bar = done, progress_bar(quiet=total == done)  # no bar where there is nothing to do
@@ -77,7 +77,7 @@ def progress(what: str, total: int, done: int = 0, failed: int = 0) -> Iterator[
 
 
 def followed(what: str, results: Iterable[Result], total: int) -> Iterator[Result]:
-    """The same results, of which there are `total`, while it is told how many have come."""
+    """Yield the same results, `total` in number, while their progress is shown."""
     with progress(what, total) as advance:
         for result in results:
             advance()
@@ -91,12 +91,12 @@ def report_when_slow(
     first: float = SLOW_SECONDS,
     then: float = PLAIN_SECONDS,
 ) -> Iterator[None]:
-    """Say on standard error that something goes on, when it takes more than 2 s, and every 10 s after that.
+    """Report on standard error that work continues, first after 2 s and then every 10 s.
 
     Args:
-        what: is done, as "reading the meshes in 'cups'".
-        worth: whether to say so, asked each time; what is small is never slow for long.
-        first, then: seconds until it is said, and until it is said again.
+        what: a description of the work, such as "reading the meshes in 'cups'".
+        worth: returns whether to report, called each time; small inputs are never slow for long.
+        first, then: seconds until the first report, and between later ones.
     """
     ended, began = threading.Event(), time.monotonic()
 
@@ -121,7 +121,7 @@ def _description(what: str, failed: int) -> str:
 
 
 def span(seconds: float) -> str:
-    """A time for people: "40 s", "3 min", "2 h 5 min"."""
+    """Format a duration: "40 s", "3 min", "2 h 5 min"."""
     if seconds < 90:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60)
