@@ -5,9 +5,9 @@ A folder that a command writes into gets a marker, `.structagent.json`:
     {"marker_version": 1, "kind": "run", "files": ["report.html", "report.json", "scene-before.webp"]}
 
 A command takes a folder that is missing, empty, or marked with its own kind. Folders of earlier versions, which have no
-marker, are recognised by their report, results or session. `--force` takes any other folder; files of other people then
-stay, unless they have the name of a file that is written. Only files that the marker lists are deleted, and only in the folder itself:
-no paths, no symbolic links, no folders.
+marker, are recognised by their report, results or session. `--force` takes any other folder; foreign files
+then stay, unless they have the name of a file that is written. Only files that the marker lists are deleted, and only in
+the folder itself: no paths, no symbolic links, no folders.
 """
 
 from __future__ import annotations
@@ -82,8 +82,8 @@ def mark(folder: Path, kind: str, names: Iterable[str]) -> None:
 def files_written(folder: Path, kind: str) -> set[str]:
     """List the names of the files that this tool wrote into a folder as the output of `kind`.
 
-    They are read from the marker, or in a folder of an earlier version from the report of a run. A name that is a path,
-    and names of anything but a regular file in the folder itself are left out.
+    They are read from the marker, or in a folder of an earlier version from the report of a run. Paths and
+    names of anything but a regular file in the folder itself are left out.
     """
     found = _marked(folder)
     if found is not None:
