@@ -1,4 +1,4 @@
-"""A simulated table: objects drawn from a library so that the goal can be built, seen by the depth camera."""
+"""Simulate a table: objects drawn from a library so that the goal can be built, seen by the depth camera."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def draw_goal_scene(library: Sequence[ObjectModel], goal: Interpretation, rng: n
 def _draw_described(
     library: Sequence[ObjectModel], fitting: Sequence[ObjectModel], goal: Interpretation, rng: np.random.Generator
 ) -> DrawnScene:
-    """A scene for an instruction that tells objects apart by colour or size: others of their nouns stand there too.
+    """Draw a scene for an instruction that distinguishes objects by colour or size, with others of the same nouns.
 
     Args:
         fitting: the objects of the library that the instruction may mean.

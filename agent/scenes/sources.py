@@ -1,4 +1,4 @@
-"""Sources of tables for the pipeline: drawn for the instruction, placed by a file, or recorded."""
+"""Provide tables for the pipeline: drawn for the instruction, placed by a file, or recorded."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class SceneSource(Protocol):
     Attributes:
         referents: what an instruction can refer to: the objects that there are, or those that can be drawn.
         catalogue: whether they are those that can be drawn.
-        hint: what may help where it calls them something else; empty where nothing does.
+        hint: advice for an instruction that uses other names; empty if there is none.
     """
 
     referents: Sequence[SceneObject]
