@@ -20,7 +20,8 @@ from grounding.references.function_words import (
     SHAPE_WORDS,
     SIDES,
 )
-from grounding.references.lexicon import ADJECTIVES, FORMS
+from grounding.references.lexicon import ADJECTIVES
+from grounding.references.word_forms import FORMS
 
 _WORD = re.compile(r"[^\W\d_]+(?:['’][^\W\d_]+)*")
 _ENGLISH = (

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from grounding.parse_result import OPEN, Parse, Question, shortened
 from grounding.references.function_words import SHAPE_WORDS
-from grounding.references.lexicon import FORMS, GROUPS
+from grounding.references.lexicon import GROUPS
 from grounding.references.pattern_parts import (
     ALPHABETICAL,
     ALTERNATING,
@@ -26,6 +26,7 @@ from grounding.references.pattern_parts import (
     UNIT,
     any_of,
 )
+from grounding.references.word_forms import FORMS
 from grounding.spec import StructureSpec
 from grounding.structure_words import STRUCTURES
 

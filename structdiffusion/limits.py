@@ -119,19 +119,19 @@ def glb_faces(path: Path, longest_text: int = GLB_TEXT_BYTES) -> int:
         (length,) = struct.unpack("<I", header[12:16])
         if length > longest_text:
             raise ValueError(f"its text has {length} bytes; at most {longest_text} are read")
-        told = json.loads(file.read(length))
+        content = json.loads(file.read(length))
     try:
-        faces = [sum(_primitive_faces(told, part) for part in mesh["primitives"]) for mesh in told.get("meshes", [])]
-        placed = [node["mesh"] for node in told.get("nodes", []) if "mesh" in node]
+        faces = [sum(_primitive_faces(content, part) for part in mesh["primitives"]) for mesh in content.get("meshes", [])]
+        placed = [node["mesh"] for node in content.get("nodes", []) if "mesh" in node]
         return max(sum(faces), sum(faces[mesh] for mesh in placed))
     except (LookupError, TypeError, AttributeError, RecursionError) as error:
         raise ValueError("its text is damaged") from error
 
 
-def _primitive_faces(told: dict[str, Any], part: dict[str, Any]) -> int:
+def _primitive_faces(content: dict[str, Any], part: dict[str, Any]) -> int:
     accessor = part["indices"] if "indices" in part else part["attributes"]["POSITION"]
-    count = told["accessors"][accessor]["count"]
-    points = told["accessors"][part["attributes"]["POSITION"]]["count"]
+    count = content["accessors"][accessor]["count"]
+    points = content["accessors"][part["attributes"]["POSITION"]]["count"]
     if not (isinstance(count, int) and isinstance(points, int)):
         raise TypeError
     return max(count, points) // 3

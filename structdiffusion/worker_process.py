@@ -130,12 +130,12 @@ def _serve(pipe: Connection, work: bytes, folder: str) -> None:
 
 def _portable(error: Exception) -> Exception:
     """The error as another process can have it, with the traceback as a note."""
-    told = "".join(traceback.format_exception(error))
+    trace = "".join(traceback.format_exception(error))
     try:
         error = pickle.loads(pickle.dumps(error))
     except Exception:  # its constructor takes something else than its message
         error = RuntimeError(f"{type(error).__name__}: {error}")
-    error.add_note(f"in a worker:\n{told}")
+    error.add_note(f"in a worker:\n{trace}")
     return error
 
 

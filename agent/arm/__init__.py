@@ -1,1 +1,1 @@
-"""The simulated Kinova Jaco: kinematics, grasps from partial clouds, motion planning, execution."""
+"""Control the simulated Kinova Jaco: kinematics, grasps from partial clouds, motion planning, execution."""

@@ -1,6 +1,6 @@
-"""The supported Kinova Jaco 2 arms, as their URDFs describe them: joints, limits, links and their solids.
+"""Load the supported Kinova Jaco 2 arms from their URDFs: joints, limits, links and their solids.
 
-All three carry the same hand with three fingers. Metres, radians, seconds, newton metres.
+All three models carry the same hand with three fingers. Metres, radians, seconds, newton metres.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ FINGER_CLOSED = 1.51  # rad
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint that carries a link: turned about z of `parent_from_joint` by the joint's angle.
+    """A joint that carries a link; the joint's angle turns the link about z of `parent_from_joint`.
 
     Attributes:
-        name: of the joint. parent, child: of its links.
-        parent_from_joint: (4, 4) at the angle 0.
+        name: the joint's name. parent, child: the names of its links.
+        parent_from_joint: (4, 4), at angle 0.
     """
 
     name: str
@@ -56,9 +56,9 @@ class Solid:
 
     Attributes:
         link: the link's name.
-        round: whether it is a cylinder, about z.
-        sides: (3,) of the box; of the cylinder its diameter twice, then its length.
-        link_from_solid: (4, 4) its middle.
+        round: whether it is a cylinder about z.
+        sides: (3,) the sides of a box, metres; for a cylinder, its diameter twice, then its length.
+        link_from_solid: (4, 4) the pose of its middle.
     """
 
     link: str
@@ -72,15 +72,15 @@ class ArmModel:
     """One model of the Jaco. Arrays have one entry for each of its n joints, from the base on.
 
     Attributes:
-        name: as the maker calls it.
-        joints: the joints' names, without the hand's.
-        lower, upper: (n,) the range; two turns each way for a continuous joint, so that it may wind but not forever.
-        continuous: (n,) bool: whether it turns without end.
+        name: the maker's name for it.
+        joints: the names of the joints, without those of the hand.
+        lower, upper: (n,) the range; two turns each way for a continuous joint, which limits how far it may wind.
+        continuous: (n,) bool: whether the joint turns without limit.
         velocity, effort: (n,) the maker's limits.
         folded: (n,) the waiting pose.
-        chain: every joint, the hand's too; a parent comes before its children.
-        solids: what collides.
-        urdf: the file.
+        chain: every joint, including those of the hand; a parent comes before its children.
+        solids: the collision solids.
+        urdf: the path of the URDF file.
     """
 
     name: str
@@ -97,7 +97,7 @@ class ArmModel:
 
     @cached_property
     def origins(self) -> dict[str, np.ndarray]:
-        """parent_from_joint (4, 4) of every joint by name."""
+        """Return parent_from_joint (4, 4) of every joint by name."""
         return {joint.name: joint.parent_from_joint for joint in self.chain}
 
     def link_poses(self, angles: Mapping[str, float]) -> dict[str, np.ndarray]:
@@ -111,7 +111,7 @@ class ArmModel:
 
 @cache
 def arm_model(name: str) -> ArmModel:
-    """Return the model of that name.
+    """Return the model with this name.
 
     Raises:
         BadInput: for a name that is none of `ARM_MODELS`.

@@ -1,4 +1,4 @@
-"""The arm's motions in physics: following paths, closing and opening the hand, holding by a weld."""
+"""Move the arm in physics: follow paths, close and open the hand, hold objects by a weld."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ SQUEEZE = 0.15  # rad beyond contact that the finger motors aim for in a grasp h
 
 
 class MotionListener(Protocol):
-    """Anything that follows the commands of the arm."""
+    """Any listener to the commands of the arm."""
 
     def begin(self, doing: str, arm: JacoArm) -> None:
-        """Take note that a motion begins; `doing` says what for."""
+        """Record that a motion begins; `doing` names its purpose."""
 
     def step(self, arm: JacoArm) -> None:
-        """Take note that a step of physics is done."""
+        """Record that a physics step is done."""
 
 
 class ArmDriver:
-    """Moves the arm in the world's physics, step by step.
+    """A driver of the arm in the world's physics, step by step.
 
     Args:
         world: the true objects.
         arm: the arm, in `world.client`.
         weld: whether a grasp is held by a fixed constraint, or by the fingers' friction alone.
         on_step: called after every physics step, or `None`.
-        log: gets every motion, or `None`.
+        log: receives every motion, or `None`.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class ArmDriver:
 
     @property
     def holds(self) -> int | None:
-        """The body that is welded to the hand, or `None`."""
+        """Return the body that is welded to the hand, or `None`."""
         return None if self.arm.weld is None else self.arm.weld[1]
 
     def halt(self) -> None:
@@ -64,7 +64,7 @@ class ArmDriver:
         self.wait(HALTING_SECONDS)
 
     def let_sleep(self, allowed: bool) -> None:
-        """Set whether the engine may skip objects that lie still; a touch wakes them. It saves most of the time."""
+        """Set whether the engine may skip objects at rest until they are touched, which saves most of the time."""
         state = pybullet.ACTIVATION_STATE_ENABLE_SLEEPING if allowed else pybullet.ACTIVATION_STATE_DISABLE_SLEEPING
         for body in self.world.bodies:
             pybullet.changeDynamics(body, -1, activationState=state, physicsClientId=self.world.client)
@@ -98,8 +98,8 @@ class ArmDriver:
 
         Args:
             path: joint angles.
-            doing: what for, as the listener gets it.
-            speed: of the joints' limits.
+            doing: the purpose, as passed to the listener.
+            speed: a fraction of the joints' speed limits.
         """
         self._begin(doing)
         now, model = self.arm.configuration(), self.arm.kinematics.model
@@ -111,7 +111,7 @@ class ArmDriver:
         self.wait(0.08)
 
     def close(self, body: int) -> set[int]:
-        """Close each finger until it touches `body`; which fingers touch."""
+        """Close each finger until it touches `body`; return which fingers touch."""
         self._begin("close hand")
         arm = self.arm
         targets = arm.finger_angles()
@@ -135,7 +135,7 @@ class ArmDriver:
         return touched
 
     def weld(self, body: int) -> None:
-        """Join `body` to the hand as it lies in it now."""
+        """Weld `body` to the hand in its present pose."""
         arm, client = self.arm, self.world.client
         self._wake(body)
         position, quaternion = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)

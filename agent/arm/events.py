@@ -1,4 +1,4 @@
-"""The events of the arm while it plans and builds: one frozen dataclass per step.
+"""Define the events of the arm while it plans and builds: one frozen dataclass per step.
 
 Objects are named by their index in `Scene.objects` and by their name. Metres, radians, seconds.
 """
@@ -19,13 +19,13 @@ class ArmEvent(EventBase):
 
 @dataclass(frozen=True)
 class Planned(ArmEvent):
-    """Grasps and motions for every object of an arrangement were found.
+    """Grasps and motions were found for every object of an arrangement.
 
     Attributes:
         arrangement: the arrangement's place in the ranked list, from 0.
-        order: the objects' indices in the order in which they will be moved; one that is first moved aside comes twice.
-        grasps: the kind of each one's grasp, in that order.
-        seconds: how long the search took, over all arrangements so far.
+        order: the indices of the objects in the order of their motions; an object that is first moved aside comes twice.
+        grasps: the kind of each object's grasp, in that order.
+        seconds: the time of the search over all arrangements so far.
     """
 
     arrangement: int
@@ -36,7 +36,9 @@ class Planned(ArmEvent):
 
 @dataclass(frozen=True)
 class PlanFailed(ArmEvent):
-    """No plan for this arrangement. `object` is the index of the one that could not be moved, `None` for time."""
+    """No plan was found for this arrangement; `object` is the index of the one that could not be moved, `None` when
+    time ran out.
+    """
 
     arrangement: int
     object: int | None
@@ -51,8 +53,8 @@ class Picked(ArmEvent):
     Attributes:
         grasp: the kind of grasp.
         attempt: 1 for the first try.
-        fingers: how many of the three fingers touched it.
-        hold: "weld after contact on both sides" or "friction": what held it from then on.
+        fingers: the number of fingers, of three, that touched it.
+        hold: what held it from then on: "weld after contact on both sides" or "friction".
         slip_m, slip_rad: how far it moved in the world while the fingers closed.
     """
 
@@ -79,10 +81,10 @@ class PickFailed(ArmEvent):
 
 @dataclass(frozen=True)
 class Placed(ArmEvent):
-    """The object was released and has come to rest; a look measured it.
+    """The object was released and has come to rest; its pose was then measured.
 
     Attributes:
-        aside: it was only moved out of another's way, and will be moved again.
+        aside: whether it was only moved out of another's way and will be moved again.
         position_error_m: distance in the plane from its goal.
         angle_error_rad: angle between its rotation and the goal's (for round things: of their upright axis).
         world_from_object: (4, 4) its pose now.
@@ -109,11 +111,11 @@ class PlaceFailed(ArmEvent):
 
 @dataclass(frozen=True)
 class Stopped(ArmEvent):
-    """The arm was stopped while it was at work.
+    """The arm was stopped during its work.
 
     Attributes:
-        object, name: what was in the hand then, or `None` and empty.
-        set_down: whether that was set down below where it was; `False` where nothing was in the hand.
+        object, name: the object that was in the hand, or `None` and an empty name.
+        set_down: whether it was set down below where it was; `False` if the hand was empty.
         folded: whether the arm is back in its waiting pose.
     """
 

@@ -1,8 +1,8 @@
-"""Building a structure with the simulated Jaco: search, pick and place, a look after each placement.
+"""Build a structure with the simulated Jaco: search, pick and place, and a measurement after each placement.
 
-What is real here and what is not. The arm moves by position motors within the maker's joint speeds;
+The simulation is realistic in part. The arm moves by position motors within the maker's joint speeds;
 the fingers close with the real finger effort and each stops where it touches; friction is that of
-the physics engine. Rigid finger boxes hold badly against curved and light things, so a grasp is held
+the physics engine. Rigid finger boxes hold curved and light objects badly, so a grasp is held
 by a weld after contact on both sides: once the thumb and at least one opposite finger touch the
 object, a fixed constraint joins it to the hand until the fingers have opened clear of it (the paper's
 own planning assumes that a grasped object is attached rigidly). A grasp without such contact has
@@ -62,11 +62,11 @@ def build_structure(
         world: the true objects; `world.bodies[i]` is `scene.objects[i]`. Planning never looks at its models.
         arm: the arm, loaded into `world.client`, its hand empty (`agent.arm.recovery.tidy_up` sees to that).
         scene: what was perceived before anything moved.
-        arrangements: imagined goals, best first.
-        planning_checks: limit for the search over all arrangements, in configurations that are checked.
+        arrangements: proposed goals, best first.
+        planning_checks: the most configurations that the search over all arrangements may check.
         hold: "weld" (see the module's text) or "friction".
         on_step: called after every physics step.
-        log: gets every motion of the arm.
+        log: receives every motion of the arm.
 
     Yields:
         `PlanFailed` for every arrangement without a plan, `Planned` for the one that is built, then per
@@ -101,7 +101,7 @@ def build_structure(
 
 
 class _Builder:
-    """Executes the plans of one arrangement, and plans again where the world has changed."""
+    """An executor of the plans of one arrangement, which plans again where the world has changed."""
 
     def __init__(self, driver: ArmDriver, scene: Scene, arrangement: Arrangement, search: Search) -> None:
         self.driver, self.scene, self.search = driver, scene, search
@@ -120,11 +120,11 @@ class _Builder:
     # --- what a look shows -------------------------------------------------------------------
 
     def _motions_so_far(self) -> list[np.ndarray]:
-        """now_from_initial (4, 4) of every object, by a look."""
+        """Measure now_from_initial (4, 4) of every object."""
         return [self.world.pose(i) @ np.linalg.inv(self.start_poses[i]) for i in range(self.count)]
 
     def _goal(self, index: int) -> np.ndarray:
-        """goal_from_initial (4, 4), moved along with what the object will stand on, by 2 cm at most."""
+        """Return goal_from_initial (4, 4), shifted with the object that it will stand on, by 2 cm at most."""
         goal = self.goal_from_initial[index].copy()
         under = self.stands_on[index]
         if under is not None:
@@ -140,13 +140,15 @@ class _Builder:
     # --- beginning and being stopped ---------------------------------------------------------
 
     def begin(self) -> None:
-        """Fold the arm where it stands elsewhere: an earlier build was cut short, or it was recorded so."""
+        """Fold the arm if it is not folded, because an earlier build was interrupted or it was recorded in another
+        pose.
+        """
         if not is_folded(self.arm):
             self.search.set_out(self.start_clouds, self.distractors, self.start_bottoms)
             leave_start(self.driver, self.search.scene)
 
     def stop(self) -> Stopped:
-        """Stop the arm, set down what is in the hand, and fold; stopped once more, the arm stays where it is."""
+        """Stop the arm, set down what is in the hand, and fold; after a second stop the arm stays where it is."""
         index = None if self.driver.holds is None else self.world.bodies.index(self.driver.holds)
         name = "" if index is None else self.scene.objects[index].name
         set_down = False
@@ -163,10 +165,9 @@ class _Builder:
         return Stopped(index, name, set_down, True)
 
     def displaced(self, plans: Sequence[ObjectPlan]) -> Iterator[ObjectPlan]:
-        """Yield the plan of each object that is not at its goal, because it was pushed since or could not be placed
-        then.
+        """Yield the plan of each object that is not at its goal, because it was pushed or could not be placed before.
 
-        Only of those that stand upright, with nothing to go on them: the others cannot be put right by moving them.
+        Only upright objects with nothing to be placed on them are included, because moving the others does not help.
         """
         for plan in {plan.object: plan for plan in plans}.values():
             pose = self.world.pose(plan.object)
@@ -179,7 +180,7 @@ class _Builder:
     # --- one object --------------------------------------------------------------------------
 
     def move(self, plan: ObjectPlan) -> Iterator[ArmEvent]:
-        """Pick and place one object; yields every attempt and the result."""
+        """Pick and place one object; yield every attempt and the result."""
         began = time.monotonic()
         index = plan.object
         name = self.scene.objects[index].name
@@ -207,7 +208,7 @@ class _Builder:
         yield PlaceFailed(index, name, reason)
 
     def _still_holds(self) -> bool:
-        """Whether every object is where the plans assume it."""
+        """Return whether every object is where the plans assume it."""
         for i, motion in enumerate(self._motions_so_far()):
             cloud = self.start_clouds[i]
             planned = transform_points(self.expected[i], cloud)
@@ -275,7 +276,7 @@ class _Builder:
         self.driver.wait(SETTLE_SECONDS)
 
     def _corrected(self, plan: ObjectPlan) -> np.ndarray:
-        """The lowering path, corrected by how the object really lies in the hand."""
+        """Correct the lowering path by the measured pose of the object in the hand."""
         hand_from_object = np.linalg.inv(self.arm.world_from_ee()) @ self.world.pose(plan.object)
         planned_pick = plan.grasp.world_from_ee
         goal = raised(plan.goal_from_now, RELEASE_HEIGHT) @ self._pose_before

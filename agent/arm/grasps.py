@@ -1,10 +1,10 @@
-"""Grasps from the partial clouds of unseen objects; no object model is used.
+"""Find grasps from the partial clouds of unseen objects, without object models.
 
-Three kinds, all with the hand pointing down or tilted by up to 40 degrees about its closing axis:
+There are three kinds, all with the hand pointing down or tilted by up to 40 degrees about its closing axis:
 
 - "across": antipodal, the fingers on both sides of a cross-section of the cloud;
-- "flat": the same for things lower than 3 cm (cutlery): the fingers straddle it, close to the table;
-- "rim": one side of the hand inside, the other outside the rim of something hollow (bowl, plate, cup).
+- "flat": the same for objects lower than 3 cm (cutlery): the fingers straddle the object, close to the table;
+- "rim": one side of the hand inside, the other outside the rim of a hollow object (bowl, plate, cup).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Grasp:
 
     Attributes:
         world_from_ee: (4, 4) the hand when the fingers close: approach +z, closing along x.
-        width: what is between the fingers, metres.
+        width: the width of the object between the fingers, metres.
         opening: finger joint angle, radians, while approaching.
         kind: "across", "flat" or "rim".
         quality: larger is better.
@@ -64,7 +64,7 @@ def hand_pose(point: np.ndarray, yaw: float, tilt: float = 0.0) -> np.ndarray:
 
 
 def is_round(points: np.ndarray) -> bool:
-    """Return whether the cloud (P, 3) looks the same from all sides: its extents in all directions agree within 12 %.
+    """Return whether the cloud (P, 3) is round: its extents in all horizontal directions agree within 12 %.
 
     Seen from above; a handle or a spout makes it not round.
     """
@@ -80,8 +80,8 @@ def grasps_of(points: np.ndarray, support: float = 0.0, limit: int = 60) -> list
 
     Args:
         points: (P, 3) its partial cloud, world frame, metres.
-        support: z of what it stands on.
-        limit: how many to return at most.
+        support: z of the surface that it stands on.
+        limit: the most grasps to return.
     """
     points = np.asarray(points, dtype=np.float64)
     if len(points) < 10:
@@ -91,12 +91,13 @@ def grasps_of(points: np.ndarray, support: float = 0.0, limit: int = 60) -> list
 
 
 def _in_hand(points: np.ndarray, pose: np.ndarray) -> np.ndarray:
-    """The points (P, 3) in the end_effector frame."""
+    """Transform the points (P, 3) into the end_effector frame."""
     return (points - pose[:3, 3]) @ pose[:3, :3]
 
 
 def _widths(inside: np.ndarray, clearance: float) -> tuple[np.ndarray, np.ndarray]:
-    """What the open hand must pass, and what is there, at each of `LEVELS`: two (L,) of metres.
+    """Return two (L,), metres, for each of `LEVELS`: the width that the open hand must pass, and that of the object
+    there.
 
     Going down, the hand's level l passes everything that ends up at levels below l's height, that
     is between the palm and l.
@@ -114,7 +115,8 @@ def _widths(inside: np.ndarray, clearance: float) -> tuple[np.ndarray, np.ndarra
 def _fitted(
     points: np.ndarray, near: np.ndarray, contact: np.ndarray, yaw: float, tilt: float, depth: float, support: float
 ) -> tuple[np.ndarray, float, float] | None:
-    """A hand pose whose finger tips end `depth` below `contact` (3,), with its opening and width; `None` if none.
+    """Return a hand pose whose finger tips end `depth` below `contact` (3,), with its opening and width; `None` if
+    none fits.
 
     Args:
         points: the whole object's cloud, which must stay clear of the palm.
@@ -199,7 +201,7 @@ def _across(points: np.ndarray, support: float) -> list[Grasp]:
 
 
 def _rim(points: np.ndarray, support: float) -> list[Grasp]:
-    """Return pinches of the wall of something hollow and at least 9 cm wide, from above."""
+    """Return grasps that pinch the wall of a hollow object at least 9 cm wide, from above."""
     top = float(np.percentile(points[:, 2], 98))
     rim = points[points[:, 2] > top - 0.008]
     if len(rim) < 20 or top - support < 0.012:

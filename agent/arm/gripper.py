@@ -1,4 +1,4 @@
-"""The gap between the Jaco's fingers at every opening and height, from the dimensions in the URDF.
+"""Compute the gap between the Jaco's fingers at every opening and height, from the dimensions in the URDF.
 
 Levels are heights along the end_effector's +z (the approach): negative towards the palm, positive
 towards and beyond the tips. The gap is between the inner surfaces of the thumb (+x) and of fingers
@@ -26,7 +26,7 @@ _TIP = (0.0335, 0.003, 0.019, 0.004, 0.014)  # on the inner side, so that the ti
 
 
 def _surface(box: tuple[float, ...]) -> np.ndarray:
-    """Points (P, 3) on a box's outline, close enough together for `LEVELS`."""
+    """Sample points (P, 3) on a box's outline, close enough together for `LEVELS`."""
     cx, cy, sx, sy, sz = box
     x, y, z = np.meshgrid(
         cx + np.linspace(-sx, sx, 24) / 2, cy + np.array([-sy, sy]) / 2, np.array([-sz, sz]) / 2, indexing="ij"
@@ -36,7 +36,9 @@ def _surface(box: tuple[float, ...]) -> np.ndarray:
 
 @cache
 def _profile() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Thumb's inner x (A, L), the fingers' inner x (A, L), and the farthest level any of them reaches (A,)."""
+    """Return the thumb's inner x (A, L), the fingers' inner x (A, L), and the farthest level that any of them
+    reaches (A,).
+    """
     origins = arm_model(DEFAULT_MODEL).origins  # all models carry the same hand
     ee_from_last = np.linalg.inv(origins[END_EFFECTOR])
     thumb = np.full((len(ANGLES), len(LEVELS)), np.inf)
@@ -72,25 +74,27 @@ def gaps() -> np.ndarray:
 
 
 def reach(opening: float, closing: float) -> float:
-    """Return how far beyond the end effector the fingers reach, at most, while they close between two angles,
-    metres."""
+    """Return the farthest distance, metres, that the closing fingers reach beyond the end effector between two
+    angles.
+    """
     angles = np.append(ANGLES[(ANGLES > opening) & (ANGLES < closing)], (opening, closing))
     return float(np.interp(angles, ANGLES, _profile()[2]).max())
 
 
 def opening_for(widths: np.ndarray) -> float | None:
-    """Return the least open finger angle whose gap passes `widths` (L,), metres at each of `LEVELS`; `None` if none
-    does."""
+    """Return the smallest finger opening angle whose gap passes `widths` (L,), metres, at each of `LEVELS`; `None`
+    if none does.
+    """
     passes = (gaps() >= widths).all(axis=1)
     return float(ANGLES[np.flatnonzero(passes)[-1]]) if passes.any() else None
 
 
 def contact_angle(widths: np.ndarray) -> float | None:
-    """Return the finger angle at which closing fingers first meet an object that is `widths` (L,) wide; `None` if
+    """Return the finger angle at which closing fingers first touch an object that is `widths` (L,) wide; `None` if
     never.
 
-    Zero width means nothing at that level. Fingers that would come down onto the object, because
-    they reach its level only when they are already nearer together than it is wide, never meet it.
+    Zero width means nothing at that level. Fingers that would come down on the object, because
+    they reach its level only when they are already closer together than its width, never touch it.
     """
     meets = np.flatnonzero(((gaps() <= widths) & (widths > 0.0)).any(axis=1))
     if not len(meets):

@@ -1,4 +1,4 @@
-"""Forward and inverse kinematics of a Jaco as it is mounted, and its PyBullet body.
+"""Compute forward and inverse kinematics of a mounted Jaco, and control its PyBullet body.
 
 By default the arm's base stands at the world origin and is turned by 90 degrees about z, so that its usual
 workspace (the base's -y side) lies at world +x. In the `end_effector` frame the approach direction is +z and the hand
@@ -37,7 +37,7 @@ class Kinematics:
     """The kinematics of an arm at its mounting place.
 
     Attributes:
-        model: which arm it is.
+        model: the model of the arm.
         world_from_base: (4, 4) where its `link_base` stands, upright.
     """
 
@@ -46,12 +46,12 @@ class Kinematics:
 
     @property
     def folded(self) -> np.ndarray:
-        """The waiting pose (n,)."""
+        """Return the waiting pose (n,)."""
         return self.model.folded
 
     @property
     def lowered(self) -> bool:
-        """Whether the base is lower than the table, and so stands beside it."""
+        """Return whether the base is lower than the table, and so stands beside it."""
         return bool(self.world_from_base[2, 3] < -LOWERED)
 
     def forward(self, q: np.ndarray) -> np.ndarray:
@@ -60,7 +60,7 @@ class Kinematics:
         return self._frames(q.reshape(-1, q.shape[-1]))[1].reshape(*q.shape[:-1], 4, 4)
 
     def _frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Joint frames (B, n, 4, 4), whose z is the joint axis, and world_from_ee (B, 4, 4)."""
+        """Return joint frames (B, n, 4, 4), whose z is the joint axis, and world_from_ee (B, 4, 4)."""
         origins = self.model.origins
         pose = np.broadcast_to(self.world_from_base, (len(q), 4, 4))
         frames = np.empty((*q.shape, 4, 4))
@@ -74,7 +74,9 @@ class Kinematics:
         return frames, pose @ origins[END_EFFECTOR]
 
     def errors(self, q: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distances (B,) in metres and angles (B,) in radians between the hand at q (B, n) and targets (B, 4, 4)."""
+        """Return distances (B,) in metres and angles (B,) in radians between the hand at q (B, n) and targets (B,
+        4, 4).
+        """
         poses = self.forward(q)
         turn = _rotation_vector(targets[:, :3, :3] @ poses[:, :3, :3].transpose(0, 2, 1))
         return np.linalg.norm(targets[:, :3, 3] - poses[:, :3, 3], axis=1), np.linalg.norm(turn, axis=1)
@@ -120,7 +122,8 @@ class Kinematics:
     def solve(
         self, target: np.ndarray, rng: np.random.Generator, near: np.ndarray | None = None, restarts: int = 24
     ) -> np.ndarray | None:
-        """Find one configuration (n,) for world_from_ee `target`, the nearest to `near`; `None` if out of reach.
+        """Find one configuration (n,) for world_from_ee `target`, the nearest to `near` (by default the waiting pose);
+        `None` if out of reach.
 
         By default near the waiting pose.
         """
@@ -140,8 +143,9 @@ class Kinematics:
         return rng.uniform(lower, np.where(model.continuous, 2 * math.pi, model.upper), (count, len(model.joints)))
 
     def unwind(self, q: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """Return the same configurations (..., n), continuous joints brought by whole turns as near to `near` as
-        they go."""
+        """Return the same configurations (..., n) with continuous joints turned by whole turns as close as possible
+        to `near`.
+        """
         lower, upper = self.model.lower, self.model.upper
         turned = q - 2 * math.pi * np.round((q - near) / (2 * math.pi))
         turned = np.where(turned < lower, turned + 2 * math.pi, np.where(turned > upper, turned - 2 * math.pi, turned))
@@ -149,7 +153,7 @@ class Kinematics:
 
 
 def _rotation_vector(rotation: np.ndarray) -> np.ndarray:
-    """The axis times angle (B, 3) of rotations (B, 3, 3)."""
+    """Return the axis times angle (B, 3) of rotations (B, 3, 3)."""
     skew = 0.5 * np.stack(
         (
             rotation[:, 2, 1] - rotation[:, 1, 2],
@@ -164,11 +168,11 @@ def _rotation_vector(rotation: np.ndarray) -> np.ndarray:
 
 
 class JacoArm:
-    """The arm's body in one PyBullet client, folded, hand open.
+    """The arm's body in one PyBullet client; it starts folded, with the hand open.
 
     Args:
         client: a connected physics client.
-        kinematics: which arm it is, and where it stands.
+        kinematics: the kinematics of the arm at its mounting place.
 
     Attributes:
         kinematics: as given.
@@ -209,9 +213,10 @@ class JacoArm:
         self.fold_at_once()
 
     def stand_on(self, table: int) -> None:
-        """Declare that the arm's lowest links stand on the body `table`: they do not count as touching it.
+        """Declare that the arm's lowest links stand on the body `table`: contact between them does not count as a
+        collision.
 
-        Of an arm that stands lower these include the upper arm, because where the table's edge is exactly is unknown.
+        For a lower arm these links include the upper arm, because the exact place of the table's edge is unknown.
         """
         for link in (-1, *self.joints[: 2 if self.kinematics.lowered else 1]):
             pybullet.setCollisionFilterPair(table, self.body, -1, link, 0, physicsClientId=self.client)
@@ -234,7 +239,7 @@ class JacoArm:
             self.command_fingers(fingers)
 
     def drop(self) -> None:
-        """End the weld at once; whatever it held falls."""
+        """End the weld at once; the object in the hand falls."""
         if self.weld is not None:
             pybullet.removeConstraint(self.weld[0], physicsClientId=self.client)
             self.weld = None
@@ -281,7 +286,7 @@ class JacoArm:
         return np.array([state[0] for state in states])
 
     def world_from_ee(self) -> np.ndarray:
-        """Return the hand's pose (4, 4) now, as the simulation has it."""
+        """Return the hand's present pose (4, 4) in the simulation."""
         state = pybullet.getLinkState(
             self.body, self.end_effector, computeForwardKinematics=True, physicsClientId=self.client
         )

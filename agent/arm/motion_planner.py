@@ -1,4 +1,4 @@
-"""Motion planning among what was perceived: RRT-Connect over the arm's joints.
+"""Plan motions among perceived objects: RRT-Connect over the arm's joints.
 
 The planning scene lives in a physics client of its own, with a copy of the arm, the floor, and a
 convex hull per perceived object; it never sees a true model. Times in seconds, angles in radians.
@@ -36,7 +36,7 @@ ompl_util.noOutputHandler()
 def solid_hull(points: np.ndarray, support: float = 0.0) -> np.ndarray:
     """Return the vertices (V, 3) of the convex hull of a partial cloud (P, 3), continued down to `support`.
 
-    The camera sees tops and front sides; what hides below is assumed to stand on z = `support`.
+    The camera sees tops and front sides; the hidden part is assumed to reach down to z = `support`.
     """
     low, high = np.percentile(points, [0.5, 99.5], axis=0)
     kept = points[((points >= low - 1e-3) & (points <= high + 1e-3)).all(axis=1)].astype(np.float64)
@@ -66,12 +66,12 @@ class PlanningScene:
     """A copy of the arm among the hulls of perceived objects. Close it, or use it as a context manager.
 
     Args:
-        rng: the searches draw from it.
-        kinematics: which arm it is, and where it stands.
+        rng: the random numbers of the searches.
+        kinematics: the kinematics of the arm at its mounting place.
 
     Attributes:
         kinematics: as given.
-        checks: how many configurations were checked so far, which is what planning costs on any machine.
+        checks: the number of configurations checked so far: the cost of planning, independent of the machine.
     """
 
     def __init__(self, rng: np.random.Generator, kinematics: Kinematics = Kinematics()) -> None:
@@ -109,12 +109,14 @@ class PlanningScene:
         return pybullet.createMultiBody(mass, shape, physicsClientId=self.client)
 
     def set_obstacle(self, key: object, vertices: np.ndarray) -> None:
-        """Put the convex hull of `vertices` (V, 3), world frame, in the way, in the place of the earlier `key`."""
+        """Add the convex hull of `vertices` (V, 3), world frame, as an obstacle; it replaces the earlier one with
+        the same `key`.
+        """
         self.remove_obstacle(key)
         self._obstacles[key] = self._body(vertices, 0.0)
 
     def remove_obstacle(self, key: object) -> None:
-        """Take the obstacle `key` away, if there is one."""
+        """Remove the obstacle `key`, if it exists."""
         body = self._obstacles.pop(key, None)
         if body is not None:
             pybullet.removeBody(body, physicsClientId=self.client)
@@ -142,12 +144,13 @@ class PlanningScene:
     def collides(
         self, q: np.ndarray, clearance: float = CLEARANCE, floor: float | None = None, only_floor: bool = False
     ) -> bool:
-        """Return whether the arm at q (n,) comes nearer than `clearance` to anything, or what it holds hits something.
+        """Return whether the arm at q (n,) comes closer than `clearance` to anything, or the held object hits
+        something.
 
         Args:
-            clearance: m; below zero it is the overlap that is allowed, with the arm's own links too.
-            floor: the clearance to the floor, where it is another; fingers nearly touch it in a grasp.
-            only_floor: objects in the way do not count.
+            clearance: metres; a negative value is the allowed overlap, also with the arm's own links.
+            floor: the clearance to the floor, if different; fingers nearly touch it in a grasp.
+            only_floor: ignore obstacles.
         """
         self.checks += 1
         floor = clearance if floor is None else floor
@@ -185,8 +188,9 @@ class PlanningScene:
         return any(self.collides(q, clearance, floor) for q in interpolate(path, CHECK_STEP))
 
     def overlap(self, q: np.ndarray) -> float:
-        """Return how deep, in metres, the arm at q (n,) reaches into anything, its own links too; 0 where it is
-        free."""
+        """Return how deep, in metres, the arm at q (n,) reaches into anything, including its own links; 0 if it is
+        free.
+        """
         if not self.collides(q, 0.0):
             return 0.0
         return -min(contact[8] for contact in pybullet.getContactPoints(self.arm.body, physicsClientId=self.client))
@@ -194,7 +198,7 @@ class PlanningScene:
     def plan(
         self, start: np.ndarray, goal: np.ndarray, checks: int = 20_000, overlap: float = 0.0
     ) -> np.ndarray | None:
-        """Plan a collision-free path (T, n) by RRT-Connect, shortened; `None` where none was found.
+        """Plan a collision-free path (T, n) by RRT-Connect, shortened; `None` if none was found.
 
         The straight line in joint space is tried first: it often is free, and it is the shortest.
         The search ends after `checks` collision checks (about a second for 20,000), and not by the
@@ -203,7 +207,7 @@ class PlanningScene:
         Args:
             start, goal: (n,).
             checks: the limit of the search.
-            overlap: m by which the arm may reach into things near its start, as when it was put there by others.
+            overlap: metres by which the arm may reach into obstacles near its start, for a start that was not planned.
         """
         # A looser clearance lets the arm leave a start where it is close to what it has just released.
         if self.collides(start, -overlap) or self.collides(goal, 0.0):
@@ -227,7 +231,7 @@ class PlanningScene:
     def _search(
         self, start: np.ndarray, goal: np.ndarray, step: float, checks: int, overlap: float
     ) -> np.ndarray | None:
-        """One run of RRT-Connect whose motions are checked every `step` radians; a shortened path or `None`."""
+        """Run RRT-Connect once, checking motions every `step` radians; return a shortened path or `None`."""
         # OMPL seeds by the clock, and takes a seed for its whole process alone; what a search draws with is made below,
         # from this one. OMPL complains when it is seeded again.
         ompl_util.RNG.setSeed(int(self._rng.integers(1, 2**31)))

@@ -1,4 +1,4 @@
-"""Orders in which objects can be placed, and free places for objects that block others."""
+"""Order the placements of objects, and find free places for objects that block others."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ LEAST_STEP, LEAST_OVERLAP = 0.003, 1e-4
 
 
 def bottom_at(motion: np.ndarray, cloud: np.ndarray, bottom: float) -> float:
-    """Return z of an object's bottom after `motion` (4, 4), when it is `bottom` under the cloud (P, 3) now."""
+    """Return z of an object's bottom after `motion` (4, 4), given its present `bottom` below the cloud (P, 3)."""
     return float(transform_points(motion, np.array([*cloud[:, :2].mean(axis=0), bottom]))[2])
 
 
 def precedence(
     clouds: Sequence[np.ndarray], motions: Sequence[np.ndarray], bottoms: Sequence[float]
 ) -> tuple[list[set[int]], list[set[int]], list[int | None]]:
-    """Return which objects must be placed before each, for two reasons, and which one each will stand on.
+    """Return for each object which others must be placed first, for two reasons, and which one it will stand on.
 
     Args:
         clouds: (P, 3) per object, now. motions: goal_from_now (4, 4) per object. bottoms: z per object, now.
@@ -63,7 +63,7 @@ def precedence(
 
 
 def stands_above(upper: int, lower: int, outlines: Sequence[BaseGeometry], bottoms: Sequence[float]) -> bool:
-    """Return whether an object stands higher than another, over it: on it, or on what stands on it.
+    """Return whether an object stands above another, directly or on other objects.
 
     Args:
         outlines: of every object, seen from above, metres. bottoms: z of what each stands on.
@@ -84,7 +84,7 @@ def asides(
     table: Table,
     rng: np.random.Generator,
 ) -> list[tuple[int, np.ndarray, bool]]:
-    """Return steps that would each move one blocking object to a free place on the table.
+    """Return steps that each move one blocking object to a free place on the table.
 
     Args:
         waiting: the objects that still have to be placed.

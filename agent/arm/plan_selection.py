@@ -1,4 +1,4 @@
-"""Selects the first of the ranked arrangements with a plan for every object."""
+"""Select the first of the ranked arrangements with a plan for every object."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def plan_structure(
     planning_checks: int = PLANNING_CHECKS,
     kinematics: Kinematics = Kinematics(),
 ) -> Iterator[ArmEvent]:
-    """Find the first arrangement with a plan for every object, and move nothing.
+    """Find the first arrangement with a plan for every object, without moving anything.
 
-    With the same `rng` it is the plan that `agent.arm.executor.build_structure` carries out.
+    With the same `rng` this is the plan that `agent.arm.executor.build_structure` carries out.
 
     Yields:
         `PlanFailed` for every arrangement without a plan, and `Planned` for the first that has one.
@@ -40,7 +40,7 @@ def plan_structure(
 def find_plan(
     search: Search, scene: Scene, arrangements: Sequence[Arrangement], planning_checks: int
 ) -> Generator[ArmEvent, None, tuple[int, list[ObjectPlan]] | None]:
-    """Yield the events of planning; returns the place of the first arrangement with a plan, and the plan, or `None`."""
+    """Yield the events of planning; return the place of the first arrangement with a plan, and the plan, or `None`."""
     began = time.monotonic()
     clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
     bottoms = [cloud.bottom for cloud in scene.objects]

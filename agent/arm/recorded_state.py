@@ -1,4 +1,4 @@
-"""Converts the recorded state of an arm, names and unwrapped angles, to a configuration of its model."""
+"""Convert the recorded state of an arm, joint names and unwrapped angles, to a configuration of its model."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class Standing:
 
     Attributes:
         joints: (n,) rad, within the model's limits.
-        wound: (n,) rad, the whole turns that were taken off: a recording counts how far a joint has wound.
+        wound: (n,) rad, the whole turns that were subtracted: a recording counts how far a joint has wound.
         fingers: (3,) rad.
-        notes: what was assumed or mended, a sentence each.
+        notes: what was assumed or corrected, a sentence each.
     """
 
     joints: np.ndarray
@@ -33,7 +33,7 @@ class Standing:
 
 
 def standing(state: ArmState) -> Standing:
-    """Return how the arm of a recording stands.
+    """Return the configuration of a recorded arm.
 
     Raises:
         BadInput: for an unknown model, a joint of the arm that is missing, or an angle beyond its limits.
@@ -73,7 +73,7 @@ def _within(name: str, angle: float, lower: float, upper: float, notes: list[str
 
 
 def stand(arm: JacoArm, state: ArmState) -> tuple[str, ...]:
-    """Put the arm where it was recorded, at rest; what was assumed or mended, a sentence each.
+    """Put the arm into its recorded configuration, at rest; return what was assumed or corrected, a sentence each.
 
     Raises:
         BadInput: as `standing`.

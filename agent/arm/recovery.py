@@ -1,4 +1,4 @@
-"""Recovery after the arm was stopped: it sets down what it holds, and moves its hand out of the way."""
+"""Recover after the arm was stopped: set down what it holds, and move its hand out of the way."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ SLACK = 0.002  # m: an overlap is not measured the same from all sides
 
 
 def set_down_below(driver: ArmDriver, index: int) -> None:
-    """Lower an object that is in the hand until it meets something, and open the hand.
+    """Lower the object in the hand until it touches something, and open the hand.
 
     Args:
-        driver: moves the arm.
-        index: the object, as `driver.world` counts it.
+        driver: the driver of the arm.
+        index: the index of the object in `driver.world`.
     """
     pose = driver.arm.world_from_ee()
     height = float(driver.world.pose(index)[2, 3])
@@ -41,7 +41,9 @@ def set_down_below(driver: ArmDriver, index: int) -> None:
 
 
 def withdraw(driver: ArmDriver) -> None:
-    """Open the hand and draw it back from what it stands around: against the way it points, then up."""
+    """Open the hand and move it back from the object between its fingers: first against its approach direction,
+    then up.
+    """
     driver.open(FINGER_OPEN)
     driver.wait(0.3)
     pose = driver.arm.world_from_ee()
@@ -60,7 +62,7 @@ def is_folded(arm: JacoArm) -> bool:
 
 
 def fold(driver: ArmDriver, scene: PlanningScene) -> None:
-    """Move back to the waiting pose, by a planned motion; straight there where none is found."""
+    """Move back to the waiting pose by a planned motion, or straight if none is found."""
     start = driver.arm.configuration()
     home = driver.arm.kinematics.unwind(driver.arm.kinematics.folded, start)
     path = scene.plan(start, home)
@@ -69,11 +71,11 @@ def fold(driver: ArmDriver, scene: PlanningScene) -> None:
 
 
 def leave_start(driver: ArmDriver, scene: PlanningScene) -> None:
-    """Move to the waiting pose from wherever the arm was put, by a planned motion; there it may overlap what was
-    perceived.
+    """Move to the waiting pose from any start by a planned motion; near the start the arm may overlap perceived
+    objects.
 
-    Where no motion is found with the fingers as they are, they open first; where none is found then, the hand is drawn
-    back from what it stands around.
+    If no motion is found with the present finger angles, the fingers open first; if that does not help, the hand moves
+    back from the object between its fingers.
     """
     arm = driver.arm
     start = arm.configuration()
@@ -93,7 +95,7 @@ def leave_start(driver: ArmDriver, scene: PlanningScene) -> None:
 
 
 def tidy_up(world: TabletopWorld, arm: JacoArm, rng: np.random.Generator) -> bool:
-    """Empty the hand and fold the arm where it was stopped for good; returns whether there was anything to do."""
+    """Empty the hand and fold the arm after its final stop; return whether anything had to be done."""
     if arm.weld is None and is_folded(arm):
         return False
     driver = ArmDriver(world, arm, weld=True)

@@ -1,4 +1,4 @@
-"""Distances of points to an arm that stands as recorded, to find what a camera saw of the arm itself."""
+"""Compute distances of points to an arm in its recorded pose, to find the points that belong to the arm itself."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ SLACK = 2e-3  # m
 
 
 def distance_to_arm(points: np.ndarray, arm: ArmState) -> np.ndarray:
-    """Distances (P,), metres, of points (P, 3) in the frame `link_base` to the arm, its hand and fingers included.
+    """Return distances (P,), metres, of points (P, 3) in the frame `link_base` to the arm, including its hand and
+    fingers.
 
-    0 inside one of its solids; NaN for a point that is NaN. Fingers that the recording does not have are taken to be
+    The distance is 0 inside one of its solids, and NaN for a point that is NaN. Fingers that are missing from the recording are assumed to be
     open.
 
     Raises:
-        BadInput: for an unknown model, or when a joint of the arm is missing or no number.
+        BadInput: for an unknown model, or when a joint of the arm is missing or not a number.
     """
     model = arm_model(arm.model)
     angles = dict.fromkeys(FINGERS, FINGER_OPEN) | dict(arm.joints)
@@ -38,7 +39,7 @@ def distance_to_arm(points: np.ndarray, arm: ArmState) -> np.ndarray:
 
 
 def _distances(points: np.ndarray, placed: list[tuple[Solid, np.ndarray]]) -> np.ndarray:
-    """The same of a few points, to solids with their poses (4, 4)."""
+    """Return the same for a few points, to solids with their poses (4, 4)."""
     single = points.astype(np.float32)
     centers = np.array([pose[:3, 3] for _, pose in placed], dtype=np.float32)
     radii = np.array([_bounding_radius(solid) for solid, _ in placed], dtype=np.float32)
@@ -63,7 +64,7 @@ def _bounding_radius(solid: Solid) -> float:
 
 
 def _distance(points: np.ndarray, solid: Solid) -> np.ndarray:
-    """Distances (P,) of points (P, 3) in the solid's own frame."""
+    """Return distances (P,) of points (P, 3) in the solid's own frame."""
     if solid.round:
         beside = np.hypot(points[:, 0], points[:, 1]) - solid.sides[0] / 2
         above = np.abs(points[:, 2]) - solid.sides[2] / 2

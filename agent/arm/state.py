@@ -1,4 +1,4 @@
-"""The state of a Jaco, as a recording gives it."""
+"""Define the recorded state of a Jaco."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class ArmState:
     Attributes:
         model: "j2s7s300", "j2n6s300" or "j2s6s300", by the number of joints and the prefix.
         joints: "joint_1", ..., "joint_finger_tip_3" -> radians, not wrapped.
-        prefix: what the recording puts before those names, such as "j2s7s300_".
+        prefix: the prefix of those names in the recording, such as "j2s7s300_".
     """
 
     model: str

@@ -1,4 +1,4 @@
-"""The nested search of paper section V.D: ranked arrangements, objects in an executable order, grasps.
+"""Run the nested search of paper section V.D: ranked arrangements, objects in an executable order, grasps.
 
 For every object the search finds a grasp, and the poses before, at and after pick and place, with a
 collision-free motion to each; only perceived clouds are used.
@@ -31,7 +31,7 @@ SPINS = 8  # turns about the upright axis that are tried at the goal of a round 
 
 @dataclass(frozen=True)
 class ObjectPlan:
-    """Everything needed to move one object. Paths are joint angles (T, n); poses are world frames.
+    """The plan to move one object. Paths are joint angles (T, n); poses are in the world frame.
 
     Attributes:
         object: index in `Scene.objects`.
@@ -40,7 +40,7 @@ class ObjectPlan:
         transfer: lifted to above the goal. lower: above the goal to the release.
         retreat: away from what was released. fold: back to the waiting pose.
         goal_from_now: (4, 4) the planned motion of the object, without the release height.
-        spun: whether the object is round, so that its turn at the goal is free.
+        spun: whether the object is round, so that its rotation at the goal is free.
         aside: whether this only moves the object out of another's way.
     """
 
@@ -59,19 +59,19 @@ class ObjectPlan:
 
 
 def _alike(a: Grasp, b: Grasp) -> bool:
-    """Whether two grasps differ by less than 1 cm and 15 degrees, and so fail together."""
+    """Return whether two grasps differ by less than 1 cm and 15 degrees, so that both are likely to fail."""
     near = np.linalg.norm(a.world_from_ee[:3, 3] - b.world_from_ee[:3, 3]) < 0.01
     turn = a.world_from_ee[:3, :3].T @ b.world_from_ee[:3, :3]
     return bool(near and (np.trace(turn) - 1) / 2 > math.cos(math.radians(15)))
 
 
 class Search:
-    """Plans among perceived clouds, in a planning scene of its own.
+    """A planner among perceived clouds, with its own planning scene.
 
     Args:
-        scene: where to plan.
-        rng: draws restarts of the inverse kinematics.
-        table: where things can be moved out of the way.
+        scene: the planning scene.
+        rng: draws the restarts of the inverse kinematics.
+        table: the table top to which objects can be moved out of the way.
     """
 
     def __init__(self, scene: PlanningScene, rng: np.random.Generator, table: Table = Table()) -> None:
@@ -90,10 +90,10 @@ class Search:
         """Plan for all objects in an executable order.
 
         Args:
-            clouds, distractors: (P, 3) each, as they stand at first.
+            clouds, distractors: (P, 3) each, in their initial places.
             goal_from_initial: (N, 4, 4).
-            limit: of the scene's `checks`, beyond which the search is given up.
-            bottoms: z of what each object stands on at first; by default the table.
+            limit: the number of the scene's `checks` after which the search ends.
+            bottoms: z of the surface that each object stands on at first; by default the table.
 
         Returns:
             The plans, `None` and ""; or no plans, the index of an object that could not be moved
@@ -154,9 +154,9 @@ class Search:
         """Return a plan to move one object, or `None` and the reason.
 
         Args:
-            clouds: every object's cloud (P, 3) now. bottoms: z of what each stands on.
-            start: (n,) how the arm stands, by default folded.
-            avoid: grasps that failed before; those like them are left out.
+            clouds: every object's cloud (P, 3) now. bottoms: z of the surface that each stands on.
+            start: (n,) the arm's configuration, by default folded.
+            avoid: grasps that failed before; similar ones are left out.
         """
         scene = self.scene
         self.set_out(clouds, distractors, bottoms)
@@ -184,7 +184,7 @@ class Search:
     def set_out(
         self, clouds: Sequence[np.ndarray], distractors: Sequence[np.ndarray], bottoms: Sequence[float]
     ) -> None:
-        """Put everything in the way of the arm where it is now."""
+        """Add every object as an obstacle in its present place."""
         for j, cloud in enumerate(clouds):
             self.scene.set_obstacle(j, solid_hull(cloud, bottoms[j]))
         for j, cloud in enumerate(distractors):
@@ -193,7 +193,7 @@ class Search:
     def _reachable_pairs(
         self, grasps: Sequence[Grasp], cloud: np.ndarray, goal_from_now: np.ndarray, spins: int
     ) -> list[tuple[Grasp, np.ndarray, np.ndarray, np.ndarray]]:
-        """(grasp, motion to the goal, joint angles at the pick, and at the release), best first."""
+        """Return tuples, best first: grasp, motion to the goal, joint angles at the pick and at the release."""
         kinematics, folded = self.kinematics, self.kinematics.folded
         picks = np.repeat(np.stack([grasp.world_from_ee for grasp in grasps]), RESTARTS, axis=0)
         seeds = kinematics.random(self.rng, len(picks))
@@ -228,12 +228,14 @@ class Search:
         return [pair for _, pair in pairs]
 
     def _hits(self, q: np.ndarray, grasp: Grasp) -> bool:
-        """Whether the open hand at the grasp hits the floor; cheap, before anything is planned."""
+        """Return whether the open hand at the grasp hits the floor; a cheap check before planning."""
         self.scene.set_fingers([grasp.opening] * 3)
         return self.scene.collides(q, floor=TOUCHING, only_floor=True)
 
     def _line(self, q: np.ndarray, pose: np.ndarray, direction: np.ndarray) -> np.ndarray | None:
-        """A free straight line (T, n) of the hand from `pose` along `direction` (3,), shorter where it must be."""
+        """Return a free straight line (T, n) of the hand from `pose` along `direction` (3,), shortened if
+        necessary.
+        """
         for length in (APPROACH, SHORT_APPROACH):
             moved = pose.copy()
             moved[:3, 3] += length * direction
@@ -253,7 +255,7 @@ class Search:
         q_place: np.ndarray,
         start: np.ndarray,
     ) -> tuple[ObjectPlan | None, str]:
-        """All motions for one grasp, or `None` and what stood in the way."""
+        """Plan all motions for one grasp; without one, return `None` and the obstacle."""
         scene = self.scene
         at_pick = grasp.world_from_ee
         at_place = raised(goal_motion @ at_pick, RELEASE_HEIGHT)

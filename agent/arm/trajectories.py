@@ -1,4 +1,4 @@
-"""Joint paths: straight lines of the hand, and the set points of the motors along a path.
+"""Compute joint paths: straight lines of the hand, and motor set points along a path.
 
 A path is (T, n) joint angles in radians; n is the number of the arm's joints. Times in seconds.
 """
@@ -18,11 +18,12 @@ CARTESIAN_STEP = 0.01  # m between the states of a straight line
 def straight_line(
     kinematics: Kinematics, start: np.ndarray, poses: Sequence[np.ndarray], step: float = CARTESIAN_STEP
 ) -> np.ndarray | None:
-    """Return joint path (T, n) that leads the hand from configuration `start` (n,) straight through the hand poses.
+    """Return the joint path (T, n) that leads the hand from configuration `start` (n,) straight through the hand
+    poses.
 
     Args:
-        kinematics: the arm's.
-        start: where the line begins.
+        kinematics: the kinematics of the arm.
+        start: the configuration at the start of the line.
         poses: the pose (4, 4) at `start`, then those to reach; only the position moves between two
             poses of equal rotation.
 
@@ -53,7 +54,7 @@ def interpolate(path: np.ndarray, step: float) -> np.ndarray:
 
 
 def trajectory(path: np.ndarray, period: float, velocity: np.ndarray, smoothing: float = 0.2) -> np.ndarray:
-    """Set points (T, n), one per `period` seconds: the path as fast as `velocity` (n,), rad/s, allows.
+    """Return set points (T, n), one per `period` seconds: the path as fast as `velocity` (n,), rad/s, allows.
 
     A moving average over `smoothing` seconds rounds the corners and eases in and out.
     """

@@ -1,4 +1,4 @@
-"""Visual shapes of the arm: the cylinders and boxes of its links, and the poses of the links."""
+"""Return the visual shapes of the arm: the cylinders and boxes of its links, and the poses of the links."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class LinkShape:
         sides: (3,) of a box, metres; of a cylinder about z its diameter twice, then its length.
         round: whether it is a cylinder.
         position: (3,) its middle in the link's frame, metres.
-        quaternion: (4,) x, y, z, w: how it is turned in the link's frame.
+        quaternion: (4,) x, y, z, w: its rotation in the link's frame.
         color: RGB, 0 to 255.
     """
 
@@ -48,7 +48,7 @@ def link_shapes(arm: JacoArm) -> list[LinkShape]:
 
 
 def link_poses(arm: JacoArm) -> dict[int, np.ndarray]:
-    """Return world_from_link (4, 4) of every link now, `BASE` first."""
+    """Return the present world_from_link (4, 4) of every link, `BASE` first."""
     here = {"physicsClientId": arm.client}
     world_from_inertial = pose_from_position_quaternion(
         *map(np.array, pybullet.getBasePositionAndOrientation(arm.body, **here))

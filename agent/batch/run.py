@@ -63,10 +63,10 @@ def run_batch(
             for number, row in enumerate(bad, start=1):
                 results.add(refused_result(row))
                 print(f"{number} of {count}: {_line(refused_result(row))}", file=sys.stderr, flush=True)
-            with closing(_ended(jobs, workers, ray)) as ended, progress("rows", count, len(bad), len(bad)) as tell:
+            with closing(_ended(jobs, workers, ray)) as ended, progress("rows", count, len(bad), len(bad)) as advance:
                 for result in ended:
                     results.add(result)
-                    tell(result["success"], _line(result))
+                    advance(result["success"], _line(result))
                     page.update()
             # A row may have moved to another line since its result was kept.
             ordered = [results.by_id[row.id] | {"line": row.line} for row in rows]

@@ -12,7 +12,7 @@ from agent.chat.table_facts import Fact, capitalized, count_by_noun, join_words,
 from agent.rendering.text import aligned
 from grounding.dialogue.act_patterns import SUPERLATIVES
 from grounding.dialogue.acts import Act
-from grounding.references.lexicon import plural, singular
+from grounding.references.word_forms import plural, singular
 from grounding.spec import SHAPES
 
 _STRUCTURES = frozenset(

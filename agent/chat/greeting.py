@@ -13,8 +13,8 @@ import shapely
 from agent.arm.grasps import grasps_of
 from agent.arm.placement_order import stands_above
 from agent.scenes.limits import MOST_OBJECTS
-from grounding.references.lexicon import plural
 from grounding.references.selection import SelectionError, select_objects
+from grounding.references.word_forms import plural
 from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import eligible, layout_item
 from structdiffusion.evaluation_protocol import CLEARANCE

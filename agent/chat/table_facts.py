@@ -18,9 +18,9 @@ from agent.perception.description import oriented_box, shape_words
 from agent.reporting.event_text import describe_object
 from grounding.dialogue.act_patterns import COLORS
 from grounding.references.function_words import ORDINALS
-from grounding.references.lexicon import plural, singular
 from grounding.references.object_names import adjective, rivals
 from grounding.references.selection import SelectionError, select_objects
+from grounding.references.word_forms import plural, singular
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder

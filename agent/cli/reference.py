@@ -144,7 +144,7 @@ def _synopsis(command: Command) -> str:
 def _item(command: Command, parameter: Parameter, configured: set[tuple[str, str]]) -> str:
     """Return an option or argument as a list item."""
     path = " ".join(command.path[1:])
-    called = ", ".join(parameter.flags) + (f" {parameter.metavar}" if parameter.flags and parameter.metavar else "")
+    flags = ", ".join(parameter.flags) + (f" {parameter.metavar}" if parameter.flags and parameter.metavar else "")
     text, explained = _DEFAULT.sub("", parameter.help), _DEFAULT.search(parameter.help)
     default = explained[1] if explained else parameter.default and f"`{parameter.default}`"
     default = _OF_THE_MACHINE.get((path, parameter.name), default)
@@ -157,7 +157,7 @@ def _item(command: Command, parameter: Parameter, configured: set[tuple[str, str
         f"Environment: `{variable}`." if variable else "",
     ]
     described = " ".join(note for note in notes if note)
-    return f"- `{called or parameter.metavar}`" + (f": {described}" if described else "")
+    return f"- `{flags or parameter.metavar}`" + (f": {described}" if described else "")
 
 
 def _environment() -> str:

@@ -1,1 +1,1 @@
-"""`structagent doctor`: whether the installation works, and how to repair what does not."""
+"""Check whether the installation works, and name the repair for each failure: `structagent doctor`."""

@@ -1,6 +1,6 @@
-"""`structagent doctor`: checks of this installation, each with a suggested repair.
+"""Check this installation and suggest a repair for each failure: `structagent doctor`.
 
-Needs the standard library only; whatever could crash or hang runs in another process
+This module needs only the standard library; checks that could crash or hang run in another process
 (`agent.diagnostics.subprocess_worker`). `python -m agent.diagnostics.doctor` works even if the command line does not.
 """
 
@@ -58,12 +58,12 @@ _NETWORKS = ("diffusion", "structure", "collision")
 
 
 def examine(seconds: float = SECONDS, root: Path = ROOT, stream: TextIO = sys.stdout) -> Iterator[Check]:
-    """Run all checks; give each result as soon as it is known, and never raise for what is found.
+    """Run all checks, yield each result as soon as it is known, and raise no error for a failed check.
 
     Args:
         seconds: time limit of a check that runs in another process.
         root: the folder that contains the packages of structagent.
-        stream: that results are written to, checked as a terminal.
+        stream: the stream that results are written to; it is checked as a terminal.
     """
     python = platform.python_version()
     where = f"{python} at {sys.executable}, {platform.system()} {platform.machine()}"
@@ -94,7 +94,7 @@ def examine(seconds: float = SECONDS, root: Path = ROOT, stream: TextIO = sys.st
 
 
 def exit_code(checks: Sequence[Check]) -> int:
-    """Return 0 if everything that is needed works, otherwise 6."""
+    """Return 0 if everything that structagent needs works, otherwise 6."""
     return DONE if all(check.works for check in checks if check.needed) else BAD_INPUT
 
 
@@ -191,7 +191,7 @@ def report(checks: Sequence[Check]) -> dict[str, Any]:
 
 
 def print_check(check: Check, group: str, results: TextIO) -> None:
-    """Print a result, below the name of its group if that differs from `group`, the previous one."""
+    """Print a result; print its group above it where that differs from `group`, the previous one."""
     sign, colour = ("ok", 32) if check.works else ("FAIL", 31) if check.needed else ("--", 33)
     shown = f"\x1b[{colour}m{sign:<4}\x1b[0m" if has_colour(results) else f"{sign:<4}"
     lines = [f"  {shown}  {check.name:<19} {visible(check.detail)}"]

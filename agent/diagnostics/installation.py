@@ -1,4 +1,4 @@
-"""Whether the tool's own files are those that were installed."""
+"""Compare the installed files of the tool with the checksums that its installation recorded."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from agent.diagnostics.requirements import NAME
 
 
 def changed_files(root: Path) -> tuple[int, list[str]]:
-    """How many files of the tool in `root` have a checksum from their installation, and which differ or are gone.
+    """Count the files of the tool in `root` that have a recorded checksum, and list those that differ or are missing.
 
-    A checkout, and whatever was installed in place of one, has none.
+    A checkout or an editable installation has no recorded checksums.
 
     Raises:
-        OSError: for a file that is there and cannot be read.
+        OSError: for a file that exists but cannot be read.
     """
     try:
         files = importlib.metadata.files(NAME) or []
@@ -38,14 +38,18 @@ def changed_files(root: Path) -> tuple[int, list[str]]:
 
 
 def reinstall(root: Path, part: str = "") -> str:
-    """The line that brings the tool's own files back; in a checkout only those of a part, to keep work on others."""
+    """Return the command that restores the tool's own files; in a checkout it restores one part only, to keep other
+    edits.
+    """
     if part and (root / ".git").exists():
         return f"git -C {shlex.quote(str(root))} checkout -- {part}"
     return f"{shlex.quote(sys.executable)} -m pip install --force-reinstall --no-deps {_origin()}"
 
 
 def _origin() -> str:
-    """What the tool was installed from, as pip takes it; a name would be somebody else's where nobody published it."""
+    """Return what the tool was installed from, as pip takes it; never a bare name, which somebody else may have
+    published.
+    """
     try:
         origin = json.loads(importlib.metadata.distribution(NAME).read_text("direct_url.json") or "{}")
         return shlex.quote(str(origin["url"]))
@@ -54,7 +58,7 @@ def _origin() -> str:
 
 
 def _checksum(path: Path) -> str:
-    """As an installation's record has it."""
+    """Return a file's checksum as the installation's record writes it."""
     with path.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").digest()
     return base64.urlsafe_b64encode(digest).rstrip(b"=").decode()

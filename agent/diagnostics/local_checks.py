@@ -1,4 +1,4 @@
-"""Checks of the doctor that need no other process: the installed files, the prompts, the cache and the terminal."""
+"""Check the installed files, the prompts, the cache and the terminal, without another process."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ class Check:
     """The result of one check.
 
     Attributes:
-        group: what it belongs to, such as "packages".
+        group: the group of the check, such as "packages".
         name: what was checked.
         works: whether it works.
         needed: whether structagent, as configured, fails without it.
         detail: what was found.
-        mend: the command or the advice that repairs it; empty if it works, or if there is none.
+        mend: the command or advice that repairs it; empty if the check passed or no repair is known.
     """
 
     group: str
@@ -51,7 +51,7 @@ def check_installation(root: Path) -> Check:
 
 
 def check_prompts(root: Path, needed: bool) -> Iterator[Check]:
-    """Check that every prompt is the shipped one; another one silently changes what the language model parses."""
+    """Check that every prompt is the shipped one; a changed prompt silently changes what the language model parses."""
     from prompts import SHIPPED
 
     for name, shipped in SHIPPED.items():

@@ -1,6 +1,6 @@
-"""What `structagent doctor` tries in a process of its own: see `agent.diagnostics.subprocess_worker`, which runs this file as a program.
+"""Run the doctor's probes in a separate process; `agent.diagnostics.subprocess_worker` runs this file as a program.
 
-Every probe uses a part of the tool as the tool does, and says what it found, or raises.
+Every probe uses one part of the tool as the tool itself does, and returns what it found or raises an error.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _SENTENCE = "put the cups in a small circle on the left"
 
 
 class NotUsable(Exception):
-    """Something is there and does not work; the message says what."""
+    """A component that is present but does not work; the message gives the reason."""
 
 
 def _import(name: str) -> str:
@@ -183,7 +183,7 @@ def _answer(task: str, poisoned: set[str]) -> dict[str, object]:
 
 
 def main(poisoned: list[str]) -> None:
-    """Answer the tasks on standard input, one a line; what libraries print goes to standard error."""
+    """Answer the tasks on standard input, one per line; the output of libraries goes to standard error."""
     for name in poisoned:
         sys.modules[name] = None  # type: ignore[assignment]  # importing it now fails at once
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")

@@ -1,6 +1,6 @@
-"""Which packages the tool asks for, in which versions, and which are there.
+"""List the packages that the tool requires, with their version bounds, and those that are installed.
 
-Needs the standard library alone: it is for environments in which anything else may be broken.
+This module needs only the standard library, because anything else may be broken in the environment.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ _CLAUSE = re.compile(r"""\s*\(?\s*(\w+)\s*(==|!=)\s*["']([^"']*)["']\s*\)?\s*$""
 
 @dataclass(frozen=True)
 class Requirement:
-    """A package that the tool asks for.
+    """A package that the tool requires.
 
     Attributes:
-        name: the distribution's, as pip takes it.
-        bounds: on its version, such as ">=2.6,<2.14"; empty for any.
-        extra: which extra asks for it, or empty when the tool always does.
+        name: the name of the distribution, as pip takes it.
+        bounds: the version bounds, such as ">=2.6,<2.14"; empty for any version.
+        extra: the extra that requires it; empty if the tool always requires it.
     """
 
     name: str
@@ -38,20 +38,20 @@ class Requirement:
 
     @property
     def module(self) -> str:
-        """What it is imported as."""
+        """Return the name under which the package is imported."""
         return _MODULES.get(self.name.lower(), self.name.replace("-", "_"))
 
     def allows(self, version: str) -> bool:
-        """Tell whether a version is within the bounds; a local label such as "+cpu" does not count."""
+        """Return whether a version is within the bounds; a local label such as "+cpu" does not count."""
         return all(_holds(bound, _numbers(version)) for bound in self.bounds.split(",") if bound.strip())
 
 
 def required(root: Path = ROOT) -> list[Requirement]:
-    """What the tool asks for: by its `pyproject.toml` where it runs from a checkout, else by its installed metadata.
+    """Read the requirements from `pyproject.toml` in a checkout, otherwise from the installed metadata.
 
     Raises:
-        OSError: if there is neither.
-        ValueError: for a `pyproject.toml` that is none.
+        OSError: if neither exists.
+        ValueError: for a `pyproject.toml` that is not valid.
     """
     project = root / "pyproject.toml"
     if project.is_file():
@@ -63,11 +63,11 @@ def required(root: Path = ROOT) -> list[Requirement]:
             listed = [(text, "") for text in importlib.metadata.requires(NAME) or ()]
         except importlib.metadata.PackageNotFoundError as error:
             raise OSError(f"there is no {project}, and {NAME} is not installed") from error
-    return [_parse(text, extra) for text, extra in listed if _meant_here(text.partition(";")[2])]
+    return [_parse(text, extra) for text, extra in listed if _applies_here(text.partition(";")[2])]
 
 
 def installed(name: str) -> str | None:
-    """The version of an installed distribution, or `None`."""
+    """Return the version of an installed distribution, or `None`."""
     try:
         # A folder that is left over from a broken uninstallation has metadata without a version.
         return importlib.metadata.version(name) or None
@@ -83,8 +83,8 @@ def _parse(text: str, extra: str) -> Requirement:
     return Requirement(match[1], re.sub(r"\s", "", match[2]), marked[1] if marked else extra)
 
 
-def _meant_here(marker: str) -> bool:
-    """Tell whether a requirement's marker speaks of this machine: of its system and processor; anything else is no bar."""
+def _applies_here(marker: str) -> bool:
+    """Return whether a marker applies to this system and processor; clauses about anything else count as true."""
     here = {"platform_system": platform.system(), "platform_machine": platform.machine()}
 
     def holds(clause: str) -> bool:

@@ -1,7 +1,7 @@
-"""Work that may crash, hang or print, done in a process of its own: whatever happens to it, the caller goes on.
+"""Run work that may crash, hang or print in a separate process, so that the caller always continues.
 
 The tasks of a list share one process, so that what they import is imported once; the process is replaced when a task
-brings it down. Needs the standard library alone.
+brings it down. This module needs only the standard library.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ WORKER = Path(__file__).with_name("probes.py")
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a task.
+    """The result of a task.
 
     Attributes:
-        task: its name.
-        works: whether it came to an end without an error.
+        task: the name of the task.
+        works: whether it ended without an error.
         said: what it reports, or what went wrong, on one line.
         absent: the module or shared library that could not be found, or empty.
-        crashed: whether it took its process along, or was stopped because it hung.
+        crashed: whether it crashed its process, or was stopped because it hung.
     """
 
     task: str
@@ -43,7 +43,7 @@ class Outcome:
 
 
 def carry_out(tasks: Sequence[str], seconds: float, worker: Path = WORKER) -> Iterator[Outcome]:
-    """The outcome of every task, in order, as soon as it is known.
+    """Yield the outcome of every task, in order, as soon as it is known.
 
     Args:
         tasks: names that the worker knows. An "import NAME" that brought its process down is a module that later

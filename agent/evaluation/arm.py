@@ -133,7 +133,7 @@ def _build_scene(candidates: int, planner: Planner, scene: EvaluationScene) -> R
         observed = world.observe(rng, range(drawn.count), range(drawn.count, len(drawn.models)))
         initial = np.array(world.poses()[: drawn.count])
         try:
-            goal = Goal(scene.heard or scene.spec, scene.words, scene.embedding)
+            goal = Goal(scene.parsed or scene.spec, scene.words, scene.embedding)
             arrangements = filter_viable(planner.propose(observed, goal, count=candidates, generator=generator))
         except (LayoutError, NoValidGoal) as error:
             return {**row, "trouble": [str(error)], "seconds": round(time.perf_counter() - started, 1)}

@@ -207,7 +207,7 @@ def _failure_as_parsed(
         return NOT_BUILT
     if parsed == oracle.spec:  # the planner would do the same again
         return failure_oracle
-    scene = replace(oracle, heard=parsed, embedding=instruction.embedding_parsed)
+    scene = replace(oracle, parsed=parsed, embedding=instruction.embedding_parsed)
     return solve(planner, scene, candidates=candidates, top_k=1).failure
 
 

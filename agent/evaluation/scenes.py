@@ -66,6 +66,6 @@ def with_sentences(scenes: Sequence[EvaluationScene], *, parsed: bool) -> list[E
     parses = [parser.parse(text) if parsed else None for text in words]
     rows = zip(scenes, words, parser.encoder.encode(words, batch_size=1), parses, strict=True)
     return [
-        replace(scene, words=text, embedding=row, heard=parse.spec if parse else None)
+        replace(scene, words=text, embedding=row, parsed=parse.spec if parse else None)
         for scene, text, row, parse in rows
     ]

@@ -1,1 +1,1 @@
-"""The networks: which there are, their cards, and whether they are what their cards say."""
+"""List the networks, show their model cards, and verify that each network matches its card."""

@@ -1,4 +1,4 @@
-"""The facts of model cards: taken from the weights, the record of their training and reports of evaluations."""
+"""Collect the facts of model cards from the weights, the record of their training and evaluation reports."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SAID_ELSEWHERE = ("schema", "kind", "parameters", "files")  # of a training's r
 
 
 def facts_of(network: Network) -> Facts:
-    """The facts of a network: its card's, or what its files and its training say where it has none.
+    """Return the facts on a network's card or, where it has none, what its files and training record state.
 
     Raises:
         BadInput: for a card that is not one, or files that cannot be read.
@@ -39,16 +39,16 @@ def facts_of(network: Network) -> Facts:
 
 
 def new_facts(network: Network, run: Path | None, reports: tuple[Path, ...]) -> Facts:
-    """The facts for a new card.
+    """Collect the facts for a new card.
 
     Args:
-        network: what the card is of.
-        run: the folder of its training, with `training.json`; `None` keeps what is known of it.
-        reports: of evaluations, as `structagent evaluate success`, `discriminators` or `parse` write them; none keeps the
-            results that are known.
+        network: the network that the card describes.
+        run: the folder of its training, with `training.json`; `None` keeps the recorded facts.
+        reports: evaluation reports as `structagent evaluate success`, `discriminators` or `parse` write them; none keeps the
+            recorded results.
 
     Raises:
-        BadInput: for a run of other weights, or a report that does not measure the network.
+        BadInput: for a training run of other weights, or a report that does not measure the network.
     """
     known = facts_of(network)
     training, results = known["training"], known["results"]
@@ -64,7 +64,7 @@ def new_facts(network: Network, run: Path | None, reports: tuple[Path, ...]) -> 
 
 
 def files_of(network: Network) -> dict[str, dict[str, Any]]:
-    """The size and the checksum of each file as it is now: name -> "bytes" and "sha256".
+    """Measure each file as it is now: name -> "bytes" and "sha256".
 
     Raises:
         BadInput: for a missing file.
@@ -80,7 +80,9 @@ def files_of(network: Network) -> dict[str, dict[str, Any]]:
 
 
 def headline(facts: Mapping[str, Any]) -> str:
-    """The result that says most, in a few words; what the training ended with where nothing was measured."""
+    """Summarize the most telling result in a few words; without a measurement, give the final state of the
+    training.
+    """
     rows = [row for result in facts["results"] for row in result["rows"] if row["of"] in ("all", "free")]
     # Of a network for one structure there are no others.
     rows = rows or [row for result in facts["results"] for row in result["rows"]]
@@ -111,7 +113,7 @@ def _facts(network: Network, training: Facts | None, results: list[Facts], files
 
 
 def _parameters(path: Path) -> int:
-    """How many numbers a file of weights has; only its head is read."""
+    """Count the parameters in a file of weights; only its header is read."""
     from safetensors import SafetensorError, safe_open
 
     try:
@@ -122,7 +124,7 @@ def _parameters(path: Path) -> int:
 
 
 def _parser_training(network: Network) -> Facts:
-    """What the trainers of the parsers wrote beside, or into, the weights."""
+    """Read what a parser's trainer wrote beside the weights, or into them."""
     if network.family == "embedding":
         config = _json(network.folder / network.files[0])
         names = ("encoder_sha256", "seed", "sentences", "before")
@@ -135,11 +137,11 @@ def _parser_training(network: Network) -> Facts:
 
 
 def _result(network: Network, path: Path) -> Facts:
-    """What a report says of a network."""
+    """Return what a report says about a network."""
     report = _json(path)
     try:
-        told = any("discriminator" in evaluation for evaluation in report["evaluations"])
-        read = _parsing_rows if network.family in ("embedding", "llm") else _accuracy_rows if told else _success_rows
+        of_discriminators = any("discriminator" in evaluation for evaluation in report["evaluations"])
+        read = _parsing_rows if network.family in ("embedding", "llm") else _accuracy_rows if of_discriminators else _success_rows
         rows = read(network, report["evaluations"])
         head = {"version": report["version"], "command": report.get("command", "structagent evaluate parse")}
     except (KeyError, TypeError) as error:

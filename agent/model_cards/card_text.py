@@ -1,4 +1,4 @@
-"""Model cards and what planners are made of, as Markdown; tables for the terminal."""
+"""Write model cards and the composition of planners as Markdown, and tables for the terminal."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from structdiffusion.planners.registry import PLANNERS, networks_of
 
 
 def card_text(facts: Mapping[str, Any]) -> str:
-    """The card of a network; what its family is good for and where it ends is in about/FAMILY.md."""
+    """Return the card of a network; about/FAMILY.md describes what its family is suited for and its limits."""
     name, family = facts["name"], facts["family"]
     size = sum(file["bytes"] for file in facts["files"].values())
     parts = [
@@ -37,10 +37,10 @@ def card_text(facts: Mapping[str, Any]) -> str:
 
 
 def checked_text(facts: Mapping[str, Any], path: Path) -> str:
-    """The card, of facts that may come from anybody.
+    """Return the card made from untrusted facts.
 
     Raises:
-        BadInput: for facts that no card can be made of; the message names `path`, where they are from.
+        BadInput: for facts that cannot make a card; the message names `path`, their source.
     """
     try:
         if not isinstance(facts["name"], str):
@@ -53,7 +53,7 @@ def checked_text(facts: Mapping[str, Any], path: Path) -> str:
 
 
 def checked_facts(network: Network) -> Facts:
-    """The facts of a network, of which a card can be made.
+    """Return the facts of a network after checking that they can make a card.
 
     Raises:
         BadInput: as `facts_of` and `checked_text`.
@@ -64,17 +64,19 @@ def checked_facts(network: Network) -> Facts:
 
 
 def shown_text(facts: Mapping[str, Any]) -> str:
-    """The card, and the planners that the network is part of, which are no fact about it and change more often."""
+    """Return the card and the list of planners that use the network; that list is no fact of the card and changes
+    more often.
+    """
     using = planners_of(facts["name"])
     return card_text(facts) + (f"\n## Planners\n\n{', '.join(f'`{name}`' for name in using)}\n" if using else "")
 
 
 def planner_text(name: str, there: Sequence[str]) -> str:
-    """What a planner is made of.
+    """Describe the networks of a planner.
 
     Args:
-        name: of the planner.
-        there: the networks whose weights are at hand.
+        name: the planner's name.
+        there: the networks whose weights are available.
     """
     made = networks_of(name)
     rows = [[key.replace("_", " "), _value(value)] for key, value in asdict(PLANNERS[name]).items()]
@@ -86,7 +88,7 @@ def planner_text(name: str, there: Sequence[str]) -> str:
 
 
 def list_rows(networks: Mapping[str, Network]) -> list[Facts]:
-    """A row for each network, JSON-ready."""
+    """Return a row for each network as JSON values."""
     rows = []
     for network in networks.values():
         facts = checked_facts(network)
@@ -107,7 +109,7 @@ def list_rows(networks: Mapping[str, Network]) -> list[Facts]:
 
 
 def list_text(rows: Sequence[Facts]) -> str:
-    """The table for people."""
+    """Return the table of networks as text."""
     head = ["name", "what it does", "result", "parameters", "MB", "steps"]
     lines = [
         [row["name"], row["what"], row["headline"], f"{row['parameters']:,}", f"{row['bytes'] / 1e6:.1f}",
@@ -118,7 +120,7 @@ def list_text(rows: Sequence[Facts]) -> str:
 
 
 def planners_text() -> str:
-    """The planners that networks are put together to, as `--model` takes them, by network."""
+    """List, for each network, the planners that use it, as `--model` takes them."""
     by_network: dict[str, list[str]] = {}
     for name, parts in PLANNERS.items():
         by_network.setdefault(parts.network, []).append(name)

@@ -1,4 +1,4 @@
-"""Which networks there are, and which planner is made of which. Imports no network."""
+"""List the networks and the planners made of them, without importing any network."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ FAMILIES: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class Network:
-    """A network whose weights are there.
+    """A network whose weights are available.
 
     Attributes:
-        name: as commands take it.
+        name: the name that commands take.
         family: one of `FAMILIES`.
-        folder: of its files.
+        folder: the folder of its files.
         files: their names; the last has the weights.
-        card: the name of its card, without its ending.
+        card: the file name of its card, without the suffix.
     """
 
     name: str
@@ -47,20 +47,20 @@ class Network:
 
     @property
     def facts_path(self) -> Path:
-        """The card as JSON: the one place that facts are written in."""
+        """Return the path of the card as JSON, the only place where its facts are stored."""
         return self.folder / f"{self.card}.json"
 
     @property
     def text_path(self) -> Path:
-        """The card for people, made of the facts."""
+        """Return the path of the Markdown card, which is generated from the facts."""
         return self.folder / f"{self.card}.md"
 
 
 def networks(weights: Path | None = None) -> dict[str, Network]:
-    """All networks that come along, or those in a folder of checkpoints, by name.
+    """Return the shipped networks, or those in a folder of checkpoints, by name.
 
     Raises:
-        BadInput: when there is no such folder, it has no checkpoint, or a config of no known kind.
+        BadInput: when the folder does not exist, has no checkpoint, or has a config of an unknown kind.
     """
     if weights is not None and not weights.is_dir():
         raise BadInput(f"there is no folder {weights} with checkpoints")
@@ -77,10 +77,10 @@ def networks(weights: Path | None = None) -> dict[str, Network]:
 
 
 def network(name: str, weights: Path | None = None) -> Network:
-    """The network of a name.
+    """Return the network with this name.
 
     Raises:
-        UsageError: when there is none of that name.
+        UsageError: when no network has that name.
         BadInput: as `networks`.
     """
     found = networks(weights)
@@ -90,7 +90,7 @@ def network(name: str, weights: Path | None = None) -> Network:
 
 
 def planners_of(name: str) -> list[str]:
-    """The planners that a network is part of."""
+    """List the planners that use a network."""
     return [planner for planner in PLANNERS if name in networks_of(planner)]
 
 

@@ -1,4 +1,4 @@
-"""Whether the networks of a planner are those that their cards tell of, looked at whenever they are loaded."""
+"""Check, whenever networks are loaded, that they are the ones that their cards describe."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ MATCHES, NO_CARD = "as on its card", "no card"
 
 @dataclass(frozen=True)
 class Provenance:
-    """What is known of a checkpoint's files.
+    """The provenance of a checkpoint's files.
 
     Attributes:
         sha256: file -> checksum.
-        card: `MATCHES`, `NO_CARD`, or what is wrong, in a sentence.
+        card: `MATCHES`, `NO_CARD`, or a sentence that says what is wrong.
     """
 
     sha256: Mapping[str, str]
@@ -30,22 +30,24 @@ class Provenance:
 
     @property
     def verified(self) -> bool:
-        """Tell whether nothing speaks against it; a network that was just trained has no card."""
+        """Return whether nothing contradicts the card; a network that was just trained has no card and counts as
+        verified.
+        """
         return self.card in (MATCHES, NO_CARD)
 
 
 def provenance_of(model: str, weights: Path | None) -> dict[str, Provenance]:
-    """What is known of each network that a planner is made of; those whose files are not all there are left out.
+    """Return the provenance of each network of a planner; networks with missing files are left out.
 
     Args:
-        model: the planner's name.
+        model: the name of the planner.
         weights: the folder of its checkpoints, or `None` for those shipped.
     """
     return provenance(networks_of(model), weights)
 
 
 def provenance(names: Iterable[str], weights: Path | None) -> dict[str, Provenance]:
-    """As `provenance_of`, for networks by name."""
+    """Return the same as `provenance_of` for networks given by name."""
     folders = {name: (SHIPPED if weights is None else Path(weights)) / name for name in names}
     return {
         name: _provenance(name, folder)
@@ -55,10 +57,10 @@ def provenance(names: Iterable[str], weights: Path | None) -> dict[str, Provenan
 
 
 def require_cards(found: Mapping[str, Provenance]) -> None:
-    """Refuse networks that are not what their cards say.
+    """Refuse networks that differ from their cards.
 
     Raises:
-        NotVerified: naming the first of them.
+        NotVerified: with the name of the first such network.
     """
     for one in found.values():
         if not one.verified:
@@ -78,11 +80,11 @@ def _provenance(name: str, folder: Path) -> Provenance:
     if not network.facts_path.exists():
         return Provenance(sums, NO_CARD)
     try:
-        told = checked_facts(network)["files"]
+        on_card = checked_facts(network)["files"]
     except (BadInput, OSError) as error:
         return Provenance(sums, f"the card of the weights in {folder} cannot be used: {error}")
     for file, about in found.items():
-        if told.get(file) != about:
+        if on_card.get(file) != about:
             return Provenance(
                 sums, f"{folder / file} is not the file that its card tells of: its SHA-256 is {sums[file][:12]}"
             )

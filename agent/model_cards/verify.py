@@ -1,4 +1,4 @@
-"""Whether a network is what its card says, and works: checksums, config, weights, and one pass on a fake input."""
+"""Verify that a network matches its card and works: checksums, config, weights, and one pass on synthetic input."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ _SENTENCE = "a small circle on the left"
 
 
 class _Wrong(Exception):
-    """What a check found."""
+    """A failed check; the message says what was found."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What one check of a network found.
+    """The result of one check of a network.
 
     Attributes:
-        name: of the network.
+        name: the name of the network.
         check: "files", "weights" or "answer".
-        passed: whether all was well.
+        passed: whether the check passed.
         detail: what was found, in a few words.
     """
 
@@ -43,7 +43,7 @@ class Finding:
 
 
 def verify(network: Network) -> Iterator[Finding]:
-    """Check a network, step by step; what comes after a failure is tried all the same."""
+    """Run the checks of a network in order; later checks run even after a failure."""
     weights, answer = _PARSERS.get(network.family, (_checkpoint, _answer))
     checks = {"files": _files, "weights": weights, "answer": answer}
     for name, check in checks.items():
@@ -63,11 +63,11 @@ def _known_errors() -> tuple[type[Exception], ...]:
 
 
 def _files(network: Network) -> str:
-    told, found = checked_facts(network)["files"], files_of(network)
-    if not told:
+    on_card, found = checked_facts(network)["files"], files_of(network)
+    if not on_card:
         raise _Wrong(f"no checksum is written: {network.folder} has neither {network.facts_path.name} nor {RECORD}")
     for name, about in found.items():
-        if about != told.get(name):
+        if about != on_card.get(name):
             raise _Wrong(f"{network.folder / name} is not the file that the card tells of: its checksum differs")
     return f"{len(found)} as on the card"
 
@@ -110,7 +110,9 @@ def _parser(network: Network) -> str:
 
 
 def _parser_answer(network: Network) -> str:
-    """The votes of word states (B, T, 384) of unit variance, the last of the first sentence padding."""
+    """Compute the votes of word states (B, T, 384) of unit variance; the last state of the first sentence is
+    padding.
+    """
     import torch
 
     from grounding.parsers.embedding import EmbeddingParser
@@ -137,7 +139,7 @@ def _adapter(network: Network) -> str:
 
 
 def _adapter_answer(network: Network) -> str:
-    """The answers to one sentence behind the prompt; the language model itself is needed."""
+    """Compute the answers to one sentence after the prompt; this needs the language model itself."""
     import math
 
     from grounding.parsers.llm import PROMPT

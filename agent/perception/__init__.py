@@ -1,1 +1,1 @@
-"""Finds a table and the objects on it in the measurements of a depth camera."""
+"""Find a table and the objects on it in the measurements of a depth camera."""

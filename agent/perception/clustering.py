@@ -1,4 +1,4 @@
-"""Euclidean clusters of the points above the table."""
+"""Cluster the points above the table by Euclidean distance."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ _PATCH = 0.015  # m about a voxel, in which its surface is flat
 
 @dataclass(frozen=True)
 class Voxels:
-    """Points gathered in cubes.
+    """Points grouped into cubes.
 
     Attributes:
         positions: (V, 3) the mean of the points in each.
         of_point: (P,) the voxel of each point.
-        count: (V,) how many points lie in each.
+        count: (V,) the number of points in each.
         reach: metres within which two voxels are neighbours.
     """
 
@@ -44,7 +44,7 @@ class Voxels:
 
 
 def gather(points: np.ndarray) -> Voxels:
-    """Return the voxels of points (P, 3), metres: 4 mm, or coarser where the points are farther apart than that."""
+    """Group points (P, 3), metres, into voxels of 4 mm, or larger if the points are farther apart than that."""
     some = points[:: max(1, len(points) // 2000)]
     apart = float(np.median(cKDTree(points).query(some, k=2)[0][:, 1]))
     size = max(VOXEL, 1.3 * apart)
@@ -58,9 +58,9 @@ def gather(points: np.ndarray) -> Voxels:
 
 
 def bridging(points: np.ndarray) -> np.ndarray:
-    """Pixels (H, W) at which the depth changes as steeply as it does where one surface ends before another.
+    """Return the pixels (H, W) at which the depth changes as steeply as at the edge of one surface before another.
 
-    What a camera measures there is often a slope that joins the two, and whatever they belong to.
+    A camera often measures a slope there, which joins the two surfaces and the objects that they belong to.
 
     Args:
         points: (H, W, 3) camera frame, metres, NaN where nothing was measured.
@@ -75,7 +75,7 @@ def bridging(points: np.ndarray) -> np.ndarray:
 
 
 def at_border(points: np.ndarray) -> np.ndarray:
-    """Pixels (H, W) at the border of the picture, or of the part of it in which the camera measures at all.
+    """Return the pixels (H, W) at the border of the picture, or of the part of it in which the camera measures at all.
 
     Args:
         points: (H, W, 3) camera frame, metres, NaN where nothing was measured.
@@ -94,7 +94,7 @@ def at_border(points: np.ndarray) -> np.ndarray:
 
 
 def strays(voxels: Voxels) -> np.ndarray:
-    """Voxels (V,) that lie much farther from their neighbours than the others do."""
+    """Return the voxels (V,) that lie much farther from their neighbours than the others do."""
     if len(voxels.positions) <= _NEIGHBOURS:
         return np.zeros(len(voxels.positions), dtype=bool)
     cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(voxels.positions))
@@ -105,7 +105,7 @@ def strays(voxels: Voxels) -> np.ndarray:
 
 
 def clusters(positions: np.ndarray, reach: float) -> np.ndarray:
-    """Return the cluster (V,) of each voxel, counted from 0; -1 where there are too few about it."""
+    """Return the cluster (V,) of each voxel, counted from 0; -1 for voxels with too few neighbours."""
     cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(positions))
     return np.asarray(cloud.cluster_dbscan(reach, 4), dtype=np.int64)
 

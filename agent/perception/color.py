@@ -1,4 +1,4 @@
-"""Colours in CIELAB, and how much the colour of each point differs from that of the table around it."""
+"""Convert colours to CIELAB, and measure how much each point's colour differs from the table around it."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ def lab(colors: np.ndarray) -> np.ndarray:
 
 
 def contrast(colors: np.ndarray, table: np.ndarray, pixels: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Return how many of the table's standard deviations each point's colour is away from the table's about it: (P,).
+    """Return by how many standard deviations of the table's colour each point differs from the table around it: (P,).
 
     Args:
         colors: (P, 3) in CIELAB.
-        table: (P,) the points that are the table's.
-        pixels: (P,) where each lies in the flattened picture.
+        table: (P,) whether each point belongs to the table.
+        pixels: (P,) the place of each in the flattened picture.
         shape: of the picture; of an unorganised cloud, which has one row, the whole table is about every point.
     """
     if not table.any():
@@ -45,7 +45,7 @@ def contrast(colors: np.ndarray, table: np.ndarray, pixels: np.ndarray, shape: t
 
 
 def _deviations(off: np.ndarray, typical: np.ndarray) -> np.ndarray:
-    """Mahalanobis' distance (P,) of differences (P, 3), by how the typical ones among them scatter."""
+    """Return the Mahalanobis distance (P,) of differences (P, 3), by the scatter of the typical ones among them."""
     size = np.linalg.norm(off[typical], axis=1)
     covariance = np.cov(off[typical][size <= np.quantile(size, _TYPICAL)].T) + _LEAST**2 * np.eye(3)
     white = off @ np.linalg.cholesky(np.linalg.inv(covariance)).astype(np.float32)
@@ -53,7 +53,7 @@ def _deviations(off: np.ndarray, typical: np.ndarray) -> np.ndarray:
 
 
 def _about(colors: np.ndarray, table: np.ndarray, pixels: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """The table's mean colour (P, 3) about each point."""
+    """Return the table's mean colour (P, 3) around each point."""
     whole = colors[table].mean(axis=0)
     if shape[0] == 1:
         return np.broadcast_to(whole, colors.shape)

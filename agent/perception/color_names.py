@@ -1,4 +1,4 @@
-"""The names that people give to colours."""
+"""Name colours with the words that people use."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ _PAPER = 95.0  # lightness of white under daylight
 
 
 def color_word_in_picture(colors: np.ndarray, picture: np.ndarray) -> str:
-    """Name the colour of an object by its points.
+    """Name the colour of an object from its points.
 
     Args:
         colors: (P, 3) uint8 RGB of the points.
-        picture: (..., 3) uint8 RGB in which the object was seen; its brightest things are taken for white.
+        picture: (..., 3) uint8 RGB in which the object was seen; its brightest parts are taken as white.
     """
     return color_word(lab(np.asarray(colors)), lightness_of_white(picture))
 
 
 def color_word(colors: np.ndarray, white: float) -> str:
-    """Name the colour of an object, as people say it.
+    """Name the colour of an object with the word that people use.
 
     Args:
         colors: (P, 3) of the object's points, in CIELAB.
-        white: the lightness of what is white in this light.
+        white: the lightness of white under this light.
     """
     chroma = np.hypot(colors[:, 1], colors[:, 2])
     colored = (chroma > _COLORED) & (chroma > _SATURATED * colors[:, 0])
@@ -62,7 +62,7 @@ def color_word(colors: np.ndarray, white: float) -> str:
 
 
 def color_terms(rgb: Sequence[float]) -> tuple[str, ...]:
-    """Name one plain colour by every word that people may use for it, the likeliest first.
+    """List every word that people may use for one plain colour, the likeliest first.
 
     Args:
         rgb: in [0, 1].
@@ -85,6 +85,6 @@ def _name_of_hue(degrees: float) -> str:
 
 
 def lightness_of_white(colors: np.ndarray) -> float:
-    """Return the lightness in CIELAB of the brightest things in a picture (..., 3) RGB."""
+    """Return the CIELAB lightness of the brightest parts of a picture (..., 3) RGB."""
     flat = colors.reshape(-1, 3)
     return float(np.percentile(lab(flat[:: max(1, len(flat) // 20000)])[:, 0], 99))

@@ -1,4 +1,4 @@
-"""Descriptions of objects that have no name: "object 3, red, tall"."""
+"""Describe objects that have no name: "object 3, red, tall"."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ _TOP = 99.5  # percent of the points lie below an object's top; noise lifts the 
 
 
 def oriented_box(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the upright box about points (P, 3) on the table: its pose (4, 4), x along the longer side, and sides
-    (3,)."""
+    """Return the upright box around points (P, 3) on the table: its pose (4, 4), x along the longer side, and sides
+    (3,).
+    """
     top = float(np.percentile(points[:, 2], _TOP))
     corners = np.array(shapely.LineString(points[:, :2]).minimum_rotated_rectangle.exterior.coords)[:4]
     edges = np.roll(corners, -1, axis=0)[:2] - corners[:2]
@@ -31,7 +32,7 @@ def oriented_box(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def shape_words(sides: Sequence[np.ndarray]) -> list[list[str]]:
-    """Find the words for the shape of each object with sides (3,) metres that do not fit all the others too."""
+    """Return shape words for each object with sides (3,) metres that do not also fit all other objects."""
     volumes = np.array([np.prod(np.maximum(side, 0.005)) for side in sides])
     words = []
     for side, volume in zip(sides, volumes, strict=True):

@@ -1,6 +1,6 @@
-"""How high every point lies above the table, how sure that is, and how far the table reaches.
+"""Measure how high every point lies above the table, with what uncertainty, and how far the table reaches.
 
-No depth camera sees a plane as a plane: the depth of a RealSense waves by millimetres over decimetres, that of a Kinect
+No depth camera measures a flat plane: the depth of a RealSense varies by millimetres over decimetres, that of a Kinect
 comes in steps. So the table is a smooth surface near its plane, and the noise is measured on the table itself, as it is
 left after averaging over neighbours: cutlery is lost in a single pixel's noise, but not in the mean of ten.
 """
@@ -32,11 +32,11 @@ class Relief:
     """Heights above the table of P points.
 
     Attributes:
-        heights: (P,) metres, each by itself.
-        smooth: (P,) metres, the mean over the neighbours that are about as high.
-        sigma: (P,) the standard deviation of `smooth` where there is nothing but table.
-        waves: (P,) the same after averaging over a few centimetres: what is left are no single pixels' errors.
-        outline: the table as far as it was seen, level frame; convex.
+        heights: (P,) metres, each point on its own.
+        smooth: (P,) metres, the mean over neighbours of similar height.
+        sigma: (P,) the standard deviation of `smooth` on the bare table.
+        waves: (P,) the same after averaging over a few centimetres, which removes the errors of single pixels.
+        outline: the convex outline of the visible table, level frame.
     """
 
     heights: np.ndarray
@@ -52,7 +52,7 @@ def table_relief(level: np.ndarray, distances: np.ndarray, pixels: np.ndarray, s
     Args:
         level: (P, 3) in the frame of the table's plane, metres.
         distances: (P,) from the camera, metres.
-        pixels: (P,) where each lies in the flattened picture.
+        pixels: (P,) the place of each in the flattened picture.
         shape: of the picture; an unorganised cloud has one row.
     """
     outline = _outline(level)
@@ -75,7 +75,7 @@ def table_relief(level: np.ndarray, distances: np.ndarray, pixels: np.ndarray, s
 
 
 def _outline(level: np.ndarray) -> shapely.Polygon:
-    """The convex outline of the parts of the table that were seen."""
+    """Return the convex outline of the parts of the table that were seen."""
     flat = level[np.abs(level[:, 2]) < _BAND, :2]
     low = flat.min(axis=0)
     cells = np.zeros(np.ceil((flat.max(axis=0) - low) / _CELL).astype(int) + 1, dtype=bool)
@@ -98,7 +98,9 @@ def _hull(points: np.ndarray) -> shapely.Polygon:
 
 
 def _surface(level: np.ndarray, outline: shapely.Polygon) -> np.ndarray:
-    """z (P,) of the table at each point: a polynomial in x and y through the cells' means, without what is on them."""
+    """Return z (P,) of the table at each point: a polynomial in x and y through the means of cells, without the
+    objects on it.
+    """
     x_low, y_low, x_high, y_high = outline.bounds
     near = (np.abs(level[:, 2]) < _BAND) & shapely.contains_xy(outline, level[:, 0], level[:, 1])
     columns = int((y_high - y_low) / _CELL) + 1
@@ -127,7 +129,7 @@ def _surface(level: np.ndarray, outline: shapely.Polygon) -> np.ndarray:
 
 
 def _mean_in_picture(values: np.ndarray, pixels: np.ndarray, shape: tuple[int, int], window: int) -> np.ndarray:
-    """The mean over those of the neighbouring pixels that are given."""
+    """Average over those of the neighbouring pixels that are given."""
     picture, there = np.zeros(shape[0] * shape[1], np.float32), np.zeros(shape[0] * shape[1], np.float32)
     picture[pixels], there[pixels] = values, 1.0
     total = ndimage.uniform_filter(picture.reshape(shape), window, mode="constant").ravel()[pixels]
@@ -135,7 +137,9 @@ def _mean_in_picture(values: np.ndarray, pixels: np.ndarray, shape: tuple[int, i
 
 
 def _sigma(smooth: np.ndarray, distances: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """The standard deviation of the table's smoothed heights at distances `at` (P,): from what lies below it."""
+    """Return the standard deviation of the table's smoothed heights at distances `at` (P,), from the points below
+    it.
+    """
     below = smooth < 0
     if not below.any():  # a camera without noise, or without any digits of it
         return np.full(len(at), _LEAST_SIGMA)

@@ -1,4 +1,4 @@
-"""Merges parts of one object: the inside of a mug and its outside, a plate's rim and its middle."""
+"""Merge parts of one object: the inside of a mug and its outside, a plate's rim and its middle."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def joined(
     eye: np.ndarray,
     reach: float,
 ) -> np.ndarray:
-    """Parts with those joined that stand in each other's place, or are the inside and the outside of one thing.
+    """Join parts that occupy the same place, or are the inside and the outside of one object.
 
     Args:
         part: (V,) the part of each voxel, -1 for none.
@@ -54,7 +54,7 @@ def joined(
 
 
 def _flat_things_joined(part: np.ndarray, positions: np.ndarray, reach: float) -> np.ndarray:
-    """Parts with those joined that are low and next to each other: a spoon's bowl is higher than its handle."""
+    """Join parts that are low and next to each other: a spoon's bowl is higher than its handle."""
     part = part.copy()
     low = [
         k for k, size in zip(*np.unique(part[part >= 0], return_counts=True), strict=True)
@@ -71,7 +71,7 @@ def _flat_things_joined(part: np.ndarray, positions: np.ndarray, reach: float) -
 
 
 def _floaters_joined(part: np.ndarray, positions: np.ndarray, lab: np.ndarray | None) -> np.ndarray:
-    """Parts with those joined that hang in the air beside a larger one of their colour: a handle behind its mug."""
+    """Join parts that float beside a larger part of their colour: a handle behind its mug."""
     part = part.copy()
     sizes = np.bincount(part[part >= 0])
     for small in np.argsort(sizes):
@@ -98,7 +98,9 @@ def hollowness(positions: np.ndarray, normals: np.ndarray) -> float:
 
 
 def _around(hollow: int, part: np.ndarray, positions: np.ndarray, eye: np.ndarray) -> int:
-    """The part whose inside the hollow one is: the nearest in front of it, as wide and as high; else itself."""
+    """Return the part that encloses the hollow one: the nearest in front of it, as wide and as high; otherwise
+    itself.
+    """
     inside, others = positions[part == hollow], (part >= 0) & (part != hollow)
     if not others.any():
         return hollow
@@ -119,14 +121,14 @@ def _around(hollow: int, part: np.ndarray, positions: np.ndarray, eye: np.ndarra
 
 
 def _shared(one: np.ndarray, other: np.ndarray) -> float:
-    """The share of the range of both that each has."""
+    """Return the share of the ranges of both that each has."""
     return (min(one.max(), other.max()) - max(one.min(), other.min())) / (
         max(one.max(), other.max()) - min(one.min(), other.min())
     )
 
 
 def _intersecting(outlines: dict[int, shapely.Polygon]) -> tuple[int, int] | None:
-    """Two parts of which the smaller lies in the larger, seen from above."""
+    """Join two parts if, seen from above, the smaller lies in the larger."""
     order = sorted(outlines, key=lambda k: outlines[k].area)
     for place, small in enumerate(order):
         for large in order[place + 1 :]:

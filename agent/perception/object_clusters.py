@@ -1,6 +1,6 @@
-"""Finds the objects among the points above the table: connected regions that stand on it.
+"""Find the objects among the points above the table: connected regions that stand on it.
 
-What rises more than a centimetre is clustered first, then what is lower: a table's waves are never that high, and the
+Points more than a centimetre high are clustered first, then lower ones: a table's waves are never that high, and the
 low points between two objects would join them.
 """
 
@@ -52,7 +52,7 @@ class Found:
     Attributes:
         labels: (P,) the object of each point, counted from 0; -1 where there is none.
         count: how many objects.
-        left_out: (K, 4) x, y, width and height, level frame, metres, of what is too wide for one.
+        left_out: (K, 4) x, y, width and height, level frame, metres, of clusters that are too wide for one object.
     """
 
     labels: np.ndarray
@@ -87,8 +87,8 @@ def find_objects(
         level: (P, 3) points in the frame of the table's plane, metres, without the arm's.
         eye: (3,) where the camera is, in that frame.
         relief: their heights.
-        steep: (P,) those that may join what does not belong together; given to objects only at the end.
-        border: (P,) those at the picture's border.
+        steep: (P,) points that may join separate objects; assigned to objects only at the end.
+        border: (P,) points at the picture's border.
         tint: their colours, or `None`.
     """
     height = np.where(relief.heights > _NEAR_TABLE, relief.heights, relief.smooth)
@@ -124,7 +124,7 @@ def find_objects(
 
 
 def _table_colored(labels: np.ndarray, heights: np.ndarray, contrast: np.ndarray) -> np.ndarray:
-    """The low points (P,) of objects that look like the table, where the rest of the object does not."""
+    """Return the low points (P,) of objects that look like the table while the rest of the object does not."""
     plain = np.zeros(len(labels), dtype=bool)
     for index in range(int(labels.max()) + 1):
         own = labels == index
@@ -135,7 +135,7 @@ def _table_colored(labels: np.ndarray, heights: np.ndarray, contrast: np.ndarray
 
 
 def _parts(voxels: Voxels, tall: np.ndarray, sigma: np.ndarray) -> np.ndarray:
-    """The part (V,) that each voxel belongs to, -1 for none: what has risen, with its feet, and what is low."""
+    """Return the part (V,) of each voxel, -1 for none: first high parts with their feet, then low ones."""
     part = np.full(len(tall), -1)
     risen = (tall > np.maximum(_RISEN, _SEED * sigma)) & ~strays(voxels)
     if risen.any():
@@ -155,7 +155,9 @@ def _parts(voxels: Voxels, tall: np.ndarray, sigma: np.ndarray) -> np.ndarray:
 def _clear(
     part: np.ndarray, tall: np.ndarray, sigma: np.ndarray, waves: np.ndarray, contrast: np.ndarray | None
 ) -> np.ndarray:
-    """Voxels (V,) of parts that stand out from the table's noise, all the more where they look like the table."""
+    """Return the voxels (V,) of parts that stand out from the table's noise, with a higher limit for those coloured
+    like the table.
+    """
     clear = np.zeros(len(part), dtype=bool)
     for index in np.unique(part[part >= 0]):
         own = part == index
@@ -174,7 +176,7 @@ def _objects(
     cut: np.ndarray,
     outline: shapely.Polygon,
 ) -> np.ndarray:
-    """The parts that are objects, numbered again from 0."""
+    """Select the parts that are objects, and number them again from 0."""
     of_voxel = np.full(len(part), -1)
     supported = shapely.contains_xy(outline.buffer(_EDGE), voxels.positions[:, 0], voxels.positions[:, 1])
     for index in np.unique(part[part >= 0]):
@@ -189,7 +191,7 @@ def _objects(
 
 
 def _by_itself(members: np.ndarray, part: np.ndarray, positions: np.ndarray, tall: np.ndarray) -> bool:
-    """Whether something small stands on the table, and is no splinter of what is next to it."""
+    """Return whether something small stands on the table and is not a fragment of its neighbour."""
     others = (part >= 0) & ~members
     if tall[members].min() > _RISEN:
         return False
@@ -197,7 +199,7 @@ def _by_itself(members: np.ndarray, part: np.ndarray, positions: np.ndarray, tal
 
 
 def _without_the_wide(part: np.ndarray, positions: np.ndarray, widest: float) -> tuple[np.ndarray, np.ndarray]:
-    """The parts without those that are too wide, and x, y, width and height (K, 4) of these."""
+    """Remove the parts that are too wide; return the rest, and x, y, width and height (K, 4) of those."""
     part, wide = part.copy(), []
     for index in np.unique(part[part >= 0]):
         own = positions[part == index]

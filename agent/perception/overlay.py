@@ -1,4 +1,4 @@
-"""A picture of what perception found: the camera's own, or one from above, with the objects outlined and numbered."""
+"""Draw what perception found: the camera's picture, or one from above, with the objects outlined and numbered."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def labelled_picture(recording: Recording, segments: Segments) -> np.ndarray:
 
 
 def _seen(recording: Recording) -> np.ndarray:
-    """The camera's picture, or its depth: near is bright."""
+    """Return the camera's picture, or its depth: near is bright."""
     frame = recording.frame
     if frame.color is not None:
         return frame.color
@@ -59,7 +59,7 @@ def _seen(recording: Recording) -> np.ndarray:
 
 
 def _gray(values: np.ndarray) -> np.ndarray:
-    """A picture (..., 3) uint8 of values, the highest bright; black where there is none."""
+    """Return a picture (..., 3) uint8 of values, the highest bright; black where there is none."""
     there = np.isfinite(values)
     shades = np.zeros((*values.shape, 3), dtype=np.uint8)
     if there.any():
@@ -70,7 +70,7 @@ def _gray(values: np.ndarray) -> np.ndarray:
 
 
 def _from_above(recording: Recording, segments: Segments) -> tuple[np.ndarray, np.ndarray]:
-    """A view from above, x up and y to the left, and the labels in it; what is higher hides what is lower."""
+    """Return a view from above, x up and y to the left, and the labels in it; higher points hide lower ones."""
     frame, pose = recording.frame, segments.world_from_camera
     points = frame.points[0] @ pose[:3, :3].T.astype(np.float32) + pose[:3, 3].astype(np.float32)
     shown = np.isfinite(points).all(axis=1) & (segments.labels[0] != -1)

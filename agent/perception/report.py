@@ -1,4 +1,4 @@
-"""What perception found, as a table to read and as JSON. Lengths are metres in the world frame, angles degrees."""
+"""Report what perception found, as a table and as JSON. Lengths are metres in the world frame, angles degrees."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _COLUMNS = (("x", 6), ("y", 7), ("yaw", 5), ("length", 8), ("width", 7), ("heigh
 
 
 def print_objects(segments: Segments, results: TextIO) -> None:
-    """Print the objects, one a line, the table, and what was assumed."""
+    """Print the objects, one per line, the table, and what was assumed."""
     if segments.objects:
         wide = max(len(found.display_name) for found in segments.objects)
         print(" " * wide + "".join(f"{title:>{width}}" for title, width in _COLUMNS), file=results)
@@ -39,7 +39,7 @@ def print_objects(segments: Segments, results: TextIO) -> None:
 
 
 def objects_json(segments: Segments) -> dict[str, Any]:
-    """Return the same for programs: every number in metres or degrees, transforms as rows."""
+    """Return the same as JSON values: every number in metres or degrees, transforms as rows."""
     return {
         "objects": [
             {
@@ -67,7 +67,7 @@ def objects_json(segments: Segments) -> dict[str, Any]:
 
 
 def _degrees(pose: np.ndarray) -> float:
-    """The yaw of a box's longer side, in [0, 180): a box has no front."""
+    """Return the yaw of a box's longer side in [0, 180): a box has no front."""
     return math.degrees(yaw_of(pose)) % 180.0
 
 

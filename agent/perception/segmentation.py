@@ -1,4 +1,4 @@
-"""From what a depth camera measured to a table and the objects on it: plane, relief, clusters, frames, names."""
+"""Segment a depth measurement into a table and the objects on it: plane, relief, clusters, frames, names."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def segment(recording: Recording) -> Segments:
 
 
 def _measured_points(recording: Recording) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the points near enough to use: their pixels (P,), themselves (P, 3) and their distances (P,) float64.
+    """Return the usable points: their pixels (P,), coordinates (P, 3) and distances (P,), float64.
 
     Raises:
         BadInput: when there are none.
@@ -102,7 +102,7 @@ def _measured_points(recording: Recording) -> tuple[np.ndarray, np.ndarray, np.n
 
 
 def _left_out(wide: np.ndarray, world_from_level: np.ndarray) -> list[str]:
-    """A note for each thing (K, 4) that is too wide for an object."""
+    """Return a note for each cluster (K, 4) that is too wide for an object."""
     notes = []
     for x, y, width, height in wide:
         x, y, _ = transform_points(world_from_level, np.array([x, y, 0.0]))
@@ -114,7 +114,7 @@ def _left_out(wide: np.ndarray, world_from_level: np.ndarray) -> list[str]:
 
 
 def _segments(world: np.ndarray, colors: np.ndarray | None, members: list[np.ndarray]) -> tuple[Segment, ...]:
-    """The objects, named."""
+    """Return the objects with their names."""
     boxes = [oriented_box(world[own]) for own in members]
     shapes = shape_words([sides for _, sides in boxes])
     white = 100.0 if colors is None else lightness_of_white(colors)

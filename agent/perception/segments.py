@@ -1,4 +1,6 @@
-"""The result of perception: a table, and the objects on it, each with its display name until the user names it."""
+"""Define the result of perception: a table, and the objects on it, each with a display name until the user names
+it.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +19,8 @@ class Segment:
 
     Attributes:
         name: "object 3", unique; numbered from the robot's side, from left to right.
-        display_name: what an instruction can call it: "object 3, red, tall".
-        points: (P, 3) float32, world frame, metres; every point that was seen of it.
+        display_name: its name in instructions: "object 3, red, tall".
+        points: (P, 3) float32, world frame, metres; every measured point of it.
         colors: (P, 3) uint8 RGB, or `None`.
         world_from_box: (4, 4) its oriented box: z up, x along the longer side, the origin in the middle.
         sides: (3,) of that box, metres.
@@ -38,7 +40,7 @@ class Segments:
 
     Attributes:
         objects: in the order of their numbers.
-        table: the rectangle that structures are built on: of the surface that was seen, what the arm reaches.
+        table: the rectangle that structures are built on: the part of the visible surface that the arm reaches.
         surface: the rectangle of the whole surface that was seen; it holds `table`, and every object.
         world_from_camera: (4, 4).
         world_from_base: (4, 4) where the arm's `link_base` stands.

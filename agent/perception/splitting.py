@@ -1,6 +1,6 @@
-"""Splits objects that touch: parts with a valley or a neck between them.
+"""Split objects that touch: parts with a valley or a neck between them.
 
-A cut is kept only between things that could stand there each by itself: both reach the table as far as it is seen, both
+A cut is kept only between objects that could each stand alone: both reach the table as far as it is seen, both
 are large, and neither stands in the other's place. So a mug keeps its handle, a bottle its cap, and a bowl its inside.
 """
 
@@ -28,7 +28,7 @@ _CONVEX = 0.9  # of each thing's hull it fills itself, seen from above; what has
 
 
 def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.ndarray, reach: float) -> np.ndarray:
-    """Number the parts again, with those split that are several things.
+    """Split the parts that are several objects, and number all parts again.
 
     Args:
         part: (V,) the part of each voxel, -1 for none.
@@ -52,7 +52,7 @@ def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.
 
 
 def _by_valleys(positions: np.ndarray, normals: np.ndarray, reach: float) -> np.ndarray:
-    """The piece (V,) of each voxel: what hangs together without the voxels in valleys."""
+    """Return the piece (V,) of each voxel: the parts that stay connected without the voxels in valleys."""
     tree = cKDTree(positions)
     one, other = tree.query_pairs(_FAR, output_type="ndarray").T
     offset = positions[other] - positions[one]
@@ -70,7 +70,7 @@ def _by_valleys(positions: np.ndarray, normals: np.ndarray, reach: float) -> np.
 
 
 def _by_necks(positions: np.ndarray) -> np.ndarray:
-    """The piece (V,) of each voxel: two where, seen from above, a neck joins two convex things."""
+    """Return the piece (V,) of each voxel: two pieces if, seen from above, a neck joins two convex shapes."""
     place = ((positions[:, :2] - positions[:, :2].min(axis=0)) / _CELL).astype(int) + 2
     seen = np.zeros(place.max(axis=0) + 3, dtype=bool)
     seen[place[:, 0], place[:, 1]] = True
@@ -92,14 +92,16 @@ def _by_necks(positions: np.ndarray) -> np.ndarray:
 
 
 def _solidity(cells: np.ndarray) -> float:
-    """The share of its convex hull that a set of cells fills."""
+    """Return the share of its convex hull that a set of cells fills."""
     rows, columns = np.nonzero(cells)
     corners = np.concatenate([np.column_stack((rows + a, columns + b)) for a in (0, 1) for b in (0, 1)])
     return len(rows) / shapely.LineString(corners).convex_hull.area if len(rows) else 0.0
 
 
 def _spread(pieces: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """The pieces of enough voxels, with every other voxel in the nearest of them; one piece where there is none."""
+    """Keep the pieces with enough voxels and assign every other voxel to the nearest of them; one piece if none has
+    enough.
+    """
     sizes = np.bincount(pieces[pieces >= 0], minlength=1)
     large = np.flatnonzero(sizes >= _LEAST / 2)
     if len(large) < 2:
@@ -110,7 +112,7 @@ def _spread(pieces: np.ndarray, positions: np.ndarray) -> np.ndarray:
 
 
 def _stands(thing: np.ndarray, other: np.ndarray, eye: np.ndarray) -> bool:
-    """Whether a thing (V, 3) reaches the table, or the other stands before where it would."""
+    """Return whether an object (V, 3) reaches the table, or the other hides the place where it would."""
     if thing[:, 2].min() < _REACHES_DOWN:
         return True
     foot = thing[thing[:, 2] < np.percentile(thing[:, 2], 20)]
@@ -121,7 +123,7 @@ def _stands(thing: np.ndarray, other: np.ndarray, eye: np.ndarray) -> bool:
 def _two_things(
     pieces: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.ndarray
 ) -> np.ndarray | None:
-    """The voxels (V,) of one thing among the pieces that stands beside all the others; `None` where none does."""
+    """Return the voxels (V,) of one object among the pieces that stands beside all the others; `None` if none does."""
     for index in np.argsort(np.bincount(pieces))[::-1]:
         one = pieces == index
         small, large = sorted((one.sum(), (~one).sum()))

@@ -1,4 +1,4 @@
-"""The extent of the table: the rectangle that was seen, and the part of it that the arm reaches."""
+"""Find the extent of the table: the rectangle that was seen, and the part of it that the arm reaches."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _LEAST = 0.2  # m, either way, of a table to build on
 
 
 def seen_rectangle(outline: np.ndarray, footprints: np.ndarray) -> Table:
-    """Return the largest axis-aligned rectangle in the table's convex outline, made larger until it holds every object.
+    """Return the largest axis-aligned rectangle in the table's convex outline, enlarged until it holds every object.
 
     Args:
         outline: (K, 2) world frame, metres.
@@ -34,12 +34,14 @@ def seen_rectangle(outline: np.ndarray, footprints: np.ndarray) -> Table:
 
 
 def reachable(surface: Table) -> tuple[Table, tuple[str, ...]]:
-    """Return the part of the surface that the arm reaches, at least so large that something can be built, and notes."""
+    """Return the part of the surface that the arm reaches, enlarged to the least size that can be built on, and
+    notes.
+    """
     reach = Table()
-    x_min, x_max, told_x = _shared(surface.x_min, surface.x_max, reach.x_min, reach.x_max)
-    y_min, y_max, told_y = _shared(surface.y_min, surface.y_max, reach.y_min, reach.y_max)
+    x_min, x_max, extended_x = _shared(surface.x_min, surface.x_max, reach.x_min, reach.x_max)
+    y_min, y_max, extended_y = _shared(surface.y_min, surface.y_max, reach.y_min, reach.y_max)
     notes = ()
-    if told_x or told_y:
+    if extended_x or extended_y:
         notes = (
             f"the arm reaches x {reach.x_min} to {reach.x_max}, y {reach.y_min} to {reach.y_max} m, and the table that "
             f"was seen spans x {surface.x_min:.2f} to {surface.x_max:.2f}, y {surface.y_min:.2f} to "
@@ -49,7 +51,7 @@ def reachable(surface: Table) -> tuple[Table, tuple[str, ...]]:
 
 
 def _shared(low: float, high: float, reach_low: float, reach_high: float) -> tuple[float, float, bool]:
-    """The shared part of two ranges, and whether it had to be made longer."""
+    """Return the shared part of two ranges, and whether it had to be extended."""
     first, last = max(low, reach_low), min(high, reach_high)
     if last - first >= _LEAST:
         return first, last, False

@@ -1,4 +1,6 @@
-"""The plane of the table among all that a depth camera sees: floors, walls and the tops of boxes are planes too."""
+"""Find the plane of the table among all planes that a depth camera sees, such as floors, walls and the tops of
+boxes.
+"""
 
 from __future__ import annotations
 
@@ -40,12 +42,12 @@ class TablePlane:
 
     @property
     def up(self) -> np.ndarray:
-        """The plane's normal (3,), camera frame, toward the camera."""
+        """Return the plane's normal (3,), camera frame, toward the camera."""
         return self.level_from_camera[2, :3]
 
 
 def table_plane(points: np.ndarray, up: np.ndarray | None = None) -> TablePlane:
-    """Find the plane that most probably is the table's: near, level, large, with things on it.
+    """Find the plane that is most probably the table: near, level, large, with objects on it.
 
     Args:
         points: (P, 3) camera frame, metres, all finite.
@@ -77,7 +79,7 @@ def table_plane(points: np.ndarray, up: np.ndarray | None = None) -> TablePlane:
 
 
 def _planes(thin: np.ndarray) -> list[np.ndarray]:
-    """Planes (4,), n . p + d = 0 with n toward the camera, the one with the most points first."""
+    """Find planes (4,), n . p + d = 0 with n toward the camera, the one with the most points first."""
     # Open3D has one generator for everybody; from here on the same cloud gives the same planes.
     open3d.utility.random.seed(0)
     found, rest = [], thin
@@ -95,7 +97,7 @@ def _planes(thin: np.ndarray) -> list[np.ndarray]:
 
 
 def _score(plane: np.ndarray, thin: np.ndarray, up: np.ndarray | None) -> float:
-    """How much a plane is like a table; 0 where it cannot be one."""
+    """Rate how much a plane resembles a table; 0 if it cannot be one."""
     normal, height = plane[:3], plane[3]
     levelness = float(normal @ (IMAGE_UP if up is None else up))
     if height < _LOWEST_CAMERA or levelness < (-0.3 if up is None else _UPRIGHT):
@@ -131,7 +133,7 @@ def _plane_in_words(plane: np.ndarray, thin: np.ndarray, up: np.ndarray | None) 
 
 
 def _refined(plane: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """The least-squares plane of the points near it, found again with fewer and fewer outliers."""
+    """Fit the least-squares plane of the points near it, repeatedly, with fewer and fewer outliers."""
     for reach in (2 * _INLIER, 1.5 * _INLIER, _INLIER):
         heights = points @ plane[:3] + plane[3]
         flat = points[np.abs(heights) < reach]
@@ -145,7 +147,7 @@ def _refined(plane: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def _level(plane: np.ndarray) -> np.ndarray:
-    """(4, 4) level_from_camera of a plane (4,)."""
+    """Return level_from_camera (4, 4) of a plane (4,)."""
     up, height = plane[:3], plane[3]
     forward = np.array([0.0, 0.0, 1.0])
     # Looking straight down, forward is what is up in the picture.

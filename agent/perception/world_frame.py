@@ -1,4 +1,4 @@
-"""Determines the world frame from the table's plane and what is known of the camera's pose.
+"""Determine the world frame from the table's plane and what is known of the camera's pose.
 
 World: z = 0 is the table's surface, x points from the arm across the table, y to its left; the arm's base stands at
 x = y = 0, as high above or below the table as it is.
@@ -39,7 +39,7 @@ class Frames:
 
 
 def base_from_camera(recording: Recording) -> np.ndarray | None:
-    """Return where the camera stands, seen from the arm's `link_base`, as far as it is known: given by hand, or else by tf."""
+    """Return the camera's pose relative to the arm's `link_base`, if known: given by hand, otherwise by tf."""
     if recording.world_from_camera is not None:
         return np.linalg.inv(WORLD_FROM_BASE) @ recording.world_from_camera
     return recording.base_from_camera
@@ -49,9 +49,9 @@ def world_frame(recording: Recording, level_from_camera: np.ndarray, places: np.
     """Return the world frame of a recording.
 
     Args:
-        recording: knows the camera's pose, or does not.
+        recording: the recording, with or without the camera's pose.
         level_from_camera: (4, 4) to the frame in the table's plane.
-        places: (N, 2) where the objects lie in that frame; the table's middle where there are none.
+        places: (N, 2) the objects' places in that frame; the middle of the table if there are none.
     """
     if recording.world_from_camera is not None:
         return _by_hand(recording.world_from_camera, level_from_camera, places)
@@ -61,7 +61,7 @@ def world_frame(recording: Recording, level_from_camera: np.ndarray, places: np.
 
 
 def _by_arm(base_from_camera: np.ndarray, level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
-    """Take the place of the base from tf, and up and height from the plane."""
+    """Take the place of the base from tf, and the up direction and height from the plane."""
     level_from_base = level_from_camera @ np.linalg.inv(base_from_camera)
     lean, base_yaw = _lean_and_yaw(level_from_base)
     notes = []
@@ -86,18 +86,18 @@ def _by_arm(base_from_camera: np.ndarray, level_from_camera: np.ndarray, places:
 
 
 def _lean_and_yaw(level_from_other: np.ndarray) -> tuple[float, float]:
-    """How far another frame's z axis leans, and the turn about z that comes nearest to its own, radians."""
+    """Return the tilt of another frame's z axis, and the turn about z that is closest to its rotation, radians."""
     turn = level_from_other[:3, :3]
     return tilt_between(turn, np.eye(3)), math.atan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1])
 
 
 def _plain_quarter(quarters: int) -> float:
-    """So many quarter turns, as an angle in (-pi, pi]."""
+    """Return a number of quarter turns as an angle in (-pi, pi]."""
     return (((quarters + 1) % 4) - 1) * math.pi / 2
 
 
 def _by_hand(world_from_camera: np.ndarray, level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
-    """A pose given by hand is right about the place and the direction; the plane gives up and height."""
+    """Take place and direction from the pose given by hand, and the up direction and height from the plane."""
     level_from_world = level_from_camera @ np.linalg.inv(world_from_camera)
     lean, yaw = _lean_and_yaw(level_from_world)
     middle = np.append(places.mean(axis=0), 0.0)
@@ -116,7 +116,9 @@ def _by_hand(world_from_camera: np.ndarray, level_from_camera: np.ndarray, place
 
 
 def _by_view(level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
-    """Nothing says where the arm is: it stands on the camera's side, where it reaches the objects."""
+    """Assume that the arm stands on the camera's side, where it reaches the objects, because nothing says where it
+    is.
+    """
     x, y = _reachable_middle(places)
     notes = (
         "nothing says where the camera is: up is the table's normal, x the camera's direction of view, and the arm is "
@@ -128,7 +130,7 @@ def _by_view(level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
 
 
 def _reachable_middle(places: np.ndarray) -> np.ndarray:
-    """The point (2,) to put in the middle of what the arm reaches, so that it reaches most of the places (N, 2)."""
+    """Return the point (2,) to put in the middle of the arm's reach, so that it reaches most of the places (N, 2)."""
     reach = Table()
     half = np.array([reach.x_max - reach.x_min, reach.y_max - reach.y_min]) / 2
     low, high = places.min(axis=0), places.max(axis=0)

@@ -49,7 +49,6 @@ def propose_arrangements(
     import torch
 
     from structdiffusion.planners.diffusion import DiffusionPlanner
-    from structdiffusion.structures import STRUCTURES
     from structdiffusion.structures.structure import LayoutError
 
     def preview(step: int, steps: int, motions: np.ndarray) -> None:
@@ -58,9 +57,7 @@ def propose_arrangements(
         on_preview(events.Previewed(step, steps, positions, tuple(turns_about_z(each) for each in shown)))  # type: ignore[misc]
 
     began = time.perf_counter()
-    shape, count_here = goal.spec.shape, len(scene.objects)
-    if shape is not None and count_here < (least := STRUCTURES[shape].least):
-        raise NotBuildable(f"a {shape} needs at least {least} objects, but {count_here} take part")
+    _check_enough_objects(scene, goal)
     _check_nothing_on_top(scene)
     # The models were taught with objects that stand on the table; what stands on others is lowered for them.
     flat = scene.on_the_table()
@@ -86,6 +83,15 @@ def propose_arrangements(
     return events.Imagined(
         model, candidates, time.perf_counter() - began, scene=scene, arrangements=tuple(arrangements)
     )
+
+
+def _check_enough_objects(scene: Scene, goal: Goal) -> None:
+    """Raise `NotBuildable` when fewer objects take part than the shape needs."""
+    from structdiffusion.structures import STRUCTURES
+
+    shape, count = goal.spec.shape, len(scene.objects)
+    if shape is not None and count < (least := STRUCTURES[shape].least):
+        raise NotBuildable(f"a {shape} needs at least {least} objects, but {count} take part")
 
 
 def _check_nothing_on_top(scene: Scene) -> None:

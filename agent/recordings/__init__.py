@@ -1,4 +1,4 @@
-"""Recorded sessions: what a camera saw and how the arm stood, read from bags, clouds and pictures; bags written."""
+"""Read recorded camera and arm data from bags, clouds and pictures, and write bags."""
 
 from pathlib import Path
 
@@ -6,11 +6,10 @@ EXAMPLE = "example"
 
 
 def example_path() -> Path:
-    """Return the recorded session that comes with the project; `example/README.md` says what it shows."""
+    """Return the path of the recorded session that comes with the project; `example/README.md` describes it."""
     return Path(__file__).parent / "example" / "cups.bag"
 
 
 def recording_path(name: Path) -> Path:
-    """Return the recording that is meant: "example" is the one that comes with the project, unless such a file is
-    there."""
+    """Return the path of a recording; "example" is the shipped one unless a file of that name exists."""
     return example_path() if str(name) == EXAMPLE and not name.exists() else name

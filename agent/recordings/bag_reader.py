@@ -1,6 +1,6 @@
-"""Reads bags of every kind as a stream: ROS 1 files, ROS 2 folders, .db3 and .mcap files.
+"""Read bags of every kind as a stream: ROS 1 files, ROS 2 folders, .db3 and .mcap files.
 
-Whatever a damaged file does to the library that reads it ends here, in one sentence. Messages are decoded by the
+Every error that a damaged file causes in the library becomes one sentence here. Messages are decoded by the
 definitions that ROS itself publishes and never by those in the bag: the types that are used have not changed in any
 release, and what comes with a foreign file should not become code.
 """
@@ -24,7 +24,7 @@ from rosbags.typesys.store import Typestore
 
 from agent.errors import AgentError, BadInput, one_sentence
 from agent.recordings.decompression import Unpacking, UnpackingLimits
-from agent.runtime.progress import told_when_slow
+from agent.runtime.progress import report_when_slow
 from agent.runtime.yaml_files import check_yaml
 from structdiffusion.limits import BAG_MESSAGE_BYTES, METADATA_BYTES
 
@@ -53,7 +53,7 @@ class Stream:
     Attributes:
         topic: its name.
         type: such as "sensor_msgs/msg/Image".
-        count: how many there are, as the bag says.
+        count: the number of messages, according to the bag.
         connections: the bag's own entries for it.
     """
 
@@ -71,9 +71,9 @@ class Message:
     """One message, not yet decoded.
 
     Attributes:
-        stream: where it was.
+        stream: the stream that it belongs to.
         recorded: when it was recorded, nanoseconds.
-        raw: its bytes.
+        raw: the bytes of the message.
     """
 
     stream: Stream
@@ -87,8 +87,8 @@ class Bag:
     Attributes:
         path: the file or folder.
         start, end: when its first and its last message were recorded, nanoseconds.
-        streams: what it holds, by topic and type.
-        notes: what was mended to read it, each a sentence.
+        streams: its streams, by topic and type.
+        notes: what was repaired to read it, each a sentence.
     """
 
     def __init__(self, path: Path, reader: Reader1 | Reader2, notes: Sequence[str], unpacking: Unpacking) -> None:
@@ -108,7 +108,7 @@ class Bag:
 
     @property
     def seconds(self) -> float:
-        """How long it was recorded."""
+        """Return the duration of the recording."""
         return (self.end - self.start) / 1e9
 
     def messages(
@@ -117,7 +117,7 @@ class Bag:
         """Read the messages of `streams` that were recorded from `start` to before `stop` (nanoseconds), in that order.
 
         Raises:
-            BadInput: where the bag turns out to be damaged.
+            BadInput: when the bag is damaged.
         """
         stream_of = {connection[:3]: stream for stream in streams for connection in stream.connections}
         if not stream_of:
@@ -137,7 +137,7 @@ class Bag:
         """Decode a message into the fields that its type has.
 
         Raises:
-            BadInput: where its bytes are not of that type.
+            BadInput: when its bytes do not fit that type.
         """
         kind = _SAME_AS.get(message.stream.type, message.stream.type)
         with _as_bad_input(f"cannot decode a message on {message.stream.topic} as {message.stream.type}"):
@@ -152,15 +152,15 @@ def open_bag(path: Path, limits: UnpackingLimits = UnpackingLimits()) -> Iterato
 
     Args:
         path: the file or folder.
-        limits: how much packed data may become.
+        limits: the limits for unpacked data.
 
     Raises:
-        BadInput: where it is none, or too damaged to be read.
+        BadInput: when it is not a bag, or too damaged to be read.
     """
     if not path.exists():
         raise BadInput(f"there is no {str(path)!r}")
     unpacking = Unpacking(path, limits)
-    with told_when_slow(f"reading {str(path)!r}", unpacking.is_slow):
+    with report_when_slow(f"reading {str(path)!r}", unpacking.is_slow):
         with unpacking.counted():
             reader, notes = _opened(path)
         try:
@@ -171,7 +171,7 @@ def open_bag(path: Path, limits: UnpackingLimits = UnpackingLimits()) -> Iterato
 
 
 def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
-    """An open reader of the bag, and what was mended for it."""
+    """Open a reader of the bag; return it and what was repaired for it."""
     if path.is_dir():
         return _opened_folder(path)
     if path.suffix not in SUFFIXES:
@@ -194,7 +194,7 @@ def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
 
 
 def _limit_messages(reader: Reader1 | Reader2) -> None:
-    """Let no database give a message larger than the limit: its tables can make up data of any size."""
+    """Limit the size of a database's messages, because its tables can produce data of any size."""
     if isinstance(reader, Reader2):
         for storage in getattr(reader.storage, "storages", [reader.storage]):
             if (database := getattr(storage, "dbconn", None)) is not None:
@@ -202,7 +202,7 @@ def _limit_messages(reader: Reader1 | Reader2) -> None:
 
 
 def _check_metadata(path: Path) -> None:
-    """Refuse metadata that are too large, or stand for more than they say."""
+    """Refuse metadata that are too large or that expand to more than they contain."""
     if (size := path.stat().st_size) > METADATA_BYTES:
         raise BadInput(f"its {path.name} has {size} bytes; at most {METADATA_BYTES} are read")
     try:
@@ -212,14 +212,14 @@ def _check_metadata(path: Path) -> None:
 
 
 def _cut_note(path: Path, header: bytes) -> list[str]:
-    """Say that a database is cut short where its header counts more pages than there are; SQLite does not mind."""
+    """Note that a database is truncated if its header counts more pages than it has; SQLite does not report this."""
     page, counted = int.from_bytes(header[16:18], "big"), int.from_bytes(header[28:32], "big")
     there, needed = path.stat().st_size, (65536 if page == 1 else page) * counted
     return [f"{path.name} is cut short at {there} of {needed} bytes; what is left was read"] if there < needed else []
 
 
 def _opened_folder(path: Path) -> tuple[Reader2, list[str]]:
-    """A ROS 2 folder by its metadata, or by its only file where that cannot be used."""
+    """Open a ROS 2 folder by its metadata, or by its only file if the metadata cannot be used."""
     reason = f"it has no {METADATA}"
     if (path / METADATA).exists():
         try:
@@ -240,7 +240,7 @@ def _opened_folder(path: Path) -> tuple[Reader2, list[str]]:
 
 @cache
 def _known_types(ros1: bool) -> Typestore:
-    """The types that messages are decoded by."""
+    """Return the message types used for decoding."""
     types = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
     for name, definition in _MORE_TYPES.items():
         if name not in types.fielddefs:
@@ -250,9 +250,9 @@ def _known_types(ros1: bool) -> Typestore:
 
 @contextmanager
 def _as_bad_input(what: str, mended_by: str = "") -> Iterator[None]:
-    """Turn whatever the library raises on damaged data into one sentence that begins with `what`.
+    """Convert any error of the library on damaged data into one sentence that begins with `what`.
 
-    It promises no kind of error: files cut short and bytes turned round were seen to raise nearly everything.
+    The library documents no error types: truncated files and altered bytes were seen to raise nearly every kind.
     """
     try:
         yield

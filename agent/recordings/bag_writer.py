@@ -1,4 +1,4 @@
-"""Writes bags: messages go to a new file or folder, which is complete at the end or not there at all."""
+"""Write bags to a new file or folder, which appears only when it is complete."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ _LATCHED = Qos(
 
 
 def check_new(path: Path, force: bool = False) -> None:
-    """Say early what would keep a bag from being written there.
+    """Check early whether a bag can be written there.
 
     Args:
         path: the file, or the folder of a ROS 2 bag.
-        force: whether a bag that is there may be overwritten.
+        force: whether an existing bag may be overwritten.
 
     Raises:
-        UsageError: for a suffix that names no bag, or something that is there and must not be overwritten.
+        UsageError: for a suffix of no bag format, or an existing path that must not be overwritten.
     """
     if path.suffix.lower() not in SUFFIXES:
         raise UsageError(
@@ -61,17 +61,17 @@ def check_new(path: Path, force: bool = False) -> None:
 
 
 def _is_bag_folder(path: Path) -> bool:
-    """Whether a folder holds a ROS 2 bag and nothing else, so that nothing but a bag is lost with it."""
+    """Return whether a folder holds a ROS 2 bag and nothing else, so that overwriting loses nothing but a bag."""
     names = [entry.name for entry in path.iterdir()]
     return "metadata.yaml" in names and all(name == "metadata.yaml" or ".db3" in name for name in names)
 
 
 class BagWriter:
-    """A new bag; use it in a `with` block. What an error interrupts leaves nothing behind.
+    """A writer of a new bag; use it in a `with` block. After an error nothing is left behind.
 
     Args:
         path: .bag for ROS 1, .mcap for ROS 2 in one file, no suffix for a ROS 2 folder; folders on the way are made.
-        force: overwrite a bag that is there.
+        force: overwrite an existing bag.
 
     Attributes:
         ros1: whether messages are those of ROS 1: their headers count, and matrices of cameras have capital letters.
@@ -124,7 +124,7 @@ class BagWriter:
             shutil.rmtree(self._folder, ignore_errors=True)
 
     def _put(self) -> None:
-        """Put the finished bag where it belongs."""
+        """Move the finished bag to its place."""
         check_new(self._path, self._force)  # another program may have written there meanwhile
         finished = self._unfinished
         if finished.is_dir() and self._path.suffix:
@@ -135,18 +135,18 @@ class BagWriter:
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
-        """Raise `BadInput`, in one sentence, for what cannot be written."""
+        """Convert errors of writing to `BadInput` with one sentence."""
         try:
             yield
         except OSError as error:
             raise BadInput(f"cannot write {str(self._path)!r}: {error.strerror or error}") from error
 
     def message(self, kind: str, **fields: Any) -> Any:
-        """Return a message of the type "package/msg/Name" with its fields, each given."""
+        """Return a message of the type "package/msg/Name"; every field must be given."""
         return self._types.types[kind](**fields)
 
     def header(self, seconds: float, frame: str = "") -> Any:
-        """Return a header: the time since `START`, and the frame that the message speaks of."""
+        """Return a header with the time since `START` and the frame of the message."""
         count = {"seq": 0} if self.ros1 else {}
         seconds_part, nanoseconds = divmod(_nanoseconds(seconds), 10**9)
         stamp = self.message("builtin_interfaces/msg/Time", sec=seconds_part, nanosec=nanoseconds)
@@ -156,9 +156,9 @@ class BagWriter:
         """Write a message.
 
         Args:
-            topic: where it was heard; all messages of a topic are of one type.
+            topic: its topic; all messages of a topic have one type.
             message: what `message` made; its header counts up by topic.
-            seconds: since `START`, when it was heard.
+            seconds: the time of recording, since `START`.
             latched: whether later subscribers get the topic's last message.
         """
         kind = message.__msgtype__

@@ -1,4 +1,4 @@
-"""Finds the intrinsics of a camera in the files that data sets put beside their pictures."""
+"""Find a camera's intrinsics in the files that data sets store beside their pictures."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Lens:
         intrinsics: (3, 3), pixels.
         size: width and height of the pictures that it holds for, or `None`.
         depth_scale: metres a unit of the depth pictures, or `None`.
-        file: where it was found.
+        file: the file that describes it.
     """
 
     intrinsics: np.ndarray
@@ -42,7 +42,7 @@ class Lens:
 
 
 def find_lens(folder: Path) -> Lens | None:
-    """Find the lens that a file in the folder describes; the files with the likeliest names first.
+    """Find the lens that a file in the folder describes; files with the likeliest names are tried first.
 
     Raises:
         BadInput: for a file named for it that cannot be read.
@@ -64,7 +64,7 @@ def find_lens(folder: Path) -> Lens | None:
 
 
 def matrix_of(fx: float, fy: float, cx: float, cy: float) -> np.ndarray:
-    """Return (3, 3) of focal lengths and principal point, pixels."""
+    """Return the matrix (3, 3) of focal lengths and principal point, pixels."""
     return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
 
@@ -93,7 +93,7 @@ def _parsed(text: str, suffix: str) -> Any:
 
 
 def _mappings(found: Any) -> Iterator[Mapping[str, Any]]:
-    """A mapping and those within it, their keys in small letters."""
+    """Yield a mapping and those nested in it, their keys in lower case."""
     if isinstance(found, Mapping):
         yield {str(key).lower(): value for key, value in found.items()}
         for value in found.values():
@@ -121,7 +121,9 @@ def _matrix_in(values: Mapping[str, Any]) -> np.ndarray | None:
 
 
 def _matrix(numbers: Sequence[float]) -> np.ndarray | None:
-    """The intrinsics in 4 numbers (fx, fy, cx, cy), or in 9 or 16 by rows, or by columns; `None` if there are none."""
+    """Return the intrinsics from 4 numbers (fx, fy, cx, cy), or 9 or 16 by rows or columns; `None` if they are
+    none.
+    """
     if not all(map(math.isfinite, numbers)):
         return None
     if len(numbers) == 4:
@@ -143,7 +145,7 @@ def _size_in(values: Mapping[str, Any]) -> tuple[int, int] | None:
 
 
 def _scale_in(places: Sequence[Mapping[str, Any]]) -> float | None:
-    """Metres a unit: some say that, others how many units a metre has, which is more than one."""
+    """Return metres per unit; some files give units per metre instead, which is more than one."""
     for values in places:
         for key in _METRES_A_UNIT:
             value = values.get(key)

@@ -1,4 +1,4 @@
-"""Pictures and clouds from disk as the bag of a camera."""
+"""Convert pictures and clouds from disk to the bag of a camera."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _WHOLE = 0.01  # mm; single precision is that exact up to 100 m
 
 
 def write_rgbd(picture: RgbdPicture, out: Path, force: bool = False) -> None:
-    """Write a bag with one look of a camera, under a RealSense's names.
+    """Write a bag with one measurement of a camera, with the topic names of a RealSense.
 
     Args:
-        picture: what it saw; depths that are no whole millimetres are kept as they are, in metres.
+        picture: the measurement; depths that are not whole millimetres are kept in metres.
         out: the new bag, as `BagWriter` takes it.
         force: overwrite a bag that is there.
 
@@ -47,7 +47,7 @@ def write_rgbd(picture: RgbdPicture, out: Path, force: bool = False) -> None:
 
 
 def write_cloud(points: np.ndarray, color: np.ndarray | None, out: Path, force: bool = False) -> None:
-    """Write a bag with one cloud, in the frame that it has, under a RealSense's names.
+    """Write a bag with one cloud in its own frame, with the topic names of a RealSense.
 
     Args:
         points: (H, W, 3) the camera's optical frame, metres; NaN where nothing was measured.

@@ -1,4 +1,4 @@
-"""Unpacks compressed bags, never to more than the limits, whatever their headers claim.
+"""Unpack compressed bags within limits, whatever their headers claim.
 
 The library that reads bags unpacks whole pieces without asking how large they become. Its unpackers are replaced here,
 where it looks them up, by ones that stop at the limit.
@@ -45,11 +45,11 @@ class UnpackingLimits:
 
 
 class Unpacking:
-    """Counts what one open bag has unpacked so far.
+    """A count of what one open bag has unpacked so far.
 
     Args:
-        path: the bag's file or folder; `None` where it is not known.
-        limits: how much it may.
+        path: the bag's file or folder; `None` if unknown.
+        limits: the most that it may unpack.
     """
 
     def __init__(self, path: Path | None, limits: UnpackingLimits = UnpackingLimits()) -> None:
@@ -63,12 +63,12 @@ class Unpacking:
         self._left_of_files = max(limits.files, limits.file_times * packed)
 
     def is_slow(self) -> bool:
-        """Return whether there is, or was, so much to read that it takes its time."""
+        """Return whether the bag is, or was, so large that reading takes long."""
         return max(self._size, self._all - self._left) > SLOW_BAG_BYTES
 
     @contextmanager
     def counted(self) -> Iterator[None]:
-        """Count what is unpacked meanwhile."""
+        """Count what is unpacked within the context."""
         token = _CURRENT.set(self)
         try:
             yield
@@ -76,15 +76,15 @@ class Unpacking:
             _CURRENT.reset(token)
 
     def piece(self, start: Callable[[], Any], data: bytes) -> bytes:
-        """Return one packed piece, unpacked.
+        """Unpack one packed piece.
 
         Args:
-            start: makes an unpacker, as `bz2.BZ2Decompressor`.
-            data: all of it.
+            start: makes an unpacker, such as `bz2.BZ2Decompressor`.
+            data: the packed bytes.
 
         Raises:
             BadInput: when it would become too large.
-            EOFError: when it is cut short.
+            EOFError: when it is truncated.
         """
         pieces: list[bytes] = []
         most, total, rest = min(self._limits.piece, self._left), 0, data
@@ -127,12 +127,12 @@ _CURRENT: ContextVar[Unpacking | None] = ContextVar("unpacking", default=None)
 
 
 def _current() -> Unpacking:
-    """What counts at present; where the library is used directly, a count of its own."""
+    """Return the active count; if the library is used directly, a count of its own."""
     return _CURRENT.get() or Unpacking(None)
 
 
 class _CountedFile:
-    """A packed file that is read unpacked, and counted."""
+    """A packed file that is read unpacked and counted."""
 
     def __init__(self, file: BinaryIO, mode: str) -> None:
         self._file = _zstd.open(file, mode)

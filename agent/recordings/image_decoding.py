@@ -1,4 +1,4 @@
-"""Pictures in messages: depths as metres and colours as RGB, raw or compressed."""
+"""Decode pictures in messages: depths in metres and colours as RGB, raw or compressed."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def depth_picture(message: Any) -> np.ndarray:
     """Return the depths (H, W) float32 of a raw Image, metres; NaN where nothing was measured.
 
     Raises:
-        BadInput: where it is no depth picture, or contradicts itself.
+        BadInput: when it is not a depth picture, or contradicts itself.
     """
     if message.encoding not in DEPTHS:
         raise BadInput(f"a picture of encoding {message.encoding!r} holds no depths; legal: {', '.join(DEPTHS)}")
@@ -107,7 +107,7 @@ def is_compressed_depth(topic: str, message_format: str) -> bool:
 
 
 def compressed_size(message: Any) -> tuple[int, int]:
-    """Return width and height of a CompressedImage, without unpacking it.
+    """Return width and height of a CompressedImage without unpacking it.
 
     Raises:
         BadInput: where it is no picture.
@@ -118,7 +118,7 @@ def compressed_size(message: Any) -> tuple[int, int]:
 
 
 def _pixels(message: Any, kind: str, channels: int) -> np.ndarray:
-    """The pixels (H, W, C) of a raw Image, read where they lie."""
+    """Return the pixels (H, W, C) of a raw Image without copying them."""
     height, width = message.height, message.width
     dtype = np.dtype((">" if message.is_bigendian else "<") + kind)
     row = width * channels * dtype.itemsize
@@ -135,7 +135,7 @@ def _pixels(message: Any, kind: str, channels: int) -> np.ndarray:
 
 
 def _from_yuv(pixels: np.ndarray, brightness: tuple[int, int], blue: int, red: int) -> np.ndarray:
-    """RGB of YUV 4:2:2, by ITU-R BT.601."""
+    """Convert YUV 4:2:2 to RGB by ITU-R BT.601."""
     height, width, _ = pixels.shape
     if width % 2:
         raise BadInput(f"a YUV 4:2:2 picture cannot be {width} pixels wide: its pixels come in pairs")
@@ -147,14 +147,14 @@ def _from_yuv(pixels: np.ndarray, brightness: tuple[int, int], blue: int, red: i
 
 
 def _without_zero(depth: np.ndarray) -> np.ndarray:
-    """Depths with NaN for what is none."""
+    """Replace depths that are no measurement by NaN."""
     with np.errstate(invalid="ignore"):
         depth[~((depth > 0) & (depth < FARTHEST))] = np.nan
     return depth
 
 
 def _unpacked(data: bytes) -> Any:
-    """The picture in `data`, unpacked."""
+    """Unpack the picture in `data`."""
     picture = _read(data)
     if picture.width * picture.height > _MOST_PIXELS:
         raise BadInput(f"a compressed picture claims {picture.width} x {picture.height} pixels")
@@ -166,7 +166,7 @@ def _unpacked(data: bytes) -> Any:
 
 
 def _read(data: bytes) -> Any:
-    """The size and format of the picture in `data` by its header."""
+    """Read the size and format of the picture in `data` from its header."""
     from PIL import Image
 
     try:

@@ -1,4 +1,4 @@
-"""The content of a bag: topics, times, frames, what a run needs of it, and how it would be used."""
+"""Inspect a bag: topics, times, frames, the data that a run needs, and how it would be used."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class TopicInfo:
         rate: messages a second between the first and the last; `None` for fewer than two.
         first, last: seconds since the bag's first message; `None` without messages.
         frame: the frame of a camera's first message, or "".
-        gives: "points", "depth", "color" or "depth_info", as far as it is a camera's; else "".
+        gives: "points", "depth", "color" or "depth_info" for a topic of a camera; else "".
         problem: why it cannot be used for that, or "".
     """
 
@@ -49,7 +49,7 @@ class TopicInfo:
 
 @dataclass(frozen=True)
 class FrameInfo:
-    """One frame of tf in one of its parents.
+    """One tf frame in one of its parents.
 
     Attributes:
         name: the frame.
@@ -64,17 +64,17 @@ class FrameInfo:
 
 @dataclass(frozen=True)
 class BagInfo:
-    """What a bag holds.
+    """The content of a bag.
 
     Attributes:
         path: the file or folder.
-        seconds: how long it was recorded.
+        seconds: the duration of the recording.
         topics: by name.
         frames: tf, by parents and names.
-        there: what a run can have of it -> whether it is there: "points", "colour", "lens", "arm's joints",
+        there: what a run can use -> whether the bag has it: "points", "colour", "lens", "arm's joints",
             "camera to arm".
-        used: what would be used, and for what.
-        notes: what is missing, assumed or mended, each a sentence.
+        used: what would be used -> its purpose.
+        notes: what is missing, assumed or repaired, each a sentence.
     """
 
     path: Path
@@ -99,7 +99,7 @@ class BagInfo:
 
 
 def inspect_bag(path: Path, named: Mapping[str, str] | None = None) -> BagInfo:
-    """Find out what the bag at `path` holds; of big topics few messages are read.
+    """Inspect the bag at `path`; only a few messages of large topics are read.
 
     Args:
         path: a bag of any kind.
@@ -124,7 +124,7 @@ def inspect_bag(path: Path, named: Mapping[str, str] | None = None) -> BagInfo:
 
 
 def _span(bag: Bag, stream: Stream) -> tuple[float | None, float | None]:
-    """When a stream's first and last messages were recorded, seconds since the bag's first."""
+    """Return when a stream's first and last messages were recorded, seconds since the bag's first."""
     first = next(bag.messages([stream]), None)
     if first is None:
         return None, None
@@ -143,7 +143,7 @@ def _span(bag: Bag, stream: Stream) -> tuple[float | None, float | None]:
 def _use(
     bag: Bag, named: Mapping[str, str]
 ) -> tuple[tuple[FrameInfo, ...], dict[str, bool], dict[str, str], list[str]]:
-    """The frames of tf, what is there, how it would be used, and notes."""
+    """Return the frames of tf, the available data, its use, and notes."""
     choice, notes, camera = Choice(), [], ""
     try:
         choice = choose(bag, named)
@@ -175,7 +175,7 @@ def _use(
 
 
 def print_bag_info(info: BagInfo, results: TextIO) -> None:
-    """Print the same for people."""
+    """Print the content of a bag as text."""
     print(f"{info.path}: {info.seconds:.1f} s, {sum(topic.count for topic in info.topics)} messages\n", file=results)
     rows = [("topic", "type", "frame", "messages", "a second", "from s", "to s")]
     rows += [
@@ -206,7 +206,7 @@ def print_bag_info(info: BagInfo, results: TextIO) -> None:
 
 
 def _tree(frames: tuple[FrameInfo, ...]) -> list[str]:
-    """The frames as an indented tree, a line each; what hangs in a loop is listed once, at its end."""
+    """Return the frames as an indented tree, one per line; frames in a loop are listed once, at its end."""
     children: dict[str, list[FrameInfo]] = {}
     for frame in frames:
         children.setdefault(frame.parent, []).append(frame)

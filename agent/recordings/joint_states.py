@@ -1,4 +1,4 @@
-"""Finds the joint angles of the Jaco among all joints of a recording."""
+"""Find the joint angles of the Jaco among all joints of a recording."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _MODEL = re.compile(r"j2(?P<wrist>[ns])(?P<joints>[67])s[23]00")
 
 
 def joint_streams(bag: Bag, topic: str | None = None) -> list[Stream]:
-    """Return the streams that may say how the arm stood, the likeliest first.
+    """Return the streams that may hold the arm's joint angles, the likeliest first.
 
     Args:
-        topic: the only one that is wanted, or `None`.
+        topic: the only topic to use, or `None` for all.
     """
     found = [
         stream
@@ -31,13 +31,13 @@ def joint_streams(bag: Bag, topic: str | None = None) -> list[Stream]:
 
 
 def _likelihood(stream: Stream) -> tuple[bool, bool, bool, str]:
-    """The arm's driver, then any node that collects joint states; what is commanded is not what is."""
+    """Rank the arm's driver first, then nodes that collect joint states; commanded angles are not measured ones."""
     commanded = "command" in stream.topic or "torque" in stream.topic
     return commanded, stream.type != JOINTS, "driver/out" not in stream.topic, stream.topic
 
 
 def arm_state(bag: Bag, streams: Iterable[Stream], moment: int) -> tuple[ArmState | None, Stream | None, list[str]]:
-    """Return how the arm stood nearest to `moment` (nanoseconds), the stream that says so, and notes."""
+    """Return the arm's state nearest to `moment` (nanoseconds), its stream, and notes."""
     for stream in streams:
 
         def state(message: Message) -> tuple[ArmState, list[str]] | None:
@@ -55,7 +55,7 @@ def arm_state(bag: Bag, streams: Iterable[Stream], moment: int) -> tuple[ArmStat
 
 
 def _of_state(message: Any) -> tuple[ArmState, list[str]] | None:
-    """The Jaco in a JointState; `None` for other robots, and for a hand alone."""
+    """Return the Jaco in a JointState; `None` for other robots, and for a hand alone."""
     arms: dict[str, dict[str, float]] = {}
     for name, position in zip(message.name, message.position, strict=False):
         matched = _JOINT.fullmatch(name)
@@ -72,7 +72,7 @@ def _of_state(message: Any) -> tuple[ArmState, list[str]] | None:
 
 
 def _of_angles(message: Any, topic: str) -> tuple[ArmState, list[str]] | None:
-    """The Jaco in the driver's JointAngles: degrees, the seventh 0 on an arm of six joints."""
+    """Return the Jaco in the driver's JointAngles: degrees, with the seventh 0 on an arm of six joints."""
     degrees = [getattr(message, f"joint{number}") for number in range(1, 8)]
     if not all(map(math.isfinite, degrees)) or not any(degrees):
         return None
@@ -84,7 +84,7 @@ def _of_angles(message: Any, topic: str) -> tuple[ArmState, list[str]] | None:
 
 
 def _state(prefix: str, model_text: str, joints: dict[str, float], notes: Sequence[str]) -> tuple[ArmState, list[str]]:
-    """The arm with these joints; its model by what `model_text` names, and by their number."""
+    """Return the arm with these joints; `model_text` and their number determine its model."""
     count = _arm_joints(joints)
     named = _MODEL.search(model_text)
     if named and int(named["joints"]) == count:
@@ -95,6 +95,6 @@ def _state(prefix: str, model_text: str, joints: dict[str, float], notes: Sequen
 
 
 def _arm_joints(joints: Iterable[str]) -> int:
-    """How many of the arm's joints are there, if it is the first ones; else 0."""
+    """Count the arm's joints if they are consecutive from the first; otherwise return 0."""
     numbers = sorted(int(name[6:]) for name in joints if name[6:].isdigit())
     return len(numbers) if numbers == list(range(1, len(numbers) + 1)) else 0

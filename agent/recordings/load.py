@@ -1,4 +1,4 @@
-"""Loads one moment of a recorded session from any format."""
+"""Load one moment of a recorded session from any format."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def read_recording(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
     """Read one moment of the session at `path`: a bag of any kind, a cloud, or a folder of pictures.
 
     Raises:
-        BadInput: where there is nothing, or nothing that can be used.
-        UsageError: for options that do not go together, or do not fit.
+        BadInput: when nothing is found there, or nothing usable.
+        UsageError: for options that exclude each other or do not fit the recording.
     """
     if options.looks < 1:
         raise UsageError(f"at least 1 look is needed, not {options.looks}")
@@ -50,7 +50,7 @@ def read_recording(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
 
 
 def _is_bag_folder(path: Path) -> bool:
-    """Whether a folder is meant as a ROS 2 bag."""
+    """Return whether a folder is a ROS 2 bag."""
     return (path / METADATA).exists() or any(file.suffix in STORAGES for file in path.iterdir())
 
 
@@ -72,7 +72,7 @@ class _Look:
 
 
 def _read(bag: Bag, options: ReadingOf) -> Recording:
-    """One moment of an open bag."""
+    """Read one moment of an open bag."""
     choice = choose(bag, options.topics)
     joints = joint_streams(bag, options.topics.get("joints"))
     moment = _moment(bag, options.at, choice, joints)
@@ -122,7 +122,7 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
 
 
 def used(choice: Choice, joints: Stream | None, with_tf: Bag | None, with_color: bool = True) -> dict[str, str]:
-    """Return what each topic is used for."""
+    """Return the purpose of each used topic."""
     roles = {role: getattr(choice, role) for role in ("points", "depth", "depth_info")}
     if with_color:
         roles |= {"color": choice.color, "color_info": choice.color_info}
@@ -135,7 +135,7 @@ def used(choice: Choice, joints: Stream | None, with_tf: Bag | None, with_color:
 
 
 def _ways(choice: Choice, camera: str) -> list[tuple[str, str]]:
-    """The ways between frames that are needed: to the arm's base, and to the colour camera."""
+    """Return the pairs of frames that are needed: to the arm's base, and to the colour camera."""
     ways = [(camera, "")]
     if choice.color_info is not None and choice.color_info.frame != camera:
         ways.append((camera, choice.color_info.frame))
@@ -143,7 +143,7 @@ def _ways(choice: Choice, camera: str) -> list[tuple[str, str]]:
 
 
 def _moment(bag: Bag, at: float | None, choice: Choice, joints: list[Stream]) -> int:
-    """The moment that is wanted, nanoseconds: by default the first at which everything has been recorded once."""
+    """Return the chosen moment, nanoseconds: by default the first at which every stream has a message."""
     if at is not None:
         if not 0 <= at <= bag.seconds + 1e-3:
             raise BadInput(f"{str(bag.path)!r} has no moment {at:g} s after its first; legal: 0 to {bag.seconds:.1f}")
@@ -155,7 +155,7 @@ def _moment(bag: Bag, at: float | None, choice: Choice, joints: list[Stream]) ->
 
 
 def _lens(bag: Bag, info: Offer, picture: Offer, moment: int) -> Lens:
-    """The lens of a picture as its CameraInfo nearest to the moment describes it.
+    """Return the lens of a picture from its CameraInfo nearest to the moment.
 
     Raises:
         BadInput: where no CameraInfo can be used.
@@ -172,7 +172,7 @@ def _lens(bag: Bag, info: Offer, picture: Offer, moment: int) -> Lens:
 
 
 def _looks(bag: Bag, choice: Choice, lens: Lens | None, moment: int, most: int) -> list[Found[_Look]]:
-    """The measurements nearest to the moment, the nearest first.
+    """Return the measurements nearest to the moment, the nearest first.
 
     Raises:
         BadInput: where there is none.
@@ -206,7 +206,7 @@ def _looks(bag: Bag, choice: Choice, lens: Lens | None, moment: int, most: int) 
 
 
 def _from_one_place(bag: Bag, looks: list[Found[_Look]], frames: Frames) -> list[Found[_Look]]:
-    """Those of the looks for which tf says that the camera stood where it stood for the first."""
+    """Keep the measurements for which, according to tf, the camera stood where it stood for the first."""
     camera, base = looks[0].value.frame, base_frame(frames)
     path = frames.path(base, camera)
     if frames.all_static(path):
@@ -225,7 +225,7 @@ def _from_one_place(bag: Bag, looks: list[Found[_Look]], frames: Frames) -> list
 
 
 def _on_topic(stream: Stream, read: Callable[[], Any]) -> Any:
-    """What `read` gives; an error in a message is raised with its topic."""
+    """Return the result of `read`; an error in a message is raised with its topic."""
     try:
         return read()
     except BadInput as error:
@@ -237,7 +237,7 @@ def _on_topic(stream: Stream, read: Callable[[], Any]) -> Any:
 def _color(
     bag: Bag, choice: Choice, look: _Look, points: np.ndarray, recorded: int, frames: Frames, demanded: bool
 ) -> tuple[np.ndarray | None, list[str]]:
-    """The colour (H, W, 3) of every point, or `None`, and notes.
+    """Return the colour (H, W, 3) of every point, or `None`, and notes.
 
     Raises:
         BadInput: where the user named a picture that cannot be used.
@@ -272,7 +272,7 @@ def _color(
 def _laid_over(
     bag: Bag, choice: Choice, look: _Look, points: np.ndarray, colors: np.ndarray, recorded: int, frames: Frames
 ) -> np.ndarray:
-    """The colour (H, W, 3) that another camera sees at every point; black where it sees none."""
+    """Return the colour (H, W, 3) that another camera sees at every point; black if it sees none."""
     assert choice.color is not None
     if choice.color_info is None:
         raise BadInput(f"no sensor_msgs/CameraInfo goes with {choice.color.stream.topic}")

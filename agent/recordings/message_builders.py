@@ -1,4 +1,4 @@
-"""Messages of a session, made from arrays: pictures, lenses, poses, joints and transforms."""
+"""Build the messages of a session from arrays: pictures, lenses, poses, joints and transforms."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def depth_message(writer: BagWriter, depth: np.ndarray, seconds: float, frame: s
     """Return depth (H, W), metres, NaN where nothing was measured, as sensor_msgs/Image: 16UC1, mm, 0 where nothing
     was.
 
-    What lies beyond 65.535 m counts as not measured.
+    Depths beyond 65.535 m count as not measured.
     """
     rounded = np.rint(np.nan_to_num(depth / _MILLIMETRE, nan=0.0))
     pixels = np.where((rounded > 0) & (rounded <= np.iinfo(np.uint16).max), rounded, 0).astype("<u2")
@@ -92,7 +92,7 @@ def lens_message(
 
 
 def transforms_message(writer: BagWriter, transforms: Mapping[tuple[str, str], np.ndarray], seconds: float) -> Any:
-    """Transforms as tf2_msgs/TFMessage: (parent, child) -> parent_from_child (4, 4)."""
+    """Return transforms as tf2_msgs/TFMessage: (parent, child) -> parent_from_child (4, 4)."""
     stamped = [
         writer.message(
             "geometry_msgs/msg/TransformStamped",
@@ -120,7 +120,7 @@ def pose_message(writer: BagWriter, pose: np.ndarray, seconds: float, frame: str
 
 
 def joints_message(writer: BagWriter, names: Sequence[str], angles: Sequence[float], seconds: float) -> Any:
-    """Joints at rest at their angles, radians, as sensor_msgs/JointState of the arm's driver, which names no frame."""
+    """Return joints at rest, radians, as sensor_msgs/JointState of the arm's driver, which has no frame."""
     return writer.message(
         "sensor_msgs/msg/JointState", header=writer.header(seconds), name=list(names),
         position=np.asarray(angles, dtype=np.float64), velocity=np.zeros(len(names)), effort=np.zeros(0),

@@ -1,4 +1,4 @@
-"""Decodes ROS messages into arrays: clouds, camera infos, stamps; every length is checked before it is used."""
+"""Decode ROS messages into arrays: clouds, camera infos, stamps; every length is checked before it is used."""
 
 from __future__ import annotations
 
@@ -29,8 +29,9 @@ def frame_name(name: str) -> str:
 
 
 def stamp(header: Any, recorded: int) -> int:
-    """Return when something was measured, nanoseconds: its stamp, or the time of recording where that is of another
-    clock."""
+    """Return when something was measured, nanoseconds: its stamp, or the time of recording if the stamp is of
+    another clock.
+    """
     stamped = header.stamp.sec * 10**9 + header.stamp.nanosec
     return stamped if abs(stamped - recorded) < _CLOCKS_APART else recorded
 
@@ -77,7 +78,7 @@ def cloud_points(message: Any) -> tuple[np.ndarray, np.ndarray | None]:
 
 
 def _cloud_colors(kinds: dict[str, tuple[str, int]], values: Any, order: str) -> np.ndarray | None:
-    """The colours of a cloud, packed into four bytes of any type, or in fields of their own."""
+    """Return the colours of a cloud, packed into four bytes of any type, or in separate fields."""
     for name in ("rgb", "rgba"):
         if name in kinds and np.dtype(kinds[name][0]).itemsize == 4:
             packed = values(name, order + "u4")
@@ -88,8 +89,7 @@ def _cloud_colors(kinds: dict[str, tuple[str, int]], values: Any, order: str) ->
 
 
 def without_nothing(points: np.ndarray) -> np.ndarray:
-    """Return points (H, W, 3) with NaN for what measures nothing: infinite, far beyond any table, or the camera
-    itself."""
+    """Return points (H, W, 3) with NaN for invalid ones: infinite, far beyond any table, or at the camera itself."""
     with np.errstate(invalid="ignore", over="ignore"):
         good = (np.abs(points) < FARTHEST).all(axis=-1) & (points != 0).any(axis=-1)
     points[~good] = np.nan
@@ -105,7 +105,7 @@ class Lens:
         distortion: the coefficients k1 k2 p1 p2 k3 k4 k5 k6; all zero for a rectified picture.
         width, height: of the picture, pixels.
         frame: the optical frame.
-        note: what of it was left out, or "".
+        note: what was ignored, or "".
     """
 
     matrix: np.ndarray
@@ -116,10 +116,10 @@ class Lens:
     note: str = ""
 
     def scaled(self, width: int, height: int) -> Lens:
-        """Return the same lens for a picture of another size, cut out nowhere.
+        """Return the same lens for a picture of another size that shows the same view.
 
         Raises:
-            BadInput: where the sides are not in the same proportion.
+            BadInput: when the sides have another ratio.
         """
         if (width, height) == (self.width, self.height) or not (self.width and self.height):
             return self
@@ -154,7 +154,7 @@ class Lens:
             return (rays * factor + shift) * self.matrix[(0, 1), (0, 1)] + self.matrix[:2, 2]
 
     def _bent(self, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What the lens multiplies and adds to rays (..., 2): ROS's "plumb_bob" and "rational_polynomial"."""
+        """Apply the distortion to rays (..., 2): ROS's "plumb_bob" and "rational_polynomial"."""
         k1, k2, p1, p2, k3, k4, k5, k6 = self.distortion
         x, y = rays[..., 0], rays[..., 1]
         square = x * x + y * y
@@ -194,6 +194,6 @@ def lens_of(message: Any, rectified: bool) -> Lens:
 
 
 def _is_lens(matrix: np.ndarray) -> bool:
-    """Whether (3, 3) has two focal lengths that can be."""
+    """Return whether (3, 3) has two valid focal lengths."""
     focal, middle = matrix[(0, 1), (0, 1)], matrix[:2, 2]
     return bool(((focal > 1) & (focal < _MOST_PIXELS) & (np.abs(middle) < _MOST_PIXELS)).all())

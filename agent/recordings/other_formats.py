@@ -1,4 +1,4 @@
-"""Recordings that are not bags: a cloud on disk, or a folder of pictures."""
+"""Read recordings that are not bags: a cloud on disk, or a folder of pictures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from agent.recordings.rgbd_folder import read_rgbd
 def read_other(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
     """Read a .ply or .pcd file, or the first look of a folder of pictures as `agent.recordings.rgbd_folder` has them.
 
-    Such recordings do not say where the arm is: only `options.world_from_camera` can.
+    Such recordings do not contain the arm's pose: only `options.world_from_camera` can.
 
     Raises:
         BadInput: where there is nothing, or nothing that can be used.

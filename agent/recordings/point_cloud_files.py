@@ -1,4 +1,4 @@
-"""Clouds on disk: .ply and .pcd files, whose headers are checked before they are used."""
+"""Read clouds from .ply and .pcd files, whose headers are checked before they are used."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class _Header:
 
     Attributes:
         height, width: rows and columns of its points.
-        needed: bytes that the whole file has at least.
+        needed: the least size of the whole file, bytes.
         lines: lines of text after the header that its points take; 0 where they are no text.
-        length: of the header, bytes.
+        length: the length of the header, bytes.
     """
 
     height: int
@@ -82,14 +82,14 @@ def read_cloud(path: Path) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ..
 
 
 def _lines_after(path: Path, offset: int) -> int:
-    """Lines with something on them after the first `offset` bytes."""
+    """Count the non-empty lines after the first `offset` bytes."""
     with path.open("rb") as file:
         file.seek(offset)
         return sum(not line.isspace() for line in file)
 
 
 def _read(path: Path, count: int) -> tuple[np.ndarray, np.ndarray | None]:
-    """Points (P, 3) float32 and colours (P, 3) uint8 of a file whose header has been checked."""
+    """Read points (P, 3) float32 and colours (P, 3) uint8 of a file whose header has been checked."""
     import open3d
 
     # The library reports errors only in its log, and gives what it has.
@@ -111,7 +111,7 @@ def _read(path: Path, count: int) -> tuple[np.ndarray, np.ndarray | None]:
 
 
 def _pcd_header(path: Path, head: bytes) -> _Header:
-    """The header of a .pcd file."""
+    """Read the header of a .pcd file."""
     said: dict[str, list[str]] = {}
     length = 0
     for line in head.splitlines(keepends=True):
@@ -152,7 +152,7 @@ def _pcd_header(path: Path, head: bytes) -> _Header:
 
 
 def _ply_header(path: Path, head: bytes) -> _Header:
-    """The header of a .ply file."""
+    """Read the header of a .ply file."""
     ending = re.search(rb"^end_header\r?\n?", head, re.MULTILINE)
     text = head[: ending.end() if ending else 0].decode("latin-1").replace("\r\n", "\n")
     kind = re.search(r"^format (ascii|binary_little_endian|binary_big_endian) ", text, re.MULTILINE)

@@ -1,4 +1,4 @@
-"""The data that is taken from a recording, with the frame, unit and shape of every input.
+"""Define the data taken from a recording, with the frame, unit and shape of every input.
 
 | input | dtype, shape | frame, unit | range |
 |---|---|---|---|
@@ -26,7 +26,7 @@ from agent.arm.state import ArmState
 
 @dataclass(frozen=True)
 class DepthFrame:
-    """What a depth camera measured at one moment, or in several looks of one that stood still.
+    """The measurement of a depth camera at one moment, or several fused ones while it stood still.
 
     Attributes:
         points: (H, W, 3) float32, the camera's optical frame, metres; NaN where nothing was measured.
@@ -46,13 +46,13 @@ class DepthFrame:
 
     @property
     def organised(self) -> bool:
-        """Whether neighbours in the array are neighbours in the picture."""
+        """Return whether neighbours in the array are neighbours in the picture."""
         return self.points.shape[0] > 1
 
 
 @dataclass(frozen=True)
 class Recording:
-    """One moment of a recorded session, whatever it was read from.
+    """One moment of a recorded session in any format.
 
     Attributes:
         path: the file or folder.
@@ -61,7 +61,7 @@ class Recording:
         world_from_camera: (4, 4) as given by hand, or `None`.
         arm: how the arm stood, or `None`.
         used: what was used, and for what: "depth" -> "/camera/depth/image_raw".
-        notes: what was assumed, left out or mended, each a sentence for the report.
+        notes: what was assumed, left out or repaired, each a sentence for the report.
     """
 
     path: Path
@@ -75,13 +75,13 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class ReadingOf:
-    """Options of how a recording is read.
+    """Options for reading a recording.
 
     Attributes:
         at: seconds after the first message; by default the first moment at which everything is there.
         topics: "points", "depth", "depth_info", "color", "joints" -> the topic to use for it.
         looks: how many frames may be fused while the camera stands still.
-        world_from_camera: (4, 4) the pose of the camera's optical frame, given by hand; it goes before tf.
+        world_from_camera: (4, 4) the pose of the camera's optical frame, given by hand; it overrides tf.
     """
 
     at: float | None = None
@@ -92,7 +92,7 @@ class ReadingOf:
 
 @dataclass(frozen=True, eq=False)
 class RecordedOptions:
-    """Options of how a recorded scene is used.
+    """Options for using a recorded scene.
 
     Attributes:
         reading: how it is read.
@@ -104,7 +104,7 @@ class RecordedOptions:
 
     @property
     def given(self) -> bool:
-        """Whether anything is said that needs a recording."""
+        """Return whether any option requires a recording."""
         reading = self.reading
         return bool(
             reading.at is not None or reading.topics or reading.world_from_camera is not None or self.nouns

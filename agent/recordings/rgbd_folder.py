@@ -1,10 +1,10 @@
-"""Colour, depth and lens on disk: a folder of pictures as data sets have them.
+"""Read colour, depth and lens from a folder of pictures as data sets have them.
 
     FOLDER/000004-color.png    # or .jpg; `color`, `colour` or `rgb` in the name, or in that of a folder within FOLDER
     FOLDER/000004-depth.png    # 16 bits of grey; or .tiff, or .npy; `depth` in the name, or in that of its folder
     FOLDER/camera_params.json  # fx, fy, cx, cy, or the matrix K, in one of the usual spellings
 
-What is left of a name without those words says which pictures belong together. Whole numbers are millimetres and
+The rest of a name without those words identifies the pictures that belong together. Whole numbers are millimetres and
 others metres, unless `depth_scale` in the camera's file, or the user, says how many metres a unit is.
 """
 
@@ -28,7 +28,7 @@ _MOST_PIXELS = 50_000_000
 
 @dataclass(frozen=True)
 class RgbdPicture:
-    """One look of a depth camera from disk.
+    """One measurement of a depth camera from disk.
 
     Attributes:
         name: what its files have in common, such as "000004".
@@ -48,7 +48,7 @@ class RgbdPicture:
 
     @property
     def points(self) -> np.ndarray:
-        """(H, W, 3) float32, the camera's optical frame, metres."""
+        """Return points (H, W, 3) float32, the camera's optical frame, metres."""
         height, width = self.depth.shape
         (fx, _, cx), (_, fy, cy), _ = self.intrinsics
         x = (np.arange(width) - cx)[None, :] / fx * self.depth
@@ -62,7 +62,7 @@ def read_rgbd(
     intrinsics: Sequence[float] | None = None,
     depth_scale: float | None = None,
 ) -> RgbdPicture:
-    """Read one look from a folder of pictures.
+    """Read one measurement from a folder of pictures.
 
     Args:
         folder: of colour and depth pictures, with the camera's file.
@@ -107,7 +107,7 @@ def read_rgbd(
 
 
 def _pictures(folder: Path) -> tuple[dict[str, Path], dict[str, Path]]:
-    """The depth pictures and the colour pictures of a folder by what their names have in common, in order."""
+    """Group the depth and colour pictures of a folder by the common part of their names, in order."""
     if not folder.is_dir():
         raise BadInput(f"there is no folder {str(folder)!r}")
     depths: dict[str, Path] = {}
@@ -128,7 +128,7 @@ def _pictures(folder: Path) -> tuple[dict[str, Path], dict[str, Path]]:
 
 
 def _chosen(folder: Path, depths: dict[str, Path], name: str | None) -> tuple[str, tuple[str, ...]]:
-    """The name of the look that is taken, and a note where there are others."""
+    """Return the name of the selected measurement, and a note if there are others."""
     if name is None:
         first = next(iter(depths))
         if len(depths) == 1:
@@ -142,7 +142,7 @@ def _chosen(folder: Path, depths: dict[str, Path], name: str | None) -> tuple[st
 
 
 def _depth_values(path: Path) -> np.ndarray:
-    """The numbers (H, W) of a depth picture, in its own unit."""
+    """Return the numbers (H, W) of a depth picture, in its own unit."""
     try:
         if path.suffix.lower() == ".npy":
             # Mapped, because a damaged header can claim any size.
@@ -161,7 +161,7 @@ def _depth_values(path: Path) -> np.ndarray:
 
 
 def _open_picture(path: Path, formats: Sequence[str], legal: str, modes: Sequence[str] = ()) -> np.ndarray:
-    """The pixels of a picture; with `modes` as they are, of one of these kinds, and otherwise as RGB."""
+    """Return the pixels of a picture: unchanged if its mode is one of `modes`, otherwise as RGB."""
     from PIL import Image
 
     try:
@@ -176,7 +176,7 @@ def _open_picture(path: Path, formats: Sequence[str], legal: str, modes: Sequenc
 
 
 def _metres(values: np.ndarray, scale: float | None, path: Path) -> np.ndarray:
-    """Depths (H, W) float32 in metres, NaN where nothing was measured."""
+    """Return depths (H, W) float32 in metres, NaN where nothing was measured."""
     whole = values.dtype.kind in "ui"
     scale = scale or (0.001 if whole else 1.0)
     depth = (values * scale).astype(np.float32)
@@ -194,7 +194,7 @@ def _metres(values: np.ndarray, scale: float | None, path: Path) -> np.ndarray:
 
 
 def _color(path: Path, shape: tuple[int, int]) -> tuple[np.ndarray | None, tuple[str, ...]]:
-    """The colours for a depth picture (H, W), and what had to be done for it."""
+    """Return the colours for a depth picture (H, W), and how they were adapted to it."""
     color = _open_picture(path, ("PNG", "JPEG"), "a PNG or JPEG picture")
     (height, width), (rows, columns) = shape, color.shape[:2]
     if (rows, columns) == (height, width):
@@ -227,6 +227,6 @@ def _listed(folder: Path) -> str:
 
 
 def _few(names: Sequence[str]) -> str:
-    """Some names, and how many more there are."""
+    """Join some names and the number of the rest."""
     more = f" and {len(names) - 8} more" if len(names) > 8 else ""
     return (", ".join(names[:8]) or "nothing") + more

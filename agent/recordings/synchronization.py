@@ -1,4 +1,4 @@
-"""Finds the measurement nearest to a moment, and fuses several looks of a camera that stood still."""
+"""Find the measurement nearest to a moment, and fuse several of a camera that stood still."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Found(Generic[T]):
 def around(
     bag: Bag, stream: Stream, moment: int, decode: Callable[[Message], T | None], before: int, after: int
 ) -> list[Found[T]]:
-    """Return what a stream says around `moment` (nanoseconds of the recording), the nearest first.
+    """Return the messages of a stream around `moment` (nanoseconds of the recording), the nearest first.
 
     Args:
         bag: open.
@@ -48,7 +48,7 @@ def around(
         before, after: how many are wanted on either side; those at the moment itself count as after it.
 
     Raises:
-        BadInput: where every message that was tried is spoilt; as the first one's.
+        BadInput: when every message that was tried is invalid; the error of the first one.
     """
     for reach in _REACHES:
         start = None if reach is None else max(0, moment - round(reach * 1e9))
@@ -81,7 +81,7 @@ def around(
 
 
 class _Tried(Generic[T]):
-    """Decodes messages, and keeps what was wrong with the first that was spoilt."""
+    """A decoder that keeps the error of the first invalid message."""
 
     def __init__(self, decode: Callable[[Message], T | None]) -> None:
         self._decode = decode
@@ -90,7 +90,7 @@ class _Tried(Generic[T]):
 
     @property
     def enough(self) -> bool:
-        """Whether so many were spoilt that the others will be too."""
+        """Return whether so many messages were invalid that the others will be too."""
         return self._spoilt >= _MOST_SPOILT
 
     def __call__(self, message: Message) -> Found[T] | None:
@@ -107,7 +107,7 @@ def _bytes(messages: Iterable[Message]) -> int:
 
 
 def nearest(bag: Bag, stream: Stream, moment: int, decode: Callable[[Message], T | None]) -> Found[T] | None:
-    """Return what a stream says nearest to `moment`; `None` where it says nothing of use."""
+    """Return the usable message of a stream nearest to `moment`; `None` if there is none."""
     try:
         found = around(bag, stream, moment, decode, before=1, after=1)
     except BadInput:
@@ -144,7 +144,7 @@ def fused(looks: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray, int]:
 
 
 def _still(reference: np.ndarray, other: np.ndarray) -> bool:
-    """Whether two looks show the same from the same place."""
+    """Return whether two measurements show the same scene from the same place."""
     if reference.shape != other.shape:
         return False
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -1,4 +1,4 @@
-"""Transforms between frames, from /tf and /tf_static of ROS 1 and ROS 2."""
+"""Read transforms between frames from /tf and /tf_static of ROS 1 and ROS 2."""
 
 from __future__ import annotations
 
@@ -72,18 +72,18 @@ class Frames:
             self.spoilt.append(sentence)
 
     def _nearer(self, new: int, old: int) -> bool:
-        """Whether a transform of time `new` fits the moment better than one of `old`."""
+        """Return whether a transform of time `new` fits the moment better than one of `old`."""
         if new <= self.moment:
             return old > self.moment or new >= old
         return self.moment < new < old
 
     @property
     def names(self) -> set[str]:
-        """Every frame there is."""
+        """Return the names of all frames."""
         return {name for edge in self.transforms for name in edge}
 
     def parents(self, name: str) -> list[str]:
-        """Return the parents of a frame, by name; one, unless tf is broken."""
+        """Return the parents of a frame by name; there is one unless tf is broken."""
         return sorted(parent for child, parent in self.transforms if child == name)
 
     def loop(self, name: str) -> list[str]:
@@ -172,7 +172,7 @@ def read_frames(bag: Bag, moment: int, ways: Iterable[tuple[str, str]] = ()) -> 
 
 
 def _take(bag: Bag, frames: Frames, streams: list[Stream], start: int | None, stop: int | None, static: bool) -> None:
-    """Take in the messages of `streams` in a span of time."""
+    """Add the messages of `streams` in a span of time."""
     for number, message in enumerate(bag.messages(streams, start, stop)):
         if static and number == _MOST_STATIC:
             frames.spoilt.append(f"of tf's static transforms the first {_MOST_STATIC} messages alone were read")
@@ -185,8 +185,7 @@ def _take(bag: Bag, frames: Frames, streams: list[Stream], start: int | None, st
 
 
 def base_frame(frames: Frames, prefix: str = "") -> str:
-    """Return the frame of the arm's base: the maker's `link_base` with the arm's prefix, or what stands in the same
-    place."""
+    """Return the frame of the arm's base: the maker's `link_base` with the arm's prefix, or an equivalent frame."""
     names = sorted(frames.names)
     bases = [name for name in names if name.endswith("link_base")]
     bases.sort(key=lambda name: name != f"{prefix}link_base")
@@ -194,7 +193,7 @@ def base_frame(frames: Frames, prefix: str = "") -> str:
 
 
 def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarray | None, list[str]]:
-    """Return where the camera stood, (4, 4) in the frame of the arm's base, and what there is to say about it.
+    """Return the camera's pose (4, 4) in the frame of the arm's base, and notes.
 
     Args:
         frames: at the moment of the picture.
@@ -202,7 +201,7 @@ def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarr
         prefix: what the arm's names begin with, where it is known.
 
     Raises:
-        TransformLoop: where tf goes round in a circle. That it does not reach the arm is common, and a note.
+        TransformLoop: when tf has a loop. If tf does not reach the arm, which is common, a note says so.
     """
     notes = list(frames.spoilt)
     if not frames.transforms:
@@ -231,19 +230,19 @@ def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarr
 
 
 def _in_turn(loop: Sequence[str], most: int = 8) -> str:
-    """The frames of a loop, the middle of a long one left out."""
+    """Return the frames of a loop, without the middle of a long one."""
     shown = loop if len(loop) <= most else [*loop[: most - 2], f"{len(loop) - most + 1} more", loop[-1]]
     return " -> ".join(shown)
 
 
 def _some(names: Iterable[str], most: int = 8) -> str:
-    """Some names of many."""
+    """Join some of many names."""
     ordered = sorted(names)
     return ", ".join(ordered[:most]) + (f" and {len(ordered) - most} more" if len(ordered) > most else "")
 
 
 def _pose(transform: Any) -> tuple[np.ndarray | None, str]:
-    """(4, 4) of a Transform, or `None`, and what is wrong with it, or ""."""
+    """Return (4, 4) of a Transform, or `None`, and its error, or ""."""
     position, turn = transform.translation, transform.rotation
     quaternion = np.array([turn.x, turn.y, turn.z, turn.w])
     shift = np.array([position.x, position.y, position.z])

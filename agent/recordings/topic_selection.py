@@ -1,4 +1,4 @@
-"""Selects the topic for each role by type, name and a first look, unless the user names it."""
+"""Select the topic for each role by type, name and first messages, unless the user names it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _DISLIKED = ("infra", "/ir/", "confidence", "fisheye", "mask", "marker", "debug"
 
 @dataclass(frozen=True)
 class Offer:
-    """What a stream could be used for.
+    """A possible use of a stream.
 
     Attributes:
         stream: the stream.
@@ -47,7 +47,7 @@ class Offer:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height."""
+        """Return width and height."""
         return self.width, self.height
 
     @property
@@ -81,14 +81,14 @@ class Choice:
 
     @property
     def source(self) -> Offer:
-        """What the points are made of."""
+        """Return what the points are made from."""
         chosen = self.points or self.depth
         assert chosen is not None
         return chosen
 
     @property
     def worth(self) -> float:
-        """How much it contains: a picture more than loose points, colour on every pixel more than colour laid over it."""
+        """Rate the content: a picture above unorganised points, colour on every pixel above colour laid over it."""
         if self.points is not None and self.points.height <= 1:
             return 1.5 if self.points.colored else 1.0
         own = self.points is not None and self.points.colored
@@ -96,7 +96,7 @@ class Choice:
 
 
 def offers(bag: Bag) -> list[Offer]:
-    """Return what every stream of a fitting type has to give, by a look at its first messages."""
+    """Return the possible uses of every stream of a fitting type, from its first messages."""
     found = []
     for stream in bag.streams:
         if stream.count and stream.type in (CLOUD, IMAGE, COMPRESSED, INFO):
@@ -105,7 +105,7 @@ def offers(bag: Bag) -> list[Offer]:
 
 
 def _offer(bag: Bag, stream: Stream) -> Offer:
-    """What a stream gives, by the first of its messages that is not empty."""
+    """Return the use of a stream from the first of its messages that is not empty."""
     by_name = "depth" if "depth" in stream.topic.lower() else "color"
     guess = {CLOUD: "points", INFO: "depth_info"}.get(stream.type, by_name)
     first = Offer(stream, guess, problem="it has no messages")
@@ -121,7 +121,7 @@ def _offer(bag: Bag, stream: Stream) -> Offer:
 
 
 def _described(stream: Stream, message: Any) -> Offer:
-    """What a message says about its stream."""
+    """Describe a stream by one of its messages."""
     frame = frame_name(message.header.frame_id)
     role, problem = {CLOUD: "points", INFO: "depth_info"}.get(stream.type, "color"), ""
     if stream.type == COMPRESSED:
@@ -140,7 +140,7 @@ def _described(stream: Stream, message: Any) -> Offer:
 
 
 def choose(bag: Bag, named: Mapping[str, str]) -> Choice:
-    """Choose what the camera's picture is made of.
+    """Choose the streams that make the camera's picture.
 
     Args:
         bag: open.
@@ -186,7 +186,7 @@ def choose(bag: Bag, named: Mapping[str, str]) -> Choice:
 
 
 def check_named(bag: Bag, named: Mapping[str, str]) -> None:
-    """See that every topic that the user names is there and of a fitting type.
+    """Check that every topic that the user names exists and has a fitting type.
 
     Raises:
         UsageError: for a role that there is none of, or for two that exclude each other.
@@ -205,14 +205,14 @@ def check_named(bag: Bag, named: Mapping[str, str]) -> None:
 
 
 def _of_role(there: list[Offer], role: str, named: Mapping[str, str]) -> list[Offer]:
-    """The offers for a role, or the one that the user named for it, whatever it looks like."""
+    """Return the offers for a role, or the topic that the user named for it, without further conditions."""
     if role in named:
         return [offer for offer in there if offer.stream.topic == named[role] and offer.stream.type in ROLES[role]]
     return [offer for offer in there if offer.role == role]
 
 
 def _info_for(there: list[Offer], named: Mapping[str, str], picture: Offer) -> Offer | None:
-    """The CameraInfo of a picture: the one that the user named, the one beside it, or one of its frame and size."""
+    """Return the CameraInfo of a picture: the named one, the one beside it, or one of its frame and size."""
     if picture.role in ("depth", "points") and "depth_info" in named:
         return _of_role(there, "depth_info", named)[0]
     infos = [offer for offer in there if offer.role == "depth_info" and not offer.problem]
@@ -227,13 +227,13 @@ def _info_for(there: list[Offer], named: Mapping[str, str], picture: Offer) -> O
 
 
 def _folder(stream: Stream) -> str:
-    """The part of a picture's name that its CameraInfo shares."""
+    """Return the part of a picture's name that its CameraInfo shares."""
     topic = stream.topic.rsplit("/", 1)[0] if stream.type == COMPRESSED else stream.topic
     return topic.rsplit("/", 1)[0]
 
 
 def _with_color(there: list[Offer], named: Mapping[str, str], choice: Choice) -> Choice:
-    """The choice with the colour picture that goes best with it."""
+    """Return the choice with the most suitable colour picture."""
     source, info = choice.source, choice.depth_info
     if choice.points is not None:
         info = _info_for(there, named, source) if source.height > 1 else None
@@ -254,6 +254,6 @@ def _with_color(there: list[Offer], named: Mapping[str, str], choice: Choice) ->
 
 
 def _listed(bag: Bag, most: int = 8) -> str:
-    """The bag's streams, in a sentence."""
+    """List the bag's streams in a sentence."""
     listed = [str(stream).replace("/msg/", "/") for stream in bag.streams]
     return ", ".join(listed[:most]) + (f" and {len(listed) - most} more" if len(listed) > most else "")

@@ -1,4 +1,4 @@
-"""The commands of the arm on the twin, as files that a real Jaco can replay through ROS.
+"""Export the commands of the arm on the twin as files that a real Jaco can replay through ROS.
 
 The .json file, in radians, seconds since the beginning, and rad/s:
 
@@ -55,7 +55,7 @@ CLOSED_TURNS, CLOSED_DEGREES = 6800.0, 80.0  # of a finger, in the driver's unit
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """One motion that the arm was commanded.
+    """One commanded motion of the arm.
 
     Attributes:
         name: what for.
@@ -82,7 +82,7 @@ class _Sample:
 
 
 class TrajectoryLog:
-    """Records the commands of an arm at work: pass it to `agent.arm.executor.build_structure`, to several in turn."""
+    """A record of the commands of the arm: pass it to one or more calls of `agent.arm.executor.build_structure`."""
 
     def __init__(self) -> None:
         self._begun: list[tuple[str, list[_Sample]]] = []
@@ -97,7 +97,7 @@ class TrajectoryLog:
             self._begun.append((doing, [now]))
 
     def step(self, arm: JacoArm) -> None:
-        """Take note that a step of physics is done."""
+        """Record that a physics step is done."""
         self._steps += 1
         if self._begun and self._steps % EVERY == 0:
             self._begun[-1][1].append(self._sample(arm))
@@ -107,9 +107,9 @@ class TrajectoryLog:
         return _Sample(self._steps, arm.set_point + arm.wound, arm.finger_set_point.copy(), moved)
 
     def motions(self, model: ArmModel) -> list[Motion]:
-        """Return everything so far in which time passes, in order, no faster than the model's limits.
+        """Return all motions so far that take time, in order, no faster than the model's limits.
 
-        What the simulation was commanded at once, such as to open the hand, takes the time here that a real arm needs.
+        Commands that the simulation executes at once, such as opening the hand, take the time that a real arm needs.
         """
         motions: list[Motion] = []
         start = 0.0
@@ -130,7 +130,7 @@ class TrajectoryLog:
 
 
 def check_export(path: Path) -> None:
-    """Say early what would keep a trajectory from being written there; one that is there is replaced, nothing else.
+    """Check early whether a trajectory can be written there; only an existing trajectory may be replaced.
 
     Raises:
         UsageError: for a suffix that is not known, or something else that is there.
@@ -150,7 +150,7 @@ def check_export(path: Path) -> None:
 
 
 def _is_trajectory(path: Path) -> bool:
-    """Whether a file holds what `write_trajectory` writes, and not a recording."""
+    """Return whether a file was written by `write_trajectory`, and is not a recording."""
     if path.suffix.lower() == ".json":
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
@@ -170,7 +170,7 @@ def _is_trajectory(path: Path) -> bool:
 
 @contextmanager
 def _writing(path: Path) -> Iterator[None]:
-    """Raise `BadInput`, in one sentence, for what cannot be written."""
+    """Convert errors of writing to `BadInput` with one sentence."""
     try:
         yield
     except OSError as error:
@@ -178,7 +178,7 @@ def _writing(path: Path) -> Iterator[None]:
 
 
 def write_trajectory(log: TrajectoryLog, path: Path, prefix: str, model: ArmModel) -> bool:
-    """Write the commands of the arm; returns whether there was anything.
+    """Write the commands of the arm; return whether there were any.
 
     Args:
         log: listened to the arm.
@@ -242,7 +242,7 @@ def _points(times: np.ndarray, positions: np.ndarray) -> dict[str, Any] | None:
 
 
 def _velocities(times: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """Per point; every motion begins and ends at rest."""
+    """Return the velocity at each point; every motion begins and ends at rest."""
     velocities = np.gradient(positions, times, axis=0)
     velocities[[0, -1]] = 0.0
     return velocities

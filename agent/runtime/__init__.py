@@ -1,1 +1,1 @@
-"""What all verbs run on: settings, standard streams, output folders, progress, worker processes."""
+"""Provide what all verbs share: settings, standard streams, output folders, progress and worker processes."""

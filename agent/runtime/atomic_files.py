@@ -1,4 +1,4 @@
-"""Files that are replaced whole or not at all: a full disk or a killed process leaves the earlier content as it was."""
+"""Replace files completely or not at all: after a full disk or a killed process the earlier content remains."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ _PREFIX, _SUFFIX = ".structagent-", ".part"
 
 
 def write_whole(path: Path, content: bytes | str) -> None:
-    """Write one file; text is written as UTF-8. A symbolic link of that name is replaced, not followed.
+    """Write one file, text as UTF-8; a symbolic link with its name is replaced, not followed.
 
     Raises:
-        OSError: when it cannot be written; the file is then as it was before.
+        OSError: when it cannot be written; the file is then unchanged.
     """
     write_all_whole(path.parent, {path.name: content})
 
 
 def write_all_whole(folder: Path, files: Mapping[str, bytes | str]) -> None:
-    """Write several files of one folder; none is replaced before the last has found room on the disk.
+    """Write several files into one folder; none is replaced before all of them fit on the disk.
 
     Args:
-        folder: made where it is missing.
+        folder: the folder; created if missing.
         files: name -> content.
 
     Raises:
-        OSError: when one cannot be written; all files are then as they were before.
+        OSError: when one cannot be written; all files are then unchanged.
     """
     folder.mkdir(parents=True, exist_ok=True)
     staged: dict[Path, Path] = {}
@@ -49,7 +49,7 @@ def write_all_whole(folder: Path, files: Mapping[str, bytes | str]) -> None:
 
 
 def _staged(path: Path, content: bytes) -> Path:
-    """A new file beside `path` with this content, forced to the disk."""
+    """Write the content to a new file beside `path`, force it to the disk, and return its path."""
     try:
         file, unfinished = unfinished_file(path)
         try:
@@ -67,14 +67,14 @@ def _staged(path: Path, content: bytes) -> Path:
 
 
 def unfinished_file(path: Path) -> tuple[BinaryIO, Path]:
-    """A new, empty, unbuffered file beside `path`, to be renamed to it, and its own path."""
+    """Open a new, empty, unbuffered file beside `path`, to be renamed to it; return the file and its own path."""
     descriptor, name = tempfile.mkstemp(prefix=_PREFIX, suffix=_SUFFIX, dir=path.parent)
     os.fchmod(descriptor, 0o666 & ~_umask())  # a temporary file is readable by its owner alone
     return os.fdopen(descriptor, "wb", buffering=0), Path(name)
 
 
 def _force_names(folder: Path) -> None:
-    """Force a folder's names to the disk, so that a replaced file is not the old one again after a power cut."""
+    """Force a folder's entries to the disk, so that a power cut does not bring back the replaced file."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         with contextlib.suppress(OSError):  # not every file system can

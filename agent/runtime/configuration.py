@@ -1,6 +1,6 @@
-"""The configuration: options take precedence over the environment, then come a project's file and the user's file.
+"""Read the configuration: options override the environment, which overrides a project's file, then the user's file.
 
-Needs the standard library only, so that `structagent doctor` can read it in a broken installation.
+This module needs only the standard library, so that `structagent doctor` can read it in a broken installation.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _SWITCH = {"1": True, "true": True, "yes": True, "on": True, "0": False, "false"
 
 
 class ConfigError(BadInput):
-    """A configuration that cannot be used; the message begins with the file and line, or names the variable."""
+    """An invalid configuration; the message begins with the file and line, or names the variable."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Value:
     """The configured value of a setting.
 
     Attributes:
-        value: as the option takes it; paths are absolute.
+        value: the value as the option takes it; paths are absolute.
         layer: `ENVIRONMENT`, `PROJECT` or `USER`.
         place: the variable's name, or "FILE:LINE".
     """
@@ -45,7 +45,9 @@ class Value:
 
 @dataclass(frozen=True)
 class Configuration:
-    """The configured settings, name -> effective value; and the files, `None` if there is none."""
+    """The configured settings, name -> effective value, and the paths of the files, `None` for a file that is
+    missing.
+    """
 
     values: Mapping[str, Value]
     project_file: Path | None
@@ -149,7 +151,7 @@ def _from_text(text: str, kind: type) -> object:
     return int(text) if kind is int and re.fullmatch(r"[+-]?[0-9]{1,18}", text) else text
 
 
-def _value(setting: Setting, given: object, folder: Path, layer: str, place: str, called: str) -> Value:
+def _value(setting: Setting, given: object, folder: Path, layer: str, place: str, display_name: str) -> Value:
     try:
         if type(given) is not setting.kind:  # in Python true is a whole number too
             raise ValueError(given)
@@ -158,18 +160,18 @@ def _value(setting: Setting, given: object, folder: Path, layer: str, place: str
         # An address may hold a password, and a table anything: they are not shown.
         hidden = setting.name == "llm_url" or not isinstance(given, str | int | float)
         said = "this" if hidden else repr(given)
-        raise ConfigError(f"{called} cannot be {said}; legal: {setting.legal}") from error
+        raise ConfigError(f"{display_name} cannot be {said}; legal: {setting.legal}") from error
     if setting.name == "llm_url":
-        _check_address(value, called)
+        _check_address(value, display_name)
     return Value(value, layer, place)
 
 
-def _check_address(address: str, called: str) -> None:
+def _check_address(address: str, display_name: str) -> None:
     """Refuse passwords and queries, which reports and help would show."""
     parts = urlsplit(address)
     if "@" in parts.netloc or parts.query:
         raise ConfigError(
-            f"{called} must have no user, password or query, which would be shown; set the key in {KEY_VARIABLE}"
+            f"{display_name} must have no user, password or query, which would be shown; set the key in {KEY_VARIABLE}"
         )
 
 

@@ -1,4 +1,4 @@
-"""A file of JSON lines that one process appends to while it works; what a killed process has left torn is mended."""
+"""Append to a JSON-lines file while a process works, and repair a last line that a killed process left incomplete."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _LOCK = ".lock"
 
 
 def locked(folder: Path, who: str) -> int:
-    """Keep a folder, made where it is not there, to this process until the descriptor is closed.
+    """Lock a folder for this process until the descriptor is closed; create the folder if it is missing.
 
     Args:
-        folder: what `--out` names.
-        who: works in it, as "batch".
+        folder: the value of `--out`.
+        who: the verb that works in it, such as "batch".
 
     Raises:
-        UsageError: when the folder is a file, or another process has it.
+        UsageError: when the folder is a file, or another process has locked it.
         BadInput: when nothing can be written there.
     """
     check_folder(folder)
@@ -42,18 +42,18 @@ def locked(folder: Path, who: str) -> int:
 
 
 class Journal:
-    """JSON lines, each forced to the disk as it is added. Close it, or use it as a context manager.
+    """A file of JSON lines, each forced to the disk when it is added. Close it, or use it as a context manager.
 
     Args:
-        path: of the file, in a folder that is `locked`; made where it is not there.
-        keys: what makes an object one of this journal's entries.
-        what: an entry is called, as "result of a batch".
+        path: the path of the file, in a folder that is `locked`; created if missing.
+        keys: the keys that every entry must have.
+        what: the term for an entry in messages, such as "result of a batch".
 
     Attributes:
-        entries: in the order of the file; a last line that was torn is dropped from both.
+        entries: the entries in the order of the file; an incomplete last line is dropped here and in the file.
 
     Raises:
-        BadInput: when a line that others follow is no such entry.
+        BadInput: when a line other than the last is not an entry.
     """
 
     def __init__(self, path: Path, keys: set[str], what: str) -> None:
@@ -72,7 +72,7 @@ class Journal:
         os.close(self._file)
 
     def add(self, entry: Entry) -> None:
-        """Append an entry, all of it or, where there is no room for it, nothing."""
+        """Append an entry completely, or nothing if the disk has no room for it."""
         size = os.fstat(self._file).st_size
         try:
             _write_all(self._file, _line(entry))
@@ -85,7 +85,7 @@ class Journal:
         self.entries.append(entry)
 
     def arrange(self, entries: Sequence[Entry]) -> None:
-        """Replace all entries by these, at once."""
+        """Replace all entries with these in one step."""
         self._replace(b"".join(map(_line, entries)))
         self.entries = list(entries)
         os.close(self._file)
@@ -126,7 +126,7 @@ def _line(entry: Entry) -> bytes:
 
 
 def entry_of(line: bytes, keys: set[str]) -> Entry | None:
-    """The entry in a line, an object with these keys; `None` where it has none."""
+    """Parse a line into an object with these keys; `None` if it is not one."""
     try:
         entry = json.loads(line)
     except (ValueError, RecursionError):

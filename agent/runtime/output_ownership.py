@@ -1,13 +1,13 @@
-"""Which output folders are this tool's own, and which files in them it wrote: nothing else is replaced or deleted.
+"""Track which output folders and files this tool wrote, so that nothing else is replaced or deleted.
 
 A folder that a command writes into gets a marker, `.structagent.json`:
 
     {"marker_version": 1, "kind": "run", "files": ["report.html", "report.json", "scene-before.webp"]}
 
 A command takes a folder that is missing, empty, or marked with its own kind. Folders of earlier versions, which have no
-marker, are recognised by their report, results or session. `--force` takes any other folder; files of other people then
-stay, unless they have the name of a file that is written. Deleted is only what the marker lists, in the folder itself:
-no paths, no symbolic links, no folders.
+marker, are recognised by their report, results or session. `--force` takes any other folder; foreign files
+then stay, unless they have the name of a file that is written. Only files that the marker lists are deleted, and only in
+the folder itself: no paths, no symbolic links, no folders.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ Recognise = Callable[[Path], bool]
 
 
 def check_own_folder(folder: Path | None, kind: str, force: bool = False) -> None:
-    """Refuse a folder that `kind` of command may not write into; writes nothing.
+    """Refuse an output folder that commands of this `kind` must not write into; nothing is written.
 
     Args:
-        folder: what `--out` names; `None` where nothing is to be written.
+        folder: the value of `--out`; `None` if there is no output.
         kind: "run", "chat", "batch" or "evaluation".
-        force: take any folder, whatever is in it.
+        force: accept any folder, whatever it contains.
 
     Raises:
-        UsageError: when it is a file, or holds what this kind of command did not write.
+        UsageError: when it is a file, or contains files that this kind of command did not write.
         BadInput: when nothing can be written there.
     """
     check_folder(folder)
@@ -63,14 +63,14 @@ def check_own_folder(folder: Path | None, kind: str, force: bool = False) -> Non
 
 
 def claim_folder(folder: Path | None, kind: str, force: bool = False) -> None:
-    """As `check_own_folder`; with `force` the folder is marked at once, so that later checks find it to be ours."""
+    """Check the folder as `check_own_folder` does; with `force`, mark it at once so that later checks accept it."""
     check_own_folder(folder, kind, force)
     if force and folder is not None:
         mark(folder, kind, files_written(folder, kind))
 
 
 def mark(folder: Path, kind: str, names: Iterable[str]) -> None:
-    """Mark a folder as this tool's own, with the names of the files that it wrote there, which replace the earlier.
+    """Mark a folder as this tool's own; the given names replace the list of files that it wrote there.
 
     Raises:
         OSError: when the marker cannot be written.
@@ -80,10 +80,10 @@ def mark(folder: Path, kind: str, names: Iterable[str]) -> None:
 
 
 def files_written(folder: Path, kind: str) -> set[str]:
-    """The names of the files that this tool wrote into a folder as the output of `kind`.
+    """List the names of the files that this tool wrote into a folder as the output of `kind`.
 
-    They are read from the marker, or in a folder of an earlier version from the report of a run. A name that is a path,
-    and what is no regular file of the folder itself, is left out.
+    They are read from the marker, or in a folder of an earlier version from the report of a run. Paths and
+    names of anything but a regular file in the folder itself are left out.
     """
     found = _marked(folder)
     if found is not None:
@@ -94,7 +94,7 @@ def files_written(folder: Path, kind: str) -> set[str]:
 
 
 def remove_written(folder: Path, kind: str, keep: Iterable[str] = ()) -> None:
-    """Remove the files that `files_written` names, but for those to be kept."""
+    """Remove the files that `files_written` lists, except those to keep."""
     for name in files_written(folder, kind) - set(keep):
         with contextlib.suppress(OSError):
             (folder / name).unlink()
@@ -104,7 +104,7 @@ def check_subfolder(folder: Path) -> None:
     """Refuse a subfolder of an output folder that is a file or a symbolic link.
 
     Raises:
-        BadInput: for such a one, through which other files would be replaced.
+        BadInput: for such a subfolder, through which other files would be replaced.
     """
     if os.path.lexists(folder) and not stat.S_ISDIR(folder.lstat().st_mode):
         what = "a symbolic link" if folder.is_symlink() else "a file"
@@ -112,7 +112,7 @@ def check_subfolder(folder: Path) -> None:
 
 
 def _marked(folder: Path) -> tuple[str, list[Any]] | None:
-    """The kind and the files that a folder's marker names; `None` where there is no marker that could be ours."""
+    """Return the kind and the files that a folder's marker names; `None` if it has no valid marker."""
     found = _json_of(folder / MARKER)
     if not isinstance(found, dict) or found.get("marker_version") != _VERSION or found.get("kind") not in [*_KINDS]:
         return None
@@ -128,7 +128,7 @@ def _is_empty(folder: Path) -> bool:
 
 
 def _is_plain(name: Any) -> bool:
-    """Tell whether this is the name of a file, and no path."""
+    """Return whether this is a plain file name and not a path."""
     return isinstance(name, str) and name not in ("", ".", "..", MARKER) and "\0" not in name and os.sep not in name
 
 
@@ -140,7 +140,7 @@ def _is_regular(path: Path) -> bool:
 
 
 def _json_of(path: Path) -> Any:
-    """The content of a small regular file of JSON; `None` for anything else."""
+    """Return the content of a small regular JSON file; `None` for anything else."""
     try:
         if not _is_regular(path) or path.stat().st_size > _LARGEST_REPORT:
             return None
@@ -150,7 +150,7 @@ def _json_of(path: Path) -> Any:
 
 
 def _first_line(path: Path) -> Any:
-    """The JSON value of the first line of a regular file; `None` where there is none."""
+    """Return the JSON value of a regular file's first line; `None` if there is none."""
     try:
         if not _is_regular(path):
             return None
@@ -210,7 +210,9 @@ _RECOGNISE: dict[str, Recognise] = {
 
 
 def _names_of_earlier_version(folder: Path) -> list[str]:
-    """What a run of an earlier version wrote; of the pictures that its report lists, those that are pictures."""
+    """List the files that a run of an earlier version wrote; of the pictures in its report, only those that are
+    pictures.
+    """
     names = ["session.jsonl"] if _is_session(_first_line(folder / "session.jsonl")) else []
     if _begins_with(folder / "traceback.txt", b"Traceback (most recent call last)"):
         names.append("traceback.txt")
@@ -225,7 +227,7 @@ def _names_of_earlier_version(folder: Path) -> list[str]:
 
 
 def _is_picture(path: Path, entry: dict[str, Any]) -> bool:
-    """Tell whether a file is named and begins like the picture that a report lists."""
+    """Return whether a file has the name and the first bytes of a picture that a report lists."""
     signature = _SIGNATURES.get(path.suffix)
     return signature is not None and path.stem == entry.get("name") and _begins_with(path, signature)
 

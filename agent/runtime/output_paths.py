@@ -1,4 +1,4 @@
-"""What `--out` names: tried before any work, so that nothing is computed that cannot be written."""
+"""Check `--out` before any work, so that nothing is computed that cannot be written."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from agent.runtime.atomic_files import write_whole
 
 
 def check_folder(folder: Path | None) -> None:
-    """Try whether files can be written into a folder, be it there or still to be made; makes nothing that stays.
+    """Check that files can be written into a folder, whether or not it exists; nothing is left behind.
 
     Args:
-        folder: what `--out` names; `None` where nothing is to be written.
+        folder: the value of `--out`; `None` if there is no output.
 
     Raises:
         UsageError: when it is a file.
@@ -33,10 +33,10 @@ def check_folder(folder: Path | None) -> None:
 
 
 def check_file(file: Path | None) -> None:
-    """Try whether a file can be written, be it there or not; makes nothing that stays.
+    """Check that a file can be written, whether or not it exists; nothing is left behind.
 
     Args:
-        file: what `--out` names; `None` where nothing is to be written.
+        file: the value of `--out`; `None` if there is no output.
 
     Raises:
         UsageError: when it is a folder.
@@ -56,7 +56,7 @@ def check_file(file: Path | None) -> None:
 
 
 def write_report(report: Mapping[str, Any], path: Path) -> list[Path]:
-    """Write a report as a JSON file, whose folder is made where it is missing; its path."""
+    """Write a report as a JSON file, create its folder if missing, and return its path."""
     write_whole(path, json.dumps(report, indent=1) + "\n")
     return [path]
 

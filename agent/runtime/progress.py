@@ -1,4 +1,4 @@
-"""How far a command is, on standard error: a bar with the time left, or off a terminal a plain line now and then."""
+"""Show progress on standard error: a bar with the time left, or plain lines now and then if it is not a terminal."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Result = TypeVar("Result")
 
 
 def progress_bar(quiet: bool = False) -> Progress:
-    """A bar on standard error; it draws nothing where that is no terminal, or when it is to be quiet."""
+    """Return a progress bar on standard error; it draws nothing if that is not a terminal or `quiet` is set."""
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -33,22 +33,22 @@ def progress_bar(quiet: bool = False) -> Progress:
 
 @contextmanager
 def progress(what: str, total: int, done: int = 0, failed: int = 0) -> Iterator[Callable[..., None]]:
-    """Take, for every piece of work that ends, whether it succeeded; it did where nothing is said.
+    """Give a function to call after every completed item, with whether it succeeded (by default, it did).
 
-    It takes a line about the piece, too, which is told at once with the piece's number and the time left.
+    The function also takes a line about the item, which is printed at once with the item's number and the time left.
 
     Args:
-        what: the pieces are called, as "rows".
-        total: how many there are, those done before any work included.
-        done: how many were done before.
-        failed: how many of those have failed.
+        what: the plural term for the items, such as "rows".
+        total: the number of items, including those done before.
+        done: the number of items done before.
+        failed: the number of those that failed.
     """
-    began = first = told = time.monotonic()
+    began = first = reported = time.monotonic()
     at_once, bar = done, progress_bar(quiet=total == done)  # no bar where there is nothing to do
     task = bar.add_task(_description(what, failed), total=total, completed=done)
 
-    def tell(success: bool = True, line: str | None = None) -> None:
-        nonlocal done, failed, first, told
+    def advance(success: bool = True, line: str | None = None) -> None:
+        nonlocal done, failed, first, reported
         done, failed = done + 1, failed + (not success)
         bar.update(task, completed=done, description=_description(what, failed))
         now = time.monotonic()
@@ -63,8 +63,8 @@ def progress(what: str, total: int, done: int = 0, failed: int = 0) -> Iterator[
             first = now
         if line is not None and done < total:
             return
-        if bar.disable and (now - told >= PLAIN_SECONDS or done == total):
-            told = now
+        if bar.disable and (now - reported >= PLAIN_SECONDS or done == total):
+            reported = now
             said = f"{done} of {total} {_description(what, failed)}"
             if done == total:
                 said += f" in {span(now - began)}"
@@ -73,47 +73,47 @@ def progress(what: str, total: int, done: int = 0, failed: int = 0) -> Iterator[
             print(said, file=sys.stderr, flush=True)
 
     with bar:
-        yield tell
+        yield advance
 
 
 def followed(what: str, results: Iterable[Result], total: int) -> Iterator[Result]:
-    """The same results, of which there are `total`, while it is told how many have come."""
-    with progress(what, total) as tell:
+    """Yield the same results, `total` in number, while their progress is shown."""
+    with progress(what, total) as advance:
         for result in results:
-            tell()
+            advance()
             yield result
 
 
 @contextmanager
-def told_when_slow(
+def report_when_slow(
     what: str,
     worth: Callable[[], bool] = lambda: True,
     first: float = SLOW_SECONDS,
     then: float = PLAIN_SECONDS,
 ) -> Iterator[None]:
-    """Say on standard error that something goes on, when it takes more than 2 s, and every 10 s after that.
+    """Report on standard error that work continues, first after 2 s and then every 10 s.
 
     Args:
-        what: is done, as "reading the meshes in 'cups'".
-        worth: whether to say so, asked each time; what is small is never slow for long.
-        first, then: seconds until it is said, and until it is said again.
+        what: a description of the work, such as "reading the meshes in 'cups'".
+        worth: returns whether to report, called each time; small inputs are never slow for long.
+        first, then: seconds until the first report, and between later ones.
     """
     ended, began = threading.Event(), time.monotonic()
 
-    def tell() -> None:
+    def report() -> None:
         wait = first
         while not ended.wait(wait):
             if worth():
                 print(f"{what}: {span(time.monotonic() - began)} so far", file=sys.stderr, flush=True)
             wait = then
 
-    teller = threading.Thread(target=tell, daemon=True)
-    teller.start()
+    reporter = threading.Thread(target=report, daemon=True)
+    reporter.start()
     try:
         yield
     finally:
         ended.set()
-        teller.join()
+        reporter.join()
 
 
 def _description(what: str, failed: int) -> str:
@@ -121,7 +121,7 @@ def _description(what: str, failed: int) -> str:
 
 
 def span(seconds: float) -> str:
-    """A time for people: "40 s", "3 min", "2 h 5 min"."""
+    """Format a duration: "40 s", "3 min", "2 h 5 min"."""
     if seconds < 90:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60)

@@ -1,4 +1,4 @@
-"""A Ray cluster to work in: one that is started here, the one of this machine, or any at an address."""
+"""Connect to a Ray cluster: one that is started here, the one of this machine, or any at an address."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _KNOCK_SECONDS = 5.0
 
 @contextmanager
 def ray_cluster(address: str, workers: int | None) -> Iterator[int]:
-    """A connection to a cluster, for as long as the context lasts; gives how many workers to start there.
+    """Connect to a cluster for the duration of the context, which yields the number of workers to start there.
 
     Args:
-        address: of the cluster, as HOST:PORT or ray://HOST:PORT; "auto" for the one that this machine is part of, and
+        address: HOST:PORT or ray://HOST:PORT; "auto" for the cluster that this machine is part of, and
             "local" for one that is started here and ends with this process.
-        workers: how many; `None` for one per core of the cluster.
+        workers: the number of workers; `None` for one per core of the cluster.
 
     Raises:
         UsageError: when Ray is not installed, no cluster answers at the address, or it has fewer cores than workers.
@@ -49,10 +49,10 @@ def ray_cluster(address: str, workers: int | None) -> Iterator[int]:
 
 
 def _knock(address: str) -> None:
-    """Ask whether somebody listens at the address of a cluster: Ray itself would try for many minutes.
+    """Check that a server listens at the address of a cluster, because Ray itself would try for many minutes.
 
     Raises:
-        UsageError: when nobody does, or it is no address.
+        UsageError: when none does, or the address is not valid.
     """
     if address in (RAY_HERE, RAY_FOUND):
         return

@@ -1,4 +1,4 @@
-"""What must not be kept: a user's name and password in an address, and what is behind its question mark."""
+"""Remove secrets from addresses: user name, password and query."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Any
 
 
 def without_credentials(value: Any, name: str = "") -> Any:
-    """A copy of a JSON value in which every address (a string whose key ends in "url") is safe to be shown.
+    """Return a copy of a JSON value in which every address (a string whose key ends in "url") is safe to show.
 
     Args:
         value: the JSON value.
-        name: the key behind which it was found.
+        name: the key under which it was found.
     """
     if isinstance(value, Mapping):
         return {key: without_credentials(entry, key) for key, entry in value.items()}

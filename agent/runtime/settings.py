@@ -1,6 +1,6 @@
-"""The settings: defaults of options that can be configured, their variables and legal values.
+"""Define the settings: defaults of options that can be configured, their variables and legal values.
 
-Needs the standard library only, so that `structagent doctor` can read them in a broken installation.
+This module needs only the standard library, so that `structagent doctor` can read them in a broken installation.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Setting:
     """The configurable default of the option with the same name.
 
     Attributes:
-        name: in files and of the option; the variable is `STRUCTAGENT_` and the name in capitals.
+        name: the name in files and of the option; the variable is `STRUCTAGENT_` and the name in capitals.
         kind: type of the value in a file, `str`, `int` or `bool`.
         legal: the legal values, for messages.
         accept: takes a value of that type and the folder that relative paths start from; returns the value of the

@@ -1,6 +1,7 @@
-"""Standard input, output and error: results alone on standard output, and no command stumbles over a closed stream.
+"""Set up standard input, output and error: standard output carries only results, and closed streams end a command
+cleanly.
 
-On both output streams control characters of other people's texts are made visible; see `agent.runtime.terminal_text`.
+Both output streams make control characters in foreign texts visible; see `agent.runtime.terminal_text`.
 """
 
 from __future__ import annotations
@@ -32,17 +33,18 @@ _PIECE = 65_536  # bytes that are taken from a pipe at once
 
 
 class ReaderGone(SystemExit):
-    """Nobody reads the output any more: the command ends with exit code 0.
+    """The reader of the output has closed the stream: the command ends with exit code 0.
 
-    It ends the process as `sys.exit` does, so that nothing that handles errors takes it for one.
+    It ends the process as `sys.exit` does, so that no error handler catches it.
     """
 
 
 class _Output(io.FileIO):
-    """A file descriptor to write to; where nobody reads it, or it cannot be written to, the rest goes nowhere.
+    """A file descriptor to write to; after the reader has closed it or a write has failed, further output is
+    discarded.
 
     Raises:
-        ReaderGone: on writing, where the reader has closed the pipe.
+        ReaderGone: on a write after the reader has closed the pipe.
         OSError: on writing, once, for any other failure such as a full disk; but never for standard error, because
             there is nowhere to tell it.
     """
@@ -69,7 +71,7 @@ def _text(descriptor: int, encoding: str, errors: str, line_buffering: bool = Tr
 
 
 def end_when_nobody_reads() -> None:
-    """Make a write to standard output or standard error raise `ReaderGone` where the reader has closed the pipe."""
+    """Make a write to standard output or standard error raise `ReaderGone` if the reader has closed the pipe."""
     for descriptor in range(3):
         try:
             os.fstat(descriptor)
@@ -92,7 +94,9 @@ def end_when_nobody_reads() -> None:
 
 @contextmanager
 def results_stream() -> Iterator[TextIO]:
-    """Standard output for results alone: what libraries print there from C goes to standard error meanwhile."""
+    """Reserve standard output for results; output that libraries print there from C goes to standard error
+    meanwhile.
+    """
     sys.stdout.flush()
     try:
         descriptor = sys.stdout.fileno()
@@ -112,14 +116,15 @@ def results_stream() -> Iterator[TextIO]:
 
 
 def lines_as_they_come(stream: TextIO, keep_blank: bool = False) -> Iterator[list[str]]:
-    """The lines of a stream without their ends, each time those that are there already: it waits for a first one only.
+    """Yield the lines of a stream without their ends, in batches of those available; wait only for the first of a
+    batch.
 
-    What is no text in the stream's encoding becomes `NO_TEXT`, and of a line longer than
+    Bytes that are not text in the stream's encoding become `NO_TEXT`, and of a line longer than
     `LONGEST_LINE` only the beginning is kept, so that no input takes memory without end.
 
     Args:
-        stream: of text over bytes, as `sys.stdin`.
-        keep_blank: give lines without a word, too.
+        stream: a text stream over bytes, such as `sys.stdin`.
+        keep_blank: also yield blank lines.
     """
     decoder = io.IncrementalNewlineDecoder(codecs.getincrementaldecoder(stream.encoding)("replace"), translate=True)
     begun, piece = "", b"more"
@@ -135,5 +140,5 @@ def lines_as_they_come(stream: TextIO, keep_blank: bool = False) -> Iterator[lis
 
 
 def as_text(argument: str) -> str:
-    """An argument of the command line, its bytes that are no UTF-8 as `NO_TEXT`."""
+    """Return an argument of the command line with the bytes that are not UTF-8 replaced by `NO_TEXT`."""
     return argument.encode("utf-8", "surrogateescape").decode("utf-8", "replace")

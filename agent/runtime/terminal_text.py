@@ -1,4 +1,4 @@
-"""What reaches the terminal: text without control characters, so that nobody else's text can command the terminal.
+"""Make control characters visible in text for the terminal, so that foreign text cannot control it.
 
 Sessions, bags, instructions and file names may hold escape sequences that set the window's title, hide a link behind
 other words, move the cursor or reverse the direction of writing. Every character of that kind is written as its escape
@@ -21,24 +21,26 @@ _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\
 
 
 def visible(text: str) -> str:
-    """The text with every control character but tab and line feed written as `\\uXXXX`."""
+    """Return the text with every control character except tab and line feed written as `\\uXXXX`."""
     return _CONTROL.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
 class VisibleText(io.TextIOWrapper):
-    """A text file whose control characters are made visible."""
+    """A text file that writes control characters in visible form."""
 
     def write(self, text: str) -> int:
         super().write(visible(text))
         return len(text)
 
     def write_styled(self, text: str) -> int:
-        """Write what this tool itself says to the terminal, as it is."""
+        """Write the tool's own text to the terminal unchanged."""
         return super().write(text)
 
 
 class VisibleStream:
-    """As `VisibleText`, around a stream that is there already and may be no file; everything else is the stream's."""
+    """A wrapper like `VisibleText` around an existing stream, which need not be a file; other attributes are the
+    stream's.
+    """
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -56,7 +58,7 @@ class VisibleStream:
 
 
 class _Styled:
-    """A stream that takes colours and cursor movements of this tool itself."""
+    """A stream that accepts the tool's own colours and cursor movements."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -69,15 +71,15 @@ class _Styled:
 
 
 def styled(stream: TextIO) -> TextIO:
-    """The same stream, for text that holds no other escape sequences than our own."""
+    """Return the same stream for text whose only escape sequences are the tool's own."""
     return _Styled(stream)  # type: ignore[return-value]  # all that is missing is the stream's
 
 
 def console_on(stream: TextIO, **options: Any) -> Console:
-    """A console of rich that draws its own colours and movements, and makes visible what is in the texts.
+    """Create a rich console that emits its own colours and movements and makes control characters in texts visible.
 
     Args:
-        stream: what it writes to.
+        stream: the stream that it writes to.
         options: as `rich.console.Console` takes them.
     """
     from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Who computes the rows of an evaluation: processes of this machine, or workers of a Ray cluster."""
+"""Compute rows of an evaluation in processes on this machine or in workers of a Ray cluster."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from structdiffusion.parallel import in_parallel
 
 @dataclass(frozen=True)
 class Workforce:
-    """So many processes of this machine (0 for this one alone), or workers of a Ray cluster."""
+    """A number of processes on this machine (0 for this one alone), or workers of a Ray cluster."""
 
     count: int
     ray: bool
@@ -22,7 +22,9 @@ class Workforce:
     def do(
         self, task: Callable[[Any, Any], Any], load: Callable[..., Any], arguments: tuple[Any, ...], jobs: Sequence[Any]
     ) -> Iterator[Any]:
-        """The results of all jobs, as they end, a `Lost` for each whose worker died; arguments as of `in_parallel`."""
+        """Yield the results of all jobs as they finish, a `Lost` for each whose worker died; arguments as for
+        `in_parallel`.
+        """
         if not jobs:
             return
         with closing(in_parallel(task, load, arguments, jobs, self.count, ray=self.ray, ordered=False)) as results:
@@ -31,7 +33,9 @@ class Workforce:
 
 @contextmanager
 def workforce(workers: int | None, ray: str | None) -> Iterator[Workforce]:
-    """`workers` of them, by default one per core, of this machine or of the cluster at the address `ray`."""
+    """Provide `workers` workers, by default one per core, on this machine or on the Ray cluster at the address
+    `ray`.
+    """
     if ray is None:
         yield Workforce((os.cpu_count() or 1) if workers is None else workers, ray=False)
     else:

@@ -1,4 +1,4 @@
-"""YAML from other people: checked before anything is built from it."""
+"""Load YAML from untrusted sources: it is checked before anything is built from it."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from structdiffusion.limits import YAML_LEVELS, YAML_VALUES
 
 
 def check_yaml(text: str, most_values: int = YAML_VALUES, most_levels: int = YAML_LEVELS) -> None:
-    """Refuse YAML that stands for more than it says, or is larger or deeper than any file of its kind.
+    """Refuse YAML with aliases, and YAML that is larger or deeper than any file of its kind.
 
     An alias (`*name`) repeats a whole part: ten lines of them stand for ten billion values.
 
     Raises:
-        ValueError: for an alias, too many values or levels, or what is no YAML; the message says which, and the line.
+        ValueError: for an alias, too many values or levels, or invalid YAML; the message gives the reason and the line.
     """
     import yaml
 
@@ -32,10 +32,10 @@ def check_yaml(text: str, most_values: int = YAML_VALUES, most_levels: int = YAM
 
 
 def load_yaml(text: str) -> Any:
-    """The values of a YAML text that `check_yaml` accepts.
+    """Return the values of a YAML text that `check_yaml` accepts.
 
     Raises:
-        ValueError: as `check_yaml`, or for a value that is none.
+        ValueError: as `check_yaml`, or for an invalid value.
     """
     import yaml
 
@@ -47,7 +47,7 @@ def load_yaml(text: str) -> Any:
 
 
 def _loader() -> Any:
-    """The reader of plain values, in C where there is one: twenty times as fast."""
+    """Return the loader of plain values, in C if available: twenty times as fast."""
     import yaml
 
     return getattr(yaml, "CSafeLoader", yaml.SafeLoader)

@@ -1,1 +1,1 @@
-"""Sources of scenes: each module yields a `Scene` and, where there is one, a world to act in."""
+"""Provide sources of scenes; each module yields a `Scene` and, if available, a world to act in."""

@@ -1,6 +1,6 @@
-"""A twin of a recorded scene: the objects that were seen, completed into bodies, and the arm as it stood.
+"""Build a twin of a recorded scene: the objects that were seen, completed into bodies, and the recorded arm.
 
-What is seen first is the recording itself: its clouds and its picture. From then on the twin is looked at, and the
+The first look returns the recording itself: its clouds and its picture. Later looks observe the twin, and the
 clouds move along with its bodies.
 """
 
@@ -53,7 +53,7 @@ class RecordedObject:
         cloud: what was seen of it.
         model: its completed body.
         world_from_object: (4, 4) where that stands.
-        trouble: why the arm cannot take it, or empty.
+        trouble: why the arm cannot grasp it, or empty.
     """
 
     name: str
@@ -79,8 +79,8 @@ class RecordedSource:
 
     Raises:
         BadInput: for a recording that cannot be read, or without a table or objects.
-        NotBuildable: for one of whose objects the arm can take none.
-        UsageError: for a noun of an object that there is not.
+        NotBuildable: when the arm can grasp none of its objects.
+        UsageError: for a noun of an object that does not exist.
     """
 
     catalogue = False
@@ -97,7 +97,7 @@ class RecordedSource:
             raise NotBuildable("; ".join((those, *self._left_out(), *self.segments.notes)))
 
     def _left_out(self) -> list[str]:
-        """Why the arm cannot take some objects, a phrase for each reason."""
+        """Say why the arm cannot grasp some objects, a phrase for each reason."""
         names: dict[str, list[str]] = {}
         for each in self.objects:
             if each.trouble:
@@ -155,7 +155,7 @@ class RecordedSource:
 
 
 def _objects(segments: Segments, options: RecordedOptions) -> tuple[RecordedObject, ...]:
-    """What was found, as bodies that stand on the table and not in each other."""
+    """Return the found objects as bodies that stand on the table without overlap."""
     names = [found.name for found in segments.objects]
     if unknown := sorted(set(options.nouns) - set(names)):
         raise UsageError(f"--call names {unknown[0]!r}, which was not found; there are: {', '.join(names)}")
@@ -176,14 +176,14 @@ def _objects(segments: Segments, options: RecordedOptions) -> tuple[RecordedObje
 
 
 def _attributes(found: Segment) -> ObjectAttributes:
-    """The colour that perception named, and the sides of the box that it found."""
+    """Return the colour that perception named, and the sides of the box that it found."""
     colors = [COLOR_WORDS[word][0] for word in read_name(found.display_name).words if word in COLOR_WORDS]
     length, width, height = found.sides.tolist()
     return ObjectAttributes(tuple(colors[:1]), (length, width, height))
 
 
 def _trouble(cloud: ObjectCloud, world_from_object: np.ndarray, table: Table) -> str:
-    """Why the arm cannot take an object, or nothing."""
+    """Say why the arm cannot grasp an object; empty if it can."""
     if table.overhang(world_from_object[None, :2, 3]) > 0.0:
         return "out of the arm's reach"
     return "" if grasps_of(cloud.points) else "no grasp fits the hand"
@@ -230,7 +230,7 @@ class RecordedScene(TableScene):
         self.remember({each.name: _thinned(each.cloud, thinning) for each in ordered})
 
     def _come_to_rest(self) -> list[str]:
-        """Let the bodies settle; a note for each that does not stay where it was seen."""
+        """Let the bodies settle; return a note for each that does not stay where it was seen."""
         self.world.settle(_SETTLE_SECONDS)
         notes = []
         for name, before, now in zip(self.names, self.world_from_initial, self.world.poses(), strict=True):
@@ -254,7 +254,7 @@ class RecordedScene(TableScene):
 
 
 def _thinned(cloud: ObjectCloud, rng: np.random.Generator) -> ObjectCloud:
-    """At most as many points as the models know."""
+    """Keep at most as many points as the models take."""
     if len(cloud.points) <= SURFACE_POINTS:
         return cloud
     kept = np.sort(rng.choice(len(cloud.points), SURFACE_POINTS, replace=False))

@@ -1,4 +1,4 @@
-"""Scene files: YAML in, checked line by line, and YAML out. Errors name the line of the file.
+"""Read and write scene files: YAML, checked line by line; errors name the line of the file.
 
     version: 1                # of this schema; needed
     objects:                  # needed; at most 40
@@ -112,7 +112,7 @@ def read_text(path: Path) -> str:
 
 
 def parse_scene(text: str) -> tuple[tuple[PlacedObject, ...], list[Problem]]:
-    """Return the objects of a scene file's text, as far as they are written as the schema has it, and what is wrong."""
+    """Return the valid objects of a scene file's text, and its problems."""
     import yaml
 
     try:
@@ -132,7 +132,7 @@ def parse_scene(text: str) -> tuple[tuple[PlacedObject, ...], list[Problem]]:
 
 
 class _Reader:
-    """Reads YAML nodes and collects problems."""
+    """A reader of YAML nodes that collects problems."""
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []
@@ -176,7 +176,7 @@ class _Reader:
         return objects
 
     def _object(self, node: Any) -> PlacedObject | None:
-        """One object, as far as it can be read; `None` where it is none."""
+        """Read one object as far as possible; `None` if it is not one."""
         unread: set[str] = set()
         keys = self._mapping(node, "an object", KEYS, unread)
         if keys is None:
@@ -198,7 +198,9 @@ class _Reader:
     def _mapping(
         self, node: Any, what: str, legal: Sequence[str], unread: set[str] | None = None
     ) -> dict[str, Any] | None:
-        """The known keys of a mapping with the nodes of their values; `unread` gets what other keys may have meant."""
+        """Return the known keys of a mapping with the nodes of their values; add to `unread` the keys that unknown
+        ones may mean.
+        """
         unread = set() if unread is None else unread
         if not _is(node, "mapping"):
             self._note(node, f"{what} must have the keys {', '.join(legal)}, and this is {_shown(node)}")
@@ -252,12 +254,12 @@ def _line(node: Any) -> int:
 
 
 def _plain(node: Any) -> str | None:
-    """The text of a scalar, or `None`, also for the nothing of `key:`."""
+    """Return the text of a scalar, or `None`, also for the empty value of `key:`."""
     return node.value if _is(node, "scalar") and not node.tag.endswith(":null") else None
 
 
 def _shown(node: Any) -> str:
-    """A value as an error shows it."""
+    """Format a value for an error message."""
     if not _is(node, "scalar"):
         return "a list" if _is(node, "sequence") else "a group of keys"
     text = node.value if len(node.value) <= _LONGEST_TEXT else node.value[:_LONGEST_TEXT] + "..."
@@ -274,7 +276,7 @@ def rgb(color: str) -> tuple[float, float, float] | None:
 
 
 def scene_text(objects: Sequence[PlacedObject], comment: str = "") -> str:
-    """Return the scene as a file has it; the same objects give the same text.
+    """Return the text of a scene file; the same objects give the same text.
 
     Args:
         objects: what stands on the table.

@@ -1,4 +1,4 @@
-"""How many objects can take part in a structure."""
+"""Limit how many objects can take part in a structure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Attributes of objects to which instructions can refer besides the name: colour and size."""
+"""Return attributes of objects to which instructions can refer besides the name: colour and size."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def color_words(terms: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _size(footprint: np.ndarray, height: float) -> tuple[float, float, float]:
-    """(length, width, height) in metres of the upright box about an outline (K, 2)."""
+    """Return (length, width, height) in metres of the upright box around an outline (K, 2)."""
     corners = np.array(shapely.Polygon(footprint).minimum_rotated_rectangle.exterior.coords)
     sides = sorted(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).tolist())
     return sides[1], sides[0], height

@@ -1,4 +1,4 @@
-"""Converts the lines of a scene file to objects that stand on the table, and back."""
+"""Convert the lines of a scene file to objects that stand on the table, and back."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agent.runtime.progress import told_when_slow
+from agent.runtime.progress import report_when_slow
 from agent.scenes.files import PlacedObject, Problem, SceneFileError, parse_scene, read_text, rgb
 from agent.scenes.validation import StandingObject, problems_of_places
 from structdiffusion.geometry import pose_from_xyz_rpy
@@ -71,7 +71,7 @@ def find_mesh(placed: PlacedObject, folder: Path) -> tuple[ObjectModel, str | Pa
         source = (folder / placed.mesh).resolve()
         if not source.is_file():
             raise ObjectError(f"there is no mesh {placed.mesh!r}, seen from {str(folder)!r}")
-        with told_when_slow(f"reading the mesh {str(source)!r}", lambda: source.stat().st_size > SLOW_BYTES):
+        with report_when_slow(f"reading the mesh {str(source)!r}", lambda: source.stat().st_size > SLOW_BYTES):
             model = object_from_file(source, source.stem, placed.noun)
     else:
         source, model = placed.mesh, _of_library(placed.mesh)
@@ -111,7 +111,7 @@ def _library(name: str) -> tuple[ObjectModel, ...]:
 
 
 def _names(given: Sequence[str | None], nouns: Sequence[str]) -> list[str]:
-    """A name for each object: the one that is given, or its noun, numbered where there are several of it."""
+    """Name each object: the given name, or its noun, numbered if there are several of it."""
     taken, total, number = {name for name in given if name}, Counter(nouns), Counter[str]()
     names = []
     for name, noun in zip(given, nouns, strict=True):
@@ -156,7 +156,7 @@ def placement_of(model: ObjectModel, world_from_object: np.ndarray) -> dict[str,
 def drawn_objects(
     models: Sequence[ObjectModel], poses: Sequence[np.ndarray], objects: str, names: Sequence[str] | None = None
 ) -> list[StandingObject]:
-    """Objects that `load_objects(objects)` gave and something has drawn, as those of a scene file.
+    """Convert objects drawn from those of `load_objects(objects)` to objects of a scene file.
 
     Args:
         models: the objects.
@@ -196,7 +196,7 @@ def saved_objects(
 
 
 def _source_of(model: ObjectModel, objects: str) -> str | Path:
-    """Where an object comes from that `load_objects(objects)` gave."""
+    """Return the source of an object from `load_objects(objects)`."""
     if model.source in LIBRARIES:
         return f"{model.source}/{model.name}"
     meshes = sorted(path for path in Path(objects).iterdir() if path.suffix.lower() in FORMATS)

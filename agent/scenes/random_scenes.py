@@ -1,4 +1,4 @@
-"""Scenes drawn at random: for new scene files, and to talk about."""
+"""Draw random scenes for new scene files and for conversations."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ _FEW, _MANY = 2, 3  # of the two nouns of an assortment
 
 
 def assortment(library: Sequence[ObjectModel], rng: np.random.Generator, turn: int = 0) -> DrawnScene:
-    """Return a table to talk about: a few objects of two nouns where the library has several of them, and one other.
+    """Draw a table for a conversation: a few objects of two nouns where the library has several of them, and one
+    other.
 
     Args:
         library: the objects to draw from.

@@ -1,4 +1,4 @@
-"""A recorded session of the simulated arm and its camera: what a kinova-ros driver and a RealSense would have published.
+"""Record a session of the simulated arm and its camera as a kinova-ros driver and a RealSense would publish it.
 
 | topic | type | frame | rate |
 |---|---|---|---|
@@ -57,7 +57,7 @@ def record_session(
     rate: float = CAMERA_RATE,
     force: bool = False,
 ) -> None:
-    """Write a bag of a table as it stands now.
+    """Write a bag of a table in its present state.
 
     Args:
         table: the table, with the arm beside it.
@@ -94,19 +94,19 @@ def record_session(
 
 
 def _count(seconds: float, rate: float) -> int:
-    """How many messages of a rate fall into a time that begins with one."""
+    """Count the messages of a rate in a duration that begins with one."""
     return max(1, math.ceil(seconds * rate - 1e-9))
 
 
 def ros_intrinsics(camera: DepthCamera) -> np.ndarray:
-    """Return (3, 3) the camera's lens where pixel centres lie at whole numbers, as in ROS, and not at halves."""
+    """Return (3, 3) the camera's lens with pixel centres at whole numbers, as in ROS, instead of halves."""
     lens = camera.intrinsics.copy()
     lens[:2, 2] -= 0.5
     return lens
 
 
 def _mounted(base_from_optical: np.ndarray) -> dict[tuple[str, str], np.ndarray]:
-    """The camera's frames, and the measured pose of the camera relative to the arm."""
+    """Return the camera's frames, and its measured pose relative to the arm."""
     body_from_optical = _BODY_FROM_COLOR @ _COLOR_FROM_OPTICAL
     return {
         ("world", "camera_link"): base_from_optical @ np.linalg.inv(body_from_optical),
@@ -116,7 +116,7 @@ def _mounted(base_from_optical: np.ndarray) -> dict[tuple[str, str], np.ndarray]
 
 
 class _Driver:
-    """The messages of the arm's driver and of the publisher of its links, for an arm that stands still."""
+    """The messages of the arm's driver and its link publisher, for an arm at rest."""
 
     def __init__(self, table: TableScene) -> None:
         model = table.arm.kinematics.model
@@ -145,7 +145,7 @@ class _Driver:
         return {("world", "root"): np.eye(4), ("root", self._base): np.eye(4), **self._end}
 
     def say(self, writer: BagWriter, when: float) -> None:
-        """Write everything that is said at one moment."""
+        """Write all messages of one moment."""
         degrees, turns = np.zeros(7), np.degrees(self._fingers) / _DEGREES_A_TURN
         degrees[: len(self._joints)] = np.degrees(self._joints)
         said = {

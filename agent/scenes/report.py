@@ -1,4 +1,4 @@
-"""A scene file as a table for people, or as JSON values."""
+"""Show a scene file as a table or as JSON values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _HEADINGS = ("name", "noun", "mesh", "x", "y", "z", "yaw", "roll", "pitch", "spa
 
 
 def scene_report(path: Path, standing: Sequence[StandingObject]) -> dict[str, Any]:
-    """Return what stands where, as JSON values: metres and degrees, world frame."""
+    """Return the place of every object as JSON values: metres and degrees, world frame."""
     return {
         "schema_version": SCHEMA_VERSION,
         "file": str(path),
@@ -40,7 +40,7 @@ def scene_report(path: Path, standing: Sequence[StandingObject]) -> dict[str, An
 
 
 def print_scene(standing: Sequence[StandingObject], out: TextIO) -> None:
-    """Print the same as a table, one object a line; roll and pitch only where something is tilted."""
+    """Print the same as a table, one object per line; roll and pitch only if something is tilted."""
     rows = [_HEADINGS]
     for entry in standing:
         placed = entry.placed
@@ -63,6 +63,6 @@ def print_scene(standing: Sequence[StandingObject], out: TextIO) -> None:
 
 
 def _span(entry: StandingObject) -> list[float]:
-    """How far it reaches along the world's axes, metres."""
+    """Return the object's extent along the world's axes, metres."""
     points = transform_points(entry.world_from_object, np.concatenate(entry.model.hulls))
     return np.ptp(points, axis=0).tolist()

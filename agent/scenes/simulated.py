@@ -1,4 +1,4 @@
-"""A simulated table: objects drawn from a library so that the goal can be built, seen by the depth camera."""
+"""Simulate a table: objects drawn from a library so that the goal can be built, seen by the depth camera."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class SimulatedScene(TableScene):
 
     def __init__(self, library: Sequence[ObjectModel], goal: Interpretation, seed: int) -> None:
         drawing, noise = drawing_and_noise(seed)
-        drawn = draw_meant_scene(library, goal, drawing)
+        drawn = draw_goal_scene(library, goal, drawing)
         super().__init__(drawn.models, drawn.world_from_initial, drawn.count, noise, drawn.table)
 
 
@@ -42,7 +42,7 @@ def described(models: Sequence[ObjectModel]) -> list[SceneObject]:
     return [SceneObject(name, attributes_of(model)) for name, model in zip(unique_names(models), models, strict=True)]
 
 
-def draw_meant_scene(library: Sequence[ObjectModel], goal: Interpretation, rng: np.random.Generator) -> DrawnScene:
+def draw_goal_scene(library: Sequence[ObjectModel], goal: Interpretation, rng: np.random.Generator) -> DrawnScene:
     """Draw a scene in which the instruction means exactly the objects that take part.
 
     Args: as `SimulatedScene`.
@@ -80,14 +80,14 @@ def draw_meant_scene(library: Sequence[ObjectModel], goal: Interpretation, rng: 
 def _draw_described(
     library: Sequence[ObjectModel], fitting: Sequence[ObjectModel], goal: Interpretation, rng: np.random.Generator
 ) -> DrawnScene:
-    """A scene for an instruction that tells objects apart by colour or size: others of their nouns stand there too.
+    """Draw a scene for an instruction that distinguishes objects by colour or size, with others of the same nouns.
 
     Args:
         fitting: the objects of the library that the instruction may mean.
-        library, goal, rng: as `draw_meant_scene`.
+        library, goal, rng: as `draw_goal_scene`.
 
     Raises:
-        SceneError: as `draw_meant_scene`.
+        SceneError: as `draw_goal_scene`.
     """
     suited = eligible(fitting, goal.spec.shape)
     nouns = {model.category for model in fitting}

@@ -1,4 +1,4 @@
-"""Sources of tables for the pipeline: drawn for the instruction, placed by a file, or recorded."""
+"""Provide tables for the pipeline: drawn for the instruction, placed by a file, or recorded."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from agent.errors import UsageError
 from agent.recordings.recording import RecordedOptions
-from agent.runtime.progress import told_when_slow
+from agent.runtime.progress import report_when_slow
 from agent.scenes.files import SUFFIXES, PlacedObject
 from agent.scenes.limits import check_count
 from agent.scenes.object_attributes import attributes_of
@@ -35,7 +35,7 @@ class SceneSource(Protocol):
     Attributes:
         referents: what an instruction can refer to: the objects that there are, or those that can be drawn.
         catalogue: whether they are those that can be drawn.
-        hint: what may help where it calls them something else; empty where nothing does.
+        hint: advice for an instruction that uses other names; empty if there is none.
     """
 
     referents: Sequence[SceneObject]
@@ -80,7 +80,7 @@ def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedO
             f"--at, --topic, --camera-pose and --call are for recordings, and --scene is {shortened(scene)!r}"
         )
     if scene == SIMULATED:
-        with told_when_slow(f"reading the meshes in {objects!r}", lambda: _has_much_to_read(Path(objects))):
+        with report_when_slow(f"reading the meshes in {objects!r}", lambda: _has_much_to_read(Path(objects))):
             return DrawnSource(objects)
     if path.suffix.lower() not in SUFFIXES and not path.is_file():
         files = ", ".join((*SUFFIXES, *RECORDINGS))

@@ -1,4 +1,4 @@
-"""A simulated table with objects at rest and the arm beside it, seen by the depth camera."""
+"""Simulate a table with objects at rest and the arm beside it, seen by the depth camera."""
 
 from __future__ import annotations
 
@@ -149,28 +149,28 @@ class TableScene:
         )
 
     def _bottom(self, index: int, pose: np.ndarray) -> float:
-        """z of what an object at the pose stands on, from its true shape: a scene file may stack things."""
+        """Return z of the surface under an object at the pose, from its true shape: a scene file may stack objects."""
         lowest = float(pose[2, 3]) + lowest_point(self.models[index], pose)
         return lowest if lowest > _LEAST_STEP else 0.0
 
     @property
     def fallen(self) -> tuple[str, ...]:
-        """The names of the objects that are no longer on the table."""
+        """Return the names of the objects that are no longer on the table."""
         return tuple(name for name, pose in zip(self.names, self.world.poses(), strict=True) if pose[2, 3] < FALLEN)
 
     @property
     def untouched(self) -> bool:
-        """Whether everything is still where it was seen first."""
+        """Return whether everything is still where it was seen first."""
         poses = self.poses()
         return all(np.abs(poses[name] - seen.pose).max() <= MOVED for name, seen in self._seen.items())
 
     def remember(self, clouds: Mapping[str, ObjectCloud]) -> None:
-        """Take clouds, by the names of objects, as what was seen of them where they stand now."""
+        """Store clouds, by object name, as seen in the objects' present places."""
         poses = self.poses()
         self._seen |= {name: _Seen(cloud, poses[name]) for name, cloud in clouds.items()}
 
     def involve(self, names: Sequence[str]) -> None:
-        """Say which objects take part from now on; they come first, each in the order of the beginning.
+        """Set which objects take part from now on; they come first, in their original order.
 
         Raises:
             KeyError: for a name that there is not.
@@ -189,7 +189,7 @@ class TableScene:
 
     @property
     def referents(self) -> tuple[SceneObject, ...]:
-        """The objects as an instruction can refer to them, in the order of `names`."""
+        """Return the objects as an instruction can refer to them, in the order of `names`."""
         return tuple(map(SceneObject, self.display_names, self._attributes))
 
     def referents_of(self, names: Sequence[str]) -> list[SceneObject]:
@@ -199,7 +199,7 @@ class TableScene:
 
     @property
     def color_names(self) -> tuple[str, ...]:
-        """The name of each object's colour, empty where it is not known."""
+        """Return the name of each object's colour, empty if unknown."""
         return tuple(each.colors[0] if each.colors else "" for each in self._attributes)
 
     def poses(self) -> dict[str, np.ndarray]:
@@ -208,13 +208,13 @@ class TableScene:
 
     @property
     def held(self) -> str | None:
-        """The name of what is in the hand, between builds only after the arm was stopped for good."""
+        """Return the name of the object in the hand; between builds there is one only after the arm's final stop."""
         return None if self.arm.weld is None else self.names[self.world.bodies.index(self.arm.weld[1])]
 
     def tidy_up(self) -> bool:
-        """Let the arm set down what it holds, and fold, after it was stopped for good; returns whether there was a need.
+        """Let the arm set down what it holds and fold after its final stop; return whether that was necessary.
 
-        There is none as long as it stands where it stood at first: a build leads it from there.
+        It is not necessary as long as the arm is in its first configuration, because a build starts from there.
         """
         if self.arm.weld is None and np.abs(self.arm.configuration() - self._stood).max() < AT_HOME:
             return False
@@ -245,7 +245,7 @@ class TableScene:
 
     @property
     def _shoulder(self) -> DepthCamera:
-        """The view over the arm's shoulder, wherever the arm stands."""
+        """Return the view over the arm's shoulder, wherever the arm stands."""
         motion = self.arm.kinematics.world_from_base @ np.linalg.inv(WORLD_FROM_BASE)
         usual = VIEWS[SHOULDER]
         eye, target = transform_points(motion, np.array((usual.eye, usual.target))).tolist()
@@ -253,7 +253,7 @@ class TableScene:
 
 
 def _moved(seen: _Seen, pose: np.ndarray) -> ObjectCloud | None:
-    """The cloud where it is now, or `None` where another side of the object is up, or it is gone."""
+    """Return the cloud in its present place; `None` if another side of the object is up, or it is gone."""
     if tilt_between(pose, seen.pose) > _STILL_STANDS or pose[2, 3] < FALLEN:
         return None
     motion = pose @ np.linalg.inv(seen.pose)
@@ -266,6 +266,6 @@ def _moved(seen: _Seen, pose: np.ndarray) -> ObjectCloud | None:
 
 
 def drawing_and_noise(seed: int) -> tuple[np.random.Generator, np.random.Generator]:
-    """Return what draws a scene, and what draws its sensor's noise: both follow from the seed."""
+    """Return the generators of the scene and of its sensor noise, both derived from the seed."""
     drawing, noise = (np.random.default_rng(part) for part in np.random.SeedSequence(seed).spawn(2))
     return drawing, noise

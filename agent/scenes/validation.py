@@ -1,4 +1,4 @@
-"""Checks the places of a scene file's objects, and reports all problems at once, without those that follow from others.
+"""Check the places of a scene file's objects, and report all problems at once, except consequences of others.
 
 An object whose line is wrong elsewhere is judged by what is known of it. Whatever it may hold up is not judged: that
 would seem to fall only because the object is left out.
@@ -33,7 +33,7 @@ _BESIDE = 0.01  # m: what is as near as this may lean on it
 def problems_of_places(
     found: Sequence[StandingObject], missing: Sequence[PlacedObject], table: Table
 ) -> list[Problem]:
-    """Return what is off the table, in each other, or would fall.
+    """Return the problems of objects that are off the table, inside each other, or would fall.
 
     Args:
         found: the objects whose meshes are known, wherever they stand.
@@ -69,8 +69,9 @@ class _Area:
 
     @classmethod
     def around(cls, placed: PlacedObject, radius: float) -> _Area:
-        """Make the area of an object that reaches no farther than the radius from its place, as far as that is
-        known."""
+        """Return the area of an object that extends no farther than the radius from its place, as far as that is
+        known.
+        """
         low, high = zip(
             *(
                 (-math.inf, math.inf) if key in placed.unread else (value - radius, value + radius)
@@ -85,7 +86,7 @@ class _Area:
 
 
 def _independent(entries: Sequence[StandingObject], left_out: Sequence[_Area]) -> list[StandingObject]:
-    """Those of the objects that are held up by nothing in these areas, nor by something that may be."""
+    """Return the objects that are supported by nothing uncertain in these areas."""
     entries, left_out = list(entries), list(left_out)
     while True:
         held = [not _lies(entry) and any(_Area.of(entry).meets(area) for area in left_out) for entry in entries]
@@ -96,7 +97,7 @@ def _independent(entries: Sequence[StandingObject], left_out: Sequence[_Area]) -
 
 
 def _lies(entry: StandingObject) -> bool:
-    """Whether an object is upright on the table."""
+    """Return whether an object is upright on the table."""
     return entry.placed.roll == entry.placed.pitch == 0.0 and _points(entry)[:, 2].min() <= _LYING
 
 
@@ -105,7 +106,7 @@ def _points(entry: StandingObject) -> np.ndarray:
 
 
 def _radius(entry: StandingObject) -> float:
-    """How far from its origin an object reaches, however it is turned, m."""
+    """Return how far an object extends from its origin in any rotation, m."""
     return float(np.linalg.norm(np.concatenate(entry.model.hulls), axis=1).max())
 
 
@@ -125,7 +126,7 @@ def _off_table(standing: Sequence[StandingObject], table: Table) -> list[Problem
 
 
 def _places_off_table(named: Sequence[tuple[str, PlacedObject]], table: Table) -> list[Problem]:
-    """Of objects of which no more than the place is known: which places are off the table."""
+    """Return the places off the table among objects of which only the place is known."""
     problems = []
     for name, placed in named:
         known = {key for key in "xy" if key not in placed.unread}
@@ -141,7 +142,7 @@ def _places_off_table(named: Sequence[tuple[str, PlacedObject]], table: Table) -
 
 
 def _in_each_other(standing: Sequence[StandingObject], table: Table) -> tuple[list[Problem], set[int]]:
-    """What is wrong, and which objects it is about."""
+    """Return the overlaps as problems, each with its objects."""
     problems, which = [], set()
     with TabletopWorld([e.model for e in standing], [e.world_from_object for e in standing], table) as world:
         for k, entry in enumerate(standing):
@@ -158,7 +159,7 @@ def _in_each_other(standing: Sequence[StandingObject], table: Table) -> tuple[li
 
 
 def _falling(standing: Sequence[StandingObject], table: Table) -> list[Problem]:
-    """What does not stay where it is put, found by a second of physics."""
+    """Return the problems of objects that do not stay in place during a second of physics."""
     problems = []
     with TabletopWorld([e.model for e in standing], [e.world_from_object for e in standing], table) as world:
         world.settle(_LOOK_SECONDS)

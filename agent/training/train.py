@@ -120,9 +120,9 @@ def _train(run: TrainingRun, device: torch.device, distributed: DistributedConte
     options = TrainingOptions(steps=run.recipe.steps, learning_rate=run.recipe.learning_rate, seed=run.seed)
     examples = "pairs" if run.kind == "collision" else "scenes"
     metadata = RunMetadata(__version__, about_data(run.data), run.recipe.batch, examples, run.precision)
-    told = distributed is None or distributed.rank == 0
-    console = console_on(sys.stdout, soft_wrap=True, highlight=False, quiet=not told)
-    with progress_bar(quiet=not told) as progress:
+    is_first = distributed is None or distributed.rank == 0
+    console = console_on(sys.stdout, soft_wrap=True, highlight=False, quiet=not is_first)
+    with progress_bar(quiet=not is_first) as progress:
         task = progress.add_task(run.kind, total=run.recipe.steps)
         for row in train(model, loss, run.out, options, device, metadata=metadata, distributed=distributed):
             progress.update(task, completed=row.step)

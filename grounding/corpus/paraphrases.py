@@ -86,17 +86,17 @@ def _fill(hole: Hole, values: Mapping[str, str | None], rng: np.random.Generator
     name = hole.name
     if name not in SLOTS_OF_HOLE:
         return _other(name, rng)
-    meant = {
+    slots = {
         slot: _another(slot, values[slot], rng) if hole.negated else values[slot]
         for slot in SLOTS_OF_HOLE[name]
     }
     phrases = all_phrases()
     if name == "xy":
-        x = _one_of(phrases["x_adj"][meant["x_position"]], rng) if rng.random() < 0.3 else meant["x_position"]
+        x = _one_of(phrases["x_adj"][slots["x_position"]], rng) if rng.random() < 0.3 else slots["x_position"]
         return _one_of(phrases["xy"]["any"], rng).format(
-            x=x, y=_one_of(phrases["y_adj"][meant["y_position"]], rng)
+            x=x, y=_one_of(phrases["y_adj"][slots["y_position"]], rng)
         )
-    (value,) = meant.values()
+    (value,) = slots.values()
     table = _TABLE.get(name, name)
     shape = values["shape"]
     own = STRUCTURES[shape].own_phrases.get(name) if shape else None

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 from grounding.dialogue.replacements import PLACING, goes_and_comes, impossible
 from grounding.references.attributes import TELLING_ADJECTIVES
-from grounding.references.lexicon import FORMS
 from grounding.references.mentions import read_mentions
 from grounding.references.phrases import ANY, Mention, Vocabulary
+from grounding.references.word_forms import FORMS
 from grounding.structure_words import words_of_all
 
 EVERYTHING = "everything"
@@ -187,16 +187,16 @@ def _of_clause(clause: str, edited: bool) -> ObjectChange | None:
     if _KEPT.match(clause):
         return ObjectChange("add", phrase(clause, named))
     left_out = [m for m in named if m.role == "left out"]
-    meant = [m for m in named if m.role == "target"]
-    if not meant and (_ADDING.search(clause) or _REMOVING.search(clause)):
-        meant = [m for m in named if m.role == "narrated" and m.known]  # "add the mug and we are done"
-    if left_out and not meant:
+    targets = [m for m in named if m.role == "target"]
+    if not targets and (_ADDING.search(clause) or _REMOVING.search(clause)):
+        targets = [m for m in named if m.role == "narrated" and m.known]  # "add the mug and we are done"
+    if left_out and not targets:
         return _left_out(clause, left_out)
-    if not meant:
+    if not targets:
         return None
     if _REMOVING.search(clause) or _NO.fullmatch(clause[: named[0].span[0]].strip()):
         return ObjectChange("remove", phrase(clause, named), rest=_besides(clause, named))
-    kept = phrase(clause, meant) + "".join(f", but not {phrase(clause, [m])}" for m in left_out)
+    kept = phrase(clause, targets) + "".join(f", but not {phrase(clause, [m])}" for m in left_out)
     if _ADDING.search(clause) and not _ONLY.search(clause):
         return ObjectChange("add", kept, rest=_besides(clause, named))
     return ObjectChange("replace", kept, rest=clause)

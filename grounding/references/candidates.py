@@ -17,9 +17,10 @@ from grounding.references.attributes import (
     of_color,
     of_size,
 )
-from grounding.references.lexicon import FILLINGS, FORMS, GROUPS, KINDS, SAME_WORDS, meanings, plural
+from grounding.references.lexicon import FILLINGS, GROUPS, KINDS, SAME_WORDS, meanings
 from grounding.references.object_names import UNKNOWN_CATEGORY, adjective, guesses, read_name, rivals
 from grounding.references.phrases import ANY, Mention
+from grounding.references.word_forms import FORMS, plural
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
@@ -159,14 +160,14 @@ class Candidates:
         if mention.noun == ANY:
             return list(range(len(self.names)))
         if mention.known:
-            return self._called(mention.noun)
+            return self._by_noun(mention.noun)
         heads = sorted({name.head for name in self._read if name.head})
         return next(
-            (found for noun in guesses(mention.noun, heads, self._encoder) if (found := self._called(noun))),
+            (found for noun in guesses(mention.noun, heads, self._encoder) if (found := self._by_noun(noun))),
             [],
         )
 
-    def _called(self, noun: str) -> list[int]:
+    def _by_noun(self, noun: str) -> list[int]:
         """The objects that a known noun can mean."""
         itself, *others = meanings(noun)
         if found := self._of_kinds(itself, noun):

@@ -10,37 +10,28 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from grounding.references.attributes import SUPERLATIVES, TELLING_ADJECTIVES
+from grounding.references.attributes import SUPERLATIVES
 from grounding.references.coordination import partial_phrases
 from grounding.references.counts import JOINTS, count_before, numbers_after
 from grounding.references.function_words import (
     ALL_WORDS,
-    AMBIGUOUS,
     ARRANGING,
     DETERMINERS,
     ENDS_OF_EXCEPTIONS,
-    FUNCTION_WORDS,
-    GENERIC,
-    NOT_OBJECTS,
     NUMBERS,
     ORDINALS,
     PLACE_ADJECTIVES,
     PRONOUNS,
-    WHAT_FOLLOWS_OBJECTS,
 )
-from grounding.references.lexicon import ADJECTIVES, COLOURS, FILLINGS, STUFF, USES, singular
+from grounding.references.heads import ANY_THINGS, ANYTHING, USE_VERBS, HeadFinder
+from grounding.references.lexicon import COLOURS, FILLINGS
 from grounding.references.phrases import ANY, Mention, References, Vocabulary
 from grounding.references.relative_clauses import says_more, with_clause
-from grounding.references.sentence_roles import STOPS, Sentences
-from grounding.references.unknown_nouns import MOST_MODIFIERS, unknown_phrase
+from grounding.references.sentence_roles import Sentences
+from grounding.references.word_forms import singular
 
 _TOKEN = re.compile(r"\d+|[^\W\d_]+(?:['’][^\W\d_]+)*|[,.;:!?\n()]")
-_SUBJECTS = frozenset("i you we it they he she one that which who someone".split())
 _DENIALS = ("don't", "dont", "never", "not")
-_ANY_THINGS = frozenset(word for word, kind in GENERIC.items() if kind != "one") - {"ones", "lot", "bits"}
-_BEFORE_NOUNS = DETERMINERS | frozenset(NUMBERS)
-_USE_VERBS = frozenset(verb for verb, _ in USES)
-_ANYTHING = frozenset(GENERIC) | {"what", "whatever", "anything"}
 # With one of these a singular means one particular object.
 _DEFINITE = frozenset("the that this my your our his her their".split())
 _INDEFINITE = frozenset("a an any one some another of".split())
@@ -61,8 +52,8 @@ class _MentionReader:
         found = [(match.group().lower().replace("’", "'"), match.span()) for match in _TOKEN.finditer(text)]
         self.words = [word for word, _ in found]
         self.spans = [span for _, span in found]
-        self.vocabulary, self.forms = vocabulary, vocabulary.forms
-        self.said = Sentences(self.words, self.forms)
+        self.said = Sentences(self.words, vocabulary.forms)
+        self.heads = HeadFinder(self.said, vocabulary)
         self.pronoun = False
 
     def read(self) -> References:
@@ -70,7 +61,7 @@ class _MentionReader:
         last: tuple[int, Mention] | None = None  # the place of the last head, and its mention
         place = 0
         while place < len(self.words):
-            head = self._head(place, last)
+            head = self.heads.find(place, last)
             if head is None:
                 if self.words[place] in PRONOUNS and self.said.word(place + 1) != "of":
                     self.pronoun = self.pronoun or not self.said.narrated[place]
@@ -94,119 +85,6 @@ class _MentionReader:
             place = max(end, place + 1)
         return References(self.text, tuple(mentions), self.pronoun)
 
-    # Heads of noun phrases
-
-    def _head(self, place: int, last: tuple[int, Mention] | None) -> tuple[int, int, str, bool, bool] | None:
-        """(start of modifiers, head, noun, plural, known) of the phrase with its head at `place`, if any."""
-        word = self.words[place]
-        if use := self._use(place):
-            end = place + (self.said.word(place + 1) in ("from", "with", "out", "off"))
-            return place, end, use, True, True
-        if word in GENERIC:
-            return self._generic(place)
-        if word in self.forms and not self._no_noun(place):
-            noun, many = self.forms[word]
-            return self._first_modifier(place), place, noun, many, True
-        return unknown_phrase(self.said, place, self._listed(place, last))
-
-    def _use(self, place: int) -> str | None:
-        """The group of "(anything I can) drink from"."""
-        word = self.words[place]
-        if word not in _USE_VERBS or not any(w in _ANYTHING for w in self.words[max(0, place - 6) : place]):
-            return None
-        return USES.get((word, self.said.word(place + 1))) or USES.get((word, ""))
-
-    def _generic(self, place: int) -> tuple[int, int, str, bool, bool] | None:
-        word = self.words[place]
-        start = self._first_modifier(place)
-        if GENERIC[word] == "stuff" and STUFF.get(self.said.word(place - 1)):
-            return place - 1, place, STUFF[self.said.word(place - 1)], True, True
-        if word == "lot" and self.said.word(place - 1) not in ("the", "whole"):
-            return None  # "a lot more"
-        many = GENERIC[word] != "one"
-        if word == "one" and (start == place or self.said.word(start - 1) != "the"):
-            return None  # a number, or a structure: "a big one"
-        counted = self.said.word(start - 1) in NUMBERS or self.said.word(place + 1).isdecimal()
-        if not many and word != "one" and start == place and not counted:
-            return None  # "the thing"
-        if word in _ANY_THINGS and self.said.word(place + 1) in COLOURS:
-            return place, place + 1, ANY, True, True  # "everything red"
-        return start, place, ANY, many, True
-
-    def _no_noun(self, place: int) -> bool:
-        """Whether this known word is none here: a verb, an adjective, the first part of a compound."""
-        word, before, after = self.words[place], self.said.word(place - 1), self.said.word(place + 1)
-        if self._compound(place):
-            return True
-        if (word in ADJECTIVES and after in GENERIC) or (after in ADJECTIVES and self._singular(place)):
-            return True  # "the orange things", "the extra large clamp"
-        if word == "bit":
-            return True  # "a bit to the left" is no drill bit; the plural is
-        if word in AMBIGUOUS:
-            described = (
-                before in _BEFORE_NOUNS
-                or before in TELLING_ADJECTIVES
-                or (before in self.forms and before != "can")
-                or after.isdecimal()  # "box 1"
-            )
-            listed = self.forms[word][0] in self.vocabulary.heads and (before in JOINTS or after in JOINTS)
-            if not (described or listed) or (after.isalpha() and self.said.describes(place + 1)):
-                return True  # a verb, or "the book club"
-        if self._singular(place) and singular(after) != after and self.said.describes(place + 1):
-            return True  # "beer mats"
-        if GENERIC.get(after) == "stuff":
-            return True
-        if word == "can":
-            ends = after in FUNCTION_WORDS and after not in WHAT_FOLLOWS_OBJECTS
-            subject = before in _SUBJECTS
-            return place == 0 or subject or before in STOPS or (ends and before not in DETERMINERS)
-        return word in NOT_OBJECTS and not self.forms[word][1]
-
-    def _compound(self, place: int) -> bool:
-        """Whether this word is the first part of a compound: "soup can", but not "forks knives"."""
-        word, after = self.words[place], self.said.word(place + 1)
-        if after not in self.forms or self._no_noun_alone(place + 1):
-            return False
-        if not self._singular(place):
-            return False
-        noun = self.forms[word][0]
-        pair, heads = (noun, self.forms[after][0]), self.vocabulary.heads
-        told_apart = noun in heads and pair[1] in heads and pair not in self.vocabulary.compounds
-        # "apple banana carrot" are three things only where no article speaks of one.
-        return (
-            not told_apart
-            or word in ADJECTIVES
-            or self.said.word(self._first_modifier(place) - 1) in DETERMINERS
-        )
-
-    def _singular(self, place: int) -> bool:
-        return self.forms[self.words[place]][0] == self.words[place]
-
-    def _no_noun_alone(self, place: int) -> bool:
-        """Whether a known word that could end a compound does not: "robot cups can ..."."""
-        return (
-            self.words[place] == "can" and self.said.word(place + 1) in FUNCTION_WORDS - WHAT_FOLLOWS_OBJECTS
-        )
-
-    def _first_modifier(self, place: int) -> int:
-        start = place
-        while start > 0 and place - start < MOST_MODIFIERS and self.said.describes(start - 1):
-            start -= 1
-        before = self.said.word(start - 1)
-        if before in _BEFORE_NOUNS or before in ORDINALS or before.isdecimal():
-            return start
-        # Without an article, what stands before may be anything: "pls stak wooden blocks".
-        while start < place and self.words[start] not in TELLING_ADJECTIVES and self.words[start] not in self.forms:
-            start += 1
-        return start
-
-    def _listed(self, place: int, last: tuple[int, Mention] | None) -> str:
-        """The "," or "and" that joins this to the objects before it; empty where nothing does."""
-        if not last or last[1].role != "target" or self.words[place] in FUNCTION_WORDS - DETERMINERS:
-            return ""
-        between = self.words[last[0] + 1 : place]
-        return between[-1] if 0 < len(between) < 3 and all(w in (",", "and", "&") for w in between) else ""
-
     # What is said of them
 
     def _mention(
@@ -218,7 +96,7 @@ class _MentionReader:
         modifiers = tuple(self.words[start:head])
         if known and self.said.word(end) == "of" and (filling := self._filling(end + 1)):
             modifiers, end = (*modifiers, filling), end + 2  # "the box of crackers"
-        if self.words[start] in _ANY_THINGS and self.words[head] in COLOURS:
+        if self.words[start] in ANY_THINGS and self.words[head] in COLOURS:
             modifiers = (self.words[head],)
         if last and self.words[head] in ("one", "ones") and last[1].noun != ANY:
             noun = last[1].noun
@@ -243,8 +121,8 @@ class _MentionReader:
         elif count is None and one:
             count = 1
         ordinal = ORDINALS.get(self.said.word(start - 1)) if first < start - 1 and count == 1 else None
-        if self.words[start] in _USE_VERBS and self._use(start):
-            first = max(i for i in range(max(0, start - 6), start) if self.words[i] in _ANYTHING)
+        if self.words[start] in USE_VERBS and self.heads.use_group(start):
+            first = max(i for i in range(max(0, start - 6), start) if self.words[i] in ANYTHING)
             first -= self.said.word(first - 1) in DETERMINERS
         role = self._role(first, end, last)
         if first < start and any(w in _DENIALS for w in self.words[first:start]):

@@ -9,19 +9,9 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from grounding.references.function_words import FUNCTION_WORDS, GENERIC, NOT_OBJECTS
-from grounding.references.lexicon import (
-    ADJECTIVES,
-    ATTRIBUTES,
-    CONTENTS,
-    FORMS,
-    GROUPS,
-    KINDS,
-    OTHER_WORDS,
-    SAME_WORDS,
-    plural,
-    singular,
-)
+from grounding.references.lexicon import ADJECTIVES, ATTRIBUTES, CONTENTS, GROUPS, KINDS, OTHER_WORDS, SAME_WORDS
 from grounding.references.phrases import Vocabulary
+from grounding.references.word_forms import FORMS, plural, singular
 
 if TYPE_CHECKING:
     import numpy as np

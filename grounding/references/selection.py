@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 from grounding.references.attributes import SceneObject
 from grounding.references.candidates import Candidates, SelectionError
 from grounding.references.function_words import SPATIAL_PREPOSITIONS
-from grounding.references.lexicon import FORMS, singular
 from grounding.references.mentions import read_mentions
 from grounding.references.object_names import rivals, vocabulary
 from grounding.references.phrases import ANY, Mention, References, Vocabulary
+from grounding.references.word_forms import FORMS, singular
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
@@ -106,16 +106,16 @@ def mentioned(text: str) -> tuple[str, ...]:
     an empty tuple.
     """
     references = read_mentions(text[:_MOST_CHARACTERS], Vocabulary(FORMS))
-    meant = [m for m in _targets(references) if m.noun != ANY or m.exact or any(map(rivals, m.modifiers))]
+    targets = [m for m in _targets(references) if m.noun != ANY or m.exact or any(map(rivals, m.modifiers))]
     left_out = references.by_role("left out")
 
     def words(mention: Mention) -> str:
         return " ".join(text[slice(*mention.span)].split())
 
-    if meant:
+    if targets:
         # "that row of cups ... the cups" names them once.
-        last = {(m.noun, m.modifiers and m.exact): m for m in reversed(meant)}
-        said = [words(m) for m in meant if last[(m.noun, m.modifiers and m.exact)] is m] + [
+        last = {(m.noun, m.modifiers and m.exact): m for m in reversed(targets)}
+        said = [words(m) for m in targets if last[(m.noun, m.modifiers and m.exact)] is m] + [
             f"not {_with_article(words(m))}" for m in left_out
         ]
         return tuple(dict.fromkeys(said))
@@ -157,24 +157,24 @@ class _Choice:
             # Of several bowls, "the bowl" that must not be touched may be any of them.
             left_out.update(found[: mention.count] if mention.exact and (mention.count or 0) > 0 else found)
         said = _targets(self.references)
-        meant = [m for m in said if m.noun != ANY or self.there.chooses(m)]
+        targets = [m for m in said if m.noun != ANY or self.there.chooses(m)]
         chosen: set[int] = set()
         required: set[int] = set()
-        for mention in meant:
+        for mention in targets:
             found = self._chosen(mention, left_out, chosen)
             chosen.update(found)
             required.update(found if mention.count is not None else ())
-        if not meant:
+        if not targets:
             chosen = set(range(len(self.there.names))) - left_out
         self._refuse_relations(chosen)
         if not chosen:
             raise SelectionError(f"the instruction leaves no object to move; there is: {self.there.inventory()}")
         return Selection(
             tuple(sorted(chosen)),
-            tuple(dict.fromkeys(self.there.label(m) for m in meant if m.noun != ANY or self.there.judged(m))),
+            tuple(dict.fromkeys(self.there.label(m) for m in targets if m.noun != ANY or self.there.judged(m))),
             tuple(dict.fromkeys(m.noun for m in excluded)),
             tuple(sorted(required)),
-            any(self.there.judged(m) for m in (*meant, *excluded)),
+            any(self.there.judged(m) for m in (*targets, *excluded)),
             self.there.notes((*said, *excluded)),
             self.references,
         )

@@ -19,8 +19,8 @@ from grounding.references.function_words import (
     STRICT_EXCEPTIONS,
     WHAT_FOLLOWS_OBJECTS,
 )
-from grounding.references.lexicon import singular
 from grounding.references.sentence_roles import STOPS, Sentences
+from grounding.references.word_forms import singular
 
 MOST_MODIFIERS = 4
 _BEFORE_NOUNS = DETERMINERS | frozenset(NUMBERS) | {"of"}

@@ -81,7 +81,7 @@ class EvaluationScene:
         draw: how many earlier draws were rejected, because they had no valid arrangement or a hidden object.
         words: the instruction, or `None`.
         embedding: (384,) of the words, or `None`.
-        heard: the spec that a parser read from the words; planners that take words get nothing else. With `None` they
+        parsed: the spec that a parser read from the words; planners that take words get nothing else. With `None` they
             get the true spec.
         camera: the depth camera that observes the scene.
     """
@@ -93,7 +93,7 @@ class EvaluationScene:
     draw: int
     words: str | None = None
     embedding: np.ndarray | None = None
-    heard: StructureSpec | None = None
+    parsed: StructureSpec | None = None
     camera: DepthCamera = DepthCamera()
 
     @property
@@ -185,9 +185,9 @@ def draw_evaluation_scene(
     for draw in range(_MAX_DRAWS) if accepted is None else (accepted,):
         rng = _generator(seed, shape, number, draw, _DRAWING)
         try:
-            wish = full_spec(shape, rng) if spec is None else spec
+            drawn_spec = full_spec(shape, rng) if spec is None else spec
             count = _count(shape, conditions, draw, rng)
-            drawn = draw_scene(models, wish, rng, count=count, table=conditions.table)
+            drawn = draw_scene(models, drawn_spec, rng, count=count, table=conditions.table)
             if shape is not None and STRUCTURES[shape].exact_count and count is not None and drawn.count < count:
                 raise SceneError(f"{drawn.count} of {count} objects that suit it")
             scene = EvaluationScene(drawn, shape or ANY_SHAPE, number, seed, draw, camera=conditions.camera)

@@ -93,7 +93,7 @@ class SceneResult:
             "draw": scene.draw,
             "spec": drawn.spec.to_dict(),
             "words": scene.words,
-            "heard": scene.heard.to_dict() if scene.heard else None,
+            "heard": scene.parsed.to_dict() if scene.parsed else None,
             "objects": [model.name for model in drawn.models[: drawn.count]],
             "distractors": [model.name for model in drawn.models[drawn.count :]],
             "success": self.success_at(1),
@@ -196,7 +196,7 @@ def solve(planner: ScenePlanner, scene: EvaluationScene, *, candidates: int = 64
         top_k: the largest number of them to try in physics; the first that stands ends the trials.
     """
     generator = torch.Generator().manual_seed(scene.planning_seed)
-    goal = Goal(scene.heard or scene.spec, scene.words, scene.embedding)
+    goal = Goal(scene.parsed or scene.spec, scene.words, scene.embedding)
     looked = time.perf_counter()
     observed, problem = scene.observed(), None
     started = time.perf_counter()
@@ -225,17 +225,17 @@ def _rates(rows: Sequence[Row], top_k: int) -> dict[str, Any]:
     causes = (*FAILURE_CLASSES, NO_ARRANGEMENT)
     first = [row["verdicts"][0] for row in rows if row["verdicts"]]
     ranks = [row["first_success_rank"] or math.inf for row in rows]
-    told = [row for row in rows if row["failure"] != WORKER_DIED]
-    planning = [row["plan_seconds"] for row in told]
+    completed = [row for row in rows if row["failure"] != WORKER_DIED]
+    planning = [row["plan_seconds"] for row in completed]
     return {
         "n": n,
         "success": rate(sum(rank == 1 for rank in ranks)),
         "success_at": {str(k): rate(sum(rank <= k for rank in ranks)) for k in range(1, top_k + 1)},
         "failures": {cause: rate(sum(row["failure"] == cause for row in rows)) for cause in causes},
         "into_table": rate(sum(verdict["penetrated"] == "table" for verdict in first)),
-        "lost": rate(n - len(told)),
+        "lost": rate(n - len(completed)),
         "plan_seconds": float(np.mean(planning)) if planning else None,
         "plan_seconds_median": float(np.median(planning)) if planning else None,
         "plan_seconds_total": sum(planning),
-        "seconds_total": sum(row["seconds"] for row in told),
+        "seconds_total": sum(row["seconds"] for row in completed),
     }

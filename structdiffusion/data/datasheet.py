@@ -180,15 +180,15 @@ def _drawing(path: Path, scenes: int) -> dict[str, Any]:
             facts = json.loads(line)
             shards[facts["shard"]] = facts
     seconds = sum(facts["seconds"] for facts in shards.values())
-    told = sum(facts["scenes"] for facts in shards.values())
+    total = sum(facts["scenes"] for facts in shards.values())
     summed: dict[str, Counter[str]] = {shape: Counter() for shape in STRUCTURES}
     for facts in shards.values():
         for shape, counts in facts["shapes"].items():
             summed[shape].update(counts)
     return {
-        "scenes": min(told, scenes),
+        "scenes": min(total, scenes),
         "seconds": round(seconds, 1),
-        "scenes_per_second": round(told / seconds, 1) if seconds else None,
+        "scenes_per_second": round(total / seconds, 1) if seconds else None,
         "shapes": {shape: dict(counts) for shape, counts in summed.items()},
     }
 

@@ -40,9 +40,9 @@ def _checked(name: str, value: Any, default: Any) -> Any:
         right = isinstance(value, list | tuple) and len(value) == len(default)
         right = right and all(_is_number(each) and (each > 0 or not positive) for each in value)
     if not right:
-        told = repr(value)
-        told = told if len(told) <= 60 else f"{told[:57]}..."
-        raise ValueError(f"{name} cannot be {told}; legal: {legal}")
+        given = repr(value)
+        given = given if len(given) <= 60 else f"{given[:57]}..."
+        raise ValueError(f"{name} cannot be {given}; legal: {legal}")
     return tuple(value) if isinstance(value, list) else value
 
 

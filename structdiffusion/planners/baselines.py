@@ -99,8 +99,8 @@ class StructFormerPlanner:
             share = len(range(number, count, len(shapes)))
             if not share:
                 continue
-            told = replace(goal, spec=replace(goal.spec, shape=shape))
-            parts.append(_sample(self.models[shape], self.search, seen, told, share, generator))
+            goal_of_shape = replace(goal, spec=replace(goal.spec, shape=shape))
+            parts.append(_sample(self.models[shape], self.search, seen, goal_of_shape, share, generator))
         return PoseSamples.concatenate(parts)
 
 

@@ -1,6 +1,6 @@
 """The simulated table top: rigid objects under gravity, seen by a fixed depth camera.
 
-The only module of this package that touches PyBullet. Every world is its own PyBullet client, so
+Every world is its own PyBullet client, so
 several may live at once. Poses are `world_from_object` of the object frame (z = 0 at the lowest
 point, origin under the footprint's centroid), although PyBullet thinks in inertial frames.
 """
@@ -16,8 +16,8 @@ import pybullet
 
 from structdiffusion.geometry import pose_from_position_quaternion, quaternion_from_matrix
 from structdiffusion.objects.model import ObjectModel, unique_names
-from structdiffusion.objects.rigid_body import hulls_file, mesh_file
 from structdiffusion.observation import ObjectCloud, Scene, Table
+from structdiffusion.simulation.bodies import MARGIN, add_object, add_table
 from structdiffusion.simulation.depth_camera import VIEWS, CameraImage, DepthCamera, measured_depth
 from structdiffusion.simulation.scenery import Backdrop
 from structdiffusion.simulation.visible_points import MIN_POINTS, ObservationError, visible_points
@@ -25,11 +25,6 @@ from structdiffusion.simulation.visible_points import MIN_POINTS, ObservationErr
 TABLE = -1  # stands for the table wherever indices of objects are given
 TIME_STEP = 1.0 / 240.0
 FALLEN = -0.02  # m; what lies lower is no longer on the table
-TABLE_THICKNESS = 0.04
-# PyBullet rounds convex parts outward by this much; its default of 1 mm would spoil millimetre checks.
-MARGIN = 0.0002
-# Enough that cans stop rolling, too little to hold anything up; nothing bounces.
-CONTACT = {"rollingFriction": 0.0005, "spinningFriction": 0.001, "restitution": 0.0}
 # At rest: slower than 1 cm/s and 0.2 rad/s for a tenth of a second.
 REST_SPEED, REST_SPIN, REST_SECONDS = 0.01, 0.2, 0.1
 
@@ -79,7 +74,7 @@ class TabletopWorld:
         # Most of the time goes into contacts; this is accurate enough that towers creep by < 0.5 mm in 2 s.
         solver = {"numSolverIterations": 50, "solverResidualThreshold": 1e-6, "deterministicOverlappingPairs": 1}
         pybullet.setPhysicsEngineParameter(fixedTimeStep=TIME_STEP, **solver, **self._here)
-        self.table_body = self._add_table()
+        self.table_body = add_table(self.client, self.ground)
         for model, pose in zip(models, world_from_objects):
             self.add(model, pose)
 
@@ -95,37 +90,12 @@ class TabletopWorld:
             pybullet.disconnect(self.client)
             self.client = -1
 
-    def _add_table(self) -> int:
-        table = self.ground
-        half = ((table.x_max - table.x_min) / 2, (table.y_max - table.y_min) / 2, TABLE_THICKNESS / 2)
-        center = ((table.x_min + table.x_max) / 2, (table.y_min + table.y_max) / 2, -TABLE_THICKNESS / 2)
-        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, **self._here)
-        wood = (0.80, 0.71, 0.60, 1.0)
-        visual = pybullet.createVisualShape(pybullet.GEOM_BOX, halfExtents=half, rgbaColor=wood, **self._here)
-        body = pybullet.createMultiBody(0.0, shape, visual, center, **self._here)
-        # With 1 here the friction between an object and the table is the object's own coefficient.
-        pybullet.changeDynamics(body, -1, lateralFriction=1.0, **CONTACT, **self._here)
-        return body
-
     def add(self, model: ObjectModel, world_from_object: np.ndarray) -> int:
         """Puts one more object into the world, at rest at the pose (4, 4); its index."""
-        mass = model.mass_properties
-        frame = mass.object_from_inertial
-        solid, surface = str(hulls_file(model.hulls)), str(mesh_file(model.mesh_vertices, model.mesh_faces))
-        shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=solid, **self._here)
-        look = {"rgbaColor": (*model.color, 1.0), "specularColor": (0.1, 0.1, 0.1)}
-        visual = pybullet.createVisualShape(pybullet.GEOM_MESH, fileName=surface, **look, **self._here)
-        body = pybullet.createMultiBody(
-            model.mass, shape, visual, baseInertialFramePosition=frame[:3, 3].tolist(),
-            baseInertialFrameOrientation=quaternion_from_matrix(frame).tolist(), **self._here,
-        )
-        pybullet.changeDynamics(
-            body, -1, lateralFriction=model.friction, collisionMargin=MARGIN,
-            localInertiaDiagonal=mass.inertia.tolist(), **CONTACT, **self._here,
-        )
+        body = add_object(self.client, model)
         self.models.append(model)
         self.bodies.append(body)
-        self._object_from_inertial.append(frame)
+        self._object_from_inertial.append(model.mass_properties.object_from_inertial)
         self.set_pose(len(self.bodies) - 1, world_from_object)
         return len(self.bodies) - 1
 

@@ -111,8 +111,8 @@ def train(
     losses_of = distributed.averaged(model, loss) if distributed else loss
     record: TrainingRecord | None = None
     if metadata is not None and rank == 0:
-        told = asdict(options), metadata, device, distributed.count if distributed else 1
-        record = TrainingRecord(folder, model, *told, state.step, state.seconds)
+        context = asdict(options), metadata, device, distributed.count if distributed else 1
+        record = TrainingRecord(folder, model, *context, state.step, state.seconds)
     model.train()
     started = last_saved = time.monotonic()
     means = _RunningMeans()

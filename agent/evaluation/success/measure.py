@@ -159,7 +159,7 @@ def _draw_scene(
 def _solve_scene(config: SuccessConfig, cache: ResourceCache, job: tuple[str, EvaluationScene]) -> Row:
     """Let a planner solve a scene; return its row. A planner that gets no sentence gets the true slots."""
     name, scene = job
-    scene = scene if name in SENTENCE_PLANNERS else replace(scene, heard=None)
+    scene = scene if name in SENTENCE_PLANNERS else replace(scene, parsed=None)
     planner = cache.planner(name, config.weights, config.allow_unverified)
     result = solve(planner, scene, candidates=config.candidates_of(name), top_k=config.top_k)
     return json_value({"model": name, **result.to_dict()})

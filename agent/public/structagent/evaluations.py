@@ -113,16 +113,7 @@ def evaluate(
     Raises:
         StructagentError: for an argument, objects, checkpoints or a folder that cannot be used.
     """
-    names = [models] if isinstance(models, str) else models
-    if not is_listing(names) or not len(names):
-        raise wrong_argument(f"models cannot be {shown(models)}; legal: the name of a planner, or a list of them")
-    for name in names:
-        check_model(name)
-    shapes = [structures] if isinstance(structures, str) else structures
-    if not is_listing(shapes) or not len(shapes):
-        raise wrong_argument(f"structures cannot be {shown(structures)}; legal: a list of {', '.join(SHAPES)}")
-    for shape in shapes:
-        check_choice("a structure", shape, SHAPES)
+    names, shapes = _checked_models(models), _checked_structures(structures)
     checked_source("simulated", objects)
     if out is not None and not isinstance(out, str | os.PathLike):
         raise wrong_argument(f"out cannot be {shown(out)}; legal: a folder, or None")
@@ -140,9 +131,27 @@ def evaluate(
         objects, folder, seed, count, min(TOP_K, count), allow_unverified=allow_unverified
     )
     report = measure_success(
-        config, list(names), list(shapes), scenes, workers=workers, out=None if out is None else Path(out)
+        config, names, shapes, scenes, workers=workers, out=None if out is None else Path(out)
     )
     return EvaluationReport(tuple(_rates(report)), report["command"], report)
+
+
+def _checked_models(models: Any) -> list[str]:
+    names = [models] if isinstance(models, str) else models
+    if not is_listing(names) or not len(names):
+        raise wrong_argument(f"models cannot be {shown(models)}; legal: the name of a planner, or a list of them")
+    for name in names:
+        check_model(name)
+    return list(names)
+
+
+def _checked_structures(structures: Any) -> list[str]:
+    shapes = [structures] if isinstance(structures, str) else structures
+    if not is_listing(shapes) or not len(shapes):
+        raise wrong_argument(f"structures cannot be {shown(structures)}; legal: a list of {', '.join(SHAPES)}")
+    for shape in shapes:
+        check_choice("a structure", shape, SHAPES)
+    return list(shapes)
 
 
 def _rates(report: Mapping[str, Any]) -> list[SuccessRate]:

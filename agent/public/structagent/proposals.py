@@ -159,15 +159,27 @@ def propose(
     count, folder = checked_integer("count", count, 1, MOST_PROPOSALS), checked_weights(weights)
     number = _checked_seed(seed, generator)
     with computing() as cache:
-        if spec is None:
-            asked = scene_goal_of_text(cache, instruction, scene, viewpoint, parser)
-        else:
-            check_choice("viewpoint", viewpoint, ("robot",))
-            asked = SceneGoal(spec, members)
-        _check_number(asked, scene, model, most_objects(model, folder))
+        goal = _scene_goal(cache, instruction, spec, scene, members, viewpoint, parser)
+        _check_number(goal, scene, model, most_objects(model, folder))
         planner = cache.planner(model, folder, allow_unverified)
-        arrangements = _arranged(cache, planner, model, scene, asked, count, number)
-        return _ranked(arrangements, scene, asked, model, keep_invalid)
+        arrangements = _arranged(cache, planner, model, scene, goal, count, number)
+        return _ranked(arrangements, scene, goal, model, keep_invalid)
+
+
+def _scene_goal(
+    cache: ResourceCache,
+    instruction: Any,
+    spec: StructureSpec | None,
+    scene: Scene,
+    members: tuple[int, ...],
+    viewpoint: str,
+    parser: str,
+) -> SceneGoal:
+    """Return the goal that a sentence means in the scene, or the one that slots and objects give."""
+    if spec is None:
+        return scene_goal_of_text(cache, instruction, scene, viewpoint, parser)
+    check_choice("viewpoint", viewpoint, ("robot",))
+    return SceneGoal(spec, members)
 
 
 def _scene_of(clouds: Any, **given: Any) -> Scene:
@@ -235,16 +247,16 @@ def _check_number(goal: SceneGoal, scene: Scene, model: str, most: int) -> None:
     """Refuse too few or too many objects."""
     from structdiffusion.structures import STRUCTURES
 
-    meant = f"{len(goal.members)} of {len(scene)} objects ({', '.join(scene.names[index] for index in goal.members)})"
+    members = f"{len(goal.members)} of {len(scene)} objects ({', '.join(scene.names[index] for index in goal.members)})"
     shape = goal.spec.shape or "structure"
     fewest = STRUCTURES[shape].least if shape in STRUCTURES else FEWEST_OBJECTS
     if len(goal.members) < fewest:
         raise StructagentError(
-            f"the instruction means {meant}, and a {shape} takes {fewest} to {most}", NOT_BUILDABLE
+            f"the instruction means {members}, and a {shape} takes {fewest} to {most}", NOT_BUILDABLE
         )
     if len(goal.members) > most:
         raise StructagentError(
-            f"the instruction means {meant}, and the model {model!r} takes {most} at most", NOT_BUILDABLE
+            f"the instruction means {members}, and the model {model!r} takes {most} at most", NOT_BUILDABLE
         )
 
 
@@ -255,8 +267,8 @@ def _arranged(
     from agent.pipeline.proposing import propose_arrangements
     from agent.pipeline.run import make_goal
 
-    told = make_goal(goal.spec, cache.encoder)
-    return propose_arrangements(planner, model, scene.observation(goal.members), told, seed, count=count).arrangements
+    observed, encoded = scene.observation(goal.members), make_goal(goal.spec, cache.encoder)
+    return propose_arrangements(planner, model, observed, encoded, seed, count=count).arrangements
 
 
 def _ranked(

@@ -81,9 +81,9 @@ class StructFormer(PoseBackbone):
         batch, count = condition.present.shape
         objects = self.objects(condition)
         # An absent object does not influence the next one.
-        told = torch.cat((torch.ones_like(condition.present[:, :1]), condition.present), dim=1)[:, :-1, None]
-        before = torch.cat((torch.zeros_like(state[:, :1]), state[:, :-1] * told), dim=1)
-        object_before = torch.cat((self.start.expand(batch, 1, -1), objects[:, :-1] * told), dim=1)
+        has_previous = torch.cat((torch.ones_like(condition.present[:, :1]), condition.present), dim=1)[:, :-1, None]
+        before = torch.cat((torch.zeros_like(state[:, :1]), state[:, :-1] * has_previous), dim=1)
+        object_before = torch.cat((self.start.expand(batch, 1, -1), objects[:, :-1] * has_previous), dim=1)
         scene = torch.cat((self.language_tokens(condition), self.object_tokens(condition)), dim=1)
         tokens = torch.cat((scene, self.object_tokens(condition, before, object_before)), dim=1)
         there = torch.cat((condition.there, condition.there[:, WORD_TOKENS:]), dim=1)

@@ -11,7 +11,7 @@ from agent.pipeline.run import RunOptions, run_instruction
 from agent.recordings.recording import ReadingOf, RecordedOptions
 from agent.scenes.digital_twin import RecordedSource
 from agent.scenes.record_bag import record_session
-from agent.scenes.simulated import draw_meant_scene
+from agent.scenes.simulated import draw_goal_scene
 from agent.scenes.sources import DrawnSource
 from agent.scenes.table_scene import TableScene
 from grounding.interpreter import Interpretation
@@ -55,7 +55,7 @@ def test_sizes_compare_what_stands_on_the_table(text):
     source, spec = DrawnSource("ycb"), StructureSpec("line")
     goal = Interpretation(Parse(text, spec, "by hand"), spec, "ok", "", "robot", None, 0.0)
     goal = goal.among(source.referents, catalogue=True)
-    drawn = draw_meant_scene(source._library, goal, np.random.default_rng(0))
+    drawn = draw_goal_scene(source._library, goal, np.random.default_rng(0))
     meant, others = drawn.models[: drawn.count], drawn.models[drawn.count :]
     assert others
     if "tallest" in text:

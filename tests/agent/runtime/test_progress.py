@@ -70,16 +70,16 @@ def test_what_takes_long_says_that_it_goes_on(capsys):
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(sys, "stderr", told := Told())
-        with progress.told_when_slow("reading 'a.stl'", first=0.0, then=1000.0):
+        with progress.report_when_slow("reading 'a.stl'", first=0.0, then=1000.0):
             assert written.wait(60)
     assert told.getvalue() == "reading 'a.stl': 0 s so far\n"
 
 
 def test_what_is_small_or_soon_done_says_nothing(capsys):
     asked = threading.Event()
-    with progress.told_when_slow("reading 'a.stl'", worth=lambda: asked.set() or False, first=0.0, then=1000.0):
+    with progress.report_when_slow("reading 'a.stl'", worth=lambda: asked.set() or False, first=0.0, then=1000.0):
         assert asked.wait(60)
-    with progress.told_when_slow("reading 'a.stl'", first=1000.0):
+    with progress.report_when_slow("reading 'a.stl'", first=1000.0):
         pass
     assert capsys.readouterr().err == ""
 
@@ -98,7 +98,7 @@ def test_large_meshes_and_bags_are_worth_telling(tmp_path, monkeypatch):
         yield
 
     for module in (object_placement, sources, bag_reader):
-        monkeypatch.setattr(module, "told_when_slow", note)
+        monkeypatch.setattr(module, "report_when_slow", note)
     trimesh.creation.box((0.05, 0.05, 0.05)).export(tmp_path / "box.stl")
     sources.scene_source("simulated", str(tmp_path))
     monkeypatch.setattr(object_placement, "SLOW_BYTES", 100)
