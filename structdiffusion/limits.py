@@ -1,7 +1,7 @@
-"""How large, how many and how long: what is read of files that come from other people, and why no more.
+"""Limits on the size of files from other people and on the time to read them, with the reason for each limit.
 
-Whatever goes beyond one of these limits is refused with one sentence that names the file, what it has, and the limit;
-nothing is cut off in silence. Every limit lies far above what recorders, scanners and trainers write.
+A file that exceeds a limit is refused with one sentence that names the file, its size, and the limit; nothing is
+truncated silently. Every limit is far above what recorders, scanners and trainers write.
 """
 
 from __future__ import annotations
@@ -92,10 +92,10 @@ WEIGHTS_BYTES = 4 * PARAMETERS
 
 
 def read_at_most(path: Path, most: int) -> bytes:
-    """The content of a file, however large it says that it is: a device has no size and no end.
+    """Read a file up to a limit, whatever size it reports: a device has no size and no end.
 
     Raises:
-        OSError: when it cannot be read, or has more than `most` bytes.
+        OSError: if it cannot be read, or has more than `most` bytes.
     """
     with path.open("rb") as file:
         content = file.read(most + 1)
@@ -105,12 +105,12 @@ def read_at_most(path: Path, most: int) -> bytes:
 
 
 def glb_faces(path: Path, longest_text: int = GLB_TEXT_BYTES) -> int:
-    """About how many faces a .glb file says that its scene has, each mesh counted as often as it is placed.
+    """Return the approximate number of faces in a .glb file's scene, each mesh counted as often as it is placed.
 
     A file of a kilobyte can place a mesh a million times, or claim numbers that are not in it.
 
     Raises:
-        ValueError: when it is no .glb file, or its text is longer than `longest_text` bytes.
+        ValueError: if it is not a .glb file, or its text is longer than `longest_text` bytes.
     """
     with path.open("rb") as file:
         header = file.read(20)

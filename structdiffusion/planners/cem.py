@@ -66,7 +66,7 @@ def maximise(
 
 @dataclass(frozen=True)
 class PoseSearch:
-    """Raises the structure discriminator's score of sampled arrangements.
+    """A search that raises the structure discriminator's score of sampled arrangements.
 
     Attributes:
         structure: the discriminator.

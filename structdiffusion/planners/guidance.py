@@ -1,4 +1,4 @@
-"""What the structure discriminator says of samples in the making, and guidance by its gradient (paper appendix).
+"""Guidance of the denoising by the gradient of the structure discriminator's score (paper appendix).
 
 Classifier guidance (Dhariwal and Nichol 2021) adds s_t grad log p(y | x_t) to the noise that a denoiser predicts. The
 discriminator knows clean scenes only, so it is asked about the clean state that the denoiser predicts. With the

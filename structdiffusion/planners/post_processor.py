@@ -1,4 +1,4 @@
-"""What becomes of samples before they are proposed: objects are set down, poses corrected, arrangements ranked."""
+"""Process samples before they are proposed: set objects down, correct poses, rank arrangements."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from structdiffusion.postprocessing.table_regions import shift_into_place
 
 @dataclass(frozen=True)
 class PostProcessor:
-    """Turns samples into arrangements, best first. Each part can be left out, to measure what it is worth.
+    """A chain that turns samples into arrangements, best first. Each part can be disabled, to measure its effect.
 
     Attributes:
         placed: set objects down (`settle`), and move the structure as a whole into the thirds asked for

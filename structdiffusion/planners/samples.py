@@ -1,4 +1,4 @@
-"""What a network is told of a scene, and what it samples: encoded once, decoded to motions."""
+"""The inputs of the networks for a scene, encoded once, and the decoding of samples to motions."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _CLOUD_POINTS = 256  # as in training
 
 @dataclass(frozen=True)
 class EncodedScene:
-    """The N objects of a scene that take part, as networks take them.
+    """The N objects of a scene that take part, encoded for the networks.
 
     Attributes:
-        objects: what their clouds tell of them.
+        objects: the estimates from their clouds.
         clouds: (N, 256, 3) world frame, metres.
         nouns: (N,) noun ids.
     """

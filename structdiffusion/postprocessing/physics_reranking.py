@@ -24,7 +24,7 @@ _GIVE_UP = 2  # falls of one arrangement, after which no further hypotheses are 
 _HOPELESS = 8
 _ROOM = 0.5  # weight of the room to the limits, in shares of hypotheses
 _FALLING = 0.8  # m/s: lowest speed of an object released 3 cm above its place
-_SAME = 0.6  # priority of towers in the same order is lowered by this for each one that fell
+_SAME = 0.6  # factor on the priority of a tower for each tower in the same order that fell
 
 
 def rerank_by_physics(

@@ -69,7 +69,7 @@ def align_cutlery(
 
 
 def separate(objects: Sequence[ObjectEstimate], others: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray:
-    """Leave a clear gap between whatever stands on the table. What rests on something goes with it.
+    """Leave a clear gap between objects that stand on the table; whatever rests on an object moves with it.
 
     Args:
         objects: N estimates; others: of the distractors, which stay.

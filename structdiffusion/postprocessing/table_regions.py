@@ -1,4 +1,4 @@
-"""Moving an imagined structure as a whole to where it was asked for.
+"""Move a proposed structure as a whole to the requested region of the table.
 
 Where a structure stands and how its parts lie to each other are independent. A third of the room
 that a large structure has on the table may be three centimetres wide, which sampling alone hits by

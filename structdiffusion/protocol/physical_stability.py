@@ -1,7 +1,7 @@
-"""Does an arrangement stand? The physical protocol of the paper, section V, followed by the semantic checks.
+"""Check whether an arrangement stands: the physical protocol of the paper, section V, followed by the semantic checks.
 
-The objects are put at their predicted poses one after another, supports first, released from 3 cm
-above, and left to physics. The first thing that goes wrong names the failure:
+The objects are released one after another, supports first, from 3 cm above their predicted poses, and simulated. The first
+problem determines the failure class:
 
 1. "intersection": set down at its predicted pose the object penetrates something by more than 2 mm;
 2. "abnormal velocity": something moves faster than 1 m/s, leaves the table, or ends more than 4 cm
@@ -42,7 +42,7 @@ from structdiffusion.structures.checks import Check
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of one arrangement.
+    """The outcome of one arrangement.
 
     Attributes:
         success: whether none of the four failures happened.
@@ -69,7 +69,7 @@ class Verdict:
     penetrated: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-ready, without the poses."""
+        """Return the verdict as JSON-ready values, without the poses."""
         return {
             "success": self.success,
             "failure": self.failure,

@@ -1,4 +1,4 @@
-"""What a structure has to tell the rest of the package."""
+"""The protocol of a structure: what the rest of the package needs to know about it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LIFT = 0.0005  # m between surfaces that touch in a layout, so that they do not 
 
 
 class LayoutError(ValueError):
-    """These objects cannot make this structure on this table; the message says why."""
+    """Raised if these objects cannot make this structure on this table; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Structure(Protocol):
 
     @property
     def slots(self) -> tuple[str, ...]:
-        """The slots that it can carry beside its shape."""
+        """Return the slots that it can carry besides its shape."""
         return SLOTS_OF_SHAPE[self.name]
 
     def can_carry(self, spec: StructureSpec) -> bool:
