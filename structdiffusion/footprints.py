@@ -63,7 +63,7 @@ def separation_along(a: np.ndarray, b: np.ndarray, direction: np.ndarray, cleara
     Both outlines (K, 2) are convex, counter-clockwise, and about their own origins. They are closer than `clearance`
     as long as the vector between the origins lies inside a + (-b), rounded outward by `clearance`: the answer
     is where the ray leaves that region, through an edge moved outward or through the arc about a corner. It is the
-    last of all such places; sides that are parallel have edges in one line, of which none is the only one it could be.
+    last of all such places, because parallel sides have collinear edges, and the ray may leave through any of them.
     """
     corners = _minkowski_sum(a, -b)
     edges = _following(corners) - corners

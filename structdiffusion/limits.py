@@ -49,7 +49,7 @@ ROW_BYTES = 100_000
 SESSION_BYTES = 500_000_000
 # Bytes of its first line, which says what it is and with which options it began: it has less than 2 kB.
 SESSION_START_BYTES = 1_000_000
-# Bytes of a file of settings, ours have 23 keys, and of one that says what an evaluation was asked for.
+# Bytes of a settings file (ours have 23 keys), and of the file with the options of an evaluation.
 SETTINGS_BYTES = 100_000
 ABOUT_BYTES = 1_000_000
 
@@ -71,9 +71,9 @@ GLB_TEXT_BYTES = 10_000_000
 # Distances that are held in memory at once: 32 MB of them.
 DISTANCES_AT_ONCE = 4_000_000
 
-# --- what takes its time ---------------------------------------------------------------------
+# --- slow operations --------------------------------------------------------------------------
 
-# Bytes of meshes, and of a recording or what it unpacks to, from which on reading them says after 2 s that it goes on.
+# Bytes of meshes, and of a recording or its unpacked data, above which reading reports progress after 2 s.
 SLOW_BYTES = 1_000_000
 SLOW_BAG_BYTES = 50_000_000
 

@@ -37,7 +37,7 @@ class Lost:
 
 
 def check_complete(lost: Sequence[Lost], count: int, what: str) -> None:
-    """Refuse work of which pieces are missing.
+    """Refuse incomplete work.
 
     Args:
         lost: the missing pieces.

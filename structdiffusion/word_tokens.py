@@ -30,7 +30,7 @@ def require_known_words(spec: StructureSpec, vocabulary: int, network: str) -> N
     """Refuse a spec with values that the network does not know.
 
     Args:
-        spec: what is asked for.
+        spec: the requested structure.
         vocabulary: of the network: how many ids it has, 0 included.
         network: its name.
 

@@ -47,7 +47,7 @@ def _context() -> multiprocessing.context.BaseContext:
 
 @contextmanager
 def safe_path() -> Iterator[None]:
-    """Let Python processes that start meanwhile import nothing from the current folder, which may be anybody's."""
+    """Let Python processes that start meanwhile import nothing from the current folder, which may be untrusted."""
     before = os.environ.get("PYTHONSAFEPATH")
     os.environ["PYTHONSAFEPATH"] = "1"
     try:
@@ -124,7 +124,7 @@ def _serve(pipe: Connection, work: bytes, folder: str) -> None:
     except EOFError:
         return
     except Exception as error:
-        with suppress(OSError):  # nobody is there any more to hear of it
+        with suppress(OSError):  # the parent process has ended
             pipe.send((ERROR, _portable(error)))
 
 

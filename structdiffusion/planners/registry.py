@@ -20,7 +20,7 @@ class PlannerParts:
         ranked: whether discriminators and checks rank what it proposes.
         guidance: weight of the structure discriminator's gradient in the denoising.
         cem: whether the cross-entropy method improves samples by the structure discriminator's score.
-        placed: whether objects are set down, and structures moved into the thirds asked for, by what the camera saw.
+        placed: whether objects are set down, and structures moved into the requested thirds, by the observed outlines.
         refined: whether structures that miss a check by little are corrected, and objects moved apart.
         discriminators: whether the trained discriminators count in the rank.
         mean_collision: rank by the mean over pairs of the chance of no collision, as in the paper, not the product.
@@ -29,7 +29,7 @@ class PlannerParts:
         imagined: how many of the best are tried in physics rollouts.
         sampler: "ddim", or "ddpm" as in the paper.
         steps: of denoising.
-        candidates: how many arrangements it proposes, whatever number is asked for; `None` for that number.
+        candidates: a fixed number of proposals that overrides the requested number; `None` uses the requested number.
     """
 
     network: str

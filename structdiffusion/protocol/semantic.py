@@ -23,7 +23,7 @@ def check_structure(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Ta
 
     Args:
         bodies: the N objects that take part, at rest.
-        spec: what was asked for.
+        spec: the requested structure.
         table: the table's rectangle.
     """
     if spec.shape is not None:

@@ -29,7 +29,7 @@ _FIT_ATTEMPTS = 10  # layouts tried before a value counts as one that does not f
 def realised_shape(bodies: Sequence[PlacedBody], table: Table) -> str:
     """Return the shape whose checks hold best; of those that hold alike, the one that asks for most.
 
-    Objects that have no place in a table setting make none, although its checks do not mind them.
+    Objects that have no place in a table setting do not form one, although they may pass its checks.
     """
     suited = [
         shape
@@ -54,7 +54,7 @@ def realised_spec(bodies: Sequence[PlacedBody], table: Table, shape: str | None 
 
     Returns:
         A value for every slot that the shape can carry. `None` for what cannot be measured: the heading of a closed
-        ring, or anything of a ring of two or of a setting without a base. A line is told to face "north" or "east",
+        ring, or anything of a ring of two or of a setting without a base. A line faces "north" or "east",
         not the opposite.
     """
     shape = realised_shape(bodies, table) if shape is None else shape
@@ -66,7 +66,7 @@ def realised_spec(bodies: Sequence[PlacedBody], table: Table, shape: str | None 
 
 
 def distinct_values(shape: str | None, slot: str) -> tuple[str, ...]:
-    """Return the values of a slot that can be told apart in a structure of a shape."""
+    """Return the values of a slot that can be distinguished in a structure of a shape."""
     return STRUCTURES[shape].rotations if shape is not None and slot == "rotation" else LEGAL_VALUES[slot]
 
 
@@ -77,7 +77,7 @@ def fitting_values(
 
     Args:
         items: the objects that take part.
-        spec: what is asked for; other open slots may take any value.
+        spec: the requested structure; other open slots may take any value.
         slot: the open slot.
         table: the table.
         rng: of the layouts that are tried.

@@ -47,7 +47,7 @@ class Draft:
 class Structure(Protocol):
     """One shape: the objects that it needs, its layout, checks, places, corrections and centre.
 
-    A structure has no state. What has a body here is a default that holds for a flat structure of any objects.
+    A structure has no state. Methods implemented here are defaults for a flat structure of any objects.
 
     Attributes:
         name: as `grounding.spec.SHAPES` has it.
@@ -143,7 +143,7 @@ class Structure(Protocol):
         ...
 
     def centre(self, bodies: Sequence[PlacedBody]) -> np.ndarray:
-        """Return the point (2,) whose place the position slots speak of, metres, world frame."""
+        """Return the point (2,) to which the position slots refer, metres, world frame."""
         return np.array([body.centroid for body in bodies]).mean(axis=0)
 
     def has_heading(self, bodies: Sequence[PlacedBody]) -> bool:

@@ -19,7 +19,7 @@ from structdiffusion.models.checkpoint import Checkpointed, CheckpointError, fil
 
 RECORD_NAME = "training.json"
 SCHEMA = "structagent-training/1"
-# What grows while a session goes on; everything else tells one session from the next.
+# Fields that grow during a session; the others distinguish one session from the next.
 _GROWING = ("last_step", "seconds", "steps_per_second", "examples_per_second")
 
 
