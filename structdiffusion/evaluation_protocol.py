@@ -1,6 +1,6 @@
 """The numbers of the evaluation protocol: what counts as success, each number once, with its unit and its reason.
 
-`docs/protocol.md` says the same in words. Whatever checks, aims at or reports one of these limits takes it from here.
+`docs/protocol.md` explains them. Code that checks, aims at or reports one of these limits takes it from here.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ import math
 
 # m: two convex decompositions that overlap by less are in contact. Both engines and decompositions are off by about 1 mm.
 MAX_PENETRATION = 0.002
-# m above its predicted pose, from where an object is released, as in the paper: it must find its place by itself.
+# m above its predicted pose, from where an object is released, as in the paper; it has to come to rest unaided.
 RELEASE_HEIGHT = 0.03
-# m/s: a fall from the release height ends at 0.77; whatever moves faster was pushed out of something or rolls off.
+# m/s: a fall from the release height ends at 0.77; faster objects were pushed out of others or roll off.
 MAX_SPEED = 1.0
 # m, in the plane, from an object's predicted place to where it ends: about the radius of a mug.
 MAX_DISPLACEMENT = 0.04

@@ -1,4 +1,4 @@
-"""Plane geometry of footprints: clear gaps, tightest extents, and where a structure can lie on a table."""
+"""Plane geometry of footprints: clear gaps, tightest extents, and possible centres of a structure on a table."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from structdiffusion.observation import Table
 
 
 def turned(outline: np.ndarray, yaw: float) -> np.ndarray:
-    """An outline (K, 2) turned by `yaw` about its origin."""
+    """Rotate an outline (K, 2) by `yaw` about its origin."""
     c, s = math.cos(yaw), math.sin(yaw)
     return outline @ np.array([[c, s], [-s, c]])
 
 
 def _following(corners: np.ndarray) -> np.ndarray:
-    """For each corner (K, 2) the next one; as `np.roll`, which takes five times as long."""
+    """Return for each corner (K, 2) the next one; the same as `np.roll`, which takes five times as long."""
     return np.concatenate((corners[1:], corners[:1]))
 
 
 def outline_centroid(outline: np.ndarray) -> np.ndarray:
-    """The area centroid (2,) of a convex outline (K, 2); the mean of its corners where it has no area."""
+    """Return the area centroid (2,) of a convex outline (K, 2); the mean of its corners if it has no area."""
     about = outline - outline[0]  # far from the origin, areas about it would cancel out
     following = _following(about)
     cross = about[:, 0] * following[:, 1] - following[:, 0] * about[:, 1]
@@ -34,14 +34,14 @@ def outline_centroid(outline: np.ndarray) -> np.ndarray:
 
 
 def clear_gap(a: np.ndarray, b: np.ndarray) -> float:
-    """The distance, metres, between two outlines (K, 2) in one frame; 0 where they overlap."""
+    """Return the distance, metres, between two outlines (K, 2) in one frame; 0 if they overlap."""
     return float(shapely.distance(shapely.Polygon(a), shapely.Polygon(b)))
 
 
 def overlap_depth(a: np.ndarray, b: np.ndarray) -> float:
-    """How far, metres, two convex outlines overlap: the shortest move that parts them; 0 when they are apart.
+    """Return how far, metres, two convex outlines overlap: the shortest separating move; 0 if they are apart.
 
-    Separating axes: a convex pair overlaps iff its shadows overlap along every edge normal.
+    By the separating axis theorem, two convex outlines overlap iff their shadows overlap along every edge normal.
     """
     if (a.max(axis=0) <= b.min(axis=0)).any() or (b.max(axis=0) <= a.min(axis=0)).any():
         return 0.0
@@ -58,12 +58,12 @@ def overlap_depth(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def separation_along(a: np.ndarray, b: np.ndarray, direction: np.ndarray, clearance: float = CLEARANCE) -> float:
-    """How far b's origin must lie from a's along a unit `direction` (2,) for a clear gap of `clearance`.
+    """Return how far b's origin must lie from a's along a unit `direction` (2,) for a clear gap of `clearance`.
 
     Both outlines (K, 2) are convex, counter-clockwise, and about their own origins. They are closer than `clearance`
     as long as the vector between the origins lies inside a + (-b), rounded outward by `clearance`: the answer
     is where the ray leaves that region, through an edge moved outward or through the arc about a corner. It is the
-    last of all such places; sides that are parallel have edges in one line, of which none is the only one it could be.
+    last of all such places, because parallel sides have collinear edges, and the ray may leave through any of them.
     """
     corners = _minkowski_sum(a, -b)
     edges = _following(corners) - corners
@@ -83,7 +83,7 @@ def separation_along(a: np.ndarray, b: np.ndarray, direction: np.ndarray, cleara
 
 
 def _minkowski_sum(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The corners (K + L, 2) of the sum of two convex outlines (K, 2) and (L, 2), counter-clockwise as they are."""
+    """Return the corners (K + L, 2) of the Minkowski sum of convex outlines (K, 2) and (L, 2), counter-clockwise."""
     edges = np.concatenate((_following(a) - a, _following(b) - b))
     headings = np.arctan2(edges[:, 1], edges[:, 0])
     # From the lowest corners (of several the leftmost) on, the edges of both follow each other by their headings.
@@ -93,7 +93,7 @@ def _minkowski_sum(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def tightest_ring_radius(outlines: Sequence[np.ndarray], directions: np.ndarray) -> float:
-    """The smallest radius at which outlines (each about its own origin), one in each direction, clear by 1 cm.
+    """Return the smallest radius at which outlines (about their own origins), one per direction, clear by 1 cm.
 
     Args:
         outlines: N outlines (K, 2), already turned as they will stand.
@@ -114,7 +114,7 @@ def tightest_ring_radius(outlines: Sequence[np.ndarray], directions: np.ndarray)
 
 
 def centre_range(outlines: Sequence[np.ndarray], centre: np.ndarray, table: Table) -> np.ndarray:
-    """Where a structure's centre can lie with everything on the table: [[x low, x high], [y low, y high]], metres.
+    """Return where a structure's centre can lie with everything on the table: [[x low, x high], [y low, y high]], metres.
 
     Args:
         outlines: N outlines (K, 2) in the world frame.
@@ -131,9 +131,9 @@ def centre_range(outlines: Sequence[np.ndarray], centre: np.ndarray, table: Tabl
 
 
 def fit_circle(points: np.ndarray) -> tuple[np.ndarray, float]:
-    """The least-squares circle of points (N, 2), N >= 3: centre (2,) and radius, metres.
+    """Fit a least-squares circle to points (N, 2), N >= 3; return its centre (2,) and radius, metres.
 
-    Starts from the algebraic fit and minimises the distances to the circle by Gauss-Newton.
+    The fit starts from the algebraic solution and minimises the distances to the circle by Gauss-Newton.
     """
     system = np.column_stack((2 * points, np.ones(len(points))))
     solution, *_ = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)

@@ -1,6 +1,6 @@
-"""Rigid transforms.
+"""Rigid transforms: poses, rotations and quaternions.
 
-Transforms are 4x4 matrices named `a_from_b`: they take points of frame b into frame a. Metres,
+Transforms are 4x4 matrices named `a_from_b`: they map points of frame b to frame a. Metres,
 radians, right-handed, x forward, y left, z up (REP-103); quaternions are (x, y, z, w).
 """
 
@@ -16,13 +16,13 @@ HEADING_OF_ROTATION = {"north": 0.0, "west": math.pi / 2, "south": math.pi, "eas
 
 
 def pose_from_xyz_yaw(x: float, y: float, z: float, yaw: float) -> np.ndarray:
-    """A transform (4, 4) that turns by `yaw` about z, then moves by (x, y, z)."""
+    """Return a transform (4, 4) that rotates by `yaw` about z, then moves by (x, y, z)."""
     c, s = math.cos(yaw), math.sin(yaw)
     return np.array([[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, z], [0, 0, 0, 1]], dtype=np.float64)
 
 
 def pose_from_xyz_rpy(position: Sequence[float], angles: Sequence[float]) -> np.ndarray:
-    """A transform (4, 4) that turns about x, then y, then z, by three angles, then moves by a position (3,)."""
+    """Return a transform (4, 4) that rotates about x, then y, then z, by three angles, then moves by a position (3,)."""
     (cr, sr), (cp, sp), (cy, sy) = ((math.cos(angle), math.sin(angle)) for angle in angles)
     pose = np.eye(4)
     pose[:3, :3] = [
@@ -35,22 +35,22 @@ def pose_from_xyz_rpy(position: Sequence[float], angles: Sequence[float]) -> np.
 
 
 def transform_points(a_from_b: np.ndarray, points_b: np.ndarray) -> np.ndarray:
-    """Points (..., 3) of frame b, seen from frame a."""
+    """Transform points (..., 3) of frame b to frame a."""
     return points_b @ a_from_b[:3, :3].T + a_from_b[:3, 3]
 
 
 def yaw_of(a_from_b: np.ndarray) -> float:
-    """The turn about z, in (-pi, pi], of a transform (4, 4) whose z axis stays up."""
+    """Return the rotation about z, in (-pi, pi], of a transform (4, 4) whose z axis stays up."""
     return math.atan2(a_from_b[1, 0], a_from_b[0, 0])
 
 
 def wrap_angle(angle: float | np.ndarray) -> float | np.ndarray:
-    """The same angle in [-pi, pi)."""
+    """Return the same angle in [-pi, pi)."""
     return (angle + math.pi) % (2 * math.pi) - math.pi
 
 
 def quaternion_from_matrix(matrix: np.ndarray) -> np.ndarray:
-    """The unit quaternion (x, y, z, w) of a rotation matrix (3, 3) or transform (4, 4)."""
+    """Return the unit quaternion (x, y, z, w) of a rotation matrix (3, 3) or transform (4, 4)."""
     m = np.asarray(matrix, dtype=np.float64)[:3, :3]
     # Shepperd's method: divide by the largest of the four candidates, so that it is never near 0.
     candidates = np.array([m[0, 0], m[1, 1], m[2, 2], np.trace(m)])
@@ -68,7 +68,7 @@ def quaternion_from_matrix(matrix: np.ndarray) -> np.ndarray:
 
 
 def matrix_from_quaternion(quaternion: np.ndarray) -> np.ndarray:
-    """The rotation matrix (3, 3) of a quaternion (x, y, z, w)."""
+    """Return the rotation matrix (3, 3) of a quaternion (x, y, z, w)."""
     x, y, z, w = np.asarray(quaternion, dtype=np.float64) / np.linalg.norm(quaternion)
     return np.array(
         [
@@ -80,7 +80,7 @@ def matrix_from_quaternion(quaternion: np.ndarray) -> np.ndarray:
 
 
 def pose_from_position_quaternion(position: np.ndarray, quaternion: np.ndarray) -> np.ndarray:
-    """A transform (4, 4) from a position (3,) in metres and a quaternion (x, y, z, w)."""
+    """Return a transform (4, 4) from a position (3,) in metres and a quaternion (x, y, z, w)."""
     pose = np.eye(4)
     pose[:3, :3] = matrix_from_quaternion(quaternion)
     pose[:3, 3] = position
@@ -88,17 +88,17 @@ def pose_from_position_quaternion(position: np.ndarray, quaternion: np.ndarray) 
 
 
 def tilt_between(a: np.ndarray, b: np.ndarray) -> float:
-    """The angle, radians, between the z axes of two rotations or transforms."""
+    """Return the angle, radians, between the z axes of two rotations or transforms."""
     return math.acos(float(np.clip(a[:3, 2] @ b[:3, 2], -1.0, 1.0)))
 
 
 def raised(pose: np.ndarray, height: float) -> np.ndarray:
-    """The pose moved up by `height` metres."""
+    """Raise a pose by `height` metres."""
     moved = pose.copy()
     moved[2, 3] += height
     return moved
 
 
 def turn_of(rotation: np.ndarray) -> float:
-    """How far a rotation (3, 3), or that of a pose, turns, radians."""
+    """Return the angle, radians, of a rotation (3, 3) or of the rotation of a pose."""
     return float(np.arccos(np.clip((np.trace(rotation[:3, :3]) - 1) / 2, -1, 1)))

@@ -1,7 +1,7 @@
 """The geometric planner: exact layouts of structures on a table, from spec, footprints and table.
 
-It draws the training and evaluation scenes, and is a baseline by itself. What a structure looks like, and which object
-takes which place, is told by `structdiffusion.structures`. The structure frame has its origin at the structure's centre on
+It draws the training and evaluation scenes, and is also a baseline. `structdiffusion.structures` defines what a structure
+looks like, and which object takes which place. The structure frame has its origin at the structure's centre on
 the table and +x along its heading.
 """
 
@@ -24,20 +24,20 @@ from structdiffusion.structures.structure import LIFT, LayoutError
 
 # Where inside a third of the centre's range: away from its limits by this share of the third.
 _THIRD_MARGIN = 0.15
-# A third narrower than this, metres, means nothing to a person: such a wish counts as one that does not fit.
+# m: a third narrower than this is meaningless to a person, so a position in it counts as one that does not fit.
 _NARROWEST_THIRD = 0.03
 _EDGE_MARGIN = 0.005  # m, to the table's edge
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where everything goes.
+    """The poses of all objects of a structure.
 
     Attributes:
-        spec: what was built: the wish with its open shape decided.
+        spec: the spec of the layout: the requested one, with an open shape decided.
         order: (N,) item indices, place by place.
         positions: (N, 3) world x, y of each item's footprint centroid and z of its bottom, metres, by item.
-        turns: (N,) how far each item is turned about z from how it stands now, radians, by item.
+        turns: (N,) rotation of each item about z relative to its present pose, radians, by item.
         world_from_structure: (4, 4) the structure frame.
     """
 

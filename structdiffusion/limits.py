@@ -1,7 +1,7 @@
-"""How large, how many and how long: what is read of files that come from other people, and why no more.
+"""Limits on the size of files from other people and on the time to read them, with the reason for each limit.
 
-Whatever goes beyond one of these limits is refused with one sentence that names the file, what it has, and the limit;
-nothing is cut off in silence. Every limit lies far above what recorders, scanners and trainers write.
+A file that exceeds a limit is refused with one sentence that names the file, its size, and the limit; nothing is
+truncated silently. Every limit is far above what recorders, scanners and trainers write.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ ROW_BYTES = 100_000
 SESSION_BYTES = 500_000_000
 # Bytes of its first line, which says what it is and with which options it began: it has less than 2 kB.
 SESSION_START_BYTES = 1_000_000
-# Bytes of a file of settings, ours have 23 keys, and of one that says what an evaluation was asked for.
+# Bytes of a settings file (ours have 23 keys), and of the file with the options of an evaluation.
 SETTINGS_BYTES = 100_000
 ABOUT_BYTES = 1_000_000
 
@@ -71,9 +71,9 @@ GLB_TEXT_BYTES = 10_000_000
 # Distances that are held in memory at once: 32 MB of them.
 DISTANCES_AT_ONCE = 4_000_000
 
-# --- what takes its time ---------------------------------------------------------------------
+# --- slow operations --------------------------------------------------------------------------
 
-# Bytes of meshes, and of a recording or what it unpacks to, from which on reading them says after 2 s that it goes on.
+# Bytes of meshes, and of a recording or its unpacked data, above which reading reports progress after 2 s.
 SLOW_BYTES = 1_000_000
 SLOW_BAG_BYTES = 50_000_000
 
@@ -92,10 +92,10 @@ WEIGHTS_BYTES = 4 * PARAMETERS
 
 
 def read_at_most(path: Path, most: int) -> bytes:
-    """The content of a file, however large it says that it is: a device has no size and no end.
+    """Read a file up to a limit, whatever size it reports: a device has no size and no end.
 
     Raises:
-        OSError: when it cannot be read, or has more than `most` bytes.
+        OSError: if it cannot be read, or has more than `most` bytes.
     """
     with path.open("rb") as file:
         content = file.read(most + 1)
@@ -105,12 +105,12 @@ def read_at_most(path: Path, most: int) -> bytes:
 
 
 def glb_faces(path: Path, longest_text: int = GLB_TEXT_BYTES) -> int:
-    """About how many faces a .glb file says that its scene has, each mesh counted as often as it is placed.
+    """Return the approximate number of faces in a .glb file's scene, each mesh counted as often as it is placed.
 
     A file of a kilobyte can place a mesh a million times, or claim numbers that are not in it.
 
     Raises:
-        ValueError: when it is no .glb file, or its text is longer than `longest_text` bytes.
+        ValueError: if it is not a .glb file, or its text is longer than `longest_text` bytes.
     """
     with path.open("rb") as file:
         header = file.read(20)

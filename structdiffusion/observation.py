@@ -1,4 +1,4 @@
-"""The nouns that pass between perception, imagination and the arm, documented once.
+"""Record types that pass between perception, planners and the arm, with their shapes, frames and units.
 
 | key | dtype, shape | frame, unit | range |
 |---|---|---|---|
@@ -35,7 +35,7 @@ class Table:
     y_max: float = 0.45
 
     def overhang(self, points_xy: np.ndarray) -> float:
-        """How far, in metres, the points (P, 2) reach beyond the edge; 0 when all lie on the table."""
+        """Return how far, in metres, the points (P, 2) reach beyond the edge; 0 if all lie on the table."""
         low, high = points_xy.min(axis=0), points_xy.max(axis=0)
         return float(
             max(0.0, self.x_min - low[0], self.y_min - low[1], high[0] - self.x_max, high[1] - self.y_max)
@@ -47,8 +47,8 @@ class ObjectCloud:
     """One segmented object as the camera saw it.
 
     Attributes:
-        name: what the report calls it, unique in its scene, such as "mug 2".
-        category: the noun that people use, such as "mug"; "object" where nobody knows.
+        name: its name in reports, unique in its scene, such as "mug 2".
+        category: its noun, such as "mug"; "object" if unknown.
         points: (P, 3) float32, world frame, metres; a partial view.
         colors: (P, 3) uint8 RGB, or `None`.
         bottom: z of what it stands on, world frame, metres; 0 is the table.
@@ -62,13 +62,13 @@ class ObjectCloud:
 
     @property
     def centroid(self) -> np.ndarray:
-        """The mean point (3,): the position of the initial pose of paper section IV, whose rotation is zero."""
+        """Return the mean point (3,): the position of the initial pose of paper section IV, whose rotation is zero."""
         return self.points.mean(axis=0)
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What was perceived before anything moves.
+    """The observed scene before anything moves.
 
     Attributes:
         objects: the N objects that take part, in the order of every array about them.
@@ -87,7 +87,7 @@ class Scene:
     intrinsics: np.ndarray | None = None
 
     def on_the_table(self) -> Scene:
-        """The scene as if everything stood on the table: what stands on something is lowered straight down."""
+        """Return the scene as if everything stood on the table: objects that stand on something are lowered straight down."""
 
         def lowered(cloud: ObjectCloud) -> ObjectCloud:
             if cloud.bottom == 0.0:
@@ -102,14 +102,14 @@ class Scene:
         )
 
     def select(self, indices: Sequence[int]) -> Scene:
-        """The scene in which only `indices` take part; the others become distractors."""
+        """Select `indices` as the objects that take part; the others become distractors."""
         rest = tuple(cloud for i, cloud in enumerate(self.objects) if i not in set(indices))
         return replace(self, objects=tuple(self.objects[i] for i in indices), distractors=self.distractors + rest)
 
 
 @dataclass(frozen=True)
 class Goal:
-    """What is asked of a planner: the slots, and the sentence with its embedding where there is one.
+    """The request to a planner: the slots, and the sentence with its embedding if there is one.
 
     Attributes:
         spec: the five slots.
@@ -124,13 +124,13 @@ class Goal:
 
 @dataclass(frozen=True)
 class Arrangement:
-    """One imagined goal: where every object of the scene goes.
+    """One proposed goal: where every object of the scene goes.
 
     Attributes:
         goal_from_initial: (N, 4, 4) float64, world frame: an initial point p of object i goes to
             `goal_from_initial[i] @ p` (paper section IV: goal_pose @ inverse(initial_pose)).
-        scores: what ranked it, each in [0, 1], larger is better; "total" decides, and among those tried out in
-            physics what `rerank_by_physics` says.
+        scores: the ranking scores, each in [0, 1], larger is better; "total" decides, and `rerank_by_physics` decides among
+            arrangements that were tried in physics.
         world_from_structure: (4, 4) the structure's frame, or `None`.
     """
 

@@ -1,7 +1,7 @@
-"""The same task for many jobs, in processes that each load what they need once: of this machine, or of a cluster.
+"""Run one task for many jobs in worker processes, on this machine or on a cluster; each worker loads its data once.
 
-A worker that dies takes the job along that it was at, which comes back as `Lost`, and another worker takes its place.
-Workers end with the process that started them, however that ends.
+If a worker dies, its current job is returned as `Lost`, and another worker replaces it. Workers end with the process that
+started them, however that process ends.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from typing import Any
 from structdiffusion.temporary_folders import SHAPES
 from structdiffusion.worker_process import ERROR, READY, WORKER_DIED, Work, Worker, WorkerProcess
 
-_MOST_DEATHS = 3  # of workers in a row while they load: the next one would hardly fare better
+_MOST_DEATHS = 3  # largest number of workers in a row that may die while loading: the next one would probably die as well
 
 
 class WorkerError(RuntimeError):
-    """Workers died and something is missing for it; the message says what in one sentence."""
+    """Raised if workers died and results are missing; the message says which in one sentence."""
 
 
 @dataclass(frozen=True)
 class Lost:
-    """What comes instead of a result when a worker died.
+    """Returned instead of a result if a worker died.
 
     Attributes:
-        job: what it was at.
+        job: the job that was lost.
         reason: a few words, such as "worker died (SIGKILL)".
     """
 
@@ -37,15 +37,15 @@ class Lost:
 
 
 def check_complete(lost: Sequence[Lost], count: int, what: str) -> None:
-    """Refuses work of which pieces are missing.
+    """Refuse incomplete work.
 
     Args:
-        lost: the missing ones.
-        count: how many there should be.
-        what: they are called, as "shards".
+        lost: the missing pieces.
+        count: the required number of pieces.
+        what: plural noun of the pieces, such as "shards".
 
     Raises:
-        WorkerError: when there is one missing.
+        WorkerError: if a piece is missing.
     """
     if lost:
         raise WorkerError(
@@ -65,22 +65,22 @@ def in_parallel(
     ordered: bool = True,
     threads: int | None = 1,
 ) -> Iterator[Any]:
-    """`task(loaded, job)` for every job, where `loaded = load(*arguments)`; a `Lost` where a worker died at it.
+    """Yield `task(loaded, job)` for every job, with `loaded = load(*arguments)`; a `Lost` for each job whose worker died.
 
     With one thread of torch in each process, results are the same to the bit with any number of workers.
 
     Args:
-        task: what is done for each job. What it raises is raised here, and ends the rest.
+        task: called for each job. Its exceptions are raised here, and end all other jobs.
         load: called once in each process.
-        arguments: what `load` is given.
+        arguments: the arguments of `load`.
         jobs: with 0 workers of this machine, everything happens in this process; otherwise everything must pickle.
-        workers: how many processes; no more than jobs are started.
-        ray: the workers are actors of the Ray cluster that this process is connected to.
+        workers: the number of processes; at most one per job is started.
+        ray: run the workers as actors of the Ray cluster that this process is connected to.
         ordered: yield in the order of the jobs; otherwise as they end.
         threads: of torch in each process; `None` for as many as torch takes by itself.
 
     Raises:
-        WorkerError: when no worker gets as far as its first job.
+        WorkerError: if no worker reaches its first job.
     """
     work = Work(task, load, arguments, threads)
     count = min(workers, len(jobs))

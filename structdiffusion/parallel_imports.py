@@ -1,4 +1,4 @@
-"""The libraries that worker processes need, imported once by the server that they are forked off.
+"""Import the libraries that worker processes need, once, in the server process from which they fork.
 
 Only libraries: modules of ours import in milliseconds once these are there, and what a test replaces in them stays its
 own affair. None of these starts threads when it is imported.

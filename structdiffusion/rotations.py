@@ -1,4 +1,4 @@
-"""The 6-d representation in which networks tell rotations."""
+"""The 6-d representation of rotations in the networks."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from torch import Tensor
 
 
 def rotation_from_6d(six: Tensor) -> Tensor:
-    """Rotation matrices (..., 3, 3) of 6-d representations (..., 6), by Gram-Schmidt.
+    """Return rotation matrices (..., 3, 3) of 6-d representations (..., 6), by Gram-Schmidt.
 
     The two vectors a, b of paper section IV.B (Zhou et al. 2019) become the first two columns.
     """
@@ -18,11 +18,11 @@ def rotation_from_6d(six: Tensor) -> Tensor:
 
 
 def rotation_to_6d(matrix: Tensor) -> Tensor:
-    """The 6-d representation (..., 6) of rotation matrices (..., 3, 3): their first two columns."""
+    """Return the 6-d representation (..., 6) of rotation matrices (..., 3, 3): their first two columns."""
     return torch.cat((matrix[..., :, 0], matrix[..., :, 1]), dim=-1)
 
 
 def yaw_matrices(yaw: Tensor) -> Tensor:
-    """Rotations (..., 3, 3) about z."""
+    """Return rotations (..., 3, 3) about z."""
     c, s, zero, one = yaw.cos(), yaw.sin(), torch.zeros_like(yaw), torch.ones_like(yaw)
     return torch.stack((c, -s, zero, s, c, zero, zero, zero, one), dim=-1).unflatten(-1, (3, 3))

@@ -1,7 +1,7 @@
-"""Temporary folders that go with the process that made them, also when it is killed.
+"""Temporary folders that are removed with the process that made them, even if it is killed.
 
-A process that is killed cannot remove what it made. Each folder therefore holds a lock for as long as its process lives,
-and whoever makes such a folder, or ends such a process, removes those whose lock nobody holds any more.
+A killed process cannot remove its folders. Each folder therefore has a lock that its process holds as long as it lives. A
+process that makes such a folder, or ends such a process, removes the folders whose lock is no longer held.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class TemporaryFolders:
         self._locks: dict[Path, int] = {}
 
     def make(self) -> Path:
-        """A new folder, which is removed when this process ends."""
+        """Make a new folder, which is removed when this process ends."""
         self.remove_abandoned()
         while True:
             folder = Path(tempfile.mkdtemp(prefix=self._prefix))
@@ -47,7 +47,7 @@ class TemporaryFolders:
         return folder
 
     def remove_abandoned(self) -> None:
-        """Removes the folders of processes of this user that have ended without doing so."""
+        """Remove the folders of processes of this user that have ended without removing them."""
         with contextlib.suppress(OSError):
             for entry in os.scandir(tempfile.gettempdir()):
                 if self._name.fullmatch(entry.name) and Path(entry.path) not in self._locks:
@@ -80,7 +80,7 @@ class TemporaryFolders:
 
 
 def _locked(folder: Path, create: int = 0) -> int | None:
-    """The folder's lock, held until it is closed; `None` where there is none, or somebody else holds it."""
+    """Return the folder's lock, held until it is closed; `None` if there is none, or another process holds it."""
     try:
         lock = os.open(folder / _LOCK, os.O_RDWR | os.O_NOFOLLOW | create, 0o600)
     except OSError:

@@ -18,7 +18,7 @@ WORD_TOKENS = len(SLOTS)
 
 
 class UnknownWordError(ValueError):
-    """A network is asked for something that it was not trained on; the message names both."""
+    """Raised if a network is asked for something that it was not trained on; the message names both."""
 
 
 def word_ids(spec: StructureSpec) -> list[int]:
@@ -27,10 +27,10 @@ def word_ids(spec: StructureSpec) -> list[int]:
 
 
 def require_known_words(spec: StructureSpec, vocabulary: int, network: str) -> None:
-    """Refuse what a network does not know.
+    """Refuse a spec with values that the network does not know.
 
     Args:
-        spec: what is asked for.
+        spec: the requested structure.
         vocabulary: of the network: how many ids it has, 0 included.
         network: its name.
 

@@ -1,4 +1,4 @@
-"""A worker process: started, given jobs and heard by the process that needs their results."""
+"""A worker process: the process that needs its results starts it, sends it jobs and receives its results."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ READY, RESULT, ERROR = "ready", "result", "error"  # what a worker process says
 
 @dataclass(frozen=True)
 class Work:
-    """What a worker needs to know; see `in_parallel`."""
+    """The inputs of a worker; see `in_parallel`."""
 
     task: Callable[[Any, Any], Any]
     load: Callable[..., Any]
@@ -47,7 +47,7 @@ def _context() -> multiprocessing.context.BaseContext:
 
 @contextmanager
 def safe_path() -> Iterator[None]:
-    """Let Python processes that start meanwhile import nothing from the current folder, which may be anybody's."""
+    """Let Python processes that start meanwhile import nothing from the current folder, which may be untrusted."""
     before = os.environ.get("PYTHONSAFEPATH")
     os.environ["PYTHONSAFEPATH"] = "1"
     try:
@@ -86,10 +86,10 @@ class WorkerProcess:
         try:
             self.pipe.send(job)
         except OSError:
-            pass  # it has died: `hear` finds that out
+            pass  # it has died: `hear` detects that
 
     def hear(self) -> tuple[str | None, Any]:
-        """What it says, once the pipe has something to read; `None` and the reason where it died instead."""
+        """Return its message, once the pipe is readable; `None` and the reason if it died."""
         try:
             return self.pipe.recv()
         except (EOFError, OSError):
@@ -124,12 +124,12 @@ def _serve(pipe: Connection, work: bytes, folder: str) -> None:
     except EOFError:
         return
     except Exception as error:
-        with suppress(OSError):  # nobody is there any more to hear of it
+        with suppress(OSError):  # the parent process has ended
             pipe.send((ERROR, _portable(error)))
 
 
 def _portable(error: Exception) -> Exception:
-    """The error as another process can have it, with the traceback as a note."""
+    """Return the error in a form that pickles, with the traceback as a note."""
     trace = "".join(traceback.format_exception(error))
     try:
         error = pickle.loads(pickle.dumps(error))
@@ -140,7 +140,7 @@ def _portable(error: Exception) -> Exception:
 
 
 class Worker:
-    """What every worker does, whether it is a process here or an actor of a Ray cluster."""
+    """The work of every worker, whether it is a process here or an actor of a Ray cluster."""
 
     def __init__(self, work: Work) -> None:
         if work.threads is not None:

@@ -26,7 +26,7 @@ from structdiffusion.structures import STRUCTURES
 ANY_SHAPE = "structure"  # the name of a scene's structure if its spec leaves the shape open
 CAMERA_SIDES = ("robot", "opposite", "left", "right")
 _MAX_DRAWS = 100
-_TRIES = 10  # draws before a stack gets one object fewer than requested
+_TRIES = 10  # draws per number of objects, after which a stack gets one object fewer
 _BEYOND_EDGE = 0.40  # m, from a table's left or right edge to the camera above
 _DRAWING, _SENSING, _PLANNING = range(3)  # purposes of a scene's random generators
 

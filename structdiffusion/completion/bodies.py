@@ -39,7 +39,7 @@ def bodies_of(
 
 
 def bodies_of_scene(scene: Scene) -> tuple[list[ObjectModel], np.ndarray, list[tuple[ObjectModel, np.ndarray]]]:
-    """Return the inputs that `place_and_check` needs to try arrangements on completed bodies; only the clouds are used.
+    """Return the inputs that `place_and_check` needs to try arrangements on completed bodies, from observed data alone.
 
     Returns:
         the models of the N objects that take part, their poses world_from_object (N, 4, 4), and the distractors, each

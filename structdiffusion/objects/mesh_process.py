@@ -60,7 +60,7 @@ def _main(path: str, name: str, category: str, seconds: str) -> None:
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.setitimer(signal.ITIMER_REAL, float(seconds))
     results = os.dup(1)
-    os.dup2(2, 1)  # keep the output of libraries apart
+    os.dup2(2, 1)  # redirects the output of libraries to standard error
     from structdiffusion.objects.mesh_preparation import prepare
     from structdiffusion.objects.model import ObjectError
 

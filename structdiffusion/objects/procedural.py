@@ -176,7 +176,7 @@ KINDS: dict[str, Kind] = {
 
 
 def procedural_objects(count: int = 680, seed: int = 0) -> list[ObjectModel]:
-    """Return `count` objects, cycling through the kinds, so that every prefix is balanced. Depends on the seed alone."""
+    """Return `count` objects, cycling through the kinds, so that every prefix is balanced. Same seed, same objects."""
     kinds = list(KINDS)
     return [procedural_object(kinds[i % len(kinds)], i // len(kinds), seed) for i in range(count)]
 

@@ -51,7 +51,7 @@ class CVAEPlanner:
 
 
 class StructFormerPlanner:
-    """Sample one pose after another, with the network for the shape that was asked for.
+    """Sample one pose after another, with the network for the requested shape.
 
     Where the shape is open, every network whose shape can carry the other slots samples its share.
 
@@ -86,7 +86,7 @@ class StructFormerPlanner:
         """Sample `count` arrangements, as the networks give them.
 
         Raises:
-            UnknownWordError: when there is no network for the shape asked for.
+            UnknownWordError: if there is no network for the requested shape.
         """
         able = [shape for shape in self.models if STRUCTURES[shape].can_carry(goal.spec)]
         shapes = [goal.spec.shape] if goal.spec.shape else able

@@ -19,8 +19,8 @@ from structdiffusion.planners.guidance import StructureScore
 from structdiffusion.planners.samples import EncodedScene, SampleBatch
 from structdiffusion.rotations import yaw_matrices
 
-# Chosen on validation: three times as far, fewer arrangements stand, ten times as far, fewer still, since what the
-# discriminator likes better is then often inside of something.
+# Chosen on validation: with deviations three times as large fewer arrangements stand, and with ten times as large fewer
+# still, because poses that the discriminator prefers then often intersect other objects.
 _DEVIATION = (0.0015, 0.0015, 0.0005, 0.015)
 
 
@@ -43,10 +43,10 @@ def maximise(
         score: of candidates (K, M, ...), as (K, M); larger is better.
         start: (K, ...) the first means, which are candidates too: the result is never worse.
         deviation: the first deviations; broadcasts over `start`.
-        generator: the only source of chance.
-        population: candidates of a search in a round.
-        elites: of them, how many the next round is fitted to.
-        rounds: how often.
+        generator: the only source of randomness.
+        population: the number of candidates per search and round.
+        elites: the number of best candidates to which the next round is fitted.
+        rounds: the number of rounds.
     """
     mean, spread = start, deviation.expand_as(start)
     best, best_score = start, score(start[:, None])[:, 0]
@@ -66,12 +66,12 @@ def maximise(
 
 @dataclass(frozen=True)
 class PoseSearch:
-    """Raises the structure discriminator's score of sampled arrangements.
+    """A search that raises the structure discriminator's score of sampled arrangements.
 
     Attributes:
         structure: the discriminator.
-        share: of the samples, the best of which are searched from; the others stay as they were sampled.
-        deviation: how far an object is tried from where it was sampled, at first: m along x, y and z, and rad.
+        share: the share of the samples, the best ones, that are improved; the others stay as they were sampled.
+        deviation: initial deviations of an object from its sampled pose: m along x, y and z, and rad.
     """
 
     structure: StructureDiscriminator

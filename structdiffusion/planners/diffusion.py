@@ -1,4 +1,4 @@
-"""The diffusion planner: samples poses from the diffusion model, from a scene and a goal to ranked arrangements."""
+"""The diffusion planner: from a scene and a goal to ranked arrangements, sampled by the diffusion model."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from structdiffusion.planners.guidance import StructureScore, guided
 from structdiffusion.planners.post_processor import PostProcessor
 from structdiffusion.planners.samples import EncodedScene, PoseSamples, encode_scene, prepare_samples
 
-# Told what is clean so far: (step, steps, motions (K, N, 4, 4)).
+# Called with the current estimate of the clean motions: (step, steps, motions (K, N, 4, 4)).
 Preview = Callable[[int, int, np.ndarray], None]
 
 
@@ -25,12 +25,12 @@ class DiffusionPlanner:
     Args:
         model: the denoiser.
         post_process: what becomes of samples: how they are set down, refined and ranked.
-        sentence: tell the model the sentence's embedding rather than word tokens.
+        sentence: condition the model on the sentence's embedding rather than on word tokens.
         steps: denoising steps.
         sampler: "ddim", or "ddpm" as in the paper (with 200 steps).
         guide: the discriminator that guides the denoising (see `guidance`), with
-        guidance: its weight; at 0 nothing guides.
-        candidates: how many it proposes, whatever number is asked for, or `None`.
+        guidance: its weight; 0 disables guidance.
+        candidates: a fixed number of proposals that overrides the requested number, or `None`.
     """
 
     def __init__(

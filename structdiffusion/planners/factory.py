@@ -28,7 +28,7 @@ WEIGHTS = Path(__file__).parents[1] / "weights"
 
 
 class Planner(Protocol):
-    """Whatever proposes arrangements."""
+    """The protocol of all planners, which propose arrangements."""
 
     def propose(
         self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
@@ -37,7 +37,7 @@ class Planner(Protocol):
 
 
 def load_planner(name: str, weights: Path | None = None) -> Planner:
-    """Load the planner of a name, such as "diffusion" (told a sentence), "diffusion-tokens" (told words) or "geometric".
+    """Load a planner by name, such as "diffusion" (takes a sentence), "diffusion-tokens" (takes words) or "geometric".
 
     Args:
         name: one of `PLANNERS`.

@@ -1,4 +1,4 @@
-"""The geometric planner on what the camera saw: a baseline without learning."""
+"""The geometric planner on observed objects: a baseline without learning."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from structdiffusion.structures.structure import LayoutError
 
 
 class GeometricPlanner:
-    """The exact planner, given only what the camera saw.
+    """The geometric planner, given only what the camera saw.
 
     Args:
-        imagined: how many of the best are tried out in guessed physics (`physics_reranking`).
+        imagined: how many of the best are tried in physics rollouts (`physics_reranking`).
     """
 
     def __init__(self, imagined: int = 0) -> None:

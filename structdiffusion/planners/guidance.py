@@ -1,10 +1,10 @@
-"""What the structure discriminator says of samples in the making, and guidance by its gradient (paper appendix).
+"""Guidance of the denoising by the gradient of the structure discriminator's score (paper appendix).
 
 Classifier guidance (Dhariwal and Nichol 2021) adds s_t grad log p(y | x_t) to the noise that a denoiser predicts. The
-discriminator knows clean scenes only, so it is asked about the clean state that the denoiser predicts. With the
+discriminator was trained on clean scenes only, so it scores the clean state that the denoiser predicts. With the
 covariance of that prediction taken as sigma_t^2 (Song et al. 2023: exact for data of unit variance), the
 guided prediction is clean + weight * sigma_t^2 * grad log p(y | clean), and no gradient goes through the denoiser.
-The paper guides by a collision discriminator that it trains on noisy poses.
+The paper instead guides with a collision discriminator trained on noisy poses.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from structdiffusion.observation import Goal
 from structdiffusion.planners.samples import EncodedScene, SampleBatch
 from structdiffusion.word_tokens import require_known_words, word_ids
 
-# A gradient longer than this, per object and in units of the state, is shortened: a predicted state at high noise is
-# no scene that the discriminator knows, and its slope there can be of any size.
+# Gradients longer than this, per object and in units of the state, are shortened: at high noise a predicted state is unlike
+# the scenes that the discriminator was trained on, and its gradient there can have any size.
 _STEEPEST = 1.0
 
 

@@ -1,4 +1,4 @@
-"""What becomes of samples before they are proposed: objects are set down, poses corrected, arrangements ranked."""
+"""Process samples before they are proposed: set objects down, correct poses, rank arrangements."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from structdiffusion.postprocessing.table_regions import shift_into_place
 
 @dataclass(frozen=True)
 class PostProcessor:
-    """Turns samples into arrangements, best first. Each part can be left out, to measure what it is worth.
+    """A chain that turns samples into arrangements, best first. Each part can be disabled, to measure its effect.
 
     Attributes:
-        placed: set objects down (`settle`), and move the structure as a whole into the thirds asked for
+        placed: set objects down (`settle`), and move the structure as a whole into the requested thirds
             (`table_regions`).
-        refined: correct what misses a check by little, and move objects apart (`refinement`).
-        ranker: gives the order; with none it is that of sampling.
-        imagined: how many of the best-ranked are tried out in guessed physics (`physics_reranking`).
+        refined: correct poses that miss a check by little, and move objects apart (`refinement`).
+        ranker: ranks the arrangements; without it they keep the order of sampling.
+        imagined: how many of the best-ranked are tried in physics rollouts (`physics_reranking`).
     """
 
     placed: bool = True
@@ -41,7 +41,7 @@ class PostProcessor:
     def __call__(
         self, seen: EncodedScene, scene: Scene, goal: Goal, sampled: PoseSamples, generator: torch.Generator
     ) -> list[Arrangement]:
-        """Return the arrangements, best first. Without a ranker every one counts as worth a try: its total is 1."""
+        """Return the arrangements, best first. Without a ranker every total is 1."""
         motions, frames = sampled.motions.copy(), sampled.frames.copy()
         others = [estimate(cloud) for cloud in scene.distractors]
         if self.placed:

@@ -1,4 +1,4 @@
-"""The planners by the names that people give them. Imports no network: names are asked for where nothing is loaded."""
+"""The planners by name. The module imports no network, because names are needed where nothing is loaded."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from structdiffusion.word_tokens import FIRST_SHAPES
 
 @dataclass(frozen=True)
 class PlannerParts:
-    """What a planner is made of. The switches below `cem` leave out one part each of what goes beyond the paper.
+    """The parts of a planner. Each switch below `cem` disables one part that goes beyond the paper.
 
     Attributes:
         network: "diffusion", "cvae", "structformer" (one network a shape) or "geometric" (none).
-        sentence: whether the network is told the sentence's embedding rather than word tokens.
+        sentence: whether the network takes the sentence's embedding rather than word tokens.
         ranked: whether discriminators and checks rank what it proposes.
         guidance: weight of the structure discriminator's gradient in the denoising.
         cem: whether the cross-entropy method improves samples by the structure discriminator's score.
-        placed: whether objects are set down, and structures moved into the thirds asked for, by what the camera saw.
+        placed: whether objects are set down, and structures moved into the requested thirds, by the observed outlines.
         refined: whether structures that miss a check by little are corrected, and objects moved apart.
         discriminators: whether the trained discriminators count in the rank.
         mean_collision: rank by the mean over pairs of the chance of no collision, as in the paper, not the product.
         bounds: whether hanging over the table's edge counts in the rank.
-        checks: whether the imagined checks count in the rank.
-        imagined: how many of the best are tried out in imagined physics.
+        checks: whether the checks on estimated outlines count in the rank.
+        imagined: how many of the best are tried in physics rollouts.
         sampler: "ddim", or "ddpm" as in the paper.
         steps: of denoising.
-        candidates: how many arrangements it proposes, whatever number is asked for; `None` for that number.
+        candidates: a fixed number of proposals that overrides the requested number; `None` uses the requested number.
     """
 
     network: str
@@ -49,7 +49,7 @@ class PlannerParts:
     candidates: int | None = None
 
 
-# The best-ranked are tried out in imagination until enough of them stand; so many are hardly ever asked for.
+# Physics rollouts try the best-ranked until enough of them stand; this limit is rarely reached.
 _TRIED = 40
 _FULL = PlannerParts("diffusion", imagined=_TRIED)
 _UNRANKED = replace(_FULL, ranked=False, imagined=0)
@@ -60,7 +60,7 @@ _PAPER = replace(_FULL, **_AS_IN_THE_PAPER)
 
 
 def _with_variants(name: str, parts: PlannerParts) -> dict[str, PlannerParts]:
-    """A baseline on the same footing as the diffusion model: with all parts, unranked, and without geometry."""
+    """Return the variants of a baseline: with all parts like the diffusion model, unranked, and without geometry."""
     paper = replace(parts, **_AS_IN_THE_PAPER)
     return {
         name: parts,
@@ -106,12 +106,12 @@ PLANNERS: Mapping[str, PlannerParts] = {
 
 
 _PLAIN = [name for name, parts in PLANNERS.items() if name in (parts.network, f"{parts.network}-tokens")]
-# How messages tell the names: all of them would fill half a page.
+# The names in messages: all of them would fill half a page.
 LEGAL_NAMES = f"{', '.join(_PLAIN)}, and their variants (`structagent models list` names all {len(PLANNERS)})"
 
 
 def legal_instead_of(name: str) -> str:
-    """What a message says of a name that is no planner's: those like it, or else the plain ones."""
+    """Return the part of a message that names the legal planners: similar names, or else the plain ones."""
     near = get_close_matches(name.lower(), PLANNERS, n=3)
     if not near:
         return f"legal values: {LEGAL_NAMES}"
@@ -119,7 +119,7 @@ def legal_instead_of(name: str) -> str:
 
 
 def networks_of(planner: str) -> list[str]:
-    """The names of the networks that a planner (one of `PLANNERS`) needs: who proposes first, then who judges."""
+    """Return the names of the networks that a planner (one of `PLANNERS`) needs: generators, then discriminators."""
     parts = PLANNERS[planner]
     proposing = [] if parts.network == "geometric" else [parts.network]
     if parts.network == "structformer":

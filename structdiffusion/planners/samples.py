@@ -1,4 +1,4 @@
-"""What a network is told of a scene, and what it samples: encoded once, decoded to motions."""
+"""The inputs of the networks for a scene, encoded once, and the decoding of samples to motions."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _CLOUD_POINTS = 256  # as in training
 
 @dataclass(frozen=True)
 class EncodedScene:
-    """The N objects of a scene that take part, as networks take them.
+    """The N objects of a scene that take part, encoded for the networks.
 
     Attributes:
-        objects: what their clouds tell of them.
+        objects: the estimates from their clouds.
         clouds: (N, 256, 3) world frame, metres.
         nouns: (N,) noun ids.
     """
@@ -38,7 +38,7 @@ class EncodedScene:
 
 @dataclass(frozen=True)
 class SampleBatch:
-    """K samples to be drawn: what the network is told, and which object takes which place in each.
+    """K samples to be drawn: the conditioning input, and which object takes which place in each.
 
     Every sample has the objects in another order, since object i takes place i of the structure.
 
@@ -101,14 +101,14 @@ def encode_scene(
 
     Args:
         scene: what was perceived.
-        goal: what is asked for.
+        goal: the request.
         model: the network.
-        sentence: whether it will be told the sentence's embedding rather than word tokens.
-        generator: of the points that are drawn from the clouds.
+        sentence: whether its input is the sentence's embedding rather than word tokens.
+        generator: draws the points from the clouds.
 
     Raises:
-        ValueError: when there is no embedding to be told, or the scene has too many objects.
-        UnknownWordError: when the network was not trained on what is asked for.
+        ValueError: if the embedding is missing, or the scene has too many objects.
+        UnknownWordError: if the network was not trained on a requested value.
     """
     most = model.config.max_objects
     if len(scene.objects) > most:

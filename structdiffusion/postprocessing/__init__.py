@@ -1,1 +1,1 @@
-"""What is done with proposals: settled, refined, ranked, tried out in physics."""
+"""Process proposals: settle, refine and rank them, and try them in physics."""

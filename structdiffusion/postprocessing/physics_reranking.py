@@ -1,4 +1,4 @@
-"""Which arrangements are tried out in imagination, in which order, and what it is worth to have stood there."""
+"""Rerank arrangements by physics rollouts: which are tried, in which order, and how the results change the ranking."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from structdiffusion.observation import Arrangement
 from structdiffusion.postprocessing.physics_rollout import HYPOTHESES, STACKED, PhysicsRollout, bottom_up
 from structdiffusion.protocol.physical_stability import Verdict
 
-ENOUGH = 3  # arrangements that stand whatever is assumed: then no more are tried
-# What being tried is worth: an arrangement that was not tried is doubted, one that fell is hardly worth a second try.
+ENOUGH = 3  # arrangements that stand under every hypothesis, after which no more are tried
+# Scores: of an arrangement that was not tried, which is uncertain, and the lowest, for one that fell.
 _UNTRIED, _FELL = 0.5, 0.1
-MOST = 150  # trials, all hypotheses counted
-_GIVE_UP = 2  # falls of one arrangement, after which it is tried under no further hypothesis
-# Arrangements with all on the table, after which no other such is tried if none stood: then a guessed body falls over
+MOST = 150  # largest number of trials over all hypotheses
+_GIVE_UP = 2  # falls of one arrangement, after which no further hypotheses are tried
+# Arrangements with all objects on the table, after which no other is tried if none stood: then a completed body falls over
 # wherever it is put, and says nothing about arrangements.
 _HOPELESS = 8
-_ROOM = 0.5  # what all of the room is worth, in shares of hypotheses
-_FALLING = 0.8  # m/s: what is released 3 cm above its place cannot be slower
-_SAME = 0.6  # for each tower that fell, others in the same order are tried that much later
+_ROOM = 0.5  # weight of the room to the limits, in shares of hypotheses
+_FALLING = 0.8  # m/s: lowest speed of an object released 3 cm above its place
+_SAME = 0.6  # factor on the priority of a tower for each tower in the same order that fell
 
 
 def rerank_by_physics(
     rollout: PhysicsRollout, arrangements: Sequence[Arrangement], spec: StructureSpec, best: int
 ) -> list[Arrangement]:
-    """The arrangements, best first, after the best-ranked have been tried in imagination (score "imagined").
+    """Return the arrangements, best first, after physics rollouts of the best-ranked ones (score "imagined").
 
-    What is stacked is tried under several hypotheses of what the camera did not see. What decides is the share of them
-    under which it stood (none for what was not tried), and half of how far it kept from the limits of the protocol in
-    the mean: five of five hardly standing come after four of five with room. Among equals the total decides.
+    Stacks are tried under several hypotheses about what the camera did not see. The order is by the share of hypotheses under
+    which an arrangement stood (zero if untried) plus half of its mean room to the limits of the protocol: five of five
+    hardly standing rank below four of five with room. Ties are ordered by the total.
 
-    The score is the share, but at least `_FELL` for what was tried, and `_UNTRIED` for what was not; the total is
-    multiplied by it. Where nothing on the table stands, what was not tried is taken to fall like the others.
+    The score is the share, but at least `_FELL` for tried arrangements, and `_UNTRIED` for others; the total is multiplied
+    by it. If no arrangement on the table stands, the untried ones are assumed to fall as well.
 
     Args:
-        rollout: of the scene.
+        rollout: the physics rollout of the scene.
         arrangements: best first, each with a "total".
-        spec: what was asked for.
-        best: how many are tried at most.
+        spec: the requested structure.
+        best: the largest number of arrangements to try.
     """
     motions = [arrangement.goal_from_initial for arrangement in arrangements]
     totals = [arrangement.scores["total"] for arrangement in arrangements]
@@ -77,12 +77,12 @@ def rerank_by_physics(
 
 @dataclass(frozen=True)
 class _Outcome:
-    """How an arrangement fared.
+    """The outcome of an arrangement's trials.
 
     Attributes:
-        share: of the hypotheses under which it stood.
-        room: of what is stacked: how far it kept from the protocol's limits, 0 for at one of them, 1 for far from all.
-        verdicts: how often it was tried.
+        share: the share of the hypotheses under which it stood.
+        room: of stacks: distance from the protocol's limits, 0 at a limit, 1 far from all limits.
+        verdicts: the number of trials.
     """
 
     share: float = 0.0
@@ -91,7 +91,7 @@ class _Outcome:
 
 
 def _tried(rollout: PhysicsRollout, motions: np.ndarray, spec: StructureSpec) -> _Outcome:
-    """Tries an arrangement (N, 4, 4) under one hypothesis after another, and gives up after `_GIVE_UP` falls."""
+    """Try an arrangement (N, 4, 4) under one hypothesis after another, and stop after `_GIVE_UP` falls."""
     hypotheses = HYPOTHESES if _stacking(motions) else 1
     rooms: list[float] = []
     for number in range(hypotheses):
@@ -104,12 +104,12 @@ def _tried(rollout: PhysicsRollout, motions: np.ndarray, spec: StructureSpec) ->
 
 
 def _room(verdict: Verdict) -> float:
-    """How far what stood kept from the limits of the protocol; above 0."""
+    """Return the distance of a standing arrangement from the limits of the protocol; above 0."""
     measured = verdict.measured
     speed = (MAX_SPEED - measured["speed"]) / (MAX_SPEED - _FALLING)
     return max(1e-3, speed * (1 - measured["tilt"] / MAX_TILT) * (1 - measured["displacement"] / MAX_DISPLACEMENT))
 
 
 def _stacking(motions: np.ndarray) -> tuple[int, ...]:
-    """The objects from the bottom up; empty where all stand on the table."""
+    """Return the objects from the bottom up; empty if all stand on the table."""
     return bottom_up(motions) if motions[:, 2, 3].max() >= STACKED else ()

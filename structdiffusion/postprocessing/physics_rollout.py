@@ -1,7 +1,7 @@
-"""Trying arrangements out in imagination: what the camera did not see is guessed, and physics says what would happen.
+"""Physics rollouts of proposed arrangements: unseen parts of the objects are completed, and physics predicts the outcome.
 
-Nothing but the partial clouds, the camera's place and the table is used. The guessed bodies go through the same
-protocol as the true ones do when success is measured (`physical.place_and_check`).
+Only the partial clouds, the camera's pose and the table are used. The completed bodies go through the same protocol as the
+true ones when success is measured (`physical_stability.place_and_check`).
 """
 
 from __future__ import annotations
@@ -20,26 +20,25 @@ from structdiffusion.observation import Scene
 from structdiffusion.protocol.physical_stability import Verdict, executable_order, place_and_check
 from structdiffusion.simulation.world import TabletopWorld
 
-HYPOTHESES = 5  # of what the camera did not see; the first is the likeliest
-# How far the others are from it, roughly: radius and height of bodies (m), their masses (factor e to this), and where
-# things land (m, rad).
+HYPOTHESES = 5  # number of hypotheses about what the camera did not see; the first is the likeliest
+# Approximate deviations of the others from it: radius and height of bodies (m), mass (log), and landing position (m, rad).
 _SIZE, _MASS, _SHIFT, _TURN = 0.0015, 0.5, 0.003, 0.03
-_MISFIT = 0.0025  # m that the radius of one may be larger, and that of the next smaller
-# What is stacked is released from this much, metres, above where guessed surfaces touch. Where a thing touches a vessel
-# is guessed to a centimetre: higher by more than 2 cm, with the 3 cm of the protocol, it would fall too fast; lower
-# than the true contact, it would be inside of something.
+_MISFIT = 0.0025  # m by which the radius of one may be larger, and that of the next smaller
+# m above the contact of completed surfaces, from where stacked objects are released. Contact with a vessel is known to
+# about a centimetre: from more than 2 cm higher, plus the 3 cm of the protocol, an object would fall too fast; below the
+# true contact, it would intersect something.
 _LOWEST, _HIGHEST = 0.006, 0.009
-STACKED = 0.01  # m above the table, from where on a thing is stacked
+STACKED = 0.01  # m above the table, from which an object counts as stacked
 _INSIDE = 0.001  # m of overlap that counts as none
-_REACH = 0.05  # m, within which distances to what is below are asked for
-_STEP, _STEPS = 0.0005, 40  # of lowering: m that count as contact, and how often
+_REACH = 0.05  # m within which distances to objects below are computed
+_STEP, _STEPS = 0.0005, 40  # of lowering an object: m that count as contact, and the largest number of steps
 
 
 class PhysicsRollout:
-    """The guessed bodies of a scene, made when they are first needed.
+    """Physics rollouts on the completed bodies of a scene, which are made when first needed.
 
     Args:
-        scene: what was perceived.
+        scene: the observed scene.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -51,10 +50,10 @@ class PhysicsRollout:
         return bodies_of_scene(self.scene)
 
     def _hypothesis(self, number: int, order: tuple[int, ...]) -> tuple[list[ObjectModel], np.ndarray]:
-        """The N bodies otherwise than guessed, and errors (N, 4, 4) of where they land.
+        """Return N bodies that vary the completed ones, and errors (N, 4, 4) of their landing poses.
 
-        First every second body of a tower is broader and the others are narrower, then the other way round, since it
-        is what goes into a vessel that depends on it; then all differ at random. Masses always do.
+        First every second body of a tower is wider and the others are narrower, then vice versa, because this decides
+        what fits into a vessel; further hypotheses vary all bodies at random. Masses always vary.
         """
         if (number, order) in self._assumed:
             return self._assumed[number, order]
@@ -73,12 +72,12 @@ class PhysicsRollout:
         return self._assumed[number, order]
 
     def verdict(self, motions: np.ndarray, spec: StructureSpec, hypothesis: int = 0) -> Verdict:
-        """What would become of the objects, moved by (N, 4, 4), if they looked from behind as guessed.
+        """Predict the outcome of moving the objects by (N, 4, 4), with their completed bodies.
 
         Args:
             motions: (N, 4, 4), world frame.
-            spec: what was asked for.
-            hypothesis: 0 for the likeliest bodies, landing exactly; below `HYPOTHESES` for others, that land a few
+            spec: the requested structure.
+            hypothesis: 0 for the likeliest bodies, which land exactly; 1 to `HYPOTHESES` - 1 for others, which land a few
                 millimetres off.
         """
         models, poses, others = self._bodies
@@ -89,13 +88,13 @@ class PhysicsRollout:
             at[:, :2, 3] += errors[:, :2, 3]
             motions = at @ np.linalg.inv(poses)
         names = [cloud.name for cloud in (*self.scene.objects, *self.scene.distractors)]
-        # What falls, falls at once: to wait for 2 s as the protocol does would double the time.
+        # Unstable objects fall at once: waiting for 2 s as in the protocol would double the time.
         return place_and_check(models, poses, motions, spec, self.scene.table, others, names, until_rest=True)
 
     def set_down(self, motions: np.ndarray) -> np.ndarray:
-        """The motions (N, 4, 4), with what is stacked a little above where it would touch what is below it.
+        """Return the motions (N, 4, 4), with stacked objects a little above their contact with what is below.
 
-        Straight up or down, object by object, supports first.
+        Objects move straight up or down one by one, supports first.
         """
         if motions[:, 2, 3].max() < STACKED:  # everything stands on the table
             return motions
@@ -117,12 +116,12 @@ class PhysicsRollout:
 
 
 def bottom_up(motions: np.ndarray) -> tuple[int, ...]:
-    """The objects of a tower by their motions (N, 4, 4), the lowest first."""
+    """Return the objects of a tower by their motions (N, 4, 4), the lowest first."""
     return tuple(np.argsort(motions[:, 2, 3], kind="stable").tolist())
 
 
 def _lift(world: TabletopWorld, index: int, goal: np.ndarray) -> float:
-    """How far, metres, an object has to go straight up from its goal until it is inside of nothing."""
+    """Return how far, metres, an object has to move straight up from its goal until it intersects nothing."""
     lift, pose = 0.0, goal.copy()
     for _ in range(_STEPS):
         deepest = -min(world.clearances(index, _REACH).values(), default=0.0)
@@ -135,9 +134,9 @@ def _lift(world: TabletopWorld, index: int, goal: np.ndarray) -> float:
 
 
 def _free_fall(world: TabletopWorld, index: int, goal: np.ndarray, most: float) -> float:
-    """How far, metres, an object can go straight down from its goal before it touches something; at most `most`.
+    """Return how far, metres, an object can move straight down from its goal before contact; at most `most`.
 
-    It goes by its distance to the nearest surface, which can never be too far.
+    Each step is the distance to the nearest surface, which can never overshoot.
     """
     fallen, pose = 0.0, goal.copy()
     world.set_pose(index, pose)

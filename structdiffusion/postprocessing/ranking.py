@@ -1,4 +1,4 @@
-"""Scores of imagined arrangements, each in [0, 1], and the order that they give (paper section IV.C and V.D)."""
+"""Score proposed arrangements, each score in [0, 1], and rank them (paper sections IV.C and V.D)."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.structures import STRUCTURES
 from structdiffusion.word_tokens import require_known_words, word_ids
 
-# Farther apart than this, metres, in outline, two objects cannot intersect: the network is not asked.
+# m between outlines, above which two objects cannot intersect, so the network is not evaluated.
 _NEAR = 0.015
 _PAIR_BATCH = 256
-_OVERHANG = 0.01  # m beyond the edge that costs a factor e
-_WRONG = 0.5  # factor for an arrangement whose imagined checks do not all hold, times the share that do
-# How far objects land from where they are put, roughly: m, rad. A goal that only just holds is worth less.
+_OVERHANG = 0.01  # m beyond the edge that reduce the score by a factor e
+_WRONG = 0.5  # factor for an arrangement that fails some of the checks on estimated outlines, times the share that hold
+# Approximate landing errors: m, rad, and the number of trials with them. A goal that barely holds scores less.
 _SHIFT, _TURN, _TRIALS = 0.004, 0.03, 5
 
-_WEDGED = 0.4  # factor for a thing on a round top, or neither in a vessel nor across it
-_WELL_INSIDE, _RIM_SLACK = 0.75, 0.004  # of a vessel's outline; m that a rim may be wider than what covers it
+_WEDGED = 0.4  # factor for an object on a round top, or neither inside a vessel nor across it
+_WELL_INSIDE, _RIM_SLACK = 0.75, 0.004  # share of a vessel's outline; m by which a rim may be wider than what covers it
 
 
 @dataclass(frozen=True)
 class Ranker:
-    """Scores arrangements with the two discriminators, the table's bounds and the imagined checks.
+    """Scores of arrangements from the two discriminators, the table's bounds and the checks on estimated outlines.
 
     Attributes:
         structure, collision: trained discriminators.
-        imagined_checks: whether the checks of the evaluation protocol on estimated outlines, and what carries what, count.
+        imagined_checks: whether the checks of the evaluation protocol on estimated outlines, and supports, count.
         discriminators: whether the discriminators count.
-        mean_collision: score collisions by the mean over pairs of the chance that they do not collide, as in the
-            paper, instead of the chance that none does (noisy or).
+        mean_collision: score collisions by the mean over pairs of the probability of no collision, as in the paper,
+            instead of the probability that no pair collides (noisy or).
         bounds: whether hanging over the table's edge counts.
     """
 
@@ -68,17 +68,17 @@ class Ranker:
         table: Table,
         orders: np.ndarray | None = None,
     ) -> list[dict[str, float]]:
-        """Scores of K arrangements, with their product as "total".
+        """Score K arrangements; each gets its scores, and their product as "total".
 
         Args:
             objects: N estimates; others: M estimates of the distractors.
             clouds: (N, P, 3) before anything moves; other_clouds: (M, P, 3).
             nouns: (N,) noun ids.
             motions: (K, N, 4, 4) upright motions, world frame.
-            spec: what was asked for.
+            spec: the requested structure.
             table: the table.
-            orders: (K, N) the object of each place, as the demonstrations that taught the structure discriminator
-                had them; with `None` each object that has no place of its own is shown where it stands in `objects`.
+            orders: (K, N) the object of each place, as in the demonstrations that trained the structure discriminator;
+                with `None`, objects without a place of their own come in the order of `objects`.
         """
         outlines = [[thing.outline_after(motion) for thing, motion in zip(objects, row)] for row in motions]
         rows: list[dict[str, float]] = [{} for _ in motions]
@@ -103,7 +103,7 @@ class Ranker:
         return rows
 
     def _structure(self, at_goal: Tensor, nouns: Tensor, spec: StructureSpec, orders: Tensor) -> Tensor:
-        """Score clouds (K,) where they go (K, N, P, 3), shown place by place."""
+        """Score clouds at their goals (K, N, P, 3), place by place: (K,)."""
         count = len(at_goal)
         present = torch.ones(orders.shape, dtype=torch.bool)
         require_known_words(spec, self.structure.config.vocabulary, self.structure.kind)
@@ -114,9 +114,9 @@ class Ranker:
     def _collision_free(
         self, outlines: list[list[np.ndarray]], others: list[np.ndarray], at_goal: Tensor, other_clouds: Tensor
     ) -> Tensor:
-        """For each arrangement, the chance that no pair collides: the product over pairs, or, as in the paper, the mean.
+        """Return for each arrangement the probability that no pair collides: the product, or (as in the paper) the mean.
 
-        One hard hit among 21 pairs costs a mean only five percent. Pairs too far apart to collide are skipped.
+        One certain collision among 21 pairs reduces a mean by only five percent. Pairs too far apart to collide are skipped.
         """
         first, second, owner = [], [], []
         for k, row in enumerate(outlines):
@@ -144,14 +144,14 @@ class Ranker:
 
 
 def _near(outline: np.ndarray, other: np.ndarray) -> bool:
-    """Whether two outlines (K, 2) are close enough to be asked about; their boxes tell of most that they are not."""
+    """Return whether two outlines (K, 2) are close enough to evaluate; their boxes rule out most pairs."""
     low = np.maximum(outline.min(axis=0), other.min(axis=0))
     high = np.minimum(outline.max(axis=0), other.max(axis=0))
     return bool((low - high < _NEAR).all()) and clear_gap(outline, other) < _NEAR
 
 
 def _places(objects: Sequence[ObjectEstimate], spec: StructureSpec) -> np.ndarray:
-    """Return the objects (1, N) in their order, but for those that have a place in the structure asked for."""
+    """Return the objects (1, N) in their order, except those that have a fixed place in the requested structure."""
     order = np.arange(len(objects))[None]
     if spec.shape is None:
         return order
@@ -163,9 +163,9 @@ def _places(objects: Sequence[ObjectEstimate], spec: StructureSpec) -> np.ndarra
 def checks_score(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: StructureSpec, table: Table) -> float:
     """Score how surely the checks of the evaluation protocol hold, in [0, 1], for objects that land a few millimetres off.
 
-    Where a check fails as imagined: half of the share of checks that hold. Otherwise the mean over `_TRIALS` trials,
-    the first as imagined, the others with the same small errors for every arrangement; a trial in which a check fails
-    counts half of the share of checks that hold.
+    If a check fails at the proposed poses, the score is half of the share of checks that hold. Otherwise it is the mean over
+    `_TRIALS` trials, the first at the proposed poses, the others with the same small errors for every arrangement; a trial
+    in which a check fails counts half of the share of checks that hold.
 
     Args:
         objects: N estimates.
@@ -180,18 +180,18 @@ def checks_score(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: S
 
 
 def _held(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: StructureSpec, table: Table) -> float:
-    """1 where all checks hold, or half of the share of those that do."""
+    """Return 1 if all checks hold, or half of the share of those that do."""
     held = [check.passed for check in check_structure(imagined_bodies(objects, motions), spec, table)]
     return 1.0 if all(held) else _WRONG * sum(map(bool, held)) / len(held)
 
 
 def support_score(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> float:
-    """How well whatever is stacked is carried, in [0, 1]; 1 where nothing is.
+    """Score how well stacked objects are supported, in [0, 1]; 1 if nothing is stacked.
 
-    On a level top: the share of the outline that is carried, 1 from a half on. On a vessel: the same when the object
-    covers the rim, 1 when it goes well inside; in between it may wedge or tip.
+    On a level top, the score is the supported share of the outline, 1 from a half on. On a vessel, it is the same if the
+    object covers the rim, and 1 if the object fits well inside; in between it may wedge or tip.
 
-    Args: as `checks_score`.
+    Args: see `checks_score`.
     """
     bodies, score = imagined_bodies(objects, motions), 1.0
     for body in bodies:
@@ -211,7 +211,7 @@ def support_score(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> flo
 
 
 def _landed(motion: np.ndarray, thing: ObjectEstimate, rng: np.random.Generator) -> np.ndarray:
-    """The motion with a small error: a turn about the object's middle, and a shift."""
+    """Return the motion with a small error: a rotation about the object's middle, and a shift."""
     error = pose_from_xyz_yaw(0.0, 0.0, 0.0, _TURN * rng.standard_normal())
     middle = (motion @ np.append(thing.mean, 1.0))[:3]
     error[:3, 3] = middle - error[:3, :3] @ middle

@@ -1,9 +1,7 @@
-"""A short refinement of imagined arrangements: into the bands of the evaluation protocol where they hardly miss them, and
-apart.
+"""Refine proposed arrangements: correct small misses of the evaluation protocol's bands, and move objects apart.
 
-What a network samples is right to about a centimetre. A band of sizes or gaps can be missed by less than that, and so
-can the free space between two rims. The outlines that the camera saw tell how far to move; where nothing is wrong,
-nothing moves.
+Sampled poses are accurate to about a centimetre. A smaller error is enough to miss a band of sizes or gaps, or the free
+space between two rims. The observed outlines determine how far to move; nothing moves if nothing is wrong.
 """
 
 from __future__ import annotations
@@ -25,7 +23,7 @@ _ROUNDS = 8
 
 
 def fit_to_size(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: StructureSpec) -> np.ndarray:
-    """Give a structure the size asked for, and make it as round, straight and even as it has to be.
+    """Give a structure the requested size, and make it as round, straight and even as the protocol requires.
 
     Args:
         objects: N estimates.
@@ -69,7 +67,7 @@ def align_cutlery(
 
 
 def separate(objects: Sequence[ObjectEstimate], others: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray:
-    """Leave a clear gap between whatever stands on the table. What rests on something goes with it.
+    """Leave a clear gap between objects that stand on the table; whatever rests on an object moves with it.
 
     Args:
         objects: N estimates; others: of the distractors, which stay.

@@ -1,4 +1,4 @@
-"""Bringing imagined goals to rest: upright, and on whatever is below them.
+"""Set the objects of proposed goals down: upright, and on the table or on what is below them.
 
 A sampled height is off by millimetres, and two millimetres inside the table are a failure. How an
 object stood says where its lowest point is; what lies below its goal was seen by the camera.
@@ -26,10 +26,10 @@ _OPENING = 0.85  # of a vessel's outline: what has to go inside must be narrower
 
 
 def settle(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray:
-    """The motions with every object upright and set down on the table or on what is below it.
+    """Return the motions with every object upright and set down on the table or on what is below it.
 
     Args:
-        objects: N estimates of how the objects stand now, on the table.
+        objects: N estimates of the objects as they now stand on the table.
         motions: (N, 4, 4) as sampled, world frame.
 
     Returns:
@@ -66,6 +66,6 @@ def settle(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray
 
 
 def _inside(inner: np.ndarray, vessel: np.ndarray) -> bool:
-    """Whether an outline (K, 2) fits into a vessel's opening, given the vessel's outline (L, 2)."""
+    """Return whether an outline (K, 2) fits into a vessel's opening, given the vessel's outline (L, 2)."""
     middle = vessel.mean(axis=0)
     return bool(shapely.Polygon(middle + _OPENING * (vessel - middle)).contains(shapely.Polygon(inner)))

@@ -1,8 +1,8 @@
-"""Moving an imagined structure as a whole to where it was asked for.
+"""Move a proposed structure as a whole to the requested region of the table.
 
-Where a structure stands and how its parts lie to each other are independent. A third of the room
-that a large structure has on the table may be three centimetres wide, which sampling alone hits by
-chance; the outlines seen by the camera tell how far to move.
+The position of a structure and the relative poses of its parts are independent. A third of the room that a large structure
+has on the table may be three centimetres wide, which sampling alone hits only by chance; the observed outlines determine
+how far to move.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _MARGIN, _EDGE = 0.35, 0.008
 def shift_into_place(
     objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: StructureSpec, table: Table
 ) -> np.ndarray:
-    """Return the least shift (2,), metres, that brings the structure onto the table and into the thirds asked for.
+    """Return the least shift (2,), metres, that brings the structure onto the table and into the requested thirds.
 
     Zero along an axis on which it does not fit at all. With an open shape, zero: its centre is not defined.
 

@@ -1,13 +1,13 @@
-"""Does an arrangement stand? The physical protocol of the paper, section V, followed by the semantic checks.
+"""Check whether an arrangement stands: the physical protocol of the paper, section V, followed by the semantic checks.
 
-The objects are put at their predicted poses one after another, supports first, released from 3 cm
-above, and left to physics. The first thing that goes wrong names the failure:
+The objects are released one after another, supports first, from 3 cm above their predicted poses, and simulated. The first
+problem determines the failure class:
 
 1. "intersection": set down at its predicted pose the object penetrates something by more than 2 mm;
 2. "abnormal velocity": something moves faster than 1 m/s, leaves the table, or ends more than 4 cm
    (in the plane) from its predicted place;
 3. "not upright": something ends tilted by more than 15 degrees from its predicted orientation;
-4. "semantic": what stands is not what was asked for (`structdiffusion.protocol.semantic`).
+4. "semantic": the structure does not match the spec (`structdiffusion.protocol.semantic`).
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from structdiffusion.structures.checks import Check
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of one arrangement.
+    """The outcome of one arrangement.
 
     Attributes:
         success: whether none of the four failures happened.
@@ -69,7 +69,7 @@ class Verdict:
     penetrated: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-ready, without the poses."""
+        """Return the verdict as JSON-ready values, without the poses."""
         return {
             "success": self.success,
             "failure": self.failure,
@@ -122,11 +122,11 @@ def place_and_check(
         models: the N objects that take part.
         world_from_initial: (N, 4, 4) their poses now.
         goal_from_initial: (N, 4, 4) the predicted motion of each (`Arrangement.goal_from_initial`).
-        spec: what was asked for.
+        spec: the requested structure.
         table: the table top.
         others: distractors with their poses (4, 4); they are in the world all the time.
         names: what the verdict calls the objects, then the others; by default their nouns, numbered.
-        ground: the whole surface that carries things, where it is more than the table top.
+        ground: the whole surface that carries objects, if it is larger than the table top.
         until_rest: judge as soon as everything is at rest, and not after the 2 s of the evaluation protocol.
         on_end: called with the world as it is in the end, such as to take a picture of it.
     """

@@ -1,7 +1,7 @@
-"""The semantic checks of the evaluation protocol: is what stands on the table what was asked for?
+"""The semantic checks of the evaluation protocol: does the structure on the table match the spec?
 
-Pure geometry. It is used on true models after physics (the verdict), and on imagined scenes whose
-footprints are estimated from partial clouds (a score for ranking). What is checked is told by `structdiffusion.structures`.
+The module is pure geometry. It is used on true models after physics (the verdict), and on proposed scenes whose footprints
+are estimated from partial clouds (a score for ranking). `structdiffusion.structures` defines the checks.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ FAILURE_CLASSES = ("intersection", "abnormal velocity", "not upright", "semantic
 
 
 def check_structure(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
-    """Check whatever the spec asks for. With an open shape: as the shape that passes the most.
+    """Check everything that the spec specifies. With an open shape, check as the shape that passes the most.
 
     Args:
         bodies: the N objects that take part, at rest.
-        spec: what was asked for.
+        spec: the requested structure.
         table: the table's rectangle.
     """
     if spec.shape is not None:

@@ -1,6 +1,6 @@
-"""Which values of the five slots a structure realises: the measures of the evaluation protocol, read back as words.
+"""Measure which values of the five slots a structure realises, by the measures of the evaluation protocol.
 
-Pure geometry, on imagined or on true bodies. What is measured is what the checks of `structdiffusion.structures` measure.
+The module is pure geometry, on estimated or true bodies. The measures are those of the checks of `structdiffusion.structures`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _FIT_ATTEMPTS = 10  # layouts tried before a value counts as one that does not f
 def realised_shape(bodies: Sequence[PlacedBody], table: Table) -> str:
     """Return the shape whose checks hold best; of those that hold alike, the one that asks for most.
 
-    Objects that have no place in a table setting make none, although its checks do not mind them.
+    Objects that have no place in a table setting do not form one, although they may pass its checks.
     """
     suited = [
         shape
@@ -45,7 +45,7 @@ def realised_shape(bodies: Sequence[PlacedBody], table: Table) -> str:
 
 
 def realised_spec(bodies: Sequence[PlacedBody], table: Table, shape: str | None = None) -> StructureSpec:
-    """The values that bodies realise, each the nearest where none is met exactly.
+    """Return the values that bodies realise; if none is met exactly, the nearest.
 
     Args:
         bodies: the N objects of the structure, world frame, metres.
@@ -54,7 +54,7 @@ def realised_spec(bodies: Sequence[PlacedBody], table: Table, shape: str | None 
 
     Returns:
         A value for every slot that the shape can carry. `None` for what cannot be measured: the heading of a closed
-        ring, or anything of a ring of two or of a setting without a base. A line is told to face "north" or "east",
+        ring, or anything of a ring of two or of a setting without a base. A line faces "north" or "east",
         not the opposite.
     """
     shape = realised_shape(bodies, table) if shape is None else shape
@@ -66,18 +66,18 @@ def realised_spec(bodies: Sequence[PlacedBody], table: Table, shape: str | None 
 
 
 def distinct_values(shape: str | None, slot: str) -> tuple[str, ...]:
-    """Return the values of a slot that can be told apart in a structure of a shape."""
+    """Return the values of a slot that can be distinguished in a structure of a shape."""
     return STRUCTURES[shape].rotations if shape is not None and slot == "rotation" else LEGAL_VALUES[slot]
 
 
 def fitting_values(
     items: Sequence[LayoutItem], spec: StructureSpec, slot: str, table: Table, rng: np.random.Generator
 ) -> tuple[str, ...]:
-    """The values of an open slot with which there is room for the structure on the table.
+    """Return the values of an open slot for which the structure fits on the table.
 
     Args:
         items: the objects that take part.
-        spec: what is asked for; other open slots may take any value.
+        spec: the requested structure; other open slots may take any value.
         slot: the open slot.
         table: the table.
         rng: of the layouts that are tried.
@@ -99,7 +99,7 @@ def fitting_values(
 
 
 def evenness(values: Sequence[str], fits: Sequence[str]) -> float | None:
-    """How evenly some values are spread over those that fit: 0 all the same, 1 in the mean where all are as likely.
+    """Return how evenly values are spread over those that fit: 0 if all are the same, 1 in the mean if all are as likely.
 
     A few even draws rarely look even: their entropy is below that of the values they are drawn of, in the mean by
     a good deal (Miller, 1955), which is no fault of who drew them. Hence the mean entropy of as many even draws is the
@@ -120,7 +120,7 @@ def evenness(values: Sequence[str], fits: Sequence[str]) -> float | None:
 
 
 def _entropy_of_even_draws(draws: int, values: int) -> float:
-    """The mean entropy, in nats, of the shares in so many independent draws of so many equally likely values."""
+    """Return the mean entropy, in nats, of the shares in `draws` independent draws of `values` equally likely values."""
     often = np.arange(1, draws + 1)  # how often one of the values is drawn: binomial
     ways = [math.lgamma(draws + 1) - math.lgamma(n + 1) - math.lgamma(draws - n + 1) for n in often]
     chances = np.exp(np.array(ways) - often * math.log(values) + (draws - often) * math.log1p(-1 / values))
@@ -153,6 +153,6 @@ def _rotation(bodies: Sequence[PlacedBody], table: Table, shape: str, slot: str)
 
 
 def _measure(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table, name: str) -> float | None:
-    """What the check of a name measures; `None` where the bodies are too few for it."""
+    """Return the measurement of the named check; `None` if there are too few bodies for it."""
     checks = check_structure(bodies, spec, table)
     return next((check.measured for check in checks if name in check.name), None)

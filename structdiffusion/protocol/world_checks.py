@@ -27,7 +27,7 @@ def semantic_checks(
     Args:
         world: the world, at rest; physics runs in it for 0.1 s while contacts are recorded.
         indices: the objects of the structure; all others are distractors.
-        spec: what was asked for.
+        spec: the requested structure.
         names: what the checks call the objects; by default their categories, numbered.
     """
     number = {index: k for k, index in enumerate(indices)}

@@ -1,1 +1,1 @@
-"""The simulated table top, its depth camera and partial views."""
+"""The simulated table top, its depth camera, and partial views."""

@@ -1,7 +1,7 @@
-"""The fixed depth camera: its geometry, its noise, and what it makes of a picture.
+"""The fixed depth camera: its geometry, its noise, and the conversion of depth pictures to points.
 
-It stands above the robot and looks at the table, so left in the picture is +y, left for the person
-who speaks from the robot's side. Camera frame: z forward, x right, y down.
+The camera is above the robot and looks at the table, so left in the picture is +y, which is left for a person on the
+robot's side. Camera frame: z forward, x right, y down.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class DepthCamera:
     """A pinhole camera. Lengths in metres, world frame; pixel centres lie at half-integers.
 
     Attributes:
-        eye: where it stands.
+        eye: position of the camera.
         target: the point in the middle of the picture.
         up: the world direction that points up in the picture.
         width, height: pixels.
@@ -38,12 +38,12 @@ class DepthCamera:
 
     @property
     def focal(self) -> float:
-        """The focal length in pixels, the same both ways."""
+        """Return the focal length in pixels, the same in both directions."""
         return self.height / 2 / math.tan(self.vertical_field / 2)
 
     @property
     def world_from_camera(self) -> np.ndarray:
-        """(4, 4): z forward, x right, y down in the picture."""
+        """Return the camera's pose (4, 4): z forward, x right, y down in the picture."""
         forward = np.subtract(self.target, self.eye)
         forward /= np.linalg.norm(forward)
         right = np.cross(forward, self.up)
@@ -55,32 +55,32 @@ class DepthCamera:
 
     @property
     def view_matrix(self) -> list[float]:
-        """The OpenGL view matrix (eye frame: x right, y up, z backward), 16 numbers by columns."""
+        """Return the OpenGL view matrix (eye frame: x right, y up, z backward), 16 numbers in column order."""
         world_from_eye = self.world_from_camera @ np.diag((1.0, -1.0, -1.0, 1.0))
         return np.linalg.inv(world_from_eye).T.ravel().tolist()
 
     @property
     def projection_matrix(self) -> list[float]:
-        """The OpenGL projection matrix, 16 numbers by columns."""
+        """Return the OpenGL projection matrix, 16 numbers in column order."""
         f, near, far = 1 / math.tan(self.vertical_field / 2), self.near, self.far
         matrix = np.zeros((4, 4))
         matrix[0, 0], matrix[1, 1] = f * self.height / self.width, f
         matrix[2, 2], matrix[2, 3] = -(far + near) / (far - near), -2 * far * near / (far - near)
         matrix[3, 2] = -1.0
-        # PyBullet's software renderer samples a pixel at its lower left corner; this moves the
-        # picture by half a pixel both ways, so that what it samples is the middle.
+        # PyBullet's software renderer samples a pixel at its lower left corner; this shifts the picture by half a pixel in
+        # both directions, so that it samples the middle.
         matrix[0, 2], matrix[1, 2] = 1 / self.width, 1 / self.height
         return matrix.T.ravel().tolist()
 
     def depth_from_buffer(self, buffer: np.ndarray) -> np.ndarray:
-        """Depth along the camera's z, metres, of an OpenGL depth buffer (H, W); NaN where nothing is."""
+        """Return the depth along the camera's z, metres, of an OpenGL depth buffer (H, W); NaN for background."""
         buffer = buffer.astype(np.float64)
         depth = self.far * self.near / (self.far - (self.far - self.near) * buffer)
         depth[buffer >= 1.0] = np.nan
         return depth
 
     def points(self, depth: np.ndarray) -> np.ndarray:
-        """World points (H, W, 3) of a depth picture (H, W); NaN where the depth is."""
+        """Return the world points (H, W, 3) of a depth picture (H, W); NaN where the depth is NaN."""
         columns = (np.arange(self.width) + 0.5 - self.width / 2) / self.focal
         rows = (np.arange(self.height) + 0.5 - self.height / 2) / self.focal
         camera = np.stack((columns[None, :] * depth, rows[:, None] * depth, depth), axis=-1)
@@ -89,16 +89,16 @@ class DepthCamera:
 
     @property
     def intrinsics(self) -> np.ndarray:
-        """(3, 3) pinhole matrix, pixels."""
+        """Return the pinhole matrix (3, 3), pixels."""
         return np.array([[self.focal, 0.0, self.width / 2], [0.0, self.focal, self.height / 2], [0.0, 0.0, 1.0]])
 
     def pixels(self, points: np.ndarray) -> np.ndarray:
-        """Where world points (..., 3) appear: (..., 2) column and row, in pixels."""
+        """Project world points (..., 3) into the picture: (..., 2) column and row, in pixels."""
         return project(points, self.world_from_camera, self.intrinsics)
 
 
 def project(points: np.ndarray, world_from_camera: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
-    """Where world points (..., 3) appear in a pinhole camera's picture: (..., 2) column and row, in pixels.
+    """Project world points (..., 3) into a pinhole camera's picture: (..., 2) column and row, in pixels.
 
     Args:
         points: world frame, metres.
@@ -113,7 +113,7 @@ def project(points: np.ndarray, world_from_camera: np.ndarray, intrinsics: np.nd
 def camera_at(
     world_from_camera: np.ndarray, width: int = 640, height: int = 480, focal: float | None = None
 ) -> DepthCamera:
-    """The camera at a pose (4, 4), its axis through the middle of the picture; by default of the usual field of view.
+    """Return the camera at a pose (4, 4), its axis through the middle of the picture; by default the usual field of view.
 
     Args:
         width, height: pixels.
@@ -127,8 +127,8 @@ def camera_at(
     )  # fmt: skip
 
 
-# Where pictures for reports are taken from: the camera's own place, over the arm's shoulder, so that the arm is in the
-# picture and left is left too, above the table, and across it.
+# Viewpoints of pictures for reports: the depth camera's own; over the arm's shoulder, so that the arm is visible and left
+# remains left; above the table; and across the table.
 VIEWS = {
     "robot": DepthCamera(),
     "shoulder": DepthCamera(eye=(-0.42, -0.10, 1.56), target=(0.26, 0.0, 0.09), vertical_field=math.radians(42.0)),
@@ -138,10 +138,9 @@ VIEWS = {
 
 
 def measured_depth(depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """A depth picture (H, W) as a time-of-flight or stereo sensor gives it.
+    """Add the noise of a time-of-flight or stereo sensor to a depth picture (H, W).
 
-    Gaussian noise of 1.2 mm at 0.4 m that grows with the square of the distance, and one pixel in
-    a hundred lost (NaN).
+    The noise is Gaussian, 1.2 mm at 0.4 m, and grows with the square of the distance; one pixel in a hundred is lost (NaN).
     """
     sigma = 0.0012 + 0.0019 * (depth - 0.4) ** 2
     noisy = depth + sigma * rng.standard_normal(depth.shape)
@@ -151,7 +150,7 @@ def measured_depth(depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 @dataclass(frozen=True)
 class CameraImage:
-    """One look.
+    """One picture of the depth camera.
 
     Attributes:
         color: (H, W, 3) uint8 RGB.

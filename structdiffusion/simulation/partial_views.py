@@ -1,8 +1,8 @@
-"""Partial views in torch: which surface points a depth camera would see, with its noise.
+"""Partial views in torch: the surface points that a depth camera would see, with its noise.
 
-Training scenes are stored as object ids and poses only. What the camera sees of them is computed on
-the fly: points that face it, are not hidden behind others (a coarse depth buffer), drawn as densely
-as pixels would fall on them, with noise along the ray. Needs torch alone.
+Training scenes are stored as object ids and poses only. The visible points are computed on the fly: points that face the
+camera and are not hidden behind others (by a coarse depth buffer), drawn with the density of the pixels, with noise along
+the ray. The module needs only torch.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from torch import Tensor
 CAMERA_EYE = (0.02, 0.0, 1.05)  # m, world
 CAMERA_TARGET = (0.45, 0.0, 0.0)  # m, world
 _CELL = 0.0085  # of the depth buffer, radians: 9 mm at 1.05 m, about twice the spacing of surface points
-_GRID = 192  # cells a side; the table spans about 110
-_HIDDEN_BEHIND = 0.012  # m: farther than this behind the nearest point of its cell is hidden
+_GRID = 192  # cells per side; the table spans about 110
+_HIDDEN_BEHIND = 0.012  # m: points farther than this behind the nearest one of their cell are hidden
 
 
 def depth_noise(distance: Tensor) -> Tensor:
-    """The standard deviation, metres, of a structured-light depth camera at `distance` metres.
+    """Return the standard deviation, metres, of the noise of a structured-light depth camera at `distance` metres.
 
     Axial noise of Nguyen et al., 3DIMPVT 2012: 0.0012 + 0.0019 (d - 0.4)^2.
     """
@@ -37,14 +37,14 @@ def partial_views(
     eye: tuple[float, float, float] = CAMERA_EYE,
     target: tuple[float, float, float] = CAMERA_TARGET,
 ) -> tuple[Tensor, Tensor]:
-    """What the camera sees of each object.
+    """Return the points of each object that the camera sees.
 
     Args:
         points: (B, N, S, 3) surface points, world frame, metres.
         normals: (B, N, S, 3) outward unit normals.
         present: (B, N) bool; absent objects hide nothing and are not seen.
         count: P, points to draw of each object (with repetition where fewer are visible).
-        generator: the only source of chance.
+        generator: the only source of randomness.
         eye, target: the camera's position and a point on its axis, world frame, metres.
 
     Returns:
@@ -70,7 +70,7 @@ def partial_views(
     distance = rays.norm(dim=-1)
     facing = -(rays * normals).sum(-1) / distance  # cosine between normal and ray
     visible = in_front & (facing > 0.03) & present[..., None]
-    # Gumbel keys: the highest `count` are a draw without repetition, as dense as pixels fall (cosine / distance^2).
+    # Gumbel keys: the highest `count` are a draw without repetition, with the density of pixels (cosine / distance^2).
     uniform = torch.rand(points.shape[:-1], generator=generator, device=device).clamp_(1e-9, 1 - 1e-7)
     keys = torch.log(facing.clamp(min=1e-3) / distance**2) - torch.log(-torch.log(uniform))
     keys = torch.where(visible, keys, torch.full_like(keys, -math.inf))

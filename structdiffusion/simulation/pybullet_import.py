@@ -1,4 +1,4 @@
-"""What libraries say of themselves is nobody's result."""
+"""Import PyBullet without its greeting on standard error."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 
 
 def import_pybullet_silently() -> None:
-    """Imports PyBullet, which greets with its build time on standard error, without the greeting."""
+    """Import PyBullet without the build time that it prints on standard error."""
     sys.stderr.flush()
     kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 2)

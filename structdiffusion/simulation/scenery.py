@@ -1,7 +1,7 @@
-"""What pictures show around a table: its legs, what the arm stands on, and the floor.
+"""Paint the surroundings of a table into pictures: its legs, the arm's pedestal, and the floor.
 
-Painted into pictures and no part of physics, nor of what the depth camera measures: without it an arm and a table seem
-to hang in the void. Lengths in metres, world frame.
+The scenery is part neither of physics nor of the depth camera's measurements; without it an arm and a table seem to float.
+Lengths in metres, world frame.
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ import numpy as np
 from structdiffusion.observation import Table
 from structdiffusion.simulation.depth_camera import DepthCamera
 
-FLOOR = -0.42  # z: low enough to be a table's height in a picture, high enough to be in it
+FLOOR = -0.42  # z: low enough for the height of a table, high enough to be visible in pictures
 _LEG, _INSET, _TABLE_THICKNESS = 0.045, 0.01, 0.04
 _PEDESTAL = 0.11  # half of its side
 _TILE, _SEAM = 0.3, 0.006  # of the floor
 _WOOD, _METAL = (168, 146, 120), (150, 155, 164)
 _STONE, _JOINT, _FAR = (226, 228, 232), (208, 211, 217), (247, 248, 250)
-_FADES = (1.2, 4.0)  # the distance at which the floor begins to fade, and at which it has
+_FADES = (1.2, 4.0)  # m: the distances at which the floor begins to fade, and at which it has faded
 _SHADES = (0.82, 0.92, 1.0)  # of faces across x, y and z
 
 
 @dataclass(frozen=True)
 class Backdrop:
-    """A painted picture and how far away everything on it is.
+    """A painted picture and the depth of its pixels.
 
     Attributes:
         color: (H, W, 3) uint8.
@@ -36,18 +36,18 @@ class Backdrop:
     depth: np.ndarray
 
     def behind(self, color: np.ndarray, depth: np.ndarray) -> np.ndarray:
-        """A picture (H, W, 3) uint8 with the backdrop wherever it is nearer; `depth` (H, W) is NaN for nothing."""
+        """Return a picture (H, W, 3) uint8 with the backdrop wherever it is nearer; `depth` (H, W) is NaN for background."""
         nearer = ~(depth <= self.depth)
         return np.where(nearer[..., None], self.color, color)
 
 
 def backdrop(camera: DepthCamera, ground: Table, base: tuple[float, float, float] | None = None) -> Backdrop:
-    """The floor, the legs of a table and the pedestal of an arm, as a camera sees them.
+    """Paint the floor, the legs of a table and the pedestal of an arm, as a camera sees them.
 
     Args:
-        camera: what looks.
+        camera: the camera.
         ground: the table's whole surface, at z = 0.
-        base: where the arm stands; without it, or where it stands on the table, there is no pedestal.
+        base: position of the arm; without it, or if it is on the table, there is no pedestal.
     """
     size = (camera.height, camera.width)
     pose = camera.world_from_camera
@@ -69,7 +69,7 @@ def backdrop(camera: DepthCamera, ground: Table, base: tuple[float, float, float
 
 
 def _part(camera: DepthCamera, low: np.ndarray, high: np.ndarray) -> tuple[slice, slice]:
-    """The rows and columns of the picture that a box may be seen in."""
+    """Return the rows and columns of the picture that can contain a box."""
     corners = np.array(np.meshgrid(*np.stack((low, high), axis=1))).reshape(3, -1).T
     pose = camera.world_from_camera
     if (((corners - pose[:3, 3]) @ pose[:3, 2]) < camera.near).any():
@@ -85,7 +85,7 @@ def _is_on(ground: Table, base: tuple[float, float, float]) -> bool:
 
 
 def _legs(ground: Table) -> list[tuple[np.ndarray, np.ndarray]]:
-    """The lowest and highest corner of each leg."""
+    """Return the lowest and highest corner of each leg."""
     xs = (ground.x_min + _INSET, ground.x_max - _INSET - _LEG)
     ys = (ground.y_min + _INSET, ground.y_max - _INSET - _LEG)
     lows = [np.array((x, y, FLOOR)) for x in xs for y in ys]
@@ -93,7 +93,7 @@ def _legs(ground: Table) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def _paint_floor(eye: np.ndarray, rays: np.ndarray, color: np.ndarray, depth: np.ndarray) -> None:
-    """Tiles that fade away with the distance."""
+    """Paint tiles that fade with the distance."""
     along = (FLOOR - eye[2]) / rays[..., 2]
     hit = (along > 0) & (along < depth)
     points = eye + along[..., None] * rays
@@ -114,7 +114,7 @@ def _paint_box(
     color: np.ndarray,
     depth: np.ndarray,
 ) -> None:
-    """A box between two corners, its faces shaded by where they look."""
+    """Paint a box between two corners, with faces shaded by their direction."""
     first, second = (low.astype(np.float32) - eye) / rays, (high.astype(np.float32) - eye) / rays
     enters, leaves = np.minimum(first, second), np.maximum(first, second)
     along = enters.max(axis=-1)

@@ -1,8 +1,8 @@
-"""The simulated table top: rigid objects under gravity, seen by a fixed depth camera.
+"""The simulated table top: rigid objects under gravity, observed by a fixed depth camera.
 
-Every world is its own PyBullet client, so
-several may live at once. Poses are `world_from_object` of the object frame (z = 0 at the lowest
-point, origin under the footprint's centroid), although PyBullet thinks in inertial frames.
+Every world is a PyBullet client of its own, so several worlds can exist at once. Poses are `world_from_object` of the object frame
+(z = 0 at the lowest point, origin under the
+footprint's centroid), although PyBullet uses inertial frames.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from structdiffusion.simulation.depth_camera import VIEWS, CameraImage, DepthCam
 from structdiffusion.simulation.scenery import Backdrop
 from structdiffusion.simulation.visible_points import MIN_POINTS, ObservationError, visible_points
 
-TABLE = -1  # stands for the table wherever indices of objects are given
+TABLE = -1  # represents the table among indices of objects
 TIME_STEP = 1.0 / 240.0
-FALLEN = -0.02  # m; what lies lower is no longer on the table
+FALLEN = -0.02  # m: objects below this z are no longer on the table
 # At rest: slower than 1 cm/s and 0.2 rad/s for a tenth of a second.
 REST_SPEED, REST_SPIN, REST_SECONDS = 0.01, 0.2, 0.1
 
@@ -38,7 +38,7 @@ class TabletopWorld:
         bodies: the PyBullet body id of each object.
         models: the model of each object.
         table: the table top.
-        ground: the whole surface that carries things, `table` or more.
+        ground: the whole surface that carries objects, `table` or larger.
         camera: the fixed depth camera.
 
     Args:
@@ -46,8 +46,8 @@ class TabletopWorld:
         world_from_objects: a pose (4, 4) for each of them.
         table: the table top's rectangle that structures are built on.
         camera: the camera that `look` and `observe` use.
-        ground: the rectangle beyond which objects fall off, by default `table`; where one was measured it reaches
-            farther than the arm does.
+        ground: the rectangle beyond which objects fall off, by default `table`; a measured one extends beyond the arm's
+            reach.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class TabletopWorld:
         self.bodies: list[int] = []
         self._object_from_inertial: list[np.ndarray] = []
         pybullet.setGravity(0.0, 0.0, -9.81, **self._here)
-        # Most of the time goes into contacts; this is accurate enough that towers creep by < 0.5 mm in 2 s.
+        # Contacts take most of the time; with these settings towers creep by less than 0.5 mm in 2 s.
         solver = {"numSolverIterations": 50, "solverResidualThreshold": 1e-6, "deterministicOverlappingPairs": 1}
         pybullet.setPhysicsEngineParameter(fixedTimeStep=TIME_STEP, **solver, **self._here)
         self.table_body = add_table(self.client, self.ground)
@@ -85,13 +85,13 @@ class TabletopWorld:
         self.close()
 
     def close(self) -> None:
-        """Ends the physics client; closing twice does nothing."""
+        """End the physics client; closing twice has no effect."""
         if self.client >= 0:
             pybullet.disconnect(self.client)
             self.client = -1
 
     def add(self, model: ObjectModel, world_from_object: np.ndarray) -> int:
-        """Puts one more object into the world, at rest at the pose (4, 4); its index."""
+        """Add an object to the world, at rest at the pose (4, 4), and return its index."""
         body = add_object(self.client, model)
         self.models.append(model)
         self.bodies.append(body)
@@ -100,10 +100,10 @@ class TabletopWorld:
         return len(self.bodies) - 1
 
     def reorder(self, order: Sequence[int]) -> None:
-        """Counts the objects anew: what was `order[i]` is `i` from now on.
+        """Renumber the objects: the object with index `order[i]` gets index `i`.
 
         Raises:
-            ValueError: when `order` is no permutation.
+            ValueError: if `order` is no permutation.
         """
         if sorted(order) != list(range(len(self.bodies))):
             raise ValueError(f"{list(order)} is no permutation of {len(self.bodies)} objects")
@@ -112,17 +112,17 @@ class TabletopWorld:
         self._object_from_inertial = [self._object_from_inertial[i] for i in order]
 
     def pose(self, index: int) -> np.ndarray:
-        """world_from_object (4, 4) of one object."""
+        """Return the pose world_from_object (4, 4) of one object."""
         position, quaternion = pybullet.getBasePositionAndOrientation(self.bodies[index], **self._here)
         world_from_inertial = pose_from_position_quaternion(np.array(position), np.array(quaternion))
         return world_from_inertial @ np.linalg.inv(self._object_from_inertial[index])
 
     def poses(self) -> list[np.ndarray]:
-        """world_from_object (4, 4) of every object."""
+        """Return the pose world_from_object (4, 4) of every object."""
         return [self.pose(i) for i in range(len(self.bodies))]
 
     def set_pose(self, index: int, world_from_object: np.ndarray) -> None:
-        """Puts an object at a pose (4, 4), at rest."""
+        """Put an object at a pose (4, 4), at rest."""
         inertial = np.asarray(world_from_object) @ self._object_from_inertial[index]
         body = self.bodies[index]
         pybullet.resetBasePositionAndOrientation(
@@ -131,25 +131,25 @@ class TabletopWorld:
         pybullet.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0), **self._here)
 
     def speeds(self) -> tuple[np.ndarray, np.ndarray]:
-        """How fast every object's centre of mass moves (N,) m/s, and turns (N,) rad/s."""
+        """Return the speed of every object's centre of mass (N,) m/s, and its angular speed (N,) rad/s."""
         velocity = [pybullet.getBaseVelocity(body, **self._here) for body in self.bodies]
         both = np.linalg.norm(np.array(velocity).reshape(-1, 2, 3), axis=2)
         return both[:, 0], both[:, 1]
 
     def centers_of_mass(self) -> np.ndarray:
-        """Every object's centre of mass (N, 3), world frame."""
+        """Return every object's centre of mass (N, 3), world frame."""
         frames = [pybullet.getBasePositionAndOrientation(body, **self._here) for body in self.bodies]
         return np.array([position for position, _ in frames]).reshape(-1, 3)
 
     def step(self, seconds: float) -> None:
-        """Lets physics run for `seconds`, rounded to whole steps of 1/240 s, at least one."""
+        """Run physics for `seconds`, rounded to whole steps of 1/240 s, at least one."""
         for _ in range(max(1, round(seconds / TIME_STEP))):
             pybullet.stepSimulation(**self._here)
 
     def settle(
         self, seconds: float = 1.5, watch: Callable[[np.ndarray], None] | None = None, until_rest: bool = True
     ) -> float:
-        """Lets physics run for `seconds`, or until everything is at rest; the seconds it took.
+        """Run physics for `seconds`, or until everything is at rest; return the simulated seconds.
 
         `watch` is called after each step with every object's speed (N,) in m/s.
         """
@@ -165,10 +165,10 @@ class TabletopWorld:
         return seconds
 
     def clearances(self, index: int, reach: float = 0.01, among: Sequence[int] | None = None) -> dict[int, float]:
-        """Signed distance, metres, from an object to each thing within `reach`; negative is penetration.
+        """Return signed distances, metres, from an object to everything within `reach`; negative is penetration.
 
-        Keys are the indices of the others, and `TABLE`; `among` keeps to some of them. Measured between convex parts as they are,
-        without the engine's margin.
+        The keys are indices of other objects, and `TABLE`; `among` restricts them. Distances are between the exact convex
+        parts, without the engine's margin.
         """
         found: dict[int, float] = {}
         for other, body in [(TABLE, self.table_body), *enumerate(self.bodies)]:
@@ -181,10 +181,10 @@ class TabletopWorld:
         return found
 
     def supports(self, seconds: float = 0.1, share: float = 0.05) -> list[tuple[int, ...]]:
-        """What each object rests on: indices, and `TABLE`, found while physics runs for `seconds`.
+        """Return what each object rests on, as indices and `TABLE`; physics runs for `seconds` to find it.
 
-        A thing supports an object when the upward part of its contact forces on it, averaged over
-        the time, is at least `share` of the object's weight.
+        A body supports an object if the upward component of its contact forces, averaged over the time, is at least
+        `share` of the object's weight.
         """
         index_of = {body: i for i, body in enumerate(self.bodies)} | {self.table_body: TABLE}
         steps = max(1, round(seconds / TIME_STEP))
@@ -214,7 +214,7 @@ class TabletopWorld:
         return color, np.asarray(buffer).reshape(size), np.asarray(segmentation).reshape(size)
 
     def look(self, rng: np.random.Generator | None = None) -> CameraImage:
-        """One picture by the camera; with `rng` through the sensor's noise, without it exact."""
+        """Take a picture with the camera; `rng` adds the sensor's noise, without it the picture is exact."""
         color, buffer, segmentation = self._render(self.camera)
         depth = self.camera.depth_from_buffer(buffer)
         if rng is not None:
@@ -229,17 +229,17 @@ class TabletopWorld:
         min_points: int = MIN_POINTS,
         names: Sequence[str] | None = None,
     ) -> Scene:
-        """What the camera sees, segmented into partial clouds of at most 1024 points each.
+        """Observe the scene, segmented into partial clouds of at most 1024 points each.
 
         Args:
             rng: draws the sensor's noise and the subset of points.
             objects: indices of those that take part; by default all but the distractors.
             distractors: indices of the others; one that cannot be seen is left out.
-            min_points: how many points make an object visible.
-            names: what the objects of this world are called, unique; by default their nouns, numbered.
+            min_points: the number of points below which an object counts as hidden.
+            names: unique names of the objects of this world; by default their nouns, numbered.
 
         Raises:
-            ObservationError: an object that takes part shows fewer than `min_points` points.
+            ObservationError: if an object that takes part shows fewer than `min_points` points.
         """
         objects = [i for i in range(len(self.bodies)) if i not in distractors] if objects is None else objects
         image, names = self.look(rng), unique_names(self.models) if names is None else names
@@ -264,13 +264,13 @@ class TabletopWorld:
         camera: DepthCamera | None = None,
         backdrop: Backdrop | None = None,
     ) -> np.ndarray:
-        """An RGB picture (height, width, 3) uint8.
+        """Render an RGB picture (height, width, 3) uint8.
 
         Args:
             view: "robot" (as this world's camera sees it), or another of `structdiffusion.simulation.depth_camera.VIEWS`.
             width, height: pixels.
-            camera: what to look through, in the place of the view's.
-            backdrop: what is around the table, as that camera sees it.
+            camera: the camera to use instead of the view's.
+            backdrop: the surroundings of the table, as that camera sees them.
 
         Raises:
             ValueError: for an unknown view.

@@ -1,7 +1,7 @@
 """The structures that can be built, one module each.
 
-A structure is one thing: `Structure` (in `structure.py`) says what it has to tell the rest of the package, and no other
-module branches on a shape's name. To add a structure:
+`Structure` (in `structure.py`) is the protocol that every structure implements, and no other module branches on a shape's
+name. To add a structure:
 
 1. its name and slots in `grounding.spec` (`SHAPES`, `SLOTS_OF_SHAPE`) and the words for it in `grounding`;
 2. a module here with its class, and the class in `STRUCTURES` below;

@@ -1,4 +1,4 @@
-"""Objects as structures see them: before they are laid out, and where they stand in the end."""
+"""Objects as structures see them: layout items before a layout, and placed bodies afterwards."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ELONGATED = 1.6
 
 
 class ObjectTraits(Protocol):
-    """What decides whether an object suits a structure; `structdiffusion.objects.model.ObjectModel` has it.
+    """The properties that decide whether an object suits a structure; see `structdiffusion.objects.model.ObjectModel`.
 
     Attributes:
         category: its noun.
@@ -39,7 +39,7 @@ class ObjectTraits(Protocol):
 
 @dataclass(frozen=True)
 class LayoutItem:
-    """What a layout has to know of an object, as it stands now.
+    """The properties of an object, as it stands now, that a layout needs.
 
     Attributes:
         category: its noun.
@@ -96,5 +96,5 @@ class PlacedBody:
 
     @property
     def local_footprint(self) -> np.ndarray:
-        """The outline (K, 2) about the centroid."""
+        """Return the outline (K, 2) about the centroid."""
         return self.footprint - self.centroid

@@ -41,7 +41,7 @@ def heading_check(name: str, measured_yaw: float, rotation: str, limit_degrees: 
 
 
 def size_checks(ratio: float, spec: StructureSpec) -> list[Check]:
-    """Check the ratio of extent and tightest extent, where a size was asked for."""
+    """Check the ratio of extent and tightest extent, if a size was requested."""
     if spec.size is None:
         return []
     low, high = SIZE_BANDS[spec.size]

@@ -1,4 +1,4 @@
-"""What a structure has to tell the rest of the package."""
+"""The protocol of a structure: what the rest of the package needs to know about it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LIFT = 0.0005  # m between surfaces that touch in a layout, so that they do not 
 
 
 class LayoutError(ValueError):
-    """These objects cannot make this structure on this table; the message says why."""
+    """Raised if these objects cannot make this structure on this table; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Draft:
 class Structure(Protocol):
     """One shape: the objects that it needs, its layout, checks, places, corrections and centre.
 
-    A structure has no state. What has a body here is a default that holds for a flat structure of any objects.
+    A structure has no state. Methods implemented here are defaults for a flat structure of any objects.
 
     Attributes:
         name: as `grounding.spec.SHAPES` has it.
@@ -80,7 +80,7 @@ class Structure(Protocol):
 
     @property
     def slots(self) -> tuple[str, ...]:
-        """The slots that it can carry beside its shape."""
+        """Return the slots that it can carry besides its shape."""
         return SLOTS_OF_SHAPE[self.name]
 
     def can_carry(self, spec: StructureSpec) -> bool:
@@ -143,7 +143,7 @@ class Structure(Protocol):
         ...
 
     def centre(self, bodies: Sequence[PlacedBody]) -> np.ndarray:
-        """Return the point (2,) whose place the position slots speak of, metres, world frame."""
+        """Return the point (2,) to which the position slots refer, metres, world frame."""
         return np.array([body.centroid for body in bodies]).mean(axis=0)
 
     def has_heading(self, bodies: Sequence[PlacedBody]) -> bool:

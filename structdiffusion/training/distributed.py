@@ -26,15 +26,15 @@ if TYPE_CHECKING:
 
 
 class DistributedContext:
-    """This process among those that train one model; every method has to be called by all of them.
+    """This process among those that train one model; all of them have to call every method.
 
     Args:
         cpu: on processor cores, even where there are GPUs.
 
     Attributes:
-        rank: counts the processes from 0; the first one tells and saves.
-        count: how many there are.
-        device: of this one.
+        rank: index of the process from 0; the first process reports and saves.
+        count: the number of processes.
+        device: the device of this process.
     """
 
     def __init__(self, cpu: bool) -> None:
@@ -43,16 +43,16 @@ class DistributedContext:
         self.device = self._accelerator.device
 
     def averaged(self, model: nn.Module, loss: Loss) -> Loss:
-        """The loss, with gradients of `model` that are the mean over all processes; weights start as the first's."""
+        """Wrap the loss so that gradients of `model` are averaged over all processes; weights start as the first's."""
         return self._accelerator.prepare(_LossOf(model, loss))
 
     def mean(self, values: Mapping[str, float]) -> dict[str, float]:
-        """The mean of each value over all processes."""
+        """Return the mean of each value over all processes."""
         tensor = torch.tensor(list(values.values()), dtype=torch.float32, device=self.device)
         return dict(zip(values, self._accelerator.reduce(tensor, "mean").tolist(), strict=True))
 
     def end(self) -> None:
-        """Waits for the others, and parts."""
+        """Wait for the other processes, and leave the group."""
         self._accelerator.wait_for_everyone()
         self._accelerator.end_training()
 
@@ -71,13 +71,13 @@ class _LossOf(nn.Module):
 
 
 def in_processes(work: Callable[..., None], count: int, *arguments: Any) -> None:
-    """`work(*arguments)` in `count` new processes, each of which may make a `DistributedContext`.
+    """Run `work(*arguments)` in `count` new processes, each of which may make a `DistributedContext`.
 
     Raises:
-        Exception: the one that a process could not go on with; the others are stopped.
-        ProcessRaisedException: where it cannot be handed over; with its traceback.
+        Exception: the exception that ended a process; the others are stopped.
+        ProcessRaisedException: if that exception cannot be transferred; with its traceback.
     """
-    # What made a process end is told by whoever catches the error; that the others were stopped, nobody has to know.
+    # The caller reports the error that ended a process; that the others were stopped is not worth a message.
     logging.getLogger("torch.multiprocessing.spawn").setLevel(logging.ERROR)
     failures = torch.multiprocessing.get_context("spawn").SimpleQueue()
     try:

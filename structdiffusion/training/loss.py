@@ -1,4 +1,4 @@
-"""What training asks of a loss: batches drawn with a generator, to named terms."""
+"""The interface of a training loss: draw a batch with a generator and return named terms."""
 
 from __future__ import annotations
 

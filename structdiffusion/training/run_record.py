@@ -1,6 +1,6 @@
-"""What a run of training was: `training.json`, written beside the weights whenever they are.
+"""The record of a training run: `training.json`, written beside the weights whenever they are saved.
 
-Facts are taken where they arise, so that nobody has to remember or type them for a model card.
+Facts are recorded when they arise, so that a model card needs no manual input.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from structdiffusion.models.checkpoint import Checkpointed, CheckpointError, fil
 
 RECORD_NAME = "training.json"
 SCHEMA = "structagent-training/1"
-# What grows while a session goes on; everything else tells one session from the next.
+# Fields that grow during a session; the others distinguish one session from the next.
 _GROWING = ("last_step", "seconds", "steps_per_second", "examples_per_second")
 
 
 @dataclass(frozen=True)
 class RunMetadata:
-    """What a run cannot know by itself.
+    """Facts about a run that the training loop does not know.
 
     Attributes:
         version: of the program that trains.
@@ -43,7 +43,7 @@ class RunMetadata:
 
 
 def about_data(folder: Path) -> dict[str, Any]:
-    """What a training remembers of its data: the folder's name and the heart of its datasheet, where it has one.
+    """Return the facts about the data to record: the folder's name and the core of its datasheet, if it has one.
 
     Raises:
         DataFolderError: for a datasheet that cannot be read.
@@ -107,7 +107,7 @@ class TrainingRecord:
             self._seconds -= last["seconds"]
 
     def write(self, step: int, seconds: float, losses: Mapping[str, float]) -> None:
-        """Writes it, with the checksums of the weights beside it.
+        """Write the record, with the checksums of the weights beside it.
 
         Args:
             step: how far the run is.
