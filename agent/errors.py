@@ -1,4 +1,4 @@
-"""Which error is whose: every error that a command can raise, and the exit code that it ends with."""
+"""Define every error that a command can raise, and its exit code."""
 
 from __future__ import annotations
 

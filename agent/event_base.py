@@ -1,4 +1,4 @@
-"""What all events have in common: their JSON form, and the interface of those who listen to them."""
+"""Define what all events share: their JSON form, and the interface of their listeners."""
 
 from __future__ import annotations
 
