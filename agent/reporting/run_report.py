@@ -1,4 +1,4 @@
-"""A record of everything that happened in a run: `report.json`, the pictures, and `report.html` from both.
+"""Record everything that happened in a run: `report.json`, the pictures, and `report.html` from both.
 
 `report.json`, schema version 3; every key is always there, `null` or empty where the run did not get so far:
 

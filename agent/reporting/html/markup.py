@@ -1,4 +1,4 @@
-"""The parts that every section of the page is made of, as HTML; what they are given as text is escaped here."""
+"""Build the HTML elements of every section of the page, and escape the text given to them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The sections of one turn: an instruction, and everything that followed from it."""
+"""Write the sections of one turn: an instruction and everything that followed from it."""
 
 from __future__ import annotations
 
