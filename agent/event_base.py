@@ -61,7 +61,7 @@ def live_only(**keywords: Any) -> Any:
 
 
 def in_payload(metadata: Mapping[str, Any]) -> bool:
-    """Whether a field with this metadata is part of its event's payload."""
+    """Return whether a field with this metadata is part of its event's payload."""
     return metadata.get("payload", True)
 
 

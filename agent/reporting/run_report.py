@@ -80,7 +80,7 @@ class RunRecord:
 
     @property
     def saw_something(self) -> bool:
-        """Whether the run got as far as a scene: before that there is nothing worth a folder."""
+        """Return whether the run reached a scene; an earlier end leaves nothing worth a folder."""
         return self.report["scene"] is not None
 
     @property
