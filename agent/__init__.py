@@ -1,3 +1,3 @@
-"""The tool: perceive, imagine, rank, plan, build and report."""
+"""Perceive, propose, rank, plan, build and report."""
 
 __version__ = "0.2.0.dev0"

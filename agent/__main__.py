@@ -1,4 +1,4 @@
-"""`python -m agent`: the same as the command `structagent`."""
+"""Run the command `structagent` as `python -m agent`."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Which error is whose: every error that a command can raise, and the exit code that it ends with."""
+"""Define every error that a command can raise, and its exit code."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ _EXIT_CODE_OF = {
 
 
 def exit_code_of(error: BaseException) -> int | None:
-    """The exit code for `error`, or `None` when it is nobody's known error but a defect."""
+    """Return the exit code for `error`, or `None` for an unknown error, which is a defect."""
     if isinstance(error, AgentError):
         return error.exit_code
     if isinstance(error, KeyboardInterrupt):
@@ -105,7 +105,7 @@ def exit_code_of(error: BaseException) -> int | None:
 
 
 def one_sentence(error: BaseException) -> str:
-    """The error's message on one line; the operating system's without its number."""
+    """Return the error's message on one line; for an error of the operating system, without its number."""
     if isinstance(error, OSError) and error.strerror:
         reason = f"{error.strerror[:1].lower()}{error.strerror[1:]}"
         return f"{str(error.filename)!r}: {reason}" if error.filename else reason

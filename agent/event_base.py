@@ -1,4 +1,4 @@
-"""What all events have in common: their JSON form, and the interface of those who listen to them."""
+"""Define what all events share: their JSON form, and the interface of their listeners."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def live_only(**keywords: Any) -> Any:
 
 
 def in_payload(metadata: Mapping[str, Any]) -> bool:
-    """Whether a field with this metadata is part of its event's payload."""
+    """Return whether a field with this metadata is part of its event's payload."""
     return metadata.get("payload", True)
 
 

@@ -1,4 +1,4 @@
-"""What happens while an instruction is carried out, one frozen dataclass per step.
+"""Define the events of carrying out an instruction, one frozen dataclass per step.
 
 The pipeline yields these; the terminal, `report.json` and `report.html` are listeners of the same events, so that they
 all report the same. `to_dict` gives the payload, an event's JSON form, which pictures are not part of.

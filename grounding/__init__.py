@@ -1,1 +1,3 @@
-"""Words to structure specifications: the first leg of instruction -> spec -> scene -> candidates -> plan -> report."""
+"""Convert words to structure specifications, the first step of instruction -> spec -> scene -> candidates -> plan
+-> report.
+"""

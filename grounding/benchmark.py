@@ -1,4 +1,5 @@
-"""The parsing benchmark: how many instructions end in the right slots, and how often a parser makes things up.
+"""Score parsers on the parsing benchmark: how many instructions get the right slots, and how often values are
+invented.
 
 A row lists the acceptable values of every slot, for sentences in which more than one reading is fair,
 and whether the instruction must be refused. `free.jsonl` was written by hand, by other people than the
@@ -29,7 +30,7 @@ class BenchmarkError(ValueError):
 
 @dataclass(frozen=True)
 class Row:
-    """A sentence and what may be made of it.
+    """A sentence and its acceptable readings.
 
     Attributes:
         text: the instruction.
@@ -213,7 +214,7 @@ def _calibration_error(read: Iterable[tuple[Row, Parse, Mapping[str, str | None]
 def _confusion(
     slot: str, read: Iterable[tuple[Row, Parse, Mapping[str, str | None]]]
 ) -> dict[str, dict[str, int]]:
-    """Truth -> answer -> count; where several values are right, the truth is the answer if it is one of them."""
+    """Count truth -> answer; where several values are right, the answer counts as the truth if it is one of them."""
     values = (*LEGAL_VALUES[slot], "open")
     table = {truth: dict.fromkeys(values, 0) for truth in values}
     for row, _, spec in read:

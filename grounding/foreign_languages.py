@@ -71,7 +71,7 @@ def foreign_language(text: str, mended: Callable[[], str] | None = None) -> str 
 
 
 def _english_share(text: str) -> float:
-    """The share of everyday English words; 1 where there are no words."""
+    """Return the share of everyday English words; 1 if there are no words."""
     words = [word.lower().replace("’", "'") for word in _WORD.findall(text)]
     return sum(word in _ENGLISH for word in words) / len(words) if words else 1.0
 

@@ -1,6 +1,6 @@
-"""The one way in for language: an instruction and what is there -> what to build with which objects.
+"""Interpret an instruction together with the available objects: what to build, and with which objects.
 
-Puts a parser, the selection of objects and the speaker's viewpoint together. Positions and headings
+This module combines a parser, the selection of objects and the speaker's viewpoint. Positions and headings
 are spoken from the robot's side, or from across the table ("opposite"): then they are turned by 180
 degrees, except where they are said of the robot ("close to the robot", "on your left").
 """
@@ -71,7 +71,7 @@ class Interpretation:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What must be said about the selected objects, a sentence each: adjectives that could not be judged."""
+        """Return a sentence for each adjective of the selected objects that could not be judged."""
         return self.selection.notes if self.selection else ()
 
     def among(self, objects: Sequence[SceneObject | str | None], catalogue: bool = False) -> Interpretation:
@@ -129,7 +129,7 @@ class Interpretation:
 
 
 class Interpreter:
-    """Interprets instructions with one parser, and with another where that one cannot be used.
+    """An interpreter of instructions with one parser, and with a fallback if that parser cannot be used.
 
     Args:
         parser: makes the configured parser; an `LLMError` counts as "cannot be used", for good, and an
@@ -188,7 +188,7 @@ class Interpreter:
 
     @property
     def parser(self) -> Parser:
-        """The parser that is used at present."""
+        """Return the parser that is used at present."""
         if self._parser is None:
             try:
                 self._parser = self._make_parser()
@@ -198,7 +198,7 @@ class Interpreter:
 
     @property
     def name(self) -> str:
-        """The name of the parser that is used at present: an interpreter is itself a `Parser`."""
+        """Return the name of the parser that is used at present: an interpreter is itself a `Parser`."""
         return self.parser.name
 
     def parse(self, text: str) -> Parse:
@@ -214,7 +214,7 @@ class Interpreter:
         return [parse for parse, _ in self._parses(texts)]
 
     def _parses(self, texts: Sequence[str]) -> list[tuple[Parse, str]]:
-        """As `parse_batch`, each with why another parser than the configured one was used, or ""."""
+        """Parse as `parse_batch` does; return with each the reason for the fallback, or ""."""
         foreign = [None if not text.strip() else foreign_language(text, partial(self._mended, text)) for text in texts]
         english = [text for text, language in zip(texts, foreign, strict=True) if language is None]
         answers = iter(self._answers(english))
@@ -241,7 +241,7 @@ class Interpreter:
             return [(parse, self.fallback) for parse in self._parser.parse_batch(texts)]
 
     def _mended(self, text: str) -> str:
-        """The text without typing errors, as far as the encoder knows words."""
+        """Return the text without typing errors, as far as the encoder knows words."""
         return mend(text, self._encoder.whole_words).text if self._encoder is not None else text
 
     def _fall_back(self, error: LLMError) -> Parser:
@@ -250,7 +250,7 @@ class Interpreter:
         return parser
 
     def _other(self, error: LLMError) -> Parser:
-        """The parser that is used instead; where there is none, `error` is raised."""
+        """Return the fallback parser; raise `error` if there is none."""
         if self._make_fallback is None:
             raise error
         if self._substitute is None:

@@ -1,7 +1,7 @@
-"""What a parser says of an instruction: the slots, how sure it is, or why it refuses or has to ask.
+"""Define the result of a parser: the slots and their probabilities, a refusal, or a question.
 
 Both parsers give probabilities per slot and of the reasons to refuse; `decide` makes one `Parse` of
-them, so that they differ in how they read and in nothing else.
+them, so that the parsers differ only in how they read.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ SHAPE_PREFERENCE = 0.2
 
 @dataclass(frozen=True)
 class Question:
-    """What has to be known before building.
+    """A question that must be answered before building.
 
     Attributes:
         slot: the slot that is missing or in doubt, or `OBJECT`, or `grounding.unsupported.CORNER`.
@@ -56,7 +56,7 @@ WHICH_SHAPE = Question("shape", f"which shape should it be: {', '.join(SHAPES)}?
 
 @dataclass(frozen=True)
 class Parse:
-    """What was understood, as spoken: positions and headings are the speaker's own.
+    """The slots that were understood, as spoken: positions and headings are the speaker's own.
 
     Attributes:
         text: the instruction.
@@ -85,7 +85,7 @@ class Parse:
 
 
 class Parser(Protocol):
-    """Anything that reads instructions. Whatever the text, there is one `Parse` for it, never an error."""
+    """Any reader of instructions. It returns one `Parse` for every text, never an error."""
 
     name: str
 

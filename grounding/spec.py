@@ -1,4 +1,4 @@
-"""The structure specification: the five slots that an instruction is read into.
+"""Define the structure specification: the five slots that an instruction is read into.
 
 Paper, section IV ("language") and appendix A.1: every token has a type and a value, and any
 subset of the types may be given. A slot that nobody asked for stays `None`.
@@ -50,7 +50,7 @@ class SpecError(ValueError):
 
 @dataclass(frozen=True)
 class StructureSpec:
-    """What is to be built; `None` means that the speaker left the slot open.
+    """The structure to build; `None` means that the speaker left the slot open.
 
     Attributes:
         shape: one of `SHAPES`.

@@ -1,6 +1,6 @@
-"""The words of each structure, read from `grounding/structures/*.toml`: one file for each shape.
+"""Read the words of each structure from `grounding/structures/*.toml`: one file for each shape.
 
-All that the understanding of language knows of a single shape stands in its file, so that another shape needs another
+Everything that the language part knows about a single shape is in its file, so that another shape needs another
 file and nothing else here (and a parser that is trained with it: the answers of the trained parsers are numbered).
 """
 
@@ -78,7 +78,7 @@ class Words:
 
 @dataclass(frozen=True)
 class StructureWords:
-    """What the understanding of language knows of one shape.
+    """The words of one shape.
 
     Attributes:
         name: the shape, as the slot's value.
@@ -135,7 +135,7 @@ def read_structure(path: Path) -> StructureWords:
 
 
 def _made(kind: type, entries: Mapping[str, Any], where: str) -> Any:
-    """An instance of a dataclass, whose fields are the keys that are legal."""
+    """Make an instance of a dataclass whose fields are the legal keys."""
     legal = [each.name for each in fields(kind)]
     if unknown := [key for key in entries if key not in legal]:
         raise StructureWordsError(f"{where}: unknown key {unknown[0]!r}; legal keys: {', '.join(legal)}")
@@ -146,7 +146,7 @@ def _made(kind: type, entries: Mapping[str, Any], where: str) -> Any:
 
 
 def _frozen(value: Any) -> Any:
-    """Lists as tuples, at every depth."""
+    """Convert lists to tuples, at every depth."""
     if isinstance(value, dict):
         return {key: _frozen(entry) for key, entry in value.items()}
     return tuple(value) if isinstance(value, list) else value

@@ -17,7 +17,7 @@ def distance_to_arm(points: np.ndarray, arm: ArmState) -> np.ndarray:
     """Return distances (P,), metres, of points (P, 3) in the frame `link_base` to the arm, including its hand and
     fingers.
 
-    The distance is 0 inside one of its solids, and NaN for a point that is NaN. Fingers that are missing from the recording are assumed to be
+    The distance is 0 inside a solid and NaN for a point that is NaN. Fingers missing from the recording are assumed to be
     open.
 
     Raises:

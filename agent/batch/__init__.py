@@ -1,1 +1,1 @@
-"""Many instructions from a file, carried out by processes or a Ray cluster, and kept in a folder as they end."""
+"""Carry out many instructions from a file in processes or on a Ray cluster, and store each result as it arrives."""

@@ -1,4 +1,4 @@
-"""The page of a batch's folder: every row with its outcome, its time, and pictures of its goal and its result."""
+"""Write the page of a batch's folder: every row with its outcome, time, and pictures of its goal and result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The folder of a batch: `results.jsonl`, a page, and `rows/ID` with report and session of what saw something.
+"""Store the results of a batch: `results.jsonl`, a page, and `rows/ID` with report and session of rows that saw a
+scene.
 
 Only a folder that is empty or was made by a batch is taken, unless it is forced (`agent.runtime.output_ownership`). In `rows/ID` only
 the files are replaced that a batch wrote there; other files beside them stay.

@@ -1,4 +1,4 @@
-"""Carries out one row of a batch, writes its report, and makes its line of `results.jsonl`.
+"""Carry out one row of a batch, write its report, and make its line of `results.jsonl`.
 
 | key | value |
 |---|---|

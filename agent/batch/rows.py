@@ -1,4 +1,4 @@
-"""Reads and checks the rows of a batch file; a row that is wrong becomes a `BadRow`, and the others are carried out.
+"""Read and check the rows of a batch file; an invalid row becomes a `BadRow`, and the others are carried out.
 
 A file is JSON lines when its name ends in .jsonl or .ndjson, plain text when it ends in .txt, and otherwise what its
 first character that is no space says: "{" begins JSON lines. In both, blank lines are left out.

@@ -1,4 +1,4 @@
-"""Carries out a batch: results that are there are kept, the other rows are carried out and kept as they end."""
+"""Carry out a batch: keep existing results, compute the other rows, and store each as it ends."""
 
 from __future__ import annotations
 

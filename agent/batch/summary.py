@@ -1,4 +1,4 @@
-"""The results of a batch, counted by outcome and by shape, and the reasons of failures."""
+"""Summarize the results of a batch by outcome and by shape, with the reasons of failures."""
 
 from __future__ import annotations
 

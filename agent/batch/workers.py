@@ -1,4 +1,4 @@
-"""Carries rows out in processes of this machine, or by workers of a Ray cluster. Each loads what rows share once.
+"""Carry out rows in processes on this machine or in workers of a Ray cluster; each loads what rows share once.
 
 When a worker dies, its row counts as failed, and another worker takes its place.
 """

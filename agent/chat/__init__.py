@@ -1,1 +1,1 @@
-"""Talking with the agent about one table: the conversation, what is shown of it, and where its lines come from."""
+"""Talk with the agent about one table: the conversation, its display, and its input."""

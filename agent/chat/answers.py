@@ -1,4 +1,4 @@
-"""Answers to small talk and questions, from the table and the state of the conversation."""
+"""Answer small talk and questions from the table and the state of the conversation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Proposals for what was asked, and building them, on the table of a conversation."""
+"""Propose arrangements and build them on the table of a conversation."""
 
 from __future__ import annotations
 

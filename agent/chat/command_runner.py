@@ -1,4 +1,4 @@
-"""Carries out the slash commands of a chat."""
+"""Carry out the slash commands of a chat."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The slash commands of a conversation: their names, and what may follow them."""
+"""Define the slash commands of a conversation and their arguments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said in a conversation about one table, and what becomes of it: a proposal, a question or an answer.
+"""Process each line of a conversation about one table: it leads to a proposal, a question or an answer.
 
 Knows nothing of terminals: everything that happens is sent to listeners as events.
 """

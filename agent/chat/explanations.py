@@ -1,4 +1,4 @@
-"""Answers about the conversation itself: what was asked for, what is proposed and why, and what was done."""
+"""Answer questions about the conversation itself: what was asked for, what is proposed and why, and what was done."""
 
 from __future__ import annotations
 

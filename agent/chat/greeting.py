@@ -1,4 +1,4 @@
-"""An instruction that suits the table, so that the first thing that a user tries works."""
+"""Suggest an instruction that suits the table, so that the first thing that a user tries works."""
 
 from __future__ import annotations
 

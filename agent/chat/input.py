@@ -1,4 +1,6 @@
-"""Where a conversation's lines come from: a prompt with history and completion on a terminal, else standard input."""
+"""Read a conversation's lines: from a prompt with history and completion on a terminal, otherwise from standard
+input.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ctrl-C in a chat: it stops what is going on, and ends the process where three of them have stopped nothing."""
+"""Handle Ctrl-C in a chat: it stops the current work, and ends the process after three that stopped nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an answer can draw on: the table as it is, and where the conversation stands."""
+"""Collect what an answer can use: the present table and the state of the conversation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How soon the chat reacts to a line, and proposes, as `structagent evaluate chat` measures it.
+"""Measure how soon the chat reacts to a line and proposes, for `structagent evaluate chat`.
 
 An instruction and corrections of it, one after another, after one that warms up. "reaction" is the time from Enter
 until words are shown, "proposal" until the ranked arrangements are; a terminal's own time is not in it.

@@ -1,4 +1,4 @@
-"""What a terminal shows only while something is at work; nothing where there is no terminal."""
+"""Show on a terminal what is in progress; show nothing if there is no terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The maps of a chat: the table from above in characters, its stacks from the side, and which letter is what."""
+"""Draw the maps of a chat: the table from above in characters, its stacks from the side, and a legend."""
 
 from __future__ import annotations
 

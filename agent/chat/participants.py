@@ -1,4 +1,4 @@
-"""Which objects take part after what was said: some are added, removed or exchanged for others."""
+"""Decide which objects take part after a line: some are added, removed or exchanged for others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The loop of a chat: reads a line, classifies it, carries it out, and asks for the next."""
+"""Run the loop of a chat: read a line, classify it, carry it out, and ask for the next."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A whole chat: sets it up, loads models while the user types, keeps the session, and closes the table."""
+"""Run a whole chat: set it up, load models while the user types, keep the session, and close the table."""
 
 from __future__ import annotations
 

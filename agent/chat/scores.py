@@ -1,4 +1,4 @@
-"""The scores of candidates in words: factors, comparisons with the best, captions of maps."""
+"""Describe the scores of candidates in words: factors, comparisons with the best, captions of maps."""
 
 from __future__ import annotations
 

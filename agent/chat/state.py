@@ -1,4 +1,4 @@
-"""The state of a conversation: the goal, the objects that take part, all poses, and the proposal."""
+"""Hold the state of a conversation: the goal, the objects that take part, all poses, and the proposal."""
 
 from __future__ import annotations
 

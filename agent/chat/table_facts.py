@@ -1,4 +1,4 @@
-"""Facts about the objects on the table: colour, size, place, and which of them a phrase means."""
+"""State facts about the objects on the table: colour, size, place, and which of them a phrase means."""
 
 from __future__ import annotations
 

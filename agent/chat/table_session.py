@@ -1,4 +1,4 @@
-"""One table, the situation of the conversation about it, and its history."""
+"""Hold one table, the state of the conversation about it, and its history."""
 
 from __future__ import annotations
 

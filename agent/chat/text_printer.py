@@ -1,4 +1,4 @@
-"""The lines of text that the chat prints: titles, blocks, remarks, complaints."""
+"""Print the text of the chat: titles, blocks, remarks, complaints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One turn of a conversation: the step that it is in, how long it has worked, and how it fails."""
+"""Track one turn of a conversation: its step, its duration, and how it fails."""
 
 from __future__ import annotations
 

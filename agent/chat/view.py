@@ -1,5 +1,5 @@
-"""What a conversation looks like in the terminal, live or from a session file; without colour or cursor control where
-there is none.
+"""Show a conversation in the terminal, live or from a session file; use no colour or cursor control without a
+terminal.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""The command line: one module for each verb, and what verbs share."""
+"""Define the command line: one module for each verb, and what verbs share."""

@@ -1,4 +1,4 @@
-"""The command line: all commands, and the exit code and message of every error.
+"""Assemble the command line: all commands, and the exit code and message of every error.
 
 Heavy modules are imported inside the command that needs them, so that `--help` answers at once.
 """

@@ -1,4 +1,4 @@
-"""The commands of `structagent bag`: inspect and create recordings."""
+"""Inspect and create recordings: the commands of `structagent bag`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`structagent batch`: many instructions from a file."""
+"""Carry out many instructions from a file: `structagent batch`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`structagent benchmark`: seconds to sample and rank arrangements on this machine."""
+"""Measure the seconds to sample and rank arrangements on this machine: `structagent benchmark`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`structagent chat`: a dialogue with the agent about one table."""
+"""Start a dialogue with the agent about one table: `structagent chat`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The commands as they are declared; shell completion and the reference are generated from them.
+"""Collect the declared commands; shell completion and the reference are generated from them.
 
 The signatures of the command functions are read where possible, because typer's inner classes change between versions.
 """

@@ -1,4 +1,4 @@
-"""`structagent config`, and the configured defaults of options."""
+"""Show the configuration with `structagent config`, and apply the configured defaults of options."""
 
 from __future__ import annotations
 

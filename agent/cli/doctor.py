@@ -1,4 +1,4 @@
-"""`structagent doctor`."""
+"""Check the installation: `structagent doctor`."""
 
 from __future__ import annotations
 

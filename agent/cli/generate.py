@@ -1,4 +1,4 @@
-"""`structagent generate`: training data."""
+"""Generate training data: `structagent generate`."""
 
 from __future__ import annotations
 

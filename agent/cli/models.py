@@ -1,4 +1,4 @@
-"""The verbs of `structagent models`."""
+"""Define the verbs of `structagent models`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`structagent parse`: instructions to slots, printed as text or as JSON lines."""
+"""Convert instructions to slots, printed as text or as JSON lines: `structagent parse`."""
 
 from __future__ import annotations
 

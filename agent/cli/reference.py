@@ -1,4 +1,4 @@
-"""The reference of the command line, `docs/cli.md`, generated from the commands.
+"""Generate the reference of the command line, `docs/cli.md`, from the commands.
 
 `python -m agent.cli.reference` writes it; with `--check` it compares the file with the commands, and ends with 1 if they
 differ. The result is the same on every machine, whatever is configured there.

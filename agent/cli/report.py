@@ -1,4 +1,4 @@
-"""`structagent replay` and `structagent report`: session files, shown again and as a page."""
+"""Show session files again, or as a page: `structagent replay` and `structagent report`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`structagent run`: one instruction, from its text to the built structure."""
+"""Carry out one instruction from its text to the built structure: `structagent run`."""
 
 from __future__ import annotations
 

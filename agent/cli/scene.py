@@ -1,4 +1,4 @@
-"""The verbs of `structagent scene`: scene files made, shown and checked."""
+"""Make, show and check scene files: the verbs of `structagent scene`."""
 
 from __future__ import annotations
 

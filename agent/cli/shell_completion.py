@@ -1,4 +1,4 @@
-"""`structagent completion`: tab completion in bash, zsh and fish.
+"""Provide tab completion in bash, zsh and fish: `structagent completion`.
 
 The script of each shell asks structagent for the candidates; nothing heavy is imported for that.
 """

@@ -1,4 +1,4 @@
-"""`structagent train`: a group whose commands are the models that can be trained."""
+"""Train models; each command of the group `structagent train` is one model."""
 
 from __future__ import annotations
 

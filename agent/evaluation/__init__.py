@@ -1,1 +1,1 @@
-"""The verbs of `structagent evaluate`, one module each, and what they share."""
+"""Implement the verbs of `structagent evaluate`, one module each, and what they share."""

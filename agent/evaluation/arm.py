@@ -1,4 +1,6 @@
-"""`structagent evaluate arm`: how often the arm finds a plan, and how often the built structure is as asked."""
+"""Measure how often the arm finds a plan, and how often the built structure is as asked: `structagent evaluate
+arm`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sentences of the parsing benchmark that ask for a structure: their true slots, and what a parser reads in them."""
+"""Select the sentences of the parsing benchmark that ask for a structure: their true slots, and a parser's reading."""
 
 from __future__ import annotations
 

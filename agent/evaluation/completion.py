@@ -1,4 +1,4 @@
-"""`structagent evaluate completion`: how close the bodies completed from partial views come to the true ones.
+"""Measure how close bodies completed from partial views come to the true ones: `structagent evaluate completion`.
 
 All methods of completion get the same simulated views. For each object, the completed surface and volume are compared
 with the true ones. For each scene, the completed bodies are moved as its reference arrangement moves the true ones, which

@@ -1,4 +1,4 @@
-"""A plot of the confusion matrices of a parser: one panel per slot."""
+"""Plot the confusion matrices of a parser: one panel per slot."""
 
 from __future__ import annotations
 

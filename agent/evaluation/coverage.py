@@ -1,4 +1,4 @@
-"""`structagent evaluate coverage`: how a planner fills the slots that the instruction leaves open.
+"""Measure how a planner fills the slots that the instruction leaves open: `structagent evaluate coverage`.
 
 Where only the shape is specified, samples should differ in everything else. For each open slot, the evaluation measures
 which of its values the samples realise, on the estimated bodies, and how evenly they spread over the values that fit.

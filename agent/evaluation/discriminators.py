@@ -1,4 +1,4 @@
-"""`structagent evaluate discriminators`: how often they are right on data that they were not trained on."""
+"""Measure how often discriminators are right on held-out data: `structagent evaluate discriminators`."""
 
 from __future__ import annotations
 

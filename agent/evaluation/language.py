@@ -1,4 +1,4 @@
-"""`structagent evaluate language`: sentences straight through parser, planner and physics.
+"""Run sentences through parser, planner and physics: `structagent evaluate language`.
 
 Each row of the parsing benchmark gets a scene for its true slots. A planner solves the scene twice: with the parsed slots,
 and with the true ones (the oracle). What stands only with the true slots is the cost of parsing.

@@ -1,4 +1,4 @@
-"""`structagent evaluate parse`: the parsing benchmark, as a table, as JSON and as plots."""
+"""Run the parsing benchmark and report it as a table, as JSON and as plots: `structagent evaluate parse`."""
 
 from __future__ import annotations
 

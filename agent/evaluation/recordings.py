@@ -1,4 +1,4 @@
-"""`structagent evaluate recordings`: what is found in bags of simulated scenes, and whether it changes how runs end.
+"""Measure what is found in bags of simulated scenes and how that changes outcomes: `structagent evaluate recordings`.
 
 Each scene is simulated, recorded into a bag, and perceived from there: the masks of the objects are compared with those
 of the simulation. Then the same instruction is carried out twice: in simulation, on the true objects, and on the

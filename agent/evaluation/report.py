@@ -1,4 +1,4 @@
-"""The frame that all evaluation reports share: command, version, rates with 95 % intervals, tables and notes."""
+"""Build the parts that all evaluation reports share: command, version, rates with 95 % intervals, tables and notes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A folder that stores the rows of an evaluation as they come: the same command resumes one that was stopped.
+"""Store the rows of an evaluation in a folder as they arrive; the same command resumes one that was stopped.
 
 | file | content |
 |---|---|

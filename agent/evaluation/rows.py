@@ -1,4 +1,4 @@
-"""The rows of an evaluation: computed by workers, stored as they come, and resumed where a command was stopped.
+"""Compute the rows of an evaluation in workers, store them as they arrive, and resume a command that was stopped.
 
 A worker that dies takes the job along that it was at. Its row says so (`LOST`), and the same command tries it again.
 """

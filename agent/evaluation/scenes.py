@@ -1,4 +1,4 @@
-"""Scenes of the evaluations, and the sentences that go with them."""
+"""Provide the scenes of the evaluations, and the sentences that go with them."""
 
 from __future__ import annotations
 

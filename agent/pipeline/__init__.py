@@ -1,1 +1,1 @@
-"""One instruction from its text to the built structure, step by step."""
+"""Carry out one instruction from its text to the built structure, step by step."""

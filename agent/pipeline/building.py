@@ -1,4 +1,4 @@
-"""The step in which the arm builds, with the choices and pictures that belong to it, and the final verdict."""
+"""Build with the arm: the step, the choices and pictures that belong to it, and the final verdict."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loads planners by name, and filters their proposals."""
+"""Load planners by name, and filter their proposals."""
 
 from __future__ import annotations
 

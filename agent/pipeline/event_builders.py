@@ -1,4 +1,4 @@
-"""Events made from what the steps of a run have found."""
+"""Build events from the results of a run's steps."""
 
 from __future__ import annotations
 

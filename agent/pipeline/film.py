@@ -1,4 +1,4 @@
-"""A film of the arm at work: pictures from the robot's side, evenly apart in the arm's own time."""
+"""Film the arm at work: pictures from the robot's side, at equal intervals of the arm's own time."""
 
 from __future__ import annotations
 

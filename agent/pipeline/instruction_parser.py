@@ -1,4 +1,4 @@
-"""How instructions are interpreted: the options, and the interpreter made from them."""
+"""Configure the interpretation of instructions: the options, and the interpreter made from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The step in which the planner proposes arrangements."""
+"""Propose arrangements with the planner: one step of the pipeline."""
 
 from __future__ import annotations
 

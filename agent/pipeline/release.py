@@ -1,4 +1,4 @@
-"""The step that tries a goal in physics without the arm."""
+"""Try a goal in physics without the arm: one step of the pipeline."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keeps what runs load: many instructions in one process load each network and each library once."""
+"""Cache what runs load: many instructions in one process load each network and each library once."""
 
 from __future__ import annotations
 

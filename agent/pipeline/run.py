@@ -1,4 +1,4 @@
-"""Carries out an instruction as a stream of events: read, look, propose, choose, build, check.
+"""Carry out an instruction as a stream of events: read, look, propose, choose, build, check.
 
 Every known error ends the stream with `Failed` and the exit code that says whose error it was; what listeners do with
 the events is not known here.

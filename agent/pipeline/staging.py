@@ -1,4 +1,4 @@
-"""Simulated scenes to be recorded: set out as a run would set them out, before any of the arms."""
+"""Stage simulated scenes for recording as a run would, before any motion of the arm."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The final verdict on what the arm built: the checks of the evaluation protocol, on the true objects at rest."""
+"""Judge what the arm built: the checks of the evaluation protocol, on the true objects at rest."""
 
 from __future__ import annotations
 

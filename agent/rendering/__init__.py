@@ -1,1 +1,1 @@
-"""Pictures: of pixels for files and reports, of characters for the terminal."""
+"""Draw pictures: of pixels for files and reports, of characters for the terminal."""

@@ -1,4 +1,4 @@
-"""Films as animated WebP files whose frames are whole pictures, so that each of them can be taken out again as it is.
+"""Write films as animated WebP files whose frames are complete pictures, so that each can be extracted unchanged.
 
 A player then shows any of them at once; nothing is decoded or encoded again for that. The layout of the file is that of
 the WebP container: RIFF, VP8X, ANIM, and an ANMF chunk per frame that holds the VP8 chunk of a picture.

@@ -1,4 +1,4 @@
-"""The pictures that belong to events, and the form in which they are kept."""
+"""Write the pictures that belong to events as files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a picture of the table from above shows of each object, from the payloads of events.
+"""Compute how each object appears in a picture of the table from above, from the payloads of events.
 
 Made from the JSON form of events, so that a recorded run looks as it did. Lengths in metres, angles in radians.
 """

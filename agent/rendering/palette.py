@@ -1,4 +1,4 @@
-"""The colour in which an object is drawn: its own, the same in the terminal, on the page and in every picture.
+"""Choose the colour in which an object is drawn: its own, the same in the terminal, on the page and in every picture.
 
 Objects of one colour are told apart by the numbers and names drawn on them, and by outlines that contrast with it.
 """

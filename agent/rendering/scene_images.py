@@ -1,4 +1,4 @@
-"""Clouds drawn with their outlines and names, in their own colours: from above, or on the camera's picture.
+"""Draw clouds with their outlines and names, in their own colours: from above, or on the camera's picture.
 
 As the speaker sees it from the robot's side: up is +x (away), left is +y. What takes no part has a dashed outline.
 """

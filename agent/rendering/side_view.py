@@ -1,4 +1,4 @@
-"""Stacks from the side, drawn with characters: from above one sees little but what stands on top."""
+"""Draw stacks from the side with characters, because from above only their tops are visible."""
 
 from __future__ import annotations
 

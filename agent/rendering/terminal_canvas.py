@@ -1,4 +1,4 @@
-"""The table from above, drawn with characters: two square pixels a character cell, or plain ASCII without colour.
+"""Draw the table from above with characters: two square pixels per character cell, or plain ASCII without colour.
 
 As in the report, up is +x (away from the robot) and left is +y. Lengths in metres.
 """

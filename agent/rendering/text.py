@@ -1,4 +1,4 @@
-"""Numbers and names as text, shared by the terminal, the page and the pictures."""
+"""Format numbers and names as text, shared by the terminal, the page and the pictures."""
 
 from __future__ import annotations
 

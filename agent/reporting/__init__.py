@@ -1,1 +1,1 @@
-"""Listeners to events: terminal, report files, session log, HTML page and Rerun."""
+"""Listen to events: terminal, report files, session log, HTML page and Rerun."""

@@ -1,4 +1,4 @@
-"""Checks that a JSON object is the payload of an event, by the fields of the events themselves.
+"""Check that a JSON object is the payload of an event, by the fields of the events themselves.
 
 Listeners may then rely on every key, type and count.
 """

@@ -1,4 +1,4 @@
-"""Events in words and numbers, shared by the terminal and the page."""
+"""Describe events in words and numbers, shared by the terminal and the page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be made of a session file: a page of its turns, and its events sent to a listener again."""
+"""Convert a session file to a page of its turns, or send its events to a listener again."""
 
 from __future__ import annotations
 

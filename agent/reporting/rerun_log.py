@@ -1,4 +1,4 @@
-"""A run for the Rerun viewer: clouds, camera, candidates, goal, and during the build the objects and the arm.
+"""Log a run for the Rerun viewer: clouds, camera, candidates, goal, and during the build the objects and the arm.
 
 Everything is on one timeline, `physics`: the seconds for which the arm has been at work. What was seen and imagined
 before anything moved is at 0.

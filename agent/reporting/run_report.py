@@ -1,4 +1,4 @@
-"""A record of everything that happened in a run: `report.json`, the pictures, and `report.html` from both.
+"""Record everything that happened in a run: `report.json`, the pictures, and `report.html` from both.
 
 `report.json`, schema version 3; every key is always there, `null` or empty where the run did not get so far:
 
@@ -80,7 +80,7 @@ class RunRecord:
 
     @property
     def saw_something(self) -> bool:
-        """Whether the run got as far as a scene: before that there is nothing worth a folder."""
+        """Return whether the run reached a scene; an earlier end leaves nothing worth a folder."""
         return self.report["scene"] is not None
 
     @property

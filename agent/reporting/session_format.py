@@ -1,4 +1,4 @@
-"""The lines of session files: their layout, their schema versions, and how a line becomes bytes and back.
+"""Define the lines of session files: their layout, their schema versions, and their conversion to bytes and back.
 
 The first line says what the session is; it stands again where a later process continues the file:
 

@@ -1,4 +1,4 @@
-"""Writing session files: everything that happens, one JSON object a line (see `agent.reporting.session_format`).
+"""Write session files: all events, one JSON object per line (see `agent.reporting.session_format`).
 
 Each line is written at once and never changed again, so that a process that is killed loses at most the line that it was
 writing; such a torn line is passed over when the file is read. Keys and passwords are never in a session.

@@ -1,4 +1,4 @@
-"""Reading session files (see `agent.reporting.session_format`), also those of earlier schema versions."""
+"""Read session files (see `agent.reporting.session_format`), including those of earlier schema versions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Prints events in the terminal as they happen; plain text where there is no terminal."""
+"""Print events in the terminal as they happen; print plain text if there is no terminal."""
 
 from __future__ import annotations
 

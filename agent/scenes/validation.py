@@ -203,7 +203,7 @@ class StandingObject:
 
     @property
     def display_name(self) -> str:
-        """What the instruction can call it: its name, with its noun and colour where they say more."""
+        """Return its name in instructions, with its noun and colour if they add information."""
         first, _, rest = self.name.partition(",")
         if read_name(first).head != read_name(self.model.category).head:
             words, number = re.fullmatch(r"(.*?)(\s*\d*)", first, re.DOTALL).groups()  # type: ignore[union-attr]

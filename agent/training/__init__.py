@@ -1,1 +1,1 @@
-"""Training data and training: `structagent generate` and `structagent train`."""
+"""Generate training data and train: `structagent generate` and `structagent train`."""

@@ -1,4 +1,4 @@
-"""`structagent generate`: training data with a datasheet, generated on this machine or a Ray cluster."""
+"""Generate training data with a datasheet, on this machine or a Ray cluster: `structagent generate`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`structagent train parser` and `structagent train llm`: check the options, train, print the progress and the result."""
+"""Train the parsers: check the options, train, print the progress and the result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The networks that `structagent train` trains, and what suits each. Imports no network."""
+"""List the networks that `structagent train` trains, and the settings for each, without importing any network."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The language half of the training data: every corpus sentence, its embedding and its word tokens.
+"""Compute the language half of the training data: every corpus sentence, its embedding and its word tokens.
 
 It is here because the networks import neither the corpus nor the encoder.
 """

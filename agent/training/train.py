@@ -1,4 +1,4 @@
-"""`structagent train` for the networks: their losses and data, and the progress of the training loop."""
+"""Train the networks for `structagent train`: their losses and data, and the progress of the training loop."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Labelled training sentences: a grammar, free templates, paraphrases and typing errors."""
+"""Generate labelled training sentences: a grammar, free templates, paraphrases and typing errors."""

@@ -1,4 +1,4 @@
-"""The grammar of paper appendix A.1: every legal combination of tokens, and sentences for each.
+"""Generate the grammar of paper appendix A.1: every legal combination of tokens, and sentences for each.
 
 A sentence is a template with a phrase for every slot of its spec. Which synonym a template takes
 turns with the spec's index, so the corpus is the same on every machine and every run.
@@ -103,7 +103,7 @@ def sentences(spec: StructureSpec) -> list[str]:
 
 
 def _numbered_sentences(spec: StructureSpec) -> dict[str, int]:
-    """Sentence -> the number of its template."""
+    """Return sentence -> the number of its template."""
     start = _mixed_index(spec)
     grammar = _grammar(spec.shape)
     nouns = grammar.templates or NOUN_TEMPLATES
@@ -158,7 +158,7 @@ def _grammar(shape: str | None) -> Grammar:
 
 
 def _mixed_index(spec: StructureSpec) -> int:
-    """A number that differs between neighbouring specs, so that synonyms take turns along every slot."""
+    """Return a number that differs between neighbouring specs, so that synonyms alternate along every slot."""
     number = 0
     for slot, weight in zip(SLOTS, (7, 5, 3, 1, 11), strict=True):
         value = getattr(spec, slot)
@@ -180,7 +180,7 @@ def _where(spec: StructureSpec, index: int) -> str:
 
 
 def _fill(template: str, spec: StructureSpec, index: int, turn: str) -> str:
-    """The template with this spec's phrases."""
+    """Fill the template with this spec's phrases."""
     grammar = _grammar(spec.shape)
     size_words = grammar.sizes or SIZE_WORDS
     size = _pick(size_words[spec.size], index) if spec.size else ""

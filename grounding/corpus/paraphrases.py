@@ -1,4 +1,4 @@
-"""Labelled sentences of free language, drawn from the frames and phrases of `grounding.corpus.templates`.
+"""Draw labelled sentences of free language from the frames and phrases of `grounding.corpus.templates`.
 
 Labels are per slot, as spoken: a "small tower" is labelled small, and the parser resolves it later.
 Whatever has to be refused carries no slots.
@@ -27,7 +27,7 @@ _TABLE = {"a_shape": "shape_noun"}  # the same phrases, with an article
 
 @dataclass(frozen=True)
 class LabelledText:
-    """A sentence and what it says.
+    """A sentence and its labels.
 
     Attributes:
         text: the sentence.
@@ -67,7 +67,7 @@ def _one_of(phrases: tuple[str, ...], rng: np.random.Generator) -> str:
 
 
 def _draw_values(frame: Frame, rng: np.random.Generator) -> dict[str, str | None]:
-    """A value for every slot, those that the frame says included; the holes decide which of them are labels."""
+    """Draw a value for every slot, including those that the frame fixes; the holes decide which of them are labels."""
     values: dict[str, str | None] = {slot: _one_of(LEGAL_VALUES[slot], rng) for slot in SLOTS}
     holes = {hole.name for hole in frame.holes if not hole.negated}
     needed = {slot for name in holes for slot in SLOTS_OF_HOLE.get(name, ())} | set(frame.labels)
@@ -133,7 +133,7 @@ def _other(name: str, rng: np.random.Generator) -> str:
 
 
 def _adjective(rng: np.random.Generator) -> str:
-    """An adjective of the objects: their size and shape say nothing of the structure."""
+    """Draw an adjective of the objects; their size and shape say nothing about the structure."""
     return f"{_one_of(all_phrases()['objects']['adjective'], rng)} " if rng.random() < 0.25 else ""
 
 
@@ -158,7 +158,7 @@ def _objects(rng: np.random.Generator) -> str:
 
 
 def _dressed(text: str, rng: np.random.Generator) -> str:
-    """The sentence with what people say around it: openings, closings and facts."""
+    """Add what people say around the sentence: openings, closings and facts."""
     phrases = all_phrases()
     if rng.random() < 0.08:
         fact = _one_of(phrases["fact"]["any"], rng)

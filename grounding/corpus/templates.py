@@ -1,4 +1,4 @@
-"""The training language: frames with holes, and the phrases that fill them.
+"""Read the training language: frames with holes, and the phrases that fill them.
 
 `language/frames_*.txt` has one frame a line, `labels => text`: the labels that the fixed words say,
 and a text whose holes ({x}, {a_shape}, {not_size_adj} ...) bring their own. `language/phrases.toml`
@@ -49,7 +49,7 @@ class FrameError(ValueError):
 
 @dataclass(frozen=True)
 class Hole:
-    """A place to fill: its kind, and whether it names another value than the one that is meant."""
+    """A place to fill: its kind, and whether it names another value than the intended one."""
 
     name: str
     negated: bool
@@ -71,7 +71,7 @@ class Frame:
 
     @property
     def holes(self) -> tuple[Hole, ...]:
-        """The holes, in the order of the text."""
+        """List the holes in the order of the text."""
         return tuple(piece for piece in self.pieces if isinstance(piece, Hole))
 
 

@@ -1,4 +1,4 @@
-"""Sentences as they are typed: casing, punctuation, slips of the finger, missing articles."""
+"""Roughen sentences as people type them: casing, punctuation, typing errors, missing articles."""
 
 from __future__ import annotations
 

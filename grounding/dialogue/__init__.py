@@ -1,1 +1,1 @@
-"""Corrections: what a reply changes in the goal that was understood before."""
+"""Apply corrections: what a reply changes in the current goal."""

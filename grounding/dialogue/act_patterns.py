@@ -1,4 +1,4 @@
-"""How people greet, thank and ask: one wording a line, as a regular expression that has to fit a whole clause.
+"""List how people greet, thank and ask: one wording per line, as a regular expression that must match a whole clause.
 
 A name in angle brackets stands for an entry of `PARTS`. Groups are not captured, but for `<THING>` (the noun phrase
 that is asked about) and `<VALUE:...>` (what is asked about it). Clauses come in lower case, with their contractions

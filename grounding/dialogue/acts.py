@@ -1,6 +1,6 @@
-"""What a line in a conversation does besides asking for a structure: it greets, thanks, or asks a question.
+"""Classify what a line in a conversation does besides asking for a structure: greet, thank, or ask a question.
 
-Pure text. A line is taken for such an act only where every word of it is accounted for: an instruction in the form of a
+Only text is used. A line counts as such an act only if every word of it is accounted for: an instruction in the form of a
 question ("can you stack the cans?", "what about a circle"), and an instruction with a greeting or a question beside it
 ("hello, put the cups in a line"), stay instructions as a whole.
 """
@@ -33,7 +33,7 @@ class Act:
 
 
 def _compiled(wording: str) -> re.Pattern[str]:
-    """The regular expression of a wording: its parts put in, and its groups not captured unless they have a name."""
+    """Compile a wording to a regular expression: its parts inserted, and only named groups captured."""
     while found := re.search(r"<([A-Z_]+)>", wording):
         wording = wording.replace(found.group(), f"({PARTS[found[1]]})")
     wording = re.sub(r"<VALUE:([^<>]*)>", r"(?P<value>\1)", wording)
@@ -126,7 +126,7 @@ def _peeled(said: str) -> str:
 
 
 def _acts(said: str) -> list[Act] | None:
-    """The acts that a clause consists of; `None` where something is left over."""
+    """Return the acts that a clause consists of; `None` if something is left over."""
     asked = said.endswith("?")
     said = said.strip("?, ")
     whole = _act(said, asked)

@@ -1,4 +1,4 @@
-"""Which objects come and go in a correction: "add the mug", "without the cups", "the bowl instead of the mug".
+"""Find which objects a correction adds or removes: "add the mug", "without the cups", "the bowl instead of the mug".
 
 Rules over the noun phrases of each clause. What a clause says of objects is one of: only these ("use the cups"),
 these too ("and the mug"), these not ("drop the bowl"), or these for those ("replace the mug with the bowl").
@@ -103,7 +103,7 @@ _ONLY = re.compile(r"\b(?:only|just|nothing but)\b")
 
 @dataclass(frozen=True)
 class ObjectChange:
-    """What a sentence does to the objects that take part.
+    """The change that a sentence makes to the objects that take part.
 
     Attributes:
         how: "replace" the objects, "add" to them, "remove" from them, "exchange" some of them for others, "swap" (as
@@ -203,7 +203,7 @@ def _of_clause(clause: str, edited: bool) -> ObjectChange | None:
 
 
 def _besides(clause: str, named: Sequence[Mention]) -> str:
-    """What a clause says besides that objects come or go; empty where that is nothing."""
+    """Return what a clause says apart from the change of objects; empty if nothing."""
     besides = clause
     for mention in reversed(named):
         besides = _ARTICLE.sub("", besides[: mention.span[0]]) + besides[mention.span[1] :]
@@ -211,7 +211,7 @@ def _besides(clause: str, named: Sequence[Mention]) -> str:
 
 
 def _left_out(clause: str, left_out: list[Mention]) -> ObjectChange:
-    """All but these, or without these."""
+    """Return the change to all objects except these, or to remove these."""
     these = phrase(clause, left_out)
     if re.search(r"\b(?:everything|all|anything|everyone|every)\b", clause[: left_out[0].span[0]]):
         return ObjectChange("replace", f"everything but {these}", rest=clause)
@@ -231,7 +231,7 @@ def _of_the_rest(clause: str, rest: re.Match[str]) -> ObjectChange | None:
 
 
 def _joined(one: ObjectChange, other: ObjectChange, only: bool) -> ObjectChange:
-    """What two clauses do together; `only` says that the second one wants nothing else."""
+    """Combine the changes of two clauses; `only` says that the second one excludes everything else."""
     if one.how == "replace" and other.how == "remove":
         return replace(one, text=f"{one.text}, but not {other.text}")
     if one.how == "remove" and other.how == "replace" and not only and other.text != EVERYTHING:

@@ -1,7 +1,7 @@
-"""The relative parts of a correction: "a bit bigger", "further left", "turn it around", "forget the size".
+"""Find the relative parts of a correction: "a bit bigger", "further left", "turn it around", "forget the size".
 
 Patterns over a sentence in small letters, without punctuation but commas. Each says by how much which slot of
-the last specification changes, whatever that was; what it then becomes is `grounding.dialogue.revise`'s affair.
+the last specification changes, whatever that was; `grounding.dialogue.revise` computes the new value.
 """
 
 from __future__ import annotations
@@ -88,7 +88,9 @@ def _without(sentence: str, start: int, end: int) -> str:
 
 
 def _turn(sentence: str) -> tuple[int, Edit, int] | None:
-    """A turn by an angle or in a sense, with its place; by `None` where neither is said, or no quarters."""
+    """Return a turn by an angle or in a direction, with its place; by `None` if neither is given, or not in
+    quarters.
+    """
     match = _TURN.search(sentence)
     if not match:
         return None

@@ -1,4 +1,6 @@
-"""Wordings of relative changes, as patterns over a sentence that `grounding.dialogue.relative_edits` has normalized."""
+"""Define wordings of relative changes as patterns over a sentence normalized by
+`grounding.dialogue.relative_edits`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""One object for another, as in "replace the banana with the cube", and what cannot be done to single objects.
+"""Find replacements of objects, as in "replace the banana with the cube", and requests that are impossible for single
+objects.
 
 "Swap the mug and the bowl" looks like a replacement, and asks for something else.
 """

@@ -1,4 +1,4 @@
-"""Corrections in conversation: how "a bit bigger", "now as a line" or "the other side" change a goal.
+"""Revise a goal by a correction: how "a bit bigger", "now as a line" or "the other side" change it.
 
 Relative parts are read here, absolute parts ("on the left", "as a line") by a parser. Everything is as
 spoken: left is the speaker's left, and "clockwise" is as seen from above.
@@ -79,7 +79,7 @@ _PREAMBLE = re.compile(
 
 @dataclass(frozen=True)
 class Revision:
-    """What a sentence in a conversation makes of the last specification.
+    """The effect of a sentence on the last specification in a conversation.
 
     Attributes:
         spec: what is wanted now: the last one where nothing changes or all is refused, what is sure so far
@@ -158,7 +158,7 @@ def revise(
 def _revised(
     last: StructureSpec, text: str, read: Read, named: tuple[str, ...], viewpoint: str, stands: StructureSpec | None
 ) -> Revision:
-    """As `revise`, with the parser in the speaker's frame and the words for objects that the sentence names."""
+    """Revise as `revise` does, with the parser in the speaker's frame and the sentence's words for objects."""
     sentence = normalized(text[: _LONGEST_CORRECTION + 1])
     if len(text) > _LONGEST_CORRECTION or not sentence:
         return _new(last, text, read(text))
@@ -187,7 +187,7 @@ def _revised(
 
 
 def _speaks_of(sentence: str) -> bool:
-    """Whether the sentence speaks of the structure that is there: "make the circle of cups bigger"."""
+    """Return whether the sentence mentions the present structure: "make the circle of cups bigger"."""
     return re.search(rf"\bthe (?:\w+ )?{_SHAPE_WORDS}\b", sentence) is not None
 
 
@@ -271,7 +271,7 @@ class _Correction:
         )
 
     def _speaks_of_objects(self, sentence: str) -> bool:
-        """Whether objects are named only as those that the change is about: "move the cups a bit to the left"."""
+        """Return whether objects are named only as the subject of the change: "move the cups a bit to the left"."""
         if _STRONG_MARKERS.search(sentence) and not PLACING.search(sentence) or _OTHER_OBJECTS.search(sentence):
             return False
         if self.change is not None and (self.change.text or "").startswith(EVERYTHING):
@@ -279,7 +279,7 @@ class _Correction:
         return bool(self.edits) or PLACING.search(sentence) is not None
 
     def _absolute(self, read: Read) -> Parse | None:
-        """The parser's reading of what the relative parts leave over; `None` where nothing is left to read."""
+        """Return the parser's reading of what the relative parts leave over; `None` if nothing is left."""
         rest, edits, how = self.rest.strip(" ,"), self.edits, self.change.how if self.change else ""
         telling = _ABSOLUTE.search(rest) is not None
         if edits or how or _AGAIN.search(rest):

@@ -1,4 +1,4 @@
-"""Changes of a specification, slot by slot, and what has to be said or asked about them."""
+"""Change a specification slot by slot, and collect notes and questions about the changes."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class Editing:
         self.spec = replace(self.spec, **{slot: value})
 
     def _now(self, slot: str) -> str | None:
-        """What the slot says, or else what was shown has."""
+        """Return the value of the slot, otherwise that of the shown arrangement."""
         said = getattr(self.spec, slot)
         if said is not None or self._stands is None:
             return said
@@ -118,18 +118,18 @@ class Editing:
         return getattr(self._stands, slot) if same else None
 
     def _unsaid(self, slot: str) -> bool:
-        """Whether what the slot is now was shown, not asked for."""
+        """Return whether the slot's present value was shown, not asked for."""
         return getattr(self.spec, slot) is None and self._now(slot) is not None
 
     def _change(self, slot: str, value: str) -> None:
-        """Set a slot, and note what was shown where nobody had asked for it."""
+        """Set a slot, and note the shown value if nobody had asked for it."""
         if self._unsaid(slot):
             name, was, now = _SLOT_NAMES.get(slot, slot), _SAID[self._now(slot) or ""], _SAID[value]
             self.notes.append(f"no {name} was asked for, and the proposal was {was}; now asked for: {now}")
         self._set(slot, value)
 
     def _not(self, edit: Edit) -> None:
-        """Leaves a value: where it was asked for, the slot is open; where it only was so, where else is asked."""
+        """Leave a value: if it was asked for, open the slot; if it was only shown, ask for another place."""
         value = LEGAL_VALUES[edit.slot][edit.by or 0]
         if getattr(self.spec, edit.slot) == value:
             self._set(edit.slot, None)
@@ -174,7 +174,7 @@ class Editing:
                 self.notes.append(f"turned {sense}, seen from above: it faces {turned}{before}")
 
     def _other(self, kind: str) -> None:
-        """To the other side (left and right), end (near and far, if known) or corner (both)."""
+        """Change to the other side (left and right), end (near and far, if known) or corner (both)."""
         places = {slot: self._now(slot) for slot in _SLOTS_OF_PLACE}
         flips = [slot for slot in _SLOTS_OF_PLACE if places[slot] in _OPPOSITE]
         if kind == "side":

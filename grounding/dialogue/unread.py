@@ -1,6 +1,6 @@
-"""What of a correction nobody read: "bigger and purple", "5 cm to the left", "the other side and sort them by height".
+"""Find the parts of a correction that were not parsed: "bigger and purple", "the other side and sort them by height".
 
-A correction may be chatty, so that most words that nobody read are harmless. Those are reported that certainly ask for
+A correction may be chatty, so most unparsed words are harmless. Only those are reported that certainly ask for
 something: lengths, colours of no object, words for an order or a look, single words in a list of changes, and clauses
 that begin with a verb and of which no word was understood.
 """

@@ -1,1 +1,1 @@
-"""Parsers: instruction to slots, by sentence embeddings or by a language model."""
+"""Parse instructions to slots by sentence embeddings or by a language model."""

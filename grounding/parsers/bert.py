@@ -1,4 +1,4 @@
-"""BERT (Devlin et al. 2019) in torch's own layers: what the sentence encoder is made of.
+"""Run BERT (Devlin et al. 2019) in torch's own layers, the network of the sentence encoder.
 
 The transformers library runs it as well, and takes seconds to import; a command that reads one
 sentence should not. A test holds this one to the library that published the encoder.

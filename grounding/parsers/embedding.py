@@ -1,4 +1,4 @@
-"""Sentences to slots by the sentence encoder's word states, with a confidence per slot and the telling words.
+"""Parse sentences to slots from the sentence encoder's word states, with a confidence per slot and the telling words.
 
 A mean over a whole sentence blurs "small cups in a circle" with "cups in a small circle", so the
 parser reads the encoder's contextual word states and lets attention pick the telling words.
@@ -38,7 +38,7 @@ class ParserWeightsError(RuntimeError):
 
 
 class EmbeddingParser:
-    """Reads instructions by attention over the sentence encoder's word states.
+    """A parser that reads instructions by attention over the sentence encoder's word states.
 
     Args:
         encoder: gives the word states.
@@ -158,7 +158,7 @@ class EmbeddingParser:
 
     @staticmethod
     def _added(vote: torch.Tensor, slot: str) -> list[float]:
-        """What each word piece adds to the slot's best value over leaving it open."""
+        """Return how much each word piece adds to the slot's best value, compared with leaving it open."""
         from grounding.parsers.slot_head import ANSWERS
 
         best = int(vote.sum(dim=0)[: len(ANSWERS[slot]) - 1].argmax())
@@ -166,7 +166,7 @@ class EmbeddingParser:
 
 
 def _sound(text: str) -> str:
-    """The text as UTF-8 can hold it: halves of a character pair, as broken input has them, become marks."""
+    """Return the text in valid UTF-8: lone surrogates, as in broken input, become replacement marks."""
     return text.encode("utf-8", "replace").decode()
 
 
@@ -185,14 +185,16 @@ def _too_long(text: str) -> str:
 
 
 def _words_of_pieces(mended: Mended, spans: Sequence[tuple[int, int]]) -> list[tuple[int, int] | None]:
-    """The word of the original text that each word piece belongs to, (first, last); `None` for marks and padding."""
+    """Return the word of the original text that each word piece belongs to, (first, last); `None` for marks and
+    padding.
+    """
     return [mended.original_span(first, last) if last > first else None for first, last in spans]
 
 
 def _telling_words(
     text: str, pieces: Sequence[tuple[int, int] | None], added: Sequence[float]
 ) -> tuple[str, ...]:
-    """The words of the text that add most, in the order of the text."""
+    """Return the words of the text that add most, in the order of the text."""
     words: dict[tuple[int, int], float] = {}
     for span, amount in zip(pieces, added, strict=False):
         if span is not None:

@@ -1,8 +1,7 @@
-"""Instructions to specs by a few-shot prompted language model: paper appendix A.1, for all five slots.
+"""Parse instructions with a few-shot prompted language model: paper appendix A.1, for all five slots.
 
-The model answers six questions: what kind of request it is, and one per slot. Which model answers
-and how is the back end's matter (`llm_local`, `llm_endpoint`); whatever it is, only legal answers
-come back from it.
+The model answers six questions: what kind of request it is, and one per slot. The back end
+(`llm_local`, `llm_endpoint`) determines which model answers and how; it returns only legal answers.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ MAX_BYTES = 1200
 
 
 class LLMParser:
-    """Reads instructions by asking a language model.
+    """A parser that reads instructions by asking a language model.
 
     Args:
         backend: the language model.

@@ -1,4 +1,4 @@
-"""Replies of a language model in a file, so that a table can be computed again without the model."""
+"""Cache replies of a language model in a file, so that a table can be computed again without the model."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _key(identity: str, prompt_sha256: str, text: str) -> str:
 
 
 def _is_reply(reply: object) -> bool:
-    """Whether every question has a probability for every legal answer and nothing else."""
+    """Return whether every question has a probability for every legal answer and nothing else."""
     return isinstance(reply, dict) and set(reply) == set(ANSWERS) and all(
         isinstance(reply[question], dict)
         and set(reply[question]) == set(legal)

@@ -1,7 +1,7 @@
-"""A language model behind an OpenAI-compatible address: asked for JSON, believed only where it is legal.
+"""Ask a language model behind an OpenAI-compatible address for JSON, and accept only legal answers.
 
 What the server may cost is bounded: two answers, a time and a size for each. The key comes from the
-environment alone. Of what a server says, nothing is repeated but plain words that share nothing with a secret.
+environment alone. Messages repeat only plain words of the server that share nothing with a secret.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class EndpointLLM:
         raise IllegalReplyError(str(self._error(f"gave no legal answer in {TRIES} tries: {problem}")))
 
     def _answer(self, prompt: str, text: str) -> str:
-        """What the model says, after one step back where the server does not know a JSON schema."""
+        """Return the model's answer; retry without a JSON schema if the server does not support one."""
         body: dict[str, Any] = {
             "model": self.model,
             "messages": [
@@ -122,7 +122,7 @@ class EndpointLLM:
             raise self._error(str(error)) from error
 
     def _content(self, answer: bytes) -> str:
-        """What the model said, out of the server's answer."""
+        """Return the model's text from the server's answer."""
         try:
             content = json.loads(answer, object_pairs_hook=_once)["choices"][0]["message"]["content"]
         except _GivenTwice as error:
@@ -166,7 +166,7 @@ def same_host(url: str, other: str) -> bool:
 
 
 class _GivenTwice(ValueError):
-    """A JSON object that gives a key twice: readers differ in which of the two values counts."""
+    """A JSON object that contains a key twice: readers differ in which of the two values counts."""
 
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -215,7 +215,7 @@ def read_answers(content: str, secrets: Collection[str] = ()) -> dict[str, str]:
 
 
 def _brief(value: object, secrets: Collection[str]) -> str:
-    """A value of the model's, in its own words only where they are a few plain ones that tell no secret."""
+    """Format a value of the model for a message, verbatim only if it is a few plain words without a secret."""
     if value is None or isinstance(value, bool):
         return json.dumps(value)
     if isinstance(value, str):
@@ -227,7 +227,7 @@ def _brief(value: object, secrets: Collection[str]) -> str:
 
 
 def _shares(words: str, secret: str) -> bool:
-    """Whether the words have four letters in a row that the secret has too, forwards or backwards."""
+    """Return whether the words have four letters in a row that the secret has too, forwards or backwards."""
     said, hidden = (re.sub(r"[^a-z]", "", text.lower()) for text in (words, secret))
     run = min(4, len(hidden))
     pieces = (said[at : at + run] for at in range(len(said) - run + 1))
@@ -235,7 +235,7 @@ def _shares(words: str, secret: str) -> bool:
 
 
 def _secrets(url: str, key: str) -> frozenset[str]:
-    """The key, and what an address holds of user, password and query, also as they are sent."""
+    """Return the key, and the user, password and query of an address, also in their encoded forms."""
     parts = urlsplit(url)
     user, password = unquote(parts.username or ""), unquote(parts.password or "")
     plain = {key, user, password, *(value for _, value in parse_qsl(parts.query))}
@@ -257,7 +257,7 @@ def _meaning(status: int, withheld: str | None) -> str:
 
 
 def _addresses(url: str) -> tuple[str, str]:
-    """Where to ask, and the same address as it may be shown: without user, password and query."""
+    """Return the address to ask, and the form that may be shown: without user, password and query."""
     try:
         if any(char.isspace() or not char.isprintable() for char in url.strip()):
             raise ValueError  # urlsplit leaves out line breaks in silence, and would ask another address

@@ -1,4 +1,4 @@
-"""One question to a server and its answer, limited in time and size whatever the server does."""
+"""Exchange one question and its answer with a server, limited in time and size whatever the server does."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ THREAD = "language model exchange"
 
 
 class ExchangeError(Exception):
-    """A question that got no answer; the message says what the server did, to stand behind its name."""
+    """A question without an answer; the message says what the server did and is meant to follow its name."""
 
 
 class Exchange:
-    """Posts JSON to one address.
+    """A sender of JSON to one address.
 
     A server can send header after header, or one `100 Continue` after another, and every byte would begin a
     library's time-out anew. So the exchange runs in a thread, whose sockets are shut down when the time is over.
@@ -107,7 +107,7 @@ class Exchange:
         return ExchangeError(f"took longer than {self._answer_seconds:g} s to answer")
 
     def _hang_up(self) -> None:
-        """Ends the reading of the thread that was given up; the next question opens another connection."""
+        """End the reading of an abandoned thread; the next question opens another connection."""
         for each in self._sockets:
             try:
                 socket.socket.shutdown(each, socket.SHUT_RDWR)  # not TLS's own, which is in use in the thread

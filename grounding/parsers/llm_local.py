@@ -1,4 +1,4 @@
-"""A language model on this machine, run by transformers: it scores the legal answers and writes nothing.
+"""Run a language model on this machine with transformers: it scores the legal answers and writes no text.
 
 The prompt is run once and its keys and values are kept. One pass then reads the instruction with all
 questions behind it, side by side: each question sees the prompt, the instruction and itself, but no
@@ -197,7 +197,7 @@ class LocalLLM:
         return self.network.base_model(torch.tensor([ids]), use_cache=True).past_key_values, len(ids)
 
     def _read_prompt(self, prompt: str) -> None:
-        """Runs the prompt through the bare network; puts the adapter in force for what comes after it."""
+        """Run the prompt through the bare network; then activate the adapter for what follows."""
         import torch
 
         if self._prompt is not None and self._adapter is not None:

@@ -1,4 +1,4 @@
-"""Finding and loading the language model: of a package, a folder or the model hub."""
+"""Find and load the language model of a package, a folder or the model hub."""
 
 from __future__ import annotations
 
@@ -45,7 +45,9 @@ def default_folder() -> Path:
 
 
 def _is_whole(folder: Path) -> bool:
-    """Whether a converted folder has all its files as they were written; one of an earlier version does not say so."""
+    """Return whether a converted folder has all its files unchanged; folders of earlier versions have no record of
+    this.
+    """
     try:
         checksums = json.loads((folder / CHECKSUMS).read_text(encoding="utf-8"))
         return all(checksum(folder / name) == checksums[name] for name in FILES)
@@ -139,7 +141,9 @@ def quick_dtype() -> torch.dtype:
 
 
 def _convert(gguf: Path, folder: Path) -> None:
-    """Writes the model in a GGUF file as a model folder, all of it or nothing, whoever else does the same."""
+    """Convert the model in a GGUF file to a model folder completely or not at all, even if other processes do the
+    same.
+    """
     import torch
     from safetensors.torch import save_file
     from transformers import AutoModelForCausalLM, AutoTokenizer

@@ -1,4 +1,4 @@
-"""What a language model is asked and what it may answer: six questions, each with a closed list of answers.
+"""Define the questions to a language model and its legal answers: six questions, each with a closed list.
 
 A reply is a distribution over the legal answers of every question. A back end that only names one
 answer gives it all the weight.

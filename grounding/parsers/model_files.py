@@ -1,4 +1,4 @@
-"""Model folders that a user names: found or fetched from the model hub, and looked at before a library loads them."""
+"""Find or fetch model folders that a user names, and check them before a library loads them."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Any sentence encoder that a user names, loaded by the sentence-transformers library, for the embedding parser.
+"""Load any sentence encoder that a user names with the sentence-transformers library, for the embedding parser.
 
-Gives what `SentenceEncoder` gives: embeddings of sentences, and states of their word pieces. An encoder without word
+The encoder gives the same as `SentenceEncoder`: embeddings of sentences, and states of their word pieces. An encoder without word
 states (a bag of words, a static table) has one state for each text: the embedding of the whole.
 """
 
@@ -70,7 +70,7 @@ class NamedEncoder:
 
     @cached_property
     def checksum(self) -> str:
-        """The SHA-256 checksum of all weights and their names, in hexadecimal."""
+        """Return the SHA-256 checksum of all weights and their names, in hexadecimal."""
         digest = hashlib.sha256()
         for name, tensor in sorted(self._model.state_dict().items()):
             digest.update(name.encode())
@@ -79,7 +79,7 @@ class NamedEncoder:
 
     @cached_property
     def state_width(self) -> int:
-        """The width of the states that `token_states` gives."""
+        """Return the width of the states that `token_states` gives."""
         return self.token_states(["a"]).hidden.shape[-1]
 
     def token_states(self, texts: list[str], layer: int | None = None) -> TokenStates:
@@ -113,7 +113,7 @@ class NamedEncoder:
 
     @property
     def whole_words(self) -> frozenset[str]:
-        """The words that are spelled right: those of the built-in encoder, whatever the pieces of this one."""
+        """Return the correctly spelled words: those of the built-in encoder, whatever the pieces of this one."""
         return _built_in().whole_words
 
     @cached_property
@@ -122,7 +122,9 @@ class NamedEncoder:
 
     @cached_property
     def _has_word_states(self) -> bool:
-        """Whether the first module is a transformer whose tokenizer says where each piece stands in the text."""
+        """Return whether the first module is a transformer whose tokenizer gives the place of each piece in the
+        text.
+        """
         import torch
 
         tokenizer = getattr(self._model, "tokenizer", None)
@@ -173,7 +175,7 @@ def _load(folder: Path) -> Any:
 
 
 def _brings_code(folder: Path) -> bool:
-    """Whether any file of the model names code that is none of the libraries' own.
+    """Return whether any file of the model names code outside the libraries.
 
     Raises:
         ModelFilesError: for files that are missing or cannot be read.

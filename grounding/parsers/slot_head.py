@@ -1,4 +1,4 @@
-"""The embedding parser's network: the sentence encoder's upper layers, trained on, and a head per slot.
+"""Define the embedding parser's network: the sentence encoder's upper layers, trained further, and a head per slot.
 
 The encoder's own upper layers are made for the meaning of a whole sentence. Here they continue from
 its lower layers' word states as a copy that learned which word is about which slot. Then every word
@@ -27,7 +27,7 @@ _COUNTS = [len(ANSWERS[question]) for question in QUESTIONS]
 
 
 class SlotReader(nn.Module):
-    """Word states of the sentence encoder to votes on every question.
+    """A network from word states of the sentence encoder to votes on every question.
 
     Args:
         layers: how many transformer layers it has of its own.

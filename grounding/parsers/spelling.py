@@ -1,4 +1,4 @@
-"""Mends typing errors and chat shorthand before a sentence is read.
+"""Correct typing errors and chat shorthand before a sentence is read.
 
 The sentence encoder cuts a mistyped word into meaningless pieces. A word that neither it nor the
 training language knows is replaced by the nearest word of the training language, if one is near.
@@ -58,7 +58,7 @@ _DIGITS_BETWEEN = re.compile(
 
 @dataclass(frozen=True)
 class Mended:
-    """A text with its typing errors mended.
+    """A text with its typing errors corrected.
 
     Attributes:
         text: the mended text.
@@ -76,7 +76,7 @@ class Mended:
 
 
 def mend(text: str, known: Collection[str]) -> Mended:
-    """Mend the typing errors of a text.
+    """Correct the typing errors of a text.
 
     Args:
         text: the instruction.
@@ -119,7 +119,7 @@ def _right(word: str, known: Collection[str]) -> str:
 
 
 def _stems(word: str) -> list[str]:
-    """The word, and what it may be an inflection of."""
+    """Return the word, and the words that it may be an inflection of."""
     stems = [word]
     for ending, instead in _ENDINGS:
         if word.endswith(ending) and len(word) - len(ending) >= 3:
@@ -129,7 +129,7 @@ def _stems(word: str) -> list[str]:
 
 
 def _apart(word: str) -> str | None:
-    """The two usual words that were run together."""
+    """Return the two usual words that were written as one."""
     vocabulary = _vocabulary()
     places = [
         i for i in range(2, len(word) - 2) if _usual(vocabulary, word[:i]) and _usual(vocabulary, word[i:])
@@ -144,7 +144,7 @@ def _usual(vocabulary: Counter[str], word: str) -> bool:
 
 @lru_cache(maxsize=4096)
 def _nearest(word: str, reach: int) -> str | None:
-    """The word of the training language within so many slips, the most usual of the nearest."""
+    """Return the word of the training language within a number of slips, the most usual of the nearest."""
     vocabulary = _vocabulary()
     found = process.extract(word, vocabulary.keys(), scorer=OSA.distance, score_cutoff=reach, limit=None)
     # A slip at the first letter is rare.
@@ -159,7 +159,7 @@ def _nearest(word: str, reach: int) -> str | None:
 
 @lru_cache(maxsize=1)
 def _vocabulary() -> Counter[str]:
-    """The words of the training language, and how usual they are; those of the slots count more."""
+    """Return the words of the training language and their frequency; those of the slots count more."""
     counts: Counter[str] = Counter()
     for name, frames in all_frames().items():
         for frame in frames if name != "frames_spoken" else ():  # those are spelt as people spell

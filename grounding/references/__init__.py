@@ -1,1 +1,1 @@
-"""References: which of the scene's objects an instruction means."""
+"""Resolve references: which of the scene's objects an instruction means."""

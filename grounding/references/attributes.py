@@ -1,4 +1,4 @@
-"""What a scene knows of its objects besides their names, and which of them an adjective fits.
+"""Judge which objects an adjective fits, by what a scene knows of them besides their names.
 
 Colours are words, measures are metres. "Tall" and "small" are judged among the objects that the noun allows: the tall
 cups are those above the widest step between the heights of the cups.
@@ -29,7 +29,7 @@ COLOR_WORDS: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class ObjectAttributes:
-    """What is known of one object.
+    """The known attributes of one object.
 
     Attributes:
         colors: the words that name its colour, the best first, spelled as in `COLOR_WORDS`; empty where unknown.
@@ -59,7 +59,7 @@ def _volume(size: tuple[float, float, float]) -> float:
 
 @dataclass(frozen=True)
 class Measure:
-    """What an adjective of size compares.
+    """The measure that an adjective of size compares.
 
     Attributes:
         of: gives the number that is compared, from (length, width, height).
@@ -92,7 +92,7 @@ MEASURES: Mapping[str, Measure] = _measures()
 
 
 def _compared(ending: str) -> dict[str, str]:
-    """Comparative or superlative -> the plain adjective of size."""
+    """Return comparative or superlative -> the plain adjective of size."""
     forms = {}
     for word in MEASURES:
         stem = word.removesuffix("e")
@@ -122,7 +122,7 @@ def is_color(word: str) -> bool:
 
 
 def _plain_color(word: str) -> str:
-    """ "Red" for "reddish"."""
+    """Return "red" for "reddish"."""
     stem = word.removesuffix("ish")
     return next((form for form in (word, stem, stem[:-1], f"{stem}e") if form in COLOR_WORDS), word)
 

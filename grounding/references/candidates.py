@@ -1,4 +1,4 @@
-"""The objects of a scene as noun phrases are matched against them: by noun, colour, size, number and order."""
+"""Match noun phrases against the objects of a scene: by noun, colour, size, number and order."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 
 
 class SelectionError(ValueError):
-    """An object was named that is not there; the message lists what is."""
+    """A reference to an object that does not exist; the message lists those that do."""
 
 
 class Candidates:
-    """What noun phrases can mean.
+    """The objects that noun phrases can mean.
 
     Args:
         objects: of the scene, or of the library that one is drawn from.
@@ -144,7 +144,7 @@ class Candidates:
         return ("; " if any("," in name for name in counted) else ", ").join(parts) or "nothing"
 
     def _sizes(self, word: str, kinds: Sequence[int]) -> str:
-        """How alike the objects are in a measure: "heights are too alike: 10.1 to 10.4 cm"."""
+        """Say how alike the objects are in a measure: "heights are too alike: 10.1 to 10.4 cm"."""
         measure = MEASURES[_measure(word) or word]
         values = [measure.of(each.size) for i in kinds if (each := self._attributes[i]) and each.size]
         if len(values) < len(kinds) or len(kinds) < 2:
@@ -168,7 +168,7 @@ class Candidates:
         )
 
     def _by_noun(self, noun: str) -> list[int]:
-        """The objects that a known noun can mean."""
+        """Find the objects that a known noun can mean."""
         itself, *others = meanings(noun)
         if found := self._of_kinds(itself, noun):
             return found
@@ -179,18 +179,18 @@ class Candidates:
         return next((found for kinds in others if (found := self._of_kinds(kinds, noun))), [])
 
     def _of_kinds(self, kinds: Sequence[str], noun: str) -> list[int]:
-        """The objects of these kinds; a toy car is a toy."""
+        """Find the objects of these kinds; a toy car is a toy."""
         group = noun in GROUPS
         return [i for i, n in enumerate(self._read) if n.head in kinds or (group and noun in n.words)]
 
     # By adjective
 
     def _telling(self, mention: Mention) -> list[str]:
-        """The modifiers that can say which object is meant."""
+        """Return the modifiers that can identify the object."""
         return [w for w in mention.modifiers if adjective(w) in self._words or rivals(adjective(w))]
 
     def _described(self, mention: Mention, found: list[int]) -> list[int]:
-        """Those of the found objects that the adjectives fit, as far as the scene can tell."""
+        """Keep the found objects that the adjectives fit, as far as the scene allows judging them."""
         # Sizes last: "the small red cups" are small among the red ones.
         for word in sorted(mention.modifiers, key=lambda word: _measure(word) is not None):
             if word in _SAYING_NOTHING:
@@ -203,7 +203,7 @@ class Candidates:
         return found
 
     def _fitting(self, said: str, mention: Mention, found: list[int]) -> list[int] | None:
-        """Those that one adjective fits; `None` where nothing here can tell."""
+        """Return those that one adjective fits; `None` if it cannot be judged here."""
         word = adjective(said)
         holding = [i for i in found if word in self._read[i].words]
         known = [self._attributes[i] for i in found]
@@ -255,6 +255,6 @@ def _key(mention: Mention) -> tuple[object, ...]:
 
 
 def _measure(word: str) -> str | None:
-    """The plain adjective of size behind a word, in whatever degree; `None` if it is none."""
+    """Return the plain adjective of size of a word in any degree; `None` if it is not one."""
     plain = SUPERLATIVES.get(word) or COMPARATIVES.get(word) or word
     return plain if plain in MEASURES else SAME_WORDS.get(plain) if SAME_WORDS.get(plain) in MEASURES else None

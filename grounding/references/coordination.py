@@ -1,4 +1,4 @@
-"""Phrases whose noun is said only once, with the last of them: "the red, the green and the blue cup"."""
+"""Find phrases that share one noun, given only with the last of them: "the red, the green and the blue cup"."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many objects a noun phrase means, and which of those that are numbered."""
+"""Read how many objects a noun phrase means, and which of the numbered ones."""
 
 from __future__ import annotations
 

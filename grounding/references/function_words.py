@@ -1,4 +1,4 @@
-"""Small words of English that tell where in an instruction objects are named, and in which role."""
+"""List function words of English that show where an instruction names objects, and in which role."""
 
 from __future__ import annotations
 

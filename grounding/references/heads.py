@@ -1,4 +1,4 @@
-"""Heads of noun phrases: the words that name objects, and where the words that describe them begin."""
+"""Find the heads of noun phrases: the words that name objects, and where their modifiers begin."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What nouns mean among the things that lie on a table: kinds, other words for them, and words for groups."""
+"""Define the meanings of nouns for objects on a table: kinds, synonyms, and words for groups."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Where an instruction speaks of objects: noun phrases, their number and adjectives, and their role.
+"""Find where an instruction mentions objects: noun phrases, their number and adjectives, and their role.
 
-Rules over words, without a grammar: a noun is a target unless the words before it say otherwise ("for
+The rules work on words, without a grammar: a noun is a target unless the words before it say otherwise ("for
 the cups", "next to the box"), leave it out ("all but the bowl"), or its sentence only reports something ("the
 mugs came in a parcel").
 """
@@ -90,7 +90,7 @@ class _MentionReader:
     def _mention(
         self, start: int, head: int, noun: str, many: bool, known: bool, last: tuple[int, Mention] | None
     ) -> tuple[Mention | None, int]:
-        """The mention, unless the words are no object after all, and the place after it."""
+        """Return the mention, or `None` if the words are no object after all, and the place after it."""
         end = head + 1
         numbers, end = numbers_after(self.said, end)
         modifiers = tuple(self.words[start:head])
@@ -142,14 +142,14 @@ class _MentionReader:
         ), end
 
     def _filling(self, place: int) -> str:
-        """The singular of what a box or can holds, where the word at `place` says that; else empty."""
+        """Return the singular of the content of a box or can if the word at `place` names it; otherwise empty."""
         word = singular(self.said.word(place))
         return word if word in FILLINGS else ""
 
     def _with_sharing(
         self, mention: Mention, start: int, head: int, end: int, last: tuple[int, Mention] | None
     ) -> list[Mention]:
-        """The mention after those that share its noun; what the words before the first say holds for all."""
+        """Return the mention after those that share its noun; the words before the first apply to all."""
         partial = partial_phrases(self.said, start, head, mention.plural, last[0] if last else -1)
         if partial:
             mention = replace(mention, role=self._role(partial[0].first, end, last))

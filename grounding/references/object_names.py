@@ -1,4 +1,4 @@
-"""What the names of a scene's objects say, and which of them a word that is no noun of theirs may mean."""
+"""Read the names of a scene's objects, and find which of them an unknown noun may mean."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def guesses(noun: str, heads: Sequence[str], encoder: SentenceEncoder | None) ->
 
 
 def _nearly(word: str, noun: str) -> bool:
-    """Whether a word of five letters or more is one slip of the keyboard away from a noun."""
+    """Return whether a word of five letters or more is one typing error away from a noun."""
     if len(word) < 5 or len(noun) < 4 or abs(len(word) - len(noun)) > 1 or word[0] != noun[0]:
         return False
     shorter = min(len(word), len(noun))

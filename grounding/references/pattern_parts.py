@@ -1,4 +1,5 @@
-"""Parts of regular expressions for what cannot be built yet: lengths, orders of objects, poses of single objects.
+"""Define parts of regular expressions for what cannot be built yet: lengths, orders of objects, poses of single
+objects.
 
 Instructions (`grounding.unsupported`), corrections (`grounding.dialogue.unread`) and exchanges of objects
 (`grounding.dialogue.replacements`) look for the same words in sentences of their own form. Each part is a group, in

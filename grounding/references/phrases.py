@@ -1,4 +1,4 @@
-"""What is read of an instruction's noun phrases, and the nouns that they are read with."""
+"""Define the result of reading noun phrases, and the nouns that they are read with."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a clause after a noun says of the objects that are meant: "the cups that are red", "everything that isn't blue"."""
+"""Apply a clause after a noun to the objects that are meant: "the cups that are red", "everything that isn't blue"."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Which of the scene's objects an instruction means: "the red cups", "three cans", "everything but the bowl".
+"""Select the objects that an instruction means: "the red cups", "three cans", "everything but the bowl".
 
-Plain rules over nouns, adjectives and numbers, so that the same words always mean the same objects. Only a
+Plain rules over nouns, adjectives and numbers ensure that the same words always mean the same objects. Only a
 noun that no table and no name knows is compared with them by its sentence embedding, if an encoder is given.
 """
 
@@ -124,14 +124,14 @@ def mentioned(text: str) -> tuple[str, ...]:
 
 
 def _with_article(words: str) -> str:
-    """The noun phrase as it follows "but": "the bowl"; plurals and numbers need nothing."""
+    """Return the noun phrase as it follows "but": "the bowl"; plurals and numbers need no article."""
     last = words.lower().split()[-1]
     bare = " " not in words and singular(last) == last and not FORMS.get(last, ("", False))[1]
     return f"the {words}" if bare else words
 
 
 def _targets(references: References) -> list[Mention]:
-    """The mentions that choose; none where everything is meant."""
+    """Return the mentions that choose objects; none if everything is meant."""
     if targets := references.by_role("target"):
         return targets
     narrated = [replace(m, count=None, exact=False) if m.plural else m for m in references.by_role("narrated") if m.known]
@@ -180,7 +180,7 @@ class _Choice:
         )
 
     def _refuse_relations(self, chosen: set[int]) -> None:
-        """Refuse what is to stand somewhere by an object that does not take part itself: "behind the plate".
+        """Refuse a place relative to an object that does not itself take part: "behind the plate".
 
         Raises:
             SelectionError: with the words that say so.
@@ -226,6 +226,6 @@ class _Choice:
         return fresh[: mention.count]
 
     def _particular(self, mention: Mention) -> bool:
-        """Whether the mention speaks of particular objects: "the red cup", "the two tallest"."""
+        """Return whether the mention means particular objects: "the red cup", "the two tallest"."""
         one = mention.definite and mention.count == 1 and not mention.exact
         return one or self.there.superlative(mention)

@@ -1,4 +1,4 @@
-"""What part the words of an instruction play: what is asked for, left out, or only mentioned in passing."""
+"""Determine the role of an instruction's words: requested, left out, or only mentioned in passing."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ class Sentences:
                 first = place + 1
 
     def _reason(self, place: int) -> bool:
-        """Whether a clause starts here that gives a reason, a condition or a purpose."""
+        """Return whether a clause starts here that gives a reason, a condition or a purpose."""
         if self.words[place] == "so":
             after = place + 1 + (self.word(place + 1) == "that")
             return (
@@ -183,7 +183,7 @@ class Sentences:
         )
 
     def _cued(self, start: int, end: int) -> bool:
-        """Whether something is asked for between these places."""
+        """Return whether something is asked for between these places."""
         for place in range(start, end):
             word, before = self.words[place], self.word(place - 1)
             if word in ARRANGING and before not in ("i", "he", "she", "they", "we", "who"):

@@ -1,4 +1,4 @@
-"""Nouns that neither the tables nor the scene know, recognised as objects by where they stand."""
+"""Recognise nouns of objects that neither the tables nor the scene know, by their place in the sentence."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def unknown_phrase(said: Sentences, place: int, listed: str) -> tuple[int, int, 
 
 
 def _opens(said: Sentences, place: int) -> bool:
-    """Whether objects, and hardly anything else, are named from here on."""
+    """Return whether mostly objects are named from here on."""
     word = said.words[place]
     if (word in FUNCTION_WORDS and word not in _BEFORE_NOUNS) or word in ("of", "that", "this", "it"):
         return False
@@ -101,14 +101,14 @@ def _opens(said: Sentences, place: int) -> bool:
 
 
 def _shape_before(said: Sentences, place: int) -> bool:
-    """Whether "of", "out of" or "from" follows the noun of a shape: "a ring of"."""
+    """Return whether "of", "out of" or "from" follows the noun of a shape: "a ring of"."""
     if said.word(place - 1) in ("out", "made", "consisting"):
         place -= 1
     return said.word(place - 1) in SHAPE_WORDS
 
 
 def _shape_follows(said: Sentences, place: int) -> bool:
-    """Whether the phrase at the start of a sentence goes "in a circle" or "into a row"."""
+    """Return whether the phrase at the start of a sentence continues with "in a circle" or "into a row"."""
     for start in range(place + 1, min(place + 6, len(said.words))):
         if said.words[start] in ("in", "into") and said.word(start + 1) in ("a", "an", "one"):
             return said.word(start + 2) not in NOT_OBJECTS or said.word(start + 2) in SHAPE_WORDS

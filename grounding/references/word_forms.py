@@ -1,4 +1,4 @@
-"""Forms of English nouns: plurals, singulars, and the nouns that are known without a scene."""
+"""Form plurals and singulars of English nouns, and list the nouns that are known without a scene."""
 
 from __future__ import annotations
 

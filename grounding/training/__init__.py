@@ -1,1 +1,1 @@
-"""Training of the two parsers."""
+"""Train the two parsers."""

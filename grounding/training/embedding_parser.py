@@ -206,7 +206,7 @@ def fit_reader(
 
 
 def _initial_reader(encoder: SentenceEncoder) -> SlotReader:
-    """A reader whose transformer layers are copies of the encoder's upper ones."""
+    """Return a reader whose transformer layers are copies of the encoder's upper ones."""
     upper_layers = encoder.network().layers[ENCODER_LAYER:]
     reader = SlotReader(layers=len(upper_layers), hidden=HIDDEN)
     reader.layers.load_state_dict(upper_layers.state_dict())
@@ -216,7 +216,7 @@ def _initial_reader(encoder: SentenceEncoder) -> SlotReader:
 def _optimiser(
     reader: SlotReader, steps: int, rate: float
 ) -> tuple[torch.optim.Optimizer, torch.optim.lr_scheduler.LRScheduler]:
-    """AdamW with one learning rate for the layers and one for the heads, and its one-cycle schedule."""
+    """Return AdamW with one learning rate for the layers and one for the heads, and its one-cycle schedule."""
     upper = list(reader.layers.parameters())
     heads = [weight for name, weight in reader.named_parameters() if not name.startswith("layers.")]
     rates = [rate * LEARNING_RATE, rate * HEAD_LEARNING_RATE]

@@ -1,4 +1,4 @@
-"""A parser on a sentence encoder that a user names: heads fitted to its word states, once, and kept in the cache.
+"""Fit a parser's heads once to a sentence encoder that a user names, and keep them in the cache.
 
 The shipped parser continues all-MiniLM-L6-v2's own layers, which no other encoder has. On another encoder the same
 heads are fitted to the last layer's states, which stay as they are: minutes in place of half an hour, and more mistakes.
@@ -111,7 +111,7 @@ def _encoded(encoder: NamedEncoder, count: int, report: Callable[[str], None]) -
 
 
 def _trained(batches: Sequence[_Batch], width: int) -> SlotReader:
-    """Heads that have seen every sentence `EPOCHS` times."""
+    """Train heads that have seen every sentence `EPOCHS` times."""
     rng = np.random.default_rng(0)
     with torch.random.fork_rng():
         torch.manual_seed(0)  # initial weights and dropout know no generator of their own

@@ -147,7 +147,7 @@ class Trainer:
         self.network.config._attn_implementation = Prefix.name
 
     def weights(self) -> list[nn.Parameter]:
-        """List all that learns."""
+        """List all trained weights."""
         return [weight for layer in self.added.values() for weight in (layer.a, layer.b)]
 
     def loss(self, batch: Sequence[LabelledText]) -> torch.Tensor:
@@ -192,7 +192,7 @@ class Trainer:
             self.added[name].b.data.copy_(b.float() / SCALE)
 
     def _pass(self, layouts: Sequence[Layout], seen: object, tokens: int) -> torch.Tensor:
-        """The last hidden states (B, T, width) behind a prompt of so many tokens."""
+        """Return the last hidden states (B, T, width) after a prompt of that many tokens."""
         longest = max(len(layout.ids) for layout in layouts)
         ids = torch.zeros(len(layouts), longest, dtype=torch.long)
         positions = torch.full_like(ids, tokens)
@@ -209,7 +209,7 @@ class Trainer:
         return output.last_hidden_state
 
     def _prompt_texts(self) -> Iterator[str]:
-        """The prompt, and others with a random choice of its examples in random order."""
+        """Return the prompt, and others with a random choice of its examples in random order."""
         prompt = load_prompt(PROMPT)
         yield prompt
         for _ in range(PROMPTS):

@@ -1,1 +1,1 @@
-"""The commands of `structagent evaluate`."""
+"""Define the commands of `structagent evaluate`."""

@@ -1,4 +1,4 @@
-"""`structagent evaluate`: the group of all evaluations."""
+"""Define the group of all evaluations: `structagent evaluate`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`structagent evaluate completion`, `discriminators` and `coverage`: single parts of the pipeline."""
+"""Evaluate single parts of the pipeline: `structagent evaluate completion`, `discriminators` and `coverage`."""
 
 from __future__ import annotations
 

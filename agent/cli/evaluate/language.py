@@ -1,4 +1,4 @@
-"""`structagent evaluate parse` and `language`: what parsers read, and what their mistakes cost."""
+"""Measure what parsers read and the cost of their mistakes: `structagent evaluate parse` and `language`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`structagent evaluate chat`: how fast the chat answers."""
+"""Measure how fast the chat answers: `structagent evaluate chat`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the evaluations share: their options, and the printing and writing of a report."""
+"""Share the options of the evaluations, and the printing and writing of a report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`structagent evaluate success`, `arm` and `recordings`: arrangements and builds, judged in physics."""
+"""Judge arrangements and builds in physics: `structagent evaluate success`, `arm` and `recordings`."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""`structagent evaluate success`: how often what the planners imagine stands, measured on the same scenes."""
+"""Measure how often the planners' proposals stand, on the same scenes: `structagent evaluate success`."""

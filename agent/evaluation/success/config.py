@@ -1,4 +1,4 @@
-"""What decides the rows of a success evaluation, beside planners and scenes: as options, command and fingerprint."""
+"""Define the settings of a success evaluation besides planners and scenes: as options, command and fingerprint."""
 
 from __future__ import annotations
 

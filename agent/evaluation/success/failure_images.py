@@ -1,4 +1,4 @@
-"""Pictures of failed arrangements, from above and from the robot, with the goal and the failure."""
+"""Draw failed arrangements, from above and from the robot, with the goal and the failure."""
 
 from __future__ import annotations
 

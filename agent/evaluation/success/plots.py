@@ -1,4 +1,4 @@
-"""The plots of a success evaluation: success over the number of arrangements tried, and failures."""
+"""Plot a success evaluation: success over the number of arrangements tried, and failures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report of a success evaluation: the table for the terminal, and the files of its folder."""
+"""Write the report of a success evaluation: the table for the terminal, and the files of its folder."""
 
 from __future__ import annotations
 

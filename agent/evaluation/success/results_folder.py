@@ -1,4 +1,4 @@
-"""The folder of a success evaluation: it stores the rows, so that the same command resumes one that was stopped.
+"""Store the rows of a success evaluation in a folder, so that the same command resumes one that was stopped.
 
 | file | content |
 |---|---|

@@ -1,4 +1,5 @@
-"""The tables of a success evaluation in the layout of the paper, as Markdown; each only if its planners were run.
+"""Write the tables of a success evaluation in the layout of the paper, as Markdown; each only if its planners were
+run.
 
 Cells are percentages with their 95 % Wilson interval; the results of the paper stand below ours, for comparison.
 """

@@ -1,4 +1,4 @@
-"""The Python interface of structagent: point clouds and a sentence in, ranked goal poses out.
+"""Propose ranked goal poses for point clouds and a sentence: the Python interface of structagent.
 
     import structagent
 

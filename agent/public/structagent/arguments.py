@@ -1,4 +1,4 @@
-"""The check of single arguments, each refused in one sentence that names it, its value and what is legal."""
+"""Check single arguments; each is refused in one sentence that names it, its value and the legal values."""
 
 from __future__ import annotations
 

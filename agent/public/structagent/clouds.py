@@ -1,4 +1,4 @@
-"""The check of what a caller gives: clouds, colours, names and the table, each refused in one sentence."""
+"""Check a caller's clouds, colours, names and table; each is refused in one sentence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all calls share: models and libraries, loaded once, and one lock around the computing."""
+"""Share models and libraries between all calls: they are loaded once, and one lock protects the computation."""
 
 from __future__ import annotations
 

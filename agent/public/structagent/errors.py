@@ -1,4 +1,4 @@
-"""The one exception of the public interface, and how the errors of the packages below become it."""
+"""Define the one exception of the public interface, and convert the errors of the packages below to it."""
 
 from __future__ import annotations
 

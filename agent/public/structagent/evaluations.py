@@ -1,4 +1,4 @@
-"""Evaluations: how often the arrangements of planners stand, on the same simulated scenes."""
+"""Evaluate how often the arrangements of planners stand, on the same simulated scenes."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class SuccessRate:
 
 @dataclass(frozen=True)
 class EvaluationReport:
-    """What was measured.
+    """The measured rates and their report.
 
     Attributes:
         rates: of each planner on each structure, and on "all" of them.
@@ -69,7 +69,7 @@ class EvaluationReport:
         raise wrong_argument(f"{shown(model)} on {shown(structure)} was not measured; legal: {there}")
 
     def __str__(self) -> str:
-        """A table: a line for each rate."""
+        """Format the rates as a table, one line each."""
         wide = max(len(one.model) for one in self.rates)
         return "\n".join(
             f"{one.model:<{wide}}  {one.structure:<13}  {one.successes:>4} of {one.scenes:<4}  {one.rate:>6.1%}  "

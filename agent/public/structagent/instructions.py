@@ -1,4 +1,4 @@
-"""Sentences and slots: what an instruction asks for, and which objects it means."""
+"""Interpret sentences and slots: what an instruction asks for, and which objects it means."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Proposals: ranked goal poses for the objects of a scene."""
+"""Propose ranked goal poses for the objects of a scene."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Proposals(Sequence[Proposal]):
         spec: the slots that were understood, world frame.
         scene: the objects, in the order of every array about them.
         moved: indices of the objects that take part, ascending; the others are obstacles.
-        notes: what has to be said about the reading, a sentence each.
+        notes: remarks about the interpretation, a sentence each.
         status: "ok", or "no valid arrangement" where `keep_invalid` kept what is not good enough.
         proposed: how many arrangements were proposed, those left out as invalid included.
         model: the planner's name.
@@ -144,7 +144,7 @@ def propose(
         keep_invalid: also return what is not good enough to be built, with `Proposal.valid` false.
 
     Returns:
-        The proposals, best first, with the slots that were understood and what has to be said about them.
+        The proposals, best first, with the slots that were understood and remarks about them.
 
     Raises:
         StructagentError: for input that cannot be used, an instruction that is refused, asks back or names what is not

@@ -1,4 +1,4 @@
-"""Runs: one instruction from its text to the built structure, with listeners for everything that happens."""
+"""Run one instruction from its text to the built structure, with listeners for every event."""
 
 from __future__ import annotations
 

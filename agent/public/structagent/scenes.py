@@ -1,4 +1,4 @@
-"""Scenes: the objects on a table as point clouds."""
+"""Represent the objects on a table as point clouds."""
 
 from __future__ import annotations
 

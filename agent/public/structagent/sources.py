@@ -1,4 +1,4 @@
-"""Scenes from elsewhere than arrays: drawn in simulation, from a scene file, or from a recording."""
+"""Load scenes from sources other than arrays: drawn in simulation, from a scene file, or from a recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measured values as small pictures: a gauge for a check, a bar for the time that the steps took."""
+"""Draw measured values as small pictures: a gauge for a check, a bar for the time that the steps took."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page as a whole: its head, its style, what the turns are, and the turns."""
+"""Assemble the page: its head, its style, an explanation of the turns, and the turns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drawings of the table from above, as SVG: the same objects, colours and letters as in the terminal.
+"""Draw the table from above as SVG: the same objects, colours and letters as in the terminal.
 
 Every object has its own colour; what takes no part is pale, with a dashed outline and a small letter.
 """

@@ -1,4 +1,4 @@
-"""The parts that every section of the page is made of, as HTML; what they are given as text is escaped here."""
+"""Build the HTML elements of every section of the page, and escape the text given to them."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def film(content: bytes, caption: str, interval: float) -> str:
 
 
 def album(figures: Sequence[str | None], kind: str = "pictures") -> str:
-    """Figures next to each other; nothing where there are none."""
+    """Place figures next to each other; return nothing if there are none."""
     there = [each for each in figures if each]
     return f'<div class="{kind}">{"".join(there)}</div>' if there else ""
 

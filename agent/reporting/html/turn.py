@@ -1,4 +1,4 @@
-"""The sections of one turn: an instruction, and everything that followed from it."""
+"""Write the sections of one turn: an instruction and everything that followed from it."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ class Turn:
 
     @property
     def title(self) -> str:
-        """What was said, as text."""
+        """Return the user's text."""
         said = self.report["instruction"]
         return "before the first instruction" if said is None else f"“{said}”"
 
     @property
     def outcome(self) -> str:
-        """How it ended, as HTML; empty where nothing was asked for.
+        """Return the outcome as HTML; empty if nothing was asked for.
 
         A failure is one of a goal: a question, its answer, a greeting and a declined proposal are none.
         """
