@@ -30,7 +30,7 @@ from structdiffusion.structures.checks import (
     size_checks,
 )
 from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
-from structdiffusion.structures.structure import Draft, LayoutError, Structure, Traits, choose_alike
+from structdiffusion.structures.structure import Draft, Structure
 
 # The opening of a ring that faces somewhere, over its other gaps: well inside `OPENING_RATIO`.
 _DRAWN_OPENING = (1.9, 2.4)
@@ -44,14 +44,9 @@ class Circle(Structure):
     least = MIN_CIRCLE_OBJECTS
     usual_counts = (3, 7)
     rotation_alters_layout = True
+    often_one_noun = True
     demonstration_share = 0.25
     crowded_share = 0.4
-
-    def choose(
-        self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool
-    ) -> list[Traits]:
-        """Choose objects; half of the time of one noun."""
-        return super().choose(choose_alike(candidates, wanted, rng, named), wanted, rng, named)
 
     def draft(
         self, items: Sequence[LayoutItem], spec: StructureSpec, heading: float, rng: np.random.Generator
@@ -61,8 +56,7 @@ class Circle(Structure):
         Raises:
             LayoutError: for fewer than three objects.
         """
-        if len(items) < self.least:
-            raise LayoutError(f"a circle needs {self.least} or more objects, got {len(items)}")
+        self.require_enough(items)
         count = len(items)
         opening = rng.uniform(*_DRAWN_OPENING) if spec.rotation else 1.0
         gap = 2 * math.pi / (count - 1 + opening)

@@ -24,7 +24,7 @@ from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import Check, count_check, on_table_check, position_checks, size_checks
 from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
-from structdiffusion.structures.structure import Draft, LayoutError, Structure, Traits, choose_alike
+from structdiffusion.structures.structure import Draft, Structure
 
 _KEPT = 0.6  # of what the evaluation protocol lets rows be off and uneven: what is off by more is moved in
 _ROUNDS = 8  # of evening out gaps
@@ -37,14 +37,9 @@ class Line(Structure):
     least = MIN_LINE_OBJECTS
     usual_counts = (2, 6)
     rotations = ("north", "east")  # it faces both ways: north is south, and east is west
+    often_one_noun = True
     demonstration_share = 0.22
     crowded_share = 0.35
-
-    def choose(
-        self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool
-    ) -> list[Traits]:
-        """Choose objects; half of the time of one noun."""
-        return super().choose(choose_alike(candidates, wanted, rng, named), wanted, rng, named)
 
     def draft(
         self, items: Sequence[LayoutItem], spec: StructureSpec, heading: float, rng: np.random.Generator
@@ -54,8 +49,7 @@ class Line(Structure):
         Raises:
             LayoutError: for fewer than two objects.
         """
-        if len(items) < self.least:
-            raise LayoutError(f"a line needs {self.least} or more objects, got {len(items)}")
+        self.require_enough(items)
         direction = np.array([math.sin(heading), -math.cos(heading)])  # to the right of the heading
         turns = np.array([item.turn_to_axis(heading) for item in items])
         outlines = [turned(item.footprint, turn) for item, turn in zip(items, turns)]

@@ -62,6 +62,7 @@ class Structure(Protocol):
         rotation_alters_layout: whether a rotation changes the structure itself and does not only turn it, as the opening
             of a ring. Demonstrations leave it out at times, and no training example hides it.
         rotations: the rotations that can be told apart when one is measured.
+        often_one_noun: whether the objects of a drawn scene are of one noun in half of the cases.
         demonstration_share, crowded_share: how often it is tried for training data, and for data with 8 to 10 objects;
             relative to the other structures. 0 leaves the data of the others as they are.
     """
@@ -75,6 +76,7 @@ class Structure(Protocol):
     stacks: bool = False
     rotation_alters_layout: bool = False
     rotations: tuple[str, ...] = ROTATIONS
+    often_one_noun: bool = False
     demonstration_share: float = 0.0
     crowded_share: float = 0.0
 
@@ -107,6 +109,8 @@ class Structure(Protocol):
         Raises:
             LayoutError: when they cannot make the structure.
         """
+        if self.often_one_noun:
+            candidates = choose_alike(candidates, wanted, rng, named)
         return choose_first(candidates, wanted, self.name, self.usual_counts[0])
 
     # --- layout -----------------------------------------------------------------------------------
@@ -120,6 +124,11 @@ class Structure(Protocol):
             LayoutError: when the objects do not suit it.
         """
         ...
+
+    def require_enough(self, items: Sequence[LayoutItem]) -> None:
+        """Raise a `LayoutError` for fewer objects than the structure needs."""
+        if len(items) < self.least:
+            raise LayoutError(f"a {self.name} needs {self.least} or more objects, got {len(items)}")
 
     def order_places(
         self, items: Sequence[LayoutItem], random: np.ndarray, rng: np.random.Generator

@@ -70,8 +70,7 @@ class Tower(Structure):
         Raises:
             LayoutError: for fewer than two objects, or objects that cannot carry or stand on one another.
         """
-        if len(items) < self.least:
-            raise LayoutError(f"a tower needs {self.least} or more objects, got {len(items)}")
+        self.require_enough(items)
         order = tower_order(items, rng)
         if not all(items[i].stackable for i in order[:-1]):
             raise LayoutError("a tower needs objects that others can stand on; only the top one may be round or pointed")

@@ -96,7 +96,7 @@ class _Work:
     config: SuccessConfig
     store: EvaluationFolder
     force: Workforce
-    library: Sequence[ObjectModel]
+    models: Sequence[ObjectModel]
     conditions: Conditions
 
 
@@ -130,7 +130,7 @@ def _draw_scenes(work: _Work, places: Sequence[Place]) -> tuple[dict[Place, Eval
     draw = partial(_draw_scene, work.config.seed, work.conditions)
     scenes, undrawn = {}, {}
     with progress("scenes drawn", len(jobs)) as advance:
-        for scene in work.force.do(draw, tuple, (tuple(work.library),), jobs):
+        for scene in work.force.do(draw, tuple, (tuple(work.models),), jobs):
             if isinstance(scene, Lost):
                 undrawn[scene.job[0]] = scene.reason
             else:
