@@ -32,7 +32,7 @@ SLOTS_OF_SHAPE: Mapping[str | None, tuple[str, ...]] = {
     **{shape: structure.slots for shape, structure in STRUCTURES.items()},
     None: SLOTS[1:],
 }
-_OPPOSITE = {
+OPPOSITE = {
     "left": "right",
     "right": "left",
     "top": "bottom",
@@ -104,9 +104,9 @@ class StructureSpec:
         return StructureSpec(
             self.shape,
             self.size,
-            _OPPOSITE.get(self.x_position, self.x_position),
-            _OPPOSITE.get(self.y_position, self.y_position),
-            _OPPOSITE.get(self.rotation, self.rotation),
+            OPPOSITE.get(self.x_position, self.x_position),
+            OPPOSITE.get(self.y_position, self.y_position),
+            OPPOSITE.get(self.rotation, self.rotation),
         )
 
     def __str__(self) -> str:

@@ -70,6 +70,53 @@ MAX_NEIGHBOUR_GAP = 0.08  # m of clear gap to the nearest neighbour: what lies f
 MAX_SETTING_OFF_DEGREES = 22.5  # as for a line
 
 
+# --- further shapes (part two) --------------------------------------------------------------------
+
+MIN_CLUSTER_OBJECTS = 2
+MAX_CLUSTER_GAP = 0.04  # m of clear gap by which the objects of a cluster are joined
+MAX_CLUSTER_HULL_RATIO = 2.5  # convex hull of the whole over the objects' own area; tightest packings have about 1.6
+MIN_RECTANGLE_OBJECTS = 4  # one for each corner
+MIN_TRIANGLE_OBJECTS = 3
+MAX_OFF_OUTLINE = 0.02  # m from a centroid to the outline of a rectangle or triangle
+MAX_OFF_CORNER = 0.03  # m from each corner of a rectangle or triangle to the nearest centroid
+MAX_OUTLINE_GAP_RATIO = 1.8  # largest gap along an outline over the mean gap
+MAX_SQUARE_SIDES_SHARE = 0.2  # by which the sides of a square may differ
+TRIANGLE_ANGLES_DEGREES = (35.0, 90.0)  # smallest and largest inner angle of a triangle
+MAX_CORNER_OFF_DEGREES = 30.0  # between a triangle's rotation and the direction of its nearest corner
+MIN_ARC_OBJECTS = 3
+ARC_DEGREES = (120.0, 240.0)  # what an arc spans: less is a bent line, more an open circle
+MAX_ARC_OFF_DEGREES = 45.0  # between the open side of an arc and its rotation
+MIN_GRID_OBJECTS = 4
+MAX_OFF_LATTICE = 0.02  # m from a centroid to its place of a grid
+MAX_UNEVEN_PITCH = 0.015  # m by which the pitches of a grid in one direction may differ
+MIN_CROSS_OBJECTS = 5
+MAX_CROSS_OFF_DEGREES = 10.0  # of the angle between the lines of a cross from a right angle
+MIN_PYRAMID_OBJECTS = 3
+
+# --- further keys of a structure (part two) -------------------------------------------------------
+
+ORDER_TIE = 0.005  # m (or the cube root of a volume's difference): measures that differ by less may stand in either order
+MAX_GAP_OFF, MAX_GAP_OFF_SHARE = 0.01, 0.15  # m, and share: the larger one is how far a clear gap may be off the requested
+MAX_RADIUS_OFF = 0.015  # m from the requested radius
+MAX_LENGTH_OFF = 0.02  # m from the requested length
+MAX_AROUND_OFF = 0.03  # m from the centre of a structure to the object that it is laid around
+MAX_ALONG_OFF_DEGREES = 10.0  # between a line and the edge that it follows
+MAX_ALONG_DISTANCE = 0.15  # m from that edge to each centroid
+MIN_GROUP_GAP = 0.06  # m of clear gap between groups
+
+# --- relations (part two) -------------------------------------------------------------------------
+
+MAX_RELATION_OFF_DEGREES = 45.0  # from the named direction to that of the object
+MIN_RELATION_GAP, MAX_RELATION_GAP = 0.005, 0.25  # m of clear gap to the reference, where no distance is named
+MAX_NEXT_TO_GAP = 0.08  # m of clear gap
+BETWEEN_SHARES = (0.3, 0.7)  # of the way from one reference to the other
+MAX_OFF_BETWEEN = 0.04  # m from the straight line between the references
+MIN_DEPTH_INSIDE = 0.01  # m of an object's bottom below the highest rim of what it is in
+MAX_MOVED_OFF = 0.015  # m along and across the way of a move
+MAX_SWAPPED_OFF = 0.03  # m from where the other object stood
+MAX_UNNAMED_MOVE = 0.01  # m that an object may move that no part of the goal names
+
+
 def max_off_circle(radius: float) -> float:
     """Return how far, metres, a centroid may be from a circle of this radius (m)."""
     return max(MAX_OFF_CIRCLE, MAX_OFF_CIRCLE_SHARE * radius)
@@ -78,3 +125,8 @@ def max_off_circle(radius: float) -> float:
 def max_uneven(mean_gap: float) -> float:
     """Return how much, metres, the clear gaps of a line may differ from their mean (m)."""
     return max(MAX_UNEVEN_SHARE * mean_gap, MAX_UNEVEN)
+
+
+def max_gap_off(wanted: float) -> float:
+    """Return how far, metres, a clear gap or a distance may be off the requested one (m)."""
+    return max(MAX_GAP_OFF, MAX_GAP_OFF_SHARE * wanted)

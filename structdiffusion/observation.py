@@ -108,7 +108,7 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Goal:
+class StructureGoal:
     """The request to a planner: the slots, and the sentence with its embedding if there is one.
 
     Attributes:

@@ -18,7 +18,7 @@ LAYERS = (
         "structdiffusion.tableware",
         "structdiffusion.temporary_folders",
     ),
-    ("grounding.parse_result", "structdiffusion.observation", "structdiffusion.word_tokens"),
+    ("grounding.goals", "grounding.parse_result", "structdiffusion.observation", "structdiffusion.word_tokens"),
     ("grounding.corpus", "grounding.viewpoint", "structdiffusion.footprints"),
     ("grounding.benchmark", "grounding.parsers", "structdiffusion.objects", "structdiffusion.structures"),
     ("grounding.references", "grounding.training", "structdiffusion.layouts", "structdiffusion.simulation"),

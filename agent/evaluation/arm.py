@@ -39,7 +39,7 @@ from agent.rendering.text import number
 from agent.runtime.worker_pool import Workforce
 from structdiffusion.benchmark.scenes import EvaluationScene
 from structdiffusion.objects.libraries import load_objects
-from structdiffusion.observation import Arrangement, Goal
+from structdiffusion.observation import Arrangement, StructureGoal
 from structdiffusion.parallel import Lost
 from structdiffusion.planners.factory import Planner
 from structdiffusion.simulation.world import TabletopWorld
@@ -135,7 +135,7 @@ def _build_scene(candidates: int, planner: Planner, scene: EvaluationScene) -> R
         observed = world.observe(rng, range(drawn.count), range(drawn.count, len(drawn.models)))
         initial = np.array(world.poses()[: drawn.count])
         try:
-            goal = Goal(scene.parsed or scene.spec, scene.words, scene.embedding)
+            goal = StructureGoal(scene.parsed or scene.spec, scene.words, scene.embedding)
             arrangements = filter_viable(planner.propose(observed, goal, count=candidates, generator=generator))
         except (LayoutError, NoValidGoal) as error:
             return {**row, "trouble": [str(error)], "seconds": round(time.perf_counter() - started, 1)}

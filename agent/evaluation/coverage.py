@@ -37,7 +37,7 @@ from structdiffusion.data.scene_sampling import layout_item
 from structdiffusion.geometry import yaw_of
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.observation import Arrangement, Goal, Scene
+from structdiffusion.observation import Arrangement, StructureGoal, Scene
 from structdiffusion.parallel import in_parallel
 from structdiffusion.planners.factory import Planner
 from structdiffusion.protocol.slot_measurement import distinct_values, evenness, fitting_values, realised_spec
@@ -96,7 +96,7 @@ def _coverage_rows(candidates: int, planner: Planner, scene: EvaluationScene) ->
     seen, spec, drawn = scene.observed(), scene.spec, scene.drawn
     generator = torch.Generator().manual_seed(scene.planning_seed)
     try:
-        goal = Goal(spec, scene.words, scene.embedding)
+        goal = StructureGoal(spec, scene.words, scene.embedding)
         arrangements = planner.propose(seen, goal, count=candidates, generator=generator)
     except LayoutError:
         arrangements = []

@@ -15,7 +15,7 @@ from agent.errors import NotBuildable, NoValidGoal
 from agent.pipeline.event_builders import goal_positions, turns_about_z
 
 if TYPE_CHECKING:
-    from structdiffusion.observation import Goal, Scene
+    from structdiffusion.observation import StructureGoal, Scene
     from structdiffusion.planners.factory import Planner
 
 CANDIDATES = 64
@@ -26,7 +26,7 @@ def propose_arrangements(
     planner: Planner,
     model: str,
     scene: Scene,
-    goal: Goal,
+    goal: StructureGoal,
     seed: int,
     on_preview: Callable[[events.Previewed], None] | None = None,
     count: int = CANDIDATES,
@@ -85,7 +85,7 @@ def propose_arrangements(
     )
 
 
-def _check_enough_objects(scene: Scene, goal: Goal) -> None:
+def _check_enough_objects(scene: Scene, goal: StructureGoal) -> None:
     """Raise `NotBuildable` when fewer objects take part than the shape needs."""
     from structdiffusion.structures import STRUCTURES
 

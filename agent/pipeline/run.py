@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from agent.scenes.table_scene import TableScene
     from grounding.parsers.sentence_encoder import SentenceEncoder
     from grounding.spec import StructureSpec
-    from structdiffusion.observation import Arrangement, Goal, Scene
+    from structdiffusion.observation import Arrangement, StructureGoal, Scene
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,7 @@ class _Run:
             yield event
 
 
-def make_goal(spec: StructureSpec, encoder: SentenceEncoder) -> Goal:
+def make_goal(spec: StructureSpec, encoder: SentenceEncoder) -> StructureGoal:
     """Make the goal of a planner from slots, with a sentence in the words that sentence models were trained on.
 
     People say the same in ways that move its embedding far: after "facing me" such a model left no ring open.
@@ -197,7 +197,7 @@ def make_goal(spec: StructureSpec, encoder: SentenceEncoder) -> Goal:
         encoder: embeds the sentence.
     """
     from grounding.corpus.grammar import sentences
-    from structdiffusion.observation import Goal
+    from structdiffusion.observation import StructureGoal
 
     words = sentences(spec)[0]
-    return Goal(spec, words, encoder.encode([words])[0])
+    return StructureGoal(spec, words, encoder.encode([words])[0])

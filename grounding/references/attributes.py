@@ -34,10 +34,12 @@ class ObjectAttributes:
     Attributes:
         colors: the words that name its colour, the best first, spelled as in `COLOR_WORDS`; empty where unknown.
         size: (length, width, height) in metres, the length being the longer horizontal side; `None` where unknown.
+        position: (x, y) of its centre in the world frame, metres; `None` where unknown, as in a library.
     """
 
     colors: tuple[str, ...] = ()
     size: tuple[float, float, float] | None = None
+    position: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

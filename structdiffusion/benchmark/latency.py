@@ -19,7 +19,7 @@ import torch
 from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import draw_scene
 from structdiffusion.objects.procedural import procedural_objects
-from structdiffusion.observation import Goal, Scene
+from structdiffusion.observation import StructureGoal, Scene
 from structdiffusion.planners.factory import Planner, load_planner
 from structdiffusion.planners.geometric import GeometricPlanner
 from structdiffusion.planners.registry import PLANNERS
@@ -47,7 +47,7 @@ def measure(model: str, objects: int, candidates: int, runs: int, weights: Path 
     """
     planner = load_planner(model, weights)
     scene = observed_scene(objects, seed=0)
-    goal = Goal(_SPEC, "a sentence", np.full(384, 384**-0.5, dtype=np.float32))
+    goal = StructureGoal(_SPEC, "a sentence", np.full(384, 384**-0.5, dtype=np.float32))
 
     def timed(planner: Planner) -> list[float]:
         seconds = []

@@ -17,7 +17,7 @@ import torch
 
 from grounding.spec import SHAPES
 from structdiffusion.benchmark.scenes import EvaluationScene
-from structdiffusion.observation import Arrangement, Goal, Scene
+from structdiffusion.observation import Arrangement, StructureGoal, Scene
 from structdiffusion.protocol.physical_stability import Verdict
 from structdiffusion.protocol.semantic import FAILURE_CLASSES
 from structdiffusion.structures.structure import LayoutError
@@ -32,7 +32,7 @@ class ScenePlanner(Protocol):
     """The planner to measure (see `structdiffusion.planners.factory.Planner`)."""
 
     def propose(
-        self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
+        self, scene: Scene, goal: StructureGoal, *, count: int = 64, generator: torch.Generator
     ) -> list[Arrangement]:
         """Propose arrangements of the scene's objects, best first."""
 
@@ -196,7 +196,7 @@ def solve(planner: ScenePlanner, scene: EvaluationScene, *, candidates: int = 64
         top_k: the largest number of them to try in physics; the first that stands ends the trials.
     """
     generator = torch.Generator().manual_seed(scene.planning_seed)
-    goal = Goal(scene.parsed or scene.spec, scene.words, scene.embedding)
+    goal = StructureGoal(scene.parsed or scene.spec, scene.words, scene.embedding)
     looked = time.perf_counter()
     observed, problem = scene.observed(), None
     started = time.perf_counter()

@@ -10,7 +10,7 @@ import torch
 from structdiffusion.models import structformer_name
 from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.structformer import StructFormer
-from structdiffusion.observation import Arrangement, Goal, Scene
+from structdiffusion.observation import Arrangement, StructureGoal, Scene
 from structdiffusion.planners.cem import PoseSearch
 from structdiffusion.planners.post_processor import PostProcessor
 from structdiffusion.planners.samples import EncodedScene, PoseSamples, encode_scene, prepare_samples
@@ -34,7 +34,7 @@ class CVAEPlanner:
 
     @torch.no_grad()
     def propose(
-        self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
+        self, scene: Scene, goal: StructureGoal, *, count: int = 64, generator: torch.Generator
     ) -> list[Arrangement]:
         """Propose `count` arrangements, best first; without a ranker, in the order of sampling or of the search's score.
 
@@ -45,7 +45,7 @@ class CVAEPlanner:
         return self.post_process(seen, scene, goal, self.sample(seen, goal, count, generator), generator)
 
     @torch.no_grad()
-    def sample(self, seen: EncodedScene, goal: Goal, count: int, generator: torch.Generator) -> PoseSamples:
+    def sample(self, seen: EncodedScene, goal: StructureGoal, count: int, generator: torch.Generator) -> PoseSamples:
         """Sample `count` arrangements, as the network gives them."""
         return _sample(self.model, self.search, seen, goal, count, generator)
 
@@ -71,7 +71,7 @@ class StructFormerPlanner:
 
     @torch.no_grad()
     def propose(
-        self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
+        self, scene: Scene, goal: StructureGoal, *, count: int = 64, generator: torch.Generator
     ) -> list[Arrangement]:
         """Propose `count` arrangements, best first; without a ranker, in the order of sampling or of the search's score.
 
@@ -82,7 +82,7 @@ class StructFormerPlanner:
         return self.post_process(seen, scene, goal, self.sample(seen, goal, count, generator), generator)
 
     @torch.no_grad()
-    def sample(self, seen: EncodedScene, goal: Goal, count: int, generator: torch.Generator) -> PoseSamples:
+    def sample(self, seen: EncodedScene, goal: StructureGoal, count: int, generator: torch.Generator) -> PoseSamples:
         """Sample `count` arrangements, as the networks give them.
 
         Raises:
@@ -108,7 +108,7 @@ def _sample(
     network: PoseCVAE | StructFormer,
     search: PoseSearch | None,
     seen: EncodedScene,
-    goal: Goal,
+    goal: StructureGoal,
     count: int,
     generator: torch.Generator,
 ) -> PoseSamples:

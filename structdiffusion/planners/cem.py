@@ -14,7 +14,7 @@ from torch import Tensor
 
 from structdiffusion.models.backbone import PoseBackbone
 from structdiffusion.models.structure import StructureDiscriminator
-from structdiffusion.observation import Goal
+from structdiffusion.observation import StructureGoal
 from structdiffusion.planners.guidance import StructureScore
 from structdiffusion.planners.samples import EncodedScene, SampleBatch
 from structdiffusion.rotations import yaw_matrices
@@ -84,7 +84,7 @@ class PoseSearch:
         seen: EncodedScene,
         samples: SampleBatch,
         state: Tensor,
-        goal: Goal,
+        goal: StructureGoal,
         generator: torch.Generator,
     ) -> tuple[SampleBatch, Tensor]:
         """Improve the samples and their states (K, 1 + N, 9); they come in the order of their scores, best first."""

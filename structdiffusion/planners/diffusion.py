@@ -10,7 +10,7 @@ import torch
 from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.diffusion.scheduler import NoiseScheduler
 from structdiffusion.models.structure import StructureDiscriminator
-from structdiffusion.observation import Arrangement, Goal, Scene
+from structdiffusion.observation import Arrangement, StructureGoal, Scene
 from structdiffusion.planners.guidance import StructureScore, guided
 from structdiffusion.planners.post_processor import PostProcessor
 from structdiffusion.planners.samples import EncodedScene, PoseSamples, encode_scene, prepare_samples
@@ -54,7 +54,7 @@ class DiffusionPlanner:
     def propose(
         self,
         scene: Scene,
-        goal: Goal,
+        goal: StructureGoal,
         *,
         count: int = 64,
         generator: torch.Generator,
@@ -71,7 +71,7 @@ class DiffusionPlanner:
 
     @torch.no_grad()
     def sample(
-        self, seen: EncodedScene, goal: Goal, count: int, generator: torch.Generator, preview: Preview | None = None
+        self, seen: EncodedScene, goal: StructureGoal, count: int, generator: torch.Generator, preview: Preview | None = None
     ) -> PoseSamples:
         """Sample `count` arrangements, as the model gives them."""
         samples = prepare_samples(self.model, seen, goal, self.sentence, count, generator)

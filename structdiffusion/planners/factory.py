@@ -15,7 +15,7 @@ from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structure import StructureDiscriminator
-from structdiffusion.observation import Arrangement, Goal, Scene
+from structdiffusion.observation import Arrangement, StructureGoal, Scene
 from structdiffusion.planners.baselines import CVAEPlanner, StructFormerPlanner
 from structdiffusion.planners.cem import PoseSearch
 from structdiffusion.planners.diffusion import DiffusionPlanner
@@ -31,7 +31,7 @@ class Planner(Protocol):
     """The protocol of all planners, which propose arrangements."""
 
     def propose(
-        self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
+        self, scene: Scene, goal: StructureGoal, *, count: int = 64, generator: torch.Generator
     ) -> list[Arrangement]:
         """Propose up to `count` arrangements, best first."""
 

@@ -13,7 +13,7 @@ from structdiffusion.evaluation_protocol import CLEARANCE
 from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.layouts import lay_out
-from structdiffusion.observation import Arrangement, Goal, Scene, Table
+from structdiffusion.observation import Arrangement, StructureGoal, Scene, Table
 from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
 from structdiffusion.postprocessing.ranking import checks_score
@@ -32,7 +32,7 @@ class GeometricPlanner:
         self.imagined = imagined
 
     def propose(
-        self, scene: Scene, goal: Goal, *, count: int = 64, generator: torch.Generator
+        self, scene: Scene, goal: StructureGoal, *, count: int = 64, generator: torch.Generator
     ) -> list[Arrangement]:
         """Propose up to `count` layouts of the estimated outlines, those whose estimated checks hold first.
 
@@ -72,7 +72,7 @@ class GeometricPlanner:
         objects: Sequence[ObjectEstimate],
         others: Sequence[ObjectEstimate],
         motions: np.ndarray,
-        goal: Goal,
+        goal: StructureGoal,
         table: Table,
     ) -> dict[str, float]:
         outlines = [thing.outline_after(motion) for thing, motion in zip(objects, motions)]

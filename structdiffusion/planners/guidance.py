@@ -17,7 +17,7 @@ from torch import Tensor
 
 from structdiffusion.models.backbone import PoseBackbone
 from structdiffusion.models.structure import StructureDiscriminator
-from structdiffusion.observation import Goal
+from structdiffusion.observation import StructureGoal
 from structdiffusion.planners.samples import EncodedScene, SampleBatch
 from structdiffusion.word_tokens import require_known_words, word_ids
 
@@ -44,7 +44,7 @@ class StructureScore:
 
     @classmethod
     def of(
-        cls, structure: StructureDiscriminator, seen: EncodedScene, samples: SampleBatch, goal: Goal
+        cls, structure: StructureDiscriminator, seen: EncodedScene, samples: SampleBatch, goal: StructureGoal
     ) -> StructureScore:
         """Make the score of these samples."""
         clouds = (seen.clouds - seen.clouds.mean(dim=1, keepdim=True))[samples.order]

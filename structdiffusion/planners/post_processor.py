@@ -11,7 +11,7 @@ import torch
 
 from grounding.spec import StructureSpec
 from structdiffusion.completion.estimate import ObjectEstimate, estimate
-from structdiffusion.observation import Arrangement, Goal, Scene, Table
+from structdiffusion.observation import Arrangement, StructureGoal, Scene, Table
 from structdiffusion.planners.samples import EncodedScene, PoseSamples, sample_clouds
 from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
@@ -39,7 +39,7 @@ class PostProcessor:
     imagined: int = 0
 
     def __call__(
-        self, seen: EncodedScene, scene: Scene, goal: Goal, sampled: PoseSamples, generator: torch.Generator
+        self, seen: EncodedScene, scene: Scene, goal: StructureGoal, sampled: PoseSamples, generator: torch.Generator
     ) -> list[Arrangement]:
         """Return the arrangements, best first. Without a ranker every total is 1."""
         motions, frames = sampled.motions.copy(), sampled.frames.copy()

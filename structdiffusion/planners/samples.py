@@ -13,7 +13,7 @@ from grounding.spec import StructureSpec
 from structdiffusion.completion.estimate import ObjectEstimate, estimate
 from structdiffusion.models.backbone import Condition, PoseBackbone
 from structdiffusion.models.checkpoint import require_sound
-from structdiffusion.observation import Goal, ObjectCloud, Scene
+from structdiffusion.observation import StructureGoal, ObjectCloud, Scene
 from structdiffusion.structures import STRUCTURES
 from structdiffusion.word_tokens import require_known_words, word_ids
 
@@ -95,7 +95,7 @@ class PoseSamples:
 
 
 def encode_scene(
-    scene: Scene, goal: Goal, model: PoseBackbone, sentence: bool, generator: torch.Generator
+    scene: Scene, goal: StructureGoal, model: PoseBackbone, sentence: bool, generator: torch.Generator
 ) -> EncodedScene:
     """Encode a scene as `model` takes it.
 
@@ -122,7 +122,7 @@ def encode_scene(
 
 
 def prepare_samples(
-    model: PoseBackbone, seen: EncodedScene, goal: Goal, sentence: bool, count: int, generator: torch.Generator
+    model: PoseBackbone, seen: EncodedScene, goal: StructureGoal, sentence: bool, count: int, generator: torch.Generator
 ) -> SampleBatch:
     """Prepare `count` samples of a scene, which is encoded once."""
     condition = model.condition(

@@ -17,7 +17,7 @@ from agent.scenes.table_scene import TableScene
 from grounding.spec import StructureSpec
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.procedural import procedural_object
-from structdiffusion.observation import Arrangement, Goal, ObjectCloud, Scene
+from structdiffusion.observation import Arrangement, StructureGoal, ObjectCloud, Scene
 from structdiffusion.planners.geometric import GeometricPlanner
 
 BLOCKS = [procedural_object("block", index) for index in range(3)]
@@ -48,7 +48,7 @@ def stacked() -> Iterator[TableScene]:
 
 def test_the_planner_sees_what_stands_on_something_lowered(stacked):
     scene, planner = stacked.look(), Watched()
-    imagined = propose_arrangements(planner, "geometric", scene, Goal(StructureSpec("line")), 0)
+    imagined = propose_arrangements(planner, "geometric", scene, StructureGoal(StructureSpec("line")), 0)
     assert [cloud.bottom for cloud in scene.objects] == pytest.approx([0.0, BLOCKS[0].height, 0.0])
     assert [cloud.bottom for cloud in planner.shown.objects] == [0.0, 0.0, 0.0]
     assert abs(planner.shown.objects[1].points[:, 2].max() - BLOCKS[1].height) < 0.01
@@ -57,7 +57,7 @@ def test_the_planner_sees_what_stands_on_something_lowered(stacked):
 
 def test_the_motion_is_right_from_where_it_really_stands(stacked):
     scene = stacked.look()
-    imagined = propose_arrangements(GeometricPlanner(), "geometric", scene, Goal(StructureSpec("line")), 0)
+    imagined = propose_arrangements(GeometricPlanner(), "geometric", scene, StructureGoal(StructureSpec("line")), 0)
     best = imagined.arrangements[0]
     for pose, motion in zip(stacked.world.poses(), best.goal_from_initial, strict=True):
         assert (motion @ pose)[2, 3] == pytest.approx(0.0, abs=0.01)  # of a line everything stands on the table
@@ -68,7 +68,7 @@ def test_the_motion_is_right_from_where_it_really_stands(stacked):
 
 
 def test_a_tower_of_what_is_a_tower_already_has_its_heights(stacked):
-    imagined = propose_arrangements(GeometricPlanner(), "geometric", stacked.look(), Goal(StructureSpec("tower")), 0)
+    imagined = propose_arrangements(GeometricPlanner(), "geometric", stacked.look(), StructureGoal(StructureSpec("tower")), 0)
     goals = imagined.arrangements[0].goal_from_initial @ np.array(stacked.world.poses())
     order = np.argsort(goals[:, 2, 3])
     heights = np.concatenate(([0.0], np.cumsum([BLOCKS[i].height for i in order])))[:3]
@@ -78,35 +78,35 @@ def test_a_tower_of_what_is_a_tower_already_has_its_heights(stacked):
 def test_what_would_fall_with_another_has_to_take_part(stacked):
     stacked.involve(["block 1", "block 3"])
     with pytest.raises(NotBuildable, match="the block 2 stands on the block 1 and would fall: let the block 2 take"):
-        propose_arrangements(GeometricPlanner(), "geometric", stacked.look(), Goal(StructureSpec("line")), 0)
+        propose_arrangements(GeometricPlanner(), "geometric", stacked.look(), StructureGoal(StructureSpec("line")), 0)
     stacked.involve(["block 2", "block 3"])  # what stands below may stay
-    assert propose_arrangements(GeometricPlanner(), "geometric", stacked.look(), Goal(StructureSpec("line")), 0).candidates
+    assert propose_arrangements(GeometricPlanner(), "geometric", stacked.look(), StructureGoal(StructureSpec("line")), 0).candidates
 
 
 def test_a_distractor_that_stands_beside_does_not_matter():
     scene = Scene((cube("a", 0.3, 0.0), cube("b", 0.4, 0.2)), distractors=(cube("c", 0.5, -0.2, 0.06),))
-    assert propose_arrangements(GeometricPlanner(), "geometric", scene, Goal(StructureSpec("line")), 0).candidates
+    assert propose_arrangements(GeometricPlanner(), "geometric", scene, StructureGoal(StructureSpec("line")), 0).candidates
 
 
 def test_a_circle_needs_three():
     scene = Scene((cube("a", 0.3, 0.0), cube("b", 0.5, 0.2)))
     with pytest.raises(NotBuildable, match="a circle needs at least 3 objects, but 2 take part"):
-        propose_arrangements(GeometricPlanner(), "geometric", scene, Goal(StructureSpec("circle")), 0)
+        propose_arrangements(GeometricPlanner(), "geometric", scene, StructureGoal(StructureSpec("circle")), 0)
     three = Scene((*scene.objects, cube("c", 0.4, -0.2)))
-    assert propose_arrangements(GeometricPlanner(), "geometric", three, Goal(StructureSpec("circle")), 0).candidates
+    assert propose_arrangements(GeometricPlanner(), "geometric", three, StructureGoal(StructureSpec("circle")), 0).candidates
 
 
 def test_no_layout_is_no_valid_goal():
     """Two slabs that are each wider than the table."""
     slabs = [ObjectCloud(name, "slab", cube(name, 0.0, 0.0).points * (15.0, 15.0, 1.0)) for name in "ab"]
     with pytest.raises(NoValidGoal, match="the model 'geometric' proposed no valid arrangement"):
-        propose_arrangements(GeometricPlanner(), "geometric", Scene(tuple(slabs)), Goal(StructureSpec("line")), 0)
+        propose_arrangements(GeometricPlanner(), "geometric", Scene(tuple(slabs)), StructureGoal(StructureSpec("line")), 0)
 
 
 def test_the_same_seed_imagines_the_same():
     scene = Scene((cube("a", 0.3, 0.0), cube("b", 0.5, 0.2)))
     first, again, other = (
-        propose_arrangements(GeometricPlanner(), "geometric", scene, Goal(StructureSpec("line")), seed) for seed in (1, 1, 2)
+        propose_arrangements(GeometricPlanner(), "geometric", scene, StructureGoal(StructureSpec("line")), seed) for seed in (1, 1, 2)
     )
     assert first.candidates == again.candidates != other.candidates
 

@@ -24,7 +24,7 @@ from structdiffusion.models.structformer.loss import structformer_loss
 from structdiffusion.models.structformer.model import StructFormerConfig
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.model import StructureConfig
-from structdiffusion.observation import Goal, ObjectCloud, Scene
+from structdiffusion.observation import StructureGoal, ObjectCloud, Scene
 from structdiffusion.planners.baselines import CVAEPlanner, StructFormerPlanner
 from structdiffusion.planners.factory import load_planner
 from structdiffusion.planners.geometric import GeometricPlanner
@@ -40,7 +40,7 @@ LEARNED = [
     if parts.network != "geometric" and parts.steps == 25 and not parts.candidates and parts.guidance in (0.0, 8.0)
 ]
 STEPS = TrainingOptions(steps=4, learning_rate=2e-3, warmup=2, log_every=4)
-GOAL = Goal(StructureSpec("circle", size="small"), "a small ring", np.full(384, 0.05, dtype=np.float32))
+GOAL = StructureGoal(StructureSpec("circle", size="small"), "a small ring", np.full(384, 0.05, dtype=np.float32))
 
 
 def generator(seed=0):
@@ -124,7 +124,7 @@ def test_each_shape_has_its_network_and_an_open_one_asks_those_that_fit(weights,
 
     def count(spec, number):
         asked.clear()
-        return len(planner.propose(scene, Goal(spec), count=number, generator=generator()))
+        return len(planner.propose(scene, StructureGoal(spec), count=number, generator=generator()))
 
     assert count(StructureSpec("tower"), 3) == 3 and asked == ["tower"]
     assert count(StructureSpec(), 6) == 6 and asked == list(FIRST_SHAPES)

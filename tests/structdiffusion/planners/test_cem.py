@@ -6,12 +6,12 @@ from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.cvae.model import CVAEConfig
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.model import StructureConfig
-from structdiffusion.observation import Goal
+from structdiffusion.observation import StructureGoal
 from structdiffusion.planners.cem import PoseSearch, maximise
 from structdiffusion.planners.guidance import StructureScore
 from structdiffusion.planners.samples import EncodedScene, SampleBatch
 
-GOAL = Goal(StructureSpec("circle"))
+GOAL = StructureGoal(StructureSpec("circle"))
 
 
 def generator(seed=0):

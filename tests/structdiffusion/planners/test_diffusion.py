@@ -17,7 +17,7 @@ from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.diffusion.model import DiffusionConfig
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.model import StructureConfig
-from structdiffusion.observation import Goal
+from structdiffusion.observation import StructureGoal
 from structdiffusion.planners.diffusion import DiffusionPlanner
 from structdiffusion.planners.factory import load_planner
 from structdiffusion.planners.geometric import GeometricPlanner
@@ -67,7 +67,7 @@ def test_the_geometric_planner_imagines_what_passes_the_checks(library, shape):
     for seed in range(2):
         spec = full_spec(shape, np.random.default_rng(seed))
         scene = seen(library, spec, seed)
-        found = GeometricPlanner().propose(scene, Goal(spec), count=6, generator=generator(seed))
+        found = GeometricPlanner().propose(scene, StructureGoal(spec), count=6, generator=generator(seed))
         assert 1 <= len(found) <= 6
         totals = [arrangement.scores["total"] for arrangement in found]
         assert totals == sorted(totals, reverse=True)
@@ -90,12 +90,12 @@ def test_the_geometric_planner_says_why_it_cannot(circle):
     with pytest.raises(LayoutError, match="needs a plate or bowl"):
         cans = [cloud for cloud in circle.objects if cloud.category not in ("plate", "bowl")][:2]
         scene = circle.select([circle.objects.index(cloud) for cloud in cans]) if cans else circle
-        GeometricPlanner().propose(scene, Goal(StructureSpec("table setting")), count=2, generator=generator())
+        GeometricPlanner().propose(scene, StructureGoal(StructureSpec("table setting")), count=2, generator=generator())
 
 
 def test_arrangements_of_the_diffusion_planner(circle, folder):
     planner = load_planner("diffusion-tokens", folder)
-    goal = Goal(StructureSpec("circle", size="small"))
+    goal = StructureGoal(StructureSpec("circle", size="small"))
     found = planner.propose(circle, goal, count=6, generator=generator())
     assert len(found) == 6
     totals = [arrangement.scores["total"] for arrangement in found]
@@ -118,7 +118,7 @@ def test_arrangements_of_the_diffusion_planner(circle, folder):
 def test_previews_lead_to_the_result(circle, folder):
     told = []
     planner = DiffusionPlanner(PoseDiffusion.from_pretrained(folder / "diffusion"), sentence=False, steps=7)
-    goal = Goal(StructureSpec("circle"))
+    goal = StructureGoal(StructureSpec("circle"))
     scene = encode_scene(circle, goal, planner.model, False, generator())
     sampled = planner.sample(scene, goal, 3, generator(), lambda *step: told.append(step))
     assert sampled.motions.shape == (3, len(circle.objects), 4, 4) and sampled.frames.shape == (3, 4, 4)
@@ -144,7 +144,7 @@ def test_every_object_gets_the_motion_of_its_own_place(circle, folder):
         "__call__": staticmethod(oracle), "config": model.config, "condition": model.condition,
         "decode_state": model.decode_state, "noun_ids": model.noun_ids,
     })()
-    goal = Goal(StructureSpec("circle"))
+    goal = StructureGoal(StructureSpec("circle"))
     scene = encode_scene(circle, goal, model, False, generator())
     sampled = planner.sample(scene, goal, count, generator())
     means = scene.clouds.mean(dim=1).numpy()
@@ -175,7 +175,7 @@ def test_in_a_tower_the_broad_and_level_go_below(library):
 
 def test_without_a_ranker_everything_is_worth_a_try(circle, folder):
     planner = DiffusionPlanner(PoseDiffusion.from_pretrained(folder / "diffusion"), sentence=False)
-    found = planner.propose(circle, Goal(StructureSpec("circle")), count=2, generator=generator())
+    found = planner.propose(circle, StructureGoal(StructureSpec("circle")), count=2, generator=generator())
     assert [dict(arrangement.scores) for arrangement in found] == [{"total": 1.0}] * 2
 
 
@@ -183,9 +183,9 @@ def test_the_sentence_model_is_told_the_sentence(circle, folder):
     planner = load_planner("diffusion", folder)
     spec = StructureSpec("circle")
     with pytest.raises(ValueError, match="needs a sentence embedding; .*'diffusion-tokens'"):
-        planner.propose(circle, Goal(spec), count=2, generator=generator())
+        planner.propose(circle, StructureGoal(spec), count=2, generator=generator())
     first, other = (
-        planner.propose(circle, Goal(spec, "a ring", embedding), count=2, generator=generator())
+        planner.propose(circle, StructureGoal(spec, "a ring", embedding), count=2, generator=generator())
         for embedding in (SENTENCE, -SENTENCE)
     )
     assert not np.allclose(first[0].goal_from_initial, other[0].goal_from_initial)
@@ -195,7 +195,7 @@ def test_more_objects_than_the_model_knows_are_an_error(circle, folder):
     small = PoseDiffusion(DiffusionConfig(width=32, layers=1, heads=2, feed_forward=32, max_objects=3))
     with pytest.raises(ValueError, match="4 objects are more than this model knows; legal: 1 to 3"):
         DiffusionPlanner(small, sentence=False).propose(
-            circle, Goal(StructureSpec("circle")), count=1, generator=generator()
+            circle, StructureGoal(StructureSpec("circle")), count=1, generator=generator()
         )
 
 
@@ -223,11 +223,11 @@ def test_weights_that_overflow_name_the_network(name, number, circle, folder):
         for parameter in network.parameters():
             parameter.fill_(number)
     with pytest.raises(CheckpointError, match=f"'{answering}' answers with numbers that are not finite or far too large"):
-        planner.propose(circle, Goal(StructureSpec("circle", size="small")), count=4, generator=generator())
+        planner.propose(circle, StructureGoal(StructureSpec("circle", size="small")), count=4, generator=generator())
 
 
 def test_scales_that_leave_the_world_name_the_network(circle, folder):
     planner = load_planner("diffusion-tokens", folder)
     planner.model.config = replace(planner.model.config, frame_scale=(1e29, 1e29, 1e29))
     with pytest.raises(CheckpointError, match="'PoseDiffusion' answers with numbers that are not finite or far too large"):
-        planner.propose(circle, Goal(StructureSpec("circle", size="small")), count=4, generator=generator())
+        planner.propose(circle, StructureGoal(StructureSpec("circle", size="small")), count=4, generator=generator())

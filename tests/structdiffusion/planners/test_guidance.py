@@ -9,13 +9,13 @@ from structdiffusion.models.diffusion.model import DiffusionConfig
 from structdiffusion.models.diffusion.scheduler import NoiseScheduler
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.model import StructureConfig
-from structdiffusion.observation import Goal, ObjectCloud
+from structdiffusion.observation import StructureGoal, ObjectCloud
 from structdiffusion.planners.diffusion import DiffusionPlanner
 from structdiffusion.planners.guidance import StructureScore, guided
 from structdiffusion.planners.samples import EncodedScene, prepare_samples
 from structdiffusion.word_tokens import word_ids
 
-GOAL = Goal(StructureSpec("line", size="small"))
+GOAL = StructureGoal(StructureSpec("line", size="small"))
 
 
 def generator(seed=0):
