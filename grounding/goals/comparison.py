@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from grounding.goals.goal import Goal
-from grounding.goals.parts import Part, PartReference, RelationPart
+from grounding.goals.parts import GoalError, Part, PartReference, RelationPart
 
 SAME_LENGTH = 0.01  # share by which two lengths may differ and be the same (evaluation protocol, "Scores of reading")
 
@@ -68,7 +68,11 @@ def compare_goals(read: Goal, truth: Goal, count: int | None = None) -> GoalComp
 
 def _one_by_one(goal: Goal, count: int | None) -> tuple[Part, ...]:
     """Return the parts in one spelling, with relations of one object each and all objects by index."""
-    goal = (goal if count is None else goal.resolved(count)).canonical()
+    try:
+        goal = goal.resolved(count) if count is not None else goal
+    except GoalError:
+        pass  # nothing is left to take: it stays as it was written
+    goal = goal.canonical()
     parts: list[Part] = []
     place: dict[int, int] = {}  # of each structure among the parts that are returned
     for number, part in enumerate(goal.parts):
