@@ -34,12 +34,14 @@ class Antecedents:
 
     Attributes:
         structure: the number of the last structure; `None` where something else was said since.
-        singles: the objects that were mentioned, the last one last, each with whether several were meant.
+        mentioned: the objects that were mentioned, the last ones last, each with whether several may be meant.
+        before: how many were mentioned before the present frame.
         last: the objects that the last frame was about.
     """
 
     structure: int | None = None
-    singles: list[tuple[Any, ...]] = field(default_factory=list)
+    mentioned: list[tuple[tuple[Any, ...], bool]] = field(default_factory=list)
+    before: int = 0
     last: tuple[Any, ...] | None = None
     unused: Frame | None = None
 
@@ -70,6 +72,7 @@ class Composer:
             GoalError: for parts that are not legal.
         """
         for frame in self.frames:
+            self.known.before = len(self.known.mentioned)
             self._frame(frame)
         if self.known.unused is not None:
             self._unread(self.known.unused)
@@ -172,7 +175,7 @@ class Composer:
             if not isinstance(center, tuple) or len(center) != 1:
                 raise ReadingError(f"{frame.objects[0].text!r} in the middle of the {structure.values['shape']} must be one object")
             structure.values["around"] = center
-            self.known.singles.append(center)
+            self.known.mentioned.append((center, False))
             return True
         if explicit:
             raise ReadingError(f"{inner[0].said!r} is not understood in {shortened(self.text)!r}: say in the middle of what")
@@ -214,6 +217,7 @@ class Composer:
             objects = (0, 1)
         if not isinstance(objects, tuple):
             raise ReadingError(f"{shortened(self.text)!r} does not say which two objects trade places")
+        objects = objects[:2] if self.find.catalogue else objects
         if len(objects) != 2 and not isinstance(objects[0], str):
             raise ReadingError(f"two objects can trade places, and {shortened(self.text)!r} names {len(objects)}")
         self.unread += [each.said for each in frame.predicates]
@@ -265,8 +269,10 @@ class Composer:
                 raise ReadingQuestion(Question("shape", f"which shape should have the gaps in {shortened(self.text)!r}: line, circle or grid?", ("line", "circle", "grid")))
             if not many and count == 1 and values["shape"] is not None:
                 raise ReadingError(f"a {values['shape']} needs several objects, and {shortened(self.text)!r} names one for it: {frame.objects[0].text!r}")
+            found = self._references(frame)  # "behind it" is said of what came before
             self._add_structure(frame, values, objects)
-            self._relations(frame, PartReference(len(self.parts) - 1) if values["shape"] else objects, keys)
+            own = PartReference(len(self.parts) - 1) if values["shape"] or objects is None else objects
+            self._relations(frame, own, keys, found)
             return
         if placed and objects is not None:
             self._add_relation(frame, RelationPart("at", objects, x_position=values["x_position"], y_position=values["y_position"]))
@@ -284,12 +290,21 @@ class Composer:
         options = tuple(self.find.candidates.names) if self.find.candidates is not None else ()
         raise ReadingQuestion(Question(OBJECT, f"which object is meant with {words!r} in {shortened(self.text)!r}?", options))
 
-    def _relations(self, frame: Frame, objects: Any, keys: StructureKeys) -> None:
+    def _references(self, frame: Frame) -> dict[int, Objects]:
+        return {
+            each.first: self._reference(frame, each) for each in frame.predicates
+            if each.kind in ("relation", "apart", "relation it") and each.value != "around"
+        }  # fmt: skip
+
+    def _relations(self, frame: Frame, objects: Any, keys: StructureKeys, found: dict[int, Objects] | None = None) -> None:
+        found = self._references(frame) if found is None else found
         for each in frame.predicates:
-            if each.kind not in ("relation", "apart", "relation it") or each.value == "around":
+            if each.first not in found:
                 continue
-            reference = self._reference(frame, each)
+            reference = found[each.first]
             relation = each.value
+            if relation == "between" and self.find.catalogue and isinstance(reference, tuple):
+                reference = reference[:2]
             if relation == "in the middle of":
                 relation = "between" if isinstance(reference, tuple) and len(reference) == 2 else relation
             if relation == "in the middle of":
@@ -357,14 +372,10 @@ class Composer:
                     return meant
                 found += [one for one in meant if one not in found]
                 continue
-            objects = self._fresh(phrase, found)
+            objects = self.find.find(phrase)
             found += [one for one in objects if one not in found]
-            if not reference or True:
-                self.known.singles.append(objects)
+            self.known.mentioned.append((objects, phrase.many))
         return tuple(found) or None
-
-    def _fresh(self, phrase: NounPhrase, found: list[Any]) -> tuple[Any, ...]:
-        return self.find.find(phrase)
 
     def _everything(self, phrase: NounPhrase) -> Any:
         left_out = {one for without in phrase.without for one in self._objects(Frame(), [without]) or ()}
@@ -394,16 +405,19 @@ class Composer:
             return known.last
         if known.structure is not None and not pairs:
             return PartReference(known.structure)
+        mentioned = known.mentioned[: known.before]
+        if one and known.unused is not None and known.last is not None and len(known.last) == 1:
+            known.unused = None
+            return known.last
         if one:
-            last = next((objects for objects in reversed(known.singles) if len(objects) == 1), None)
-            return last
+            return next((objects for objects, many in reversed(mentioned) if not many and len(objects) == 1), None)
         if known.unused is not None and known.last is not None:
             known.unused = None
             return known.last
-        several = next((objects for objects in reversed(known.singles) if len(objects) > 1), None)
         if known.last is not None and len(known.last) > 1:
             return known.last
-        return several or (tuple(one for objects in known.singles[-2:] for one in objects) if len(known.singles) > 1 else None)
+        several = next((objects for objects, many in reversed(mentioned) if many or len(objects) > 1), None)
+        return several or (tuple(one for objects, _ in mentioned[-2:] for one in objects) if len(mentioned) > 1 else None)
 
 
 def _tuple(relation: RelationPart | None) -> tuple[Any, ...]:

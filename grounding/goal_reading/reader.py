@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from grounding.goal_reading.chunks import Chunk, Chunker
@@ -16,14 +16,14 @@ from grounding.goal_reading.scene_references import ReadingError, ReadingQuestio
 from grounding.goal_reading.spelling import corrected
 from grounding.goal_reading.tokens import Words, split, with_lengths
 from grounding.goals.goal import Goal
-from grounding.goals.parts import GoalError, RelationPart, StructurePart
+from grounding.goals.parts import RelationPart
 from grounding.parse_result import Question, shortened
 from grounding.references.attributes import SceneObject
 from grounding.references.candidates import SelectionError
 from grounding.references.object_names import vocabulary
 from grounding.references.phrases import Vocabulary
 from grounding.references.word_forms import FORMS
-from grounding.spec import SHAPES
+from grounding.spec import SpecError
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
@@ -42,6 +42,8 @@ class GoalReading:
         question: what must be known first.
         residue: words that carry a meaning and were not understood.
         beyond: whether the instruction asks for more than one plain structure, as far as it was understood.
+        nouns: that chose objects, singulars with the adjectives that told them apart.
+        verbs: whether it has a verb that asks for something.
         described: whether a colour, a size or a place chose objects.
         notes: what has to be said about the choice of objects, a sentence each.
     """
@@ -52,6 +54,8 @@ class GoalReading:
     residue: tuple[str, ...] = ()
     beyond: bool = False
     described: bool = False
+    verbs: bool = False
+    nouns: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -96,12 +100,12 @@ class GoalReader:
             problem = contradiction(goal)
         except ReadingQuestion as doubt:
             return GoalReading(question=doubt.question, residue=tuple(residue), beyond=beyond)
-        except (ReadingError, GoalError, SelectionError) as error:
+        except (ReadingError, SpecError, SelectionError) as error:
             return GoalReading(problem=_sentence(text, error), residue=tuple(residue), beyond=beyond)
         residue += composer.unread
         if problem:
             return GoalReading(problem=f"{shortened(text)!r} contradicts itself: {problem}", residue=tuple(residue), beyond=beyond)
-        return GoalReading(goal, residue=tuple(filter(None, residue)), beyond=beyond or _more_than_plain(goal), described=find.described, notes=tuple(dict.fromkeys(find.notes)))
+        return GoalReading(goal, residue=tuple(filter(None, residue)), beyond=beyond or more_than_plain(goal), verbs=any(chunk.kind == "verb" for chunk in chunks), nouns=tuple(dict.fromkeys(find.nouns)), described=find.described, notes=tuple(dict.fromkeys(find.notes)))
 
     def _chunks(self, text: str, nouns: Vocabulary) -> list[Chunk]:
         known: Collection[str] = self._encoder.whole_words if self._encoder is not None else ()
@@ -111,12 +115,13 @@ class GoalReader:
 
 
 def _sentence(text: str, error: Exception) -> str:
-    if isinstance(error, GoalError):
+    if isinstance(error, SpecError):
         return f"{shortened(text)!r} asks for what no goal can hold: {error}"
     return str(error)
 
 
-def _more_than_plain(goal: Goal) -> bool:
+def more_than_plain(goal: Goal) -> bool:
+    """Tell whether a goal is more than the five slots of one of the four structures of part one."""
     if len(goal.parts) != 1:
         return bool(goal.parts)
     part = goal.parts[0]

@@ -44,6 +44,8 @@ class SceneReferences:
         self.candidates = Candidates(objects, encoder, catalogue) if objects is not None else None
         self.described = False
         self.notes: list[str] = []
+        self.nouns: list[str] = []
+        self._chosen: dict[str, tuple[int, ...]] = {}
         self._noun: Mention | None = None  # the last noun that was said, for "the blue one"
 
     @property
@@ -63,7 +65,8 @@ class SceneReferences:
         found = self.fitting(phrase)
         mention = phrase.mention
         assert mention is not None
-        if not found or (mention.exact and mention.count and len(found) < mention.count):
+        too_few = mention.exact and mention.count is not None and len(found) < mention.count and not self.catalogue
+        if not found or too_few:
             raise ReadingError(self._missing(phrase))
         for without in phrase.without:
             out = set(self.find(without))
@@ -78,6 +81,8 @@ class SceneReferences:
         self._remember(phrase, mention)
         if self.candidates.judged(mention):
             self.described = True
+        if mention.noun != ANY or self.candidates.judged(mention):
+            self.nouns.append(self.candidates.label(mention))
         self.notes += self.candidates.notes([mention])
         if phrase.landmark is not None and not self.catalogue:
             found = self._beside(phrase, found)
@@ -166,8 +171,10 @@ class SceneReferences:
         if mention.count < 0:
             return found[: len(found) + mention.count]
         compared = phrase.side is not None or any(word in SUPERLATIVES for word in mention.modifiers)
-        if len(found) <= mention.count or self.catalogue or not mention.definite and mention.exact:
-            return found[: mention.count] if len(found) > mention.count else found
+        if self.catalogue:
+            return self._of_library(phrase, found)
+        if len(found) <= mention.count or (not mention.definite and mention.exact):
+            return found[: mention.count]
         if not mention.definite and _indefinite(phrase):
             return found[: mention.count]
         if compared and not self.candidates.superlative(mention):
@@ -178,6 +185,14 @@ class SceneReferences:
                 + "; ".join(self._descriptions(found))
             )
         raise ReadingQuestion(self._question(phrase, found))
+
+    def _of_library(self, phrase: NounPhrase, found: list[int]) -> list[int]:
+        """Choose objects of a library, others for other words: "the mug next to the red mug" are two."""
+        words = _words(phrase).lower()
+        if words not in self._chosen:
+            fresh = [i for i in found if not any(i in taken for taken in self._chosen.values())]
+            self._chosen[words] = tuple((fresh or found)[: phrase.mention.count])
+        return list(self._chosen[words])
 
     def _question(self, phrase: NounPhrase, found: list[int]) -> Question:
         listed = self._descriptions(found)
