@@ -87,7 +87,7 @@ class GoalReader:
             return GoalReading(problem=f"the instruction is too long: {len(text)} characters; legal: up to {MOST_CHARACTERS}")
         there = None if objects is None else [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]
         nouns = Vocabulary(FORMS) if there is None else vocabulary([each.name for each in there])
-        chunks = self._chunks(text, nouns)
+        chunks = self.chunks(text, nouns)
         chunks = without_corrections(chunks)
         framer = Framer(chunks)
         frames = framer.read()
@@ -107,7 +107,8 @@ class GoalReader:
             return GoalReading(problem=f"{shortened(text)!r} contradicts itself: {problem}", residue=tuple(residue), beyond=beyond)
         return GoalReading(goal, residue=tuple(filter(None, residue)), beyond=beyond or more_than_plain(goal), verbs=any(chunk.kind == "verb" for chunk in chunks), nouns=tuple(dict.fromkeys(find.nouns)), described=find.described, notes=tuple(dict.fromkeys(find.notes)))
 
-    def _chunks(self, text: str, nouns: Vocabulary) -> list[Chunk]:
+    def chunks(self, text: str, nouns: Vocabulary) -> list[Chunk]:
+        """Divide an instruction into chunks, typing errors mended."""
         known: Collection[str] = self._encoder.whole_words if self._encoder is not None else ()
         said: Words = split(text, lambda word: corrected(word, nouns, known))
         said, metres = with_lengths(said, lengths_of(said))

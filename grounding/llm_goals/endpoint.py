@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+from grounding.goal_reading.chunks import Chunk
 from grounding.goals.goal import MAX_PARTS, Goal
 from grounding.goals.parts import (
     EDGES,
@@ -19,8 +20,12 @@ from grounding.goals.parts import (
     RELATIONS,
     GoalError,
 )
-from grounding.llm_goals.lines import NO_GOAL
+from grounding.llm_goals.checks import phrases_of
+from grounding.llm_goals.lines import NO_GOAL, Said
+from grounding.llm_goals.reader import UnusableGoalError
+from grounding.parsers.llm import MAX_BYTES
 from grounding.parsers.llm_endpoint import EndpointLLM, json_object, shares_secret
+from grounding.parsers.llm_reply import quotable
 from grounding.spec import LEGAL_VALUES, X_POSITIONS, Y_POSITIONS
 from prompts import load_prompt
 
@@ -76,24 +81,32 @@ class EndpointGoals:
         endpoint: the model.
     """
 
+    knows_words = True
+
     def __init__(self, endpoint: EndpointLLM) -> None:
         self.endpoint = endpoint
         self.identity = endpoint.identity
         self.prompt = load_prompt(PROMPT)
 
-    def write(self, text: str) -> list[dict[str, Any]] | str:
-        """Return the parts as JSON has them, with words for objects, or a word of `NO_GOAL`.
-
-        Args:
-            text: the instruction, as `quotable` gives it.
+    def parts(self, text: str, chunks: Sequence[Chunk]) -> list[dict[str, Any]] | str:
+        """Return the parts as JSON has them, with words of the instruction for objects, or a word of `NO_GOAL`.
 
         Raises:
             LLMError: for a server that cannot be used; an `IllegalReplyError` after two replies that are no goal.
+            UnusableGoalError: for objects in other words than the instruction's.
         """
-        return self.endpoint.ask_json(
-            f"{self.prompt.strip()}\n\n{_AS_JSON}", text, ("goal", SCHEMA), MAX_ANSWER_TOKENS,
+        said = quotable(text)
+        if len(said.encode()) > MAX_BYTES:
+            raise UnusableGoalError("was not asked for, because the instruction is too long for it")
+        parts = self.endpoint.ask_json(
+            f"{self.prompt.strip()}\n\n{_AS_JSON}", said, ("goal", SCHEMA), MAX_ANSWER_TOKENS,
             lambda content: read_goal(content, self.endpoint.secrets),
         )  # fmt: skip
+        words = f" {Said.of(said).text.replace(',', '')} "
+        for phrase in phrases_of(parts if isinstance(parts, list) else ()):
+            if f" {Said.of(phrase).text.replace(',', '')} " not in words:
+                raise UnusableGoalError("names objects in words that nobody said")
+        return parts
 
 
 def read_goal(content: str, secrets: Collection[str] = ()) -> list[dict[str, Any]] | str:

@@ -8,8 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from grounding.goal_reading.chunks import Chunk
+from grounding.goal_reading.measures import count_at, lengths_of
+from grounding.goal_reading.tokens import split
+from grounding.goals.parts import MAX_ROWS
 from grounding.llm_goals.lines import Said, goal_line
+from grounding.llm_goals.reader import UnusableGoalError
 from grounding.parsers.llm_local import INSTRUCTION, LocalLLM
+from grounding.parsers.llm_reply import quotable
 from prompts import load_prompt
 
 if TYPE_CHECKING:
@@ -92,3 +98,52 @@ class LocalGoals:
             continuation.add(token)
             left = {piece: tokens for piece, tokens in left.items() if len(tokens) > depth and tokens[depth] == token}
             depth += 1
+
+
+class LocalGoalWriter:
+    """The local language model as the reader of goals asks it (`grounding.llm_goals.reader.GoalWriter`).
+
+    Args:
+        goals: the model.
+    """
+
+    knows_words = False
+
+    def __init__(self, goals: LocalGoals) -> None:
+        self.goals = goals
+        self.identity = goals.identity
+
+    def parts(self, text: str, chunks: Sequence[Chunk]) -> list[dict[str, Any]] | str:
+        """Write the parts of a goal; lengths are read by the grammar of lengths.
+
+        Raises:
+            UnusableGoalError: for a line without an end, or one of which the model is too unsure.
+        """
+        mended = quotable(self.goals.mended(text))
+        lengths, counts = said_lengths(mended), said_counts(mended)
+        written = self.goals.write(Said.of(mended, tuple(lengths), counts))
+        if written.parts is None:
+            raise UnusableGoalError("has no end")
+        if isinstance(written.parts, str):
+            return written.parts
+        return [_in_metres(part, lengths) for part in written.parts]
+
+
+def said_lengths(text: str) -> dict[str, float]:
+    """Find the lengths of a text: its own words -> metres."""
+    said = split(text)
+    return {
+        Said.of(said.quote(first, end)).text: metres for first, (metres, end) in lengths_of(said).items() if metres >= 0
+    }
+
+
+def said_counts(text: str) -> tuple[int, ...]:
+    """Find the whole numbers of a text, lengths aside."""
+    said = split(text)
+    within = {place for first, (_, end) in lengths_of(said).items() for place in range(first, end)}
+    found = (count_at(said, place) for place in range(len(said.words)) if place not in within)
+    return tuple(sorted({count[0] for count in found if count is not None and 1 <= count[0] <= MAX_ROWS}))
+
+
+def _in_metres(part: dict[str, Any], lengths: dict[str, float]) -> dict[str, Any]:
+    return part | {key: lengths[part[key]] for key in ("gap", "radius", "length", "distance") if part.get(key) is not None}
