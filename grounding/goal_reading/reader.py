@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from grounding.goal_reading.chunks import Chunk, Chunker
 from grounding.goal_reading.compose import Composer
@@ -66,6 +66,15 @@ class GoalReading:
     def complete(self) -> bool:
         """Return whether every word was accounted for and a goal was found."""
         return bool(self.goal.parts) and not self.problem and not self.residue and self.question is None
+
+
+class ReadsGoals(Protocol):
+    """A reader of goals: that of the grammar, or one that asks a language model."""
+
+    def read(
+        self, text: str, objects: Sequence[SceneObject | str | None] | None = None, catalogue: bool = False
+    ) -> GoalReading:
+        """Read an instruction; see `GoalReader.read`."""
 
 
 class GoalReader:

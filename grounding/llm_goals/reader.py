@@ -17,7 +17,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 from grounding.llm_goals.checks import mismatch
 from grounding.parse_result import shortened
-from grounding.parsers.llm_reply import LLMError
+from grounding.parsers.llm_reply import IllegalReplyError, LLMError
 from grounding.references.attributes import SceneObject
 from grounding.references.candidates import SelectionError
 from grounding.references.object_names import vocabulary
@@ -133,8 +133,8 @@ class LLMGoalReader:
             try:
                 self._writer = self._make_writer()
             except LLMError as error:
-                self._broken = str(error)
-                raise
+                self._broken = f"the language model cannot be used for goals of several parts ({error})"
+                raise LLMError(self._broken) from error
         return self._writer
 
     def _parts(self, text: str, chunks: Sequence[Chunk]) -> list[dict[str, Any]] | str:
@@ -142,8 +142,11 @@ class LLMGoalReader:
             answer: list[dict[str, Any]] | str | Exception
             try:
                 answer = self.writer.parts(text, chunks)
-            except UnusableGoalError as error:
+            except (UnusableGoalError, IllegalReplyError) as error:
                 answer = error
+            except LLMError as error:  # as with the parser of the five slots: for good
+                self._broken = str(error)
+                raise
             while len(self._kept) >= KEPT:
                 self._kept.pop(next(iter(self._kept)))
             self._kept[text] = answer
