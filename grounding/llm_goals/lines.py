@@ -225,7 +225,7 @@ def pieces_of(line: str, said: Said) -> list[str]:
     while True:
         fitting = [piece for piece in legal if rest.startswith(piece) and not rest[len(piece) :][:1].isalnum()]
         if not fitting:
-            raise ValueError(f"no legal piece at {rest[:40]!r} of {line!r}")
+            raise ValueError(f"the line {line!r} is not legal at {rest[:40]!r}")
         piece = max(fitting, key=len)
         pieces.append(piece)
         rest = rest[len(piece) :]
