@@ -74,20 +74,34 @@ def _lengths(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str
 
 
 def _nouns(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
-    phrases = [set(phrase.split()) for phrase in phrases_of(parts)]
+    """Compare what is named: each noun phrase as often as it was said, and once more for each pronoun at most."""
+    held = phrases_of(parts)
+    unused = [set(phrase.split()) for phrase in held]
+    untouched = set(range(len(held)))
     everything = any(part["kind"] == "structure" and part.get("objects") is None for part in parts)
+    # A structure can be meant by the words for its objects: "the cups in a ring, the bowl left of the cups".
+    again = sum(isinstance(part.get(key), Mapping) for part in parts for key in ("objects", "reference"))
+    pronouns = 0
     for place, chunk in enumerate(chunks):
         if chunk.kind != "noun phrase" or _left_alone(chunks, place):
             continue
-        if chunk.value.kind in ("pronoun", "structure", "each other"):
-            continue
-        if chunk.value.kind in ("all", "rest"):
-            if not everything and not any(phrase & {"everything", "all", "rest", "other", "others", "else"} for phrase in phrases):
-                return f"leaves out {chunk.said!r}"
-            continue
         words = {word for word in _plain(chunk.said) if word not in _IDLE_WORDS}
-        if words and not any(words <= phrase for phrase in phrases):
+        if chunk.value.kind in ("pronoun", "structure", "each other") or not words:
+            pronouns += 1
+            continue
+        holding = [i for i, left in enumerate(unused) if words <= left]
+        if holding:
+            best = min(holding, key=lambda i: len(unused[i]))
+            unused[best] -= words
+            untouched.discard(best)
+        elif chunk.value.kind in ("all", "rest") and everything:
+            continue
+        elif again:
+            again -= 1
+        else:
             return f"leaves out {chunk.said!r}"
+    if len(untouched) > pronouns:
+        return f"names {held[min(untouched)]!r} once more than was said"
     return ""
 
 

@@ -47,7 +47,8 @@ class LocalGoals:
 
     Args:
         model: as `LocalLLM` takes it.
-        adapter: low-rank weights trained for goals (`grounding.training.goal_adapter`); `None` for the bare model.
+        adapter: low-rank weights trained for goals (`grounding.training.goal_adapter`); "default" for those that come with
+            the default model, `None` for the bare model. Other models come without.
 
     Raises:
         LLMError: for a model or an adapter that cannot be loaded.
@@ -55,7 +56,7 @@ class LocalGoals:
 
     def __init__(self, model: str | None = None, adapter: str | Path | None = "default") -> None:
         if adapter == "default":
-            adapter = GOAL_ADAPTER if model is None and GOAL_ADAPTER.is_file() else None
+            adapter = GOAL_ADAPTER if model is None else None
         self.model = LocalLLM(model, adapter)
         self.identity = self.model.identity
         self.prompt = load_prompt(PROMPT)
