@@ -6,7 +6,7 @@ import torch
 
 from grounding.corpus.grammar import legal_specs
 from structdiffusion.data import demonstrations
-from structdiffusion.footprints import turned
+from structdiffusion.footprints import overlap_depth, turned
 from structdiffusion.models.encoders import SENTENCE_WIDTH
 from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.structures import STRUCTURES
@@ -37,9 +37,14 @@ def built():
     def bodies(items, layout):
         placed = []
         for i, (item, turn, at) in enumerate(zip(items, layout.turns, layout.positions)):
-            place = layout.order.index(i)
-            carrier = (layout.order[place - 1],) if STRUCTURES[layout.spec.shape].stacks and place else ()
             outline = turned(item.footprint, turn) + at[:2]
+            carrier = tuple(
+                j
+                for j, (other, yaw, there) in enumerate(zip(items, layout.turns, layout.positions))
+                if STRUCTURES[layout.spec.shape].stacks
+                and abs(at[2] - there[2] - other.height) < 0.006
+                and overlap_depth(outline, turned(other.footprint, yaw) + there[:2]) > 0.002
+            )
             named, top, yaw = (f"{item.category} {i + 1}", item.category), at[2] + item.height, item.front_yaw + turn
             placed.append(PlacedBody(*named, outline, at[:2], at[2], top, yaw, carrier))
         return placed
