@@ -101,10 +101,15 @@ class Placer:
         """
         placement = Placement()
         for unit in self.units:
-            self._place(unit, placement, number, rng)
+            self.place(unit, placement, number, rng)
         return placement
 
-    def _place(self, unit: Unit, placement: Placement, number: int, rng: np.random.Generator) -> None:
+    def place(self, unit: Unit, placement: Placement, number: int, rng: np.random.Generator) -> None:
+        """Place one unit beside what has been placed already, in place.
+
+        Raises:
+            NoPlaceError: where it has no place.
+        """
         reason = ""
         for attempt in range(min(_BLOCKS_TRIED, len(unit.blocks))):
             block = unit.blocks[(number + attempt) % len(unit.blocks)]
