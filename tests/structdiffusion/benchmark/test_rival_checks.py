@@ -64,7 +64,8 @@ def test_three_objects_always_form_a_circle_for_lgmcts():
 def test_polygons_of_srem_spread_by_less_than_three_centimetres():
     square = [(0.4, 0.1), (0.4, -0.1), (0.6, -0.1), (0.6, 0.1)]
     assert srem_accepts(bodies(square), structure("square", 4))
-    assert srem_accepts(bodies([(0.3, 0.1), (0.4, -0.1), (0.6, -0.1), (0.6, 0.1)]), structure("square", 4)) is False
+    assert srem_accepts(bodies([(0.3, 0.1), *square[1:]]), structure("square", 4))  # a corner 10 cm off
+    assert srem_accepts(bodies([(0.2, 0.1), *square[1:]]), structure("square", 4)) is False
     # A ring of four objects is a square to it, and three in any triangle with like radii one too.
     assert srem_accepts(bodies(ring(3, 0.12)), structure("triangle", 3))
 
