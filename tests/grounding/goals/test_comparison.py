@@ -53,3 +53,19 @@ def test_lengths_differ_by_at_most_one_percent() -> None:
 
     assert compare_goals(apart(0.0509), apart(0.0504)).exact
     assert not compare_goals(apart(0.0511), apart(0.0504)).exact
+
+
+def test_one_relation_of_two_objects_is_two_relations_of_one() -> None:
+    together = Goal((RelationPart("in", (3, 1), (0,)), LINE, RelationPart("behind", (8,), PartReference(1))))
+    apart = Goal((RelationPart("in", (1,), (0,)), RelationPart("in", (3,), (0,)), LINE, RelationPart("behind", (8,), PartReference(2))))
+    assert compare_goals(together, apart).exact
+    assert compare_goals(Goal(apart.parts[1:3]), together).dropped
+    assert not compare_goals(Goal((RelationPart("swapped", (3, 1)),)), Goal((RelationPart("swapped", (3, 2)),))).exact
+
+
+def test_the_rest_is_the_same_as_its_objects_in_a_known_scene() -> None:
+    rest = Goal((StructurePart("circle", around=(0,)),))
+    listed = Goal((StructurePart("circle", objects=(1, 2, 3), around=(0,)),))
+    assert compare_goals(rest, listed, count=4).exact
+    assert not compare_goals(rest, listed, count=5).exact
+    assert not compare_goals(rest, listed).exact

@@ -108,6 +108,8 @@ def test_the_rest_is_what_no_part_names() -> None:
     ]})  # fmt: skip
     assert goal.resolved(7).structures[0].objects == (1, 2, 4, 6)
     assert goal.named_objects() == (3, 0, 5)
+    with pytest.raises(GoalError, match="part 0 takes all objects that no other part names, and there are none"):
+        Goal.from_dict({"parts": [{"kind": "structure", "shape": "circle", "around": [0]}]}).resolved(1)
 
 
 @pytest.mark.parametrize(
