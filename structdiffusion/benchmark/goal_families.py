@@ -192,7 +192,7 @@ def _order(cast: Cast, kind: str, rng: Rng) -> list[Part]:
             rng.shuffle(members)
         start = "bottom" if shape == "tower" else str(rng.choice(("left", "right", "near", "far")))
         return [StructurePart(shape, objects=tuple(members), order=Order("listed", None, start))]
-    models = _apart(cast.free(shape), by, int(rng.integers(3, 5)) if shape == "line" else 3)
+    models = _apart(cast.free(shape), by, int(rng.integers(3, 5)) if shape == "line" else 3, rng)
     members = cast.add(models)
     if shape == "tower":
         return [StructurePart(shape, objects=members, order=Order(by, "descending", "bottom"))]
@@ -209,19 +209,19 @@ def measure(model: ObjectModel, by: str) -> float:
     return float(width) if by == "width" else float(np.cbrt(length * width * model.height))
 
 
-def _apart(pool: Sequence[ObjectModel], by: str, count: int) -> list[ObjectModel]:
-    """Return the first objects whose measures differ by a step that a person sees.
+def _apart(pool: Sequence[ObjectModel], by: str, count: int, rng: Rng) -> list[ObjectModel]:
+    """Return up to `count` objects, in random order, whose measures differ by a step that a person sees.
 
     Raises:
-        SceneError: when there are too few.
+        SceneError: when there are fewer than three.
     """
     found: list[ObjectModel] = []
-    for model in pool:
-        if all(abs(measure(model, by) - measure(other, by)) > _LEAST_STEP for other in found):
+    for model in sorted(pool[: 4 * count], key=lambda model: measure(model, by)):
+        if not found or measure(model, by) - measure(found[-1], by) > _LEAST_STEP:
             found.append(model)
-        if len(found) == count:
-            return found
-    raise SceneError(f"only {len(found)} objects differ enough in {by}")
+    if len(found) < 3:
+        raise SceneError(f"only {len(found)} objects differ enough in {by}")
+    return [found[i] for i in rng.permutation(len(found))[:count]]
 
 
 def _new_shapes(cast: Cast, kind: str, rng: Rng) -> list[Part]:

@@ -24,9 +24,9 @@ BLOCK_COLORS: Mapping[str, tuple[float, float, float]] = {
 }
 # Noun and convex part of each form; the arm's gripper closes on all of them.
 _FORMS: Mapping[str, tuple[str, np.ndarray]] = {
-    "cube_40": ("block", box(0.040, 0.040, 0.0, 0.040)),
+    "cube_35": ("block", box(0.035, 0.035, 0.0, 0.035)),
     "cube_50": ("block", box(0.050, 0.050, 0.0, 0.050)),
-    "cube_60": ("block", box(0.060, 0.060, 0.0, 0.060)),
+    "cube_65": ("block", box(0.065, 0.065, 0.0, 0.065)),
     "slab": ("block", box(0.070, 0.050, 0.0, 0.025)),
     "brick": ("block", box(0.080, 0.040, 0.0, 0.040)),
     "post": ("block", box(0.045, 0.045, 0.0, 0.090)),
