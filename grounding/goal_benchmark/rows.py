@@ -19,7 +19,7 @@ from grounding.references.attributes import ObjectAttributes, SceneObject
 from grounding.spec import SpecError
 
 STATUSES = ("ok", "ask", "refused")
-KEYS = ("text", "scene", "stratum", "status", "goals")
+KEYS = ("text", "scene", "stratum", "status", "goals", "also")
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,7 @@ class GoalRow:
         stratum: what kind of instruction it is; rates are given for each.
         status: "ok"; "ask" where a question must be asked first; "refused".
         goals: the acceptable goals; empty unless the status is "ok".
+        also: another status that is fair, such as a refusal in place of a question, or `None`.
     """
 
     text: str
@@ -39,6 +40,12 @@ class GoalRow:
     stratum: str
     status: str
     goals: tuple[Goal, ...] = ()
+    also: str | None = None
+
+    @property
+    def statuses(self) -> tuple[str, ...]:
+        """Return the fair statuses, the best first."""
+        return (self.status,) if self.also is None else (self.status, self.also)
 
 
 @cache
@@ -83,6 +90,10 @@ def _row(line: str, where: str) -> GoalRow:
     status, scene, goals = entry.get("status"), entry.get("scene"), entry.get("goals", [])
     if status not in STATUSES:
         raise BenchmarkError(f"{where}: status cannot be {status!r}; legal values: {', '.join(STATUSES)}")
+    also, unbuilt = entry.get("also"), [one for one in STATUSES if one not in ("ok", status)]
+    if also is not None and (status == "ok" or also not in unbuilt):
+        legal = "null" if status == "ok" else f"{', '.join(unbuilt)}, null"
+        raise BenchmarkError(f"{where}: also cannot be {also!r} beside the status {status!r}; legal values: {legal}")
     if scene is not None and scene not in goal_scenes():
         legal = ", ".join(goal_scenes())
         raise BenchmarkError(f"{where}: scene cannot be {scene!r}; legal values: {legal}, null")
@@ -90,7 +101,7 @@ def _row(line: str, where: str) -> GoalRow:
         legal = "a list of one goal or more" if status == "ok" else "an empty list"
         raise BenchmarkError(f"{where}: goals of a row with the status {status!r} must be {legal}, not {goals!r:.80}")
     made = tuple(_goal(goal, scene, f"{where}, goal {number}") for number, goal in enumerate(goals))
-    return GoalRow(entry["text"], scene, str(entry.get("stratum", "all")), status, made)
+    return GoalRow(entry["text"], scene, str(entry.get("stratum", "all")), status, made, also)
 
 
 def _goal(values: Any, scene: str | None, where: str) -> Goal:

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 from grounding.benchmark import rate
 from grounding.goal_benchmark.rows import GoalRow, goal_scenes
 from grounding.goals.comparison import GoalComparison, compare_goals
-from grounding.goals.goal import Goal
+from grounding.goals.goal import MAX_PARTS, Goal
 from grounding.goals.parts import GoalError, Part, PartReference, StructurePart
 
 _ARTICLES = frozenset(("the", "a", "an", "all", "my", "your", "these", "those"))
@@ -28,7 +28,8 @@ class GoalReading(Protocol):
 def compare_with_row(goal: Goal, row: GoalRow) -> tuple[GoalComparison, Goal]:
     """Compare a goal with the acceptable goal of a row that it is closest to; return the comparison and that goal.
 
-    In a scene, "everything else" and the list of all other objects are the same.
+    In a scene, "everything else" and the list of all other objects are the same. So are a relation of several objects
+    and the same relation of each: "both markers in the mug".
     """
     count = None if row.scene is None else len(goal_scenes()[row.scene])
     read = _spelled(goal, count)
@@ -41,13 +42,38 @@ def _badness(found: GoalComparison) -> tuple[bool, int, int]:
 
 
 def _spelled(goal: Goal, count: int | None) -> Goal:
-    """Write `objects: null` out in a scene of `count` objects; without a scene, spell the objects' words plainly."""
+    """Give relations one object each, and write `objects: null` out in a scene of `count` objects.
+
+    Without a scene, the objects' words are spelled plainly instead.
+    """
     if count is None:
-        return Goal(tuple(_plain_words(part) for part in goal.parts))
+        return _one_by_one(Goal(tuple(_plain_words(part) for part in goal.parts)))
     try:
-        return goal.resolved(count)
+        return _one_by_one(goal.resolved(count))
     except GoalError:  # nothing is left for "everything else": that is compared as it stands
+        return _one_by_one(goal)
+
+
+def _one_by_one(goal: Goal) -> Goal:
+    """Divide relations of several objects, but for "swapped", which is one of two."""
+    places = {}  # of each part in the divided goal
+    divided: list[Part] = []
+    for number, part in enumerate(goal.parts):
+        places[number] = len(divided)
+        alone = isinstance(part, StructurePart) or part.relation == "swapped" or isinstance(part.objects, PartReference)
+        divided += [part] if alone else [replace(part, objects=(one,)) for one in part.objects]
+
+    def moved(objects: Any) -> Any:
+        return PartReference(places[objects.part]) if isinstance(objects, PartReference) else objects
+
+    if len(divided) == len(goal.parts) or len(divided) > MAX_PARTS:
         return goal
+    return Goal(tuple(
+        part
+        if isinstance(part, StructurePart)
+        else replace(part, objects=moved(part.objects), reference=moved(part.reference))
+        for part in divided
+    ))  # fmt: skip
 
 
 def _plain_words(part: Part) -> Part:
@@ -64,7 +90,7 @@ def _plain_words(part: Part) -> Part:
 
 def is_exact_reading(row: GoalRow, reading: GoalReading) -> bool:
     """Tell whether a reading has the status of the row and, where that is "ok", one of its goals."""
-    if reading.status != row.status:
+    if reading.status not in row.statuses:
         return False
     return row.status != "ok" or compare_with_row(reading.goal, row)[0].exact
 
@@ -96,7 +122,8 @@ def score_goals(rows: Sequence[GoalRow], readings: Sequence[GoalReading]) -> dic
     for row, reading in pairs:
         strata[row.stratum].append(is_exact_reading(row, reading))
     misread = sum(not one.exact for one in found) + sum(reading.status == "ok" for _, reading in idle)
-    true_parts, read_parts = sum(len(truth.parts) for *_, truth in read), sum(len(goal.parts) for goal, *_ in read)
+    true_parts = sum(len(_one_by_one(truth).parts) for *_, truth in read)
+    read_parts = sum(len(_one_by_one(goal).parts) for goal, *_ in read)
     return {
         "exact": rate(sum(map(sum, strata.values())), len(pairs)),
         "false_fills": rate(sum(bool(one.false_fills) for one in found), len(found)),
@@ -104,7 +131,7 @@ def score_goals(rows: Sequence[GoalRow], readings: Sequence[GoalReading]) -> dic
         "dropped_parts": rate(sum(len(one.dropped) for one in found), true_parts),
         "false_parts": rate(sum(len(one.false_parts) for one in found), read_parts),
         "refusal": {"precision": rate(rightly, nothing), "recall": rate(rightly, len(idle))},
-        "status": rate(sum(row.status == reading.status for row, reading in idle), len(idle)),
+        "status": rate(sum(reading.status in row.statuses for row, reading in idle), len(idle)),
         "wrongly_refused": rate(asked.count("refused"), len(asked)),
         "wrongly_asked": rate(asked.count("ask"), len(asked)),
         "built_wrongly": rate(misread, len(pairs)),

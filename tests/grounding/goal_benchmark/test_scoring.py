@@ -16,6 +16,7 @@ class Reading:
 
 
 LINE, TOWER = StructurePart("line", objects=(0, 1)), StructurePart("tower", objects=(2, 3))
+LINE_2 = StructurePart("line", objects=(1, 2))
 TWO = GoalRow("two", "breakfast", "two", "ok", (Goal((LINE, TOWER)),))
 IDLE = GoalRow("idle", "breakfast", "idle", "refused")
 CORNER = GoalRow("corner", "breakfast", "idle", "ask")
@@ -76,3 +77,20 @@ def test_building_what_must_not_be_built_is_found():
     assert found["refusal"]["recall"]["rate"] == 0.0 and found["built_wrongly"]["hits"] == 1
     assert found["strata"]["idle"]["hits"] == 0 and found["strata"]["two"]["hits"] == 1
     assert found["refusal"]["precision"]["rate"] is None  # nothing was refused
+
+
+def test_another_status_may_be_fair_too():
+    vague = GoalRow("t", "breakfast", "s", "ask", also="refused")
+    found = score_goals([vague, vague, vague], [Reading("ask"), Reading("refused"), ok(LINE)])
+    assert found["exact"]["hits"] == 2 and found["status"]["hits"] == 2 and found["refusal"]["recall"]["hits"] == 2
+
+
+def test_a_relation_of_two_objects_is_two_relations():
+    both = GoalRow("t", "breakfast", "s", "ok", (Goal((RelationPart("on", (0, 4), (3,)), LINE_2)),))
+    apart = ok(LINE_2, RelationPart("on", (4,), (3,)), RelationPart("on", (0,), (3,)))
+    assert is_exact_reading(both, apart)
+    after = RelationPart("behind", PartReference(1), (3,))
+    row = GoalRow("t", "breakfast", "s", "ok", (Goal((RelationPart("on", (0, 4), (3,)), LINE_2, after)),))
+    assert is_exact_reading(row, ok(LINE_2, RelationPart("on", (0, 4), (3,)), RelationPart("behind", PartReference(0), (3,))))
+    one = score_goals([both], [ok(LINE_2, RelationPart("on", (4,), (3,)))])
+    assert (one["dropped_parts"]["hits"], one["dropped_parts"]["n"]) == (1, 3)
