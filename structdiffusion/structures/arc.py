@@ -44,7 +44,6 @@ class Arc(SpreadStructure):
     name = "arc"
     least = MIN_ARC_OBJECTS
     usual_counts = (3, 7)
-    often_one_noun = True
 
     def draft(
         self,

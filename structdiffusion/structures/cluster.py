@@ -41,6 +41,7 @@ class Cluster(SpreadStructure):
     name = "cluster"
     least = MIN_CLUSTER_OBJECTS
     usual_counts = (2, 7)
+    sizes = ("small", "medium")  # with more than 4 cm between two objects of 6 cm, nothing joins them
 
     def draft(
         self,

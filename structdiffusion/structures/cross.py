@@ -34,7 +34,6 @@ class Cross(SpreadStructure):
     name = "cross"
     least = MIN_CROSS_OBJECTS
     usual_counts = (5, 8)
-    often_one_noun = True
 
     def draft(
         self,

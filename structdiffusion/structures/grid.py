@@ -29,7 +29,6 @@ class Grid(SpreadStructure):
     name = "grid"
     least = MIN_GRID_OBJECTS
     usual_counts = (4, 9)
-    often_one_noun = True
 
     def draft(
         self,

@@ -95,7 +95,6 @@ class Square(Rectangle):
     """A rectangle whose sides are about equal."""
 
     name = "square"
-    often_one_noun = True
 
     def _sides(self, count: int, rng: np.random.Generator) -> tuple[tuple[int, ...], tuple[float, float]]:
         each, more = divmod(count - 4, 4)

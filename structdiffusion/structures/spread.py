@@ -11,13 +11,30 @@ from grounding.spec import StructureSpec
 from structdiffusion.footprints import tightest_scale, turned
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
-from structdiffusion.structures.structure import Draft, Structure
+from structdiffusion.structures.structure import Draft, Structure, Traits, choose_first
+
+
+_NARROWEST_OF = 2  # a drawn scene takes the narrowest of so many times as many objects: broad ones fit in small sizes only
 
 
 class SpreadStructure(Structure):
     """A flat structure whose size is the ratio of its extent to that of the same arrangement drawn together."""
 
     smaller_to_fit = True
+
+    def choose(
+        self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool
+    ) -> list[Traits]:
+        """Choose the narrowest of the first candidates, unless their nouns were given.
+
+        Raises:
+            LayoutError: when there are too few of them.
+        """
+        if not named:
+            some = candidates[: _NARROWEST_OF * wanted]
+            narrow = set(map(id, sorted(some, key=lambda one: one.radius)[:wanted]))
+            candidates = [one for one in some if id(one) in narrow]
+        return choose_first(candidates, wanted, self.name, self.least)
 
     def corrections(self, bodies: Sequence[PlacedBody], size: str | None) -> np.ndarray:
         """Return how far (N, 2), metres, each body moves from or toward the centre: into the size's band."""

@@ -8,7 +8,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from grounding.spec import ROTATIONS, SLOTS_OF_SHAPE, StructureSpec
+from grounding.spec import ROTATIONS, SIZES, SLOTS_OF_SHAPE, StructureSpec
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, ObjectTraits, PlacedBody
 from structdiffusion.structures.checks import Check
@@ -68,6 +68,7 @@ class Structure(Protocol):
         rotation_alters_layout: whether a rotation changes the structure itself and does not only turn it, as the opening
             of a ring. Demonstrations leave it out at times, and no training example hides it.
         rotations: the rotations that can be told apart when one is measured.
+        sizes: the sizes that objects of a usual width can have.
         smaller_to_fit: whether a smaller size is drawn where an open one was drawn too large for the table.
         often_one_noun: whether the objects of a drawn scene are of one noun in half of the cases.
         demonstration_share, crowded_share: how often it is tried for training data, and for data with 8 to 10 objects;
@@ -83,6 +84,7 @@ class Structure(Protocol):
     stacks: bool = False
     rotation_alters_layout: bool = False
     rotations: tuple[str, ...] = ROTATIONS
+    sizes: tuple[str, ...] = SIZES
     smaller_to_fit: bool = False
     often_one_noun: bool = False
     demonstration_share: float = 0.0

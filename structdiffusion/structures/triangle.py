@@ -45,7 +45,6 @@ class Triangle(SpreadStructure):
     name = "triangle"
     least = MIN_TRIANGLE_OBJECTS
     usual_counts = (3, 7)
-    often_one_noun = True
 
     def draft(
         self,

@@ -6,12 +6,13 @@ import torch
 
 from grounding.corpus.grammar import legal_specs
 from structdiffusion.data import demonstrations
-from structdiffusion.footprints import overlap_depth, turned
+from structdiffusion.footprints import turned
 from structdiffusion.models.encoders import SENTENCE_WIDTH
 from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.structures import STRUCTURES
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.word_tokens import word_ids
+from tests.structdiffusion.structures.handmade import carriers
 
 torch.set_num_threads(1)
 
@@ -36,15 +37,12 @@ def built():
 
     def bodies(items, layout):
         placed = []
+        outlines = [turned(it.footprint, yaw) + at[:2] for it, yaw, at in zip(items, layout.turns, layout.positions)]
+        tops = [at[2] + item.height for item, at in zip(items, layout.positions)]
         for i, (item, turn, at) in enumerate(zip(items, layout.turns, layout.positions)):
-            outline = turned(item.footprint, turn) + at[:2]
-            carrier = tuple(
-                j
-                for j, (other, yaw, there) in enumerate(zip(items, layout.turns, layout.positions))
-                if STRUCTURES[layout.spec.shape].stacks
-                and abs(at[2] - there[2] - other.height) < 0.006
-                and overlap_depth(outline, turned(other.footprint, yaw) + there[:2]) > 0.002
-            )
+            outline = outlines[i]
+            stacks = STRUCTURES[layout.spec.shape].stacks
+            carrier = carriers(i, outlines, layout.positions[:, 2], tops) if stacks else ()
             named, top, yaw = (f"{item.category} {i + 1}", item.category), at[2] + item.height, item.front_yaw + turn
             placed.append(PlacedBody(*named, outline, at[:2], at[2], top, yaw, carrier))
         return placed

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from structdiffusion.footprints import turned
+from structdiffusion.footprints import overlap_depth, turned
 from structdiffusion.objects.solids import circle_outline
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
@@ -67,6 +67,15 @@ def tower():
     """Three round objects, each on the one below, the broadest lowest."""
     second, third = body(0.45, 0.01, 0.04, z=0.05, rests_on=(0,)), body(0.46, 0, z=0.1, rests_on=(1,))
     return [body(0.45, 0, 0.05), second, third]
+
+
+def carriers(index, outlines, bottoms, tops):
+    """Return which of some objects carry one: those that it overlaps, and whose tops are where it begins."""
+    return tuple(
+        j
+        for j, (outline, top) in enumerate(zip(outlines, tops))
+        if j != index and abs(bottoms[index] - top) < 0.006 and overlap_depth(outlines[index], outline) > 0.002
+    )
 
 
 def at_places(places, radius=0.03):
