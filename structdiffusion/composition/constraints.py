@@ -60,9 +60,13 @@ def bond_margins(situation: Situation, bond: Bond, block: Block, origins: np.nda
     It is open as long as nobody knows where one of the other objects is.
     """
     own, others = set(block.members), [i for i in (*bond.members, *bond.related) if i not in block.members]
-    if not situation.known(others) or not own & {*bond.members, *bond.related}:
+    if not own & {*bond.members, *bond.related}:
         return None
-    if set(bond.members) <= own and not own & set(bond.related):
+    if bond.relation.exact and not own & set(bond.members):
+        return None  # it depends on where the reference stood, not on where it goes
+    if not bond.relation.exact and not situation.known(others):
+        return None
+    if set(bond.members) <= own and (bond.relation.exact or not own & set(bond.related)):
         figure = situation.figure(bond.members, block.bodies_at(np.zeros(2)))
         references = [situation.figure(members) for members in bond.references]
         before = situation.state.standing().figure(bond.members).centroid

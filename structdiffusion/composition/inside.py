@@ -46,7 +46,7 @@ def rest_inside(vessel: Item, things: Sequence[Item], wanted: int, rng: np.rando
     Raises:
         LayoutError: where the vessel is not hollow, or one of them does not go in.
     """
-    if not vessel.seen.hollow:
+    if not vessel.hollow:
         raise LayoutError(f"nothing can be put into the {vessel.name}: it is not hollow")
     ways: list[list[np.ndarray]] = []
     for first in range(wanted):

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from structdiffusion.completion.bodies import bodies_of
+from structdiffusion.completion.bodies import completed_bodies_of
 from structdiffusion.completion.estimate import ObjectEstimate, estimate
 from structdiffusion.footprints import outline_centroid, turned
 from structdiffusion.geometry import pose_from_xyz_yaw
@@ -32,6 +32,7 @@ class Item:
         seen: estimates from the cloud, as if it stood on the table.
         model: its completed body.
         pose: (4, 4) world_from_object of that body.
+        hollow: whether something can lie in it: the camera sees into it, or its completed body is open at the top.
     """
 
     index: int
@@ -39,6 +40,7 @@ class Item:
     seen: ObjectEstimate
     model: ObjectModel
     pose: np.ndarray
+    hollow: bool
 
     @property
     def name(self) -> str:
@@ -110,12 +112,12 @@ class TableState:
         """Complete the bodies of a scene."""
         clouds = (*scene.objects, *scene.distractors)
         flat = scene.on_the_table()
-        bodies = bodies_of(clouds, scene.world_from_camera)
+        bodies = completed_bodies_of(clouds, scene.world_from_camera)
         lowered = (*flat.objects, *flat.distractors)
-        items = [
-            Item(i, cloud, estimate(low), model, pose)
-            for i, (cloud, low, (model, pose)) in enumerate(zip(clouds, lowered, bodies, strict=True))
-        ]
+        items = []
+        for cloud, low, (shape, model, pose) in zip(clouds, lowered, bodies, strict=True):
+            seen = estimate(low)
+            items.append(Item(len(items), cloud, seen, model, pose, seen.hollow or shape.hollow))
         return cls(tuple(items), len(scene.objects), scene.table)
 
     @cached_property

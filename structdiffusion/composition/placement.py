@@ -179,7 +179,7 @@ class Placer:
         for bond in self.bonds:
             if not set(bond.members) <= set(unit.members) or set(bond.related) & set(unit.members):
                 continue
-            if not situation.known(bond.related):
+            if not bond.relation.exact and not situation.known(bond.related):
                 continue
             figure = situation.figure(bond.members, here)
             references = [situation.figure(members) for members in bond.references]
