@@ -70,7 +70,7 @@ def test_rows_are_made_of_equally_high_objects():
         ([*blocks(1, 0.05), *blocks(1, 0.07), *blocks(1, 0.09)], "equally high within 4 mm; these are not: block 0.050 m, block 0.070 m"),
         (blocks(3, stackable=False), "rows of objects that carry others"),
         (blocks(3, flat_bottom=False), "objects with a level bottom"),
-        ([*cans(2), *blocks(1, 0.02, scale=0.3)], "the block is too small to lie on two others"),
+        ([*cans(2), *blocks(1, 0.02, scale=0.08)], "the block is too small to lie on two others"),
         (blocks(10, 0.15), "would be built up to 0.45 m, and the arm reaches 0.4 m"),
     ],
 )  # fmt: skip
