@@ -91,6 +91,8 @@ class Parsed(EventBase):
         prompt_sha256: checksum of the LLM's prompt, where it read.
         fallback: why another parser than the one that was asked for read it, or empty.
         before: in a conversation the goal that this one changes; `None` for a goal of its own.
+        goal: the whole goal, as `grounding.goals.goal.Goal.to_dict` has it; objects are indices into the scene's, or words.
+        parts: one line for each part of a goal that is more than the five slots of one structure; empty otherwise.
     """
 
     spec: StructureSpec
@@ -104,6 +106,8 @@ class Parsed(EventBase):
     fallback: str
     seconds: float
     before: StructureSpec | None = None
+    goal: Mapping[str, Any] = field(default_factory=dict)
+    parts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -201,7 +205,15 @@ class Imagined(EventBase):
 
 @dataclass(frozen=True)
 class Chosen(EventBase):
-    """The arrangement that will be built. `rank` counts from 1; it can change when the arm finds no plan for it."""
+    """The arrangement that will be built.
+
+    Attributes:
+        rank: counts from 1; it can change when the arm finds no plan for it.
+        scores: as in `Arrangement`.
+        goals: for each object that takes part its `name`, the `position` that its cloud's mean goes to, and
+            `goal_from_initial` (4, 4). For a goal of several parts also `parts`, the numbers of those that place it, from
+            1; `stays`, whether it is in its place already; `aside`, whether it only makes room.
+    """
 
     rank: int
     scores: Mapping[str, float]

@@ -7,14 +7,16 @@ collision-free motion to each; only perceived clouds are used.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from agent.arm.grasps import Grasp, grasps_of, is_round
 from agent.arm.motion_planner import PlanningScene, solid_hull
+from agent.arm.containers import WALLS, walls_of
 from agent.arm.placement_order import asides, bottom_at, precedence
+from agent.arm.placement_rules import ObstacleKey, PlacementRules, moving
 from agent.arm.trajectories import interpolate, straight_line
 from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
 from structdiffusion.geometry import pose_from_xyz_yaw, raised, transform_points
@@ -72,12 +74,19 @@ class Search:
         scene: the planning scene.
         rng: draws the restarts of the inverse kinematics.
         table: the table top to which objects can be moved out of the way.
+        rules: what else is known of the placements.
     """
 
-    def __init__(self, scene: PlanningScene, rng: np.random.Generator, table: Table = Table()) -> None:
+    def __init__(
+        self,
+        scene: PlanningScene,
+        rng: np.random.Generator,
+        table: Table = Table(),
+        rules: PlacementRules = PlacementRules(),
+    ) -> None:
         self.scene = scene
         self.kinematics = scene.kinematics
-        self.rng, self.table = rng, table
+        self.rng, self.table, self.rules = rng, table, rules
 
     def arrangement(
         self,
@@ -91,7 +100,7 @@ class Search:
 
         Args:
             clouds, distractors: (P, 3) each, in their initial places.
-            goal_from_initial: (N, 4, 4).
+            goal_from_initial: (N, 4, 4); an object whose motion is the identity stays.
             limit: the number of the scene's `checks` after which the search ends.
             bottoms: z of the surface that each object stands on at first; by default the table.
 
@@ -104,10 +113,11 @@ class Search:
         bottoms = [0.0] * count if bottoms is None else list(bottoms)
         motions = list(goal_from_initial)  # goal_from_now, of the objects that still wait
         plans: list[ObjectPlan] = []
-        done: set[int] = set()
+        done = set(range(count)) - set(moving(goal_from_initial))
         moved_aside = 0
         while len(done) < count:
             under, in_the_way, _ = precedence(current, motions, bottoms)
+            under = [below | self.rules.after.get(i, frozenset()) for i, below in enumerate(under)]
             lowest = [bottom_at(motions[i], current[i], bottoms[i]) for i in range(count)]
             far = [transform_points(motions[i], current[i])[:, 0].mean() for i in range(count)]
             # Low goals first, then far ones, so that the arm need not reach over what it has built.
@@ -159,7 +169,7 @@ class Search:
             avoid: grasps that failed before; similar ones are left out.
         """
         scene = self.scene
-        self.set_out(clouds, distractors, bottoms)
+        self.set_out(clouds, distractors, bottoms, self.rules.into.get(index, frozenset()))
         found = grasps_of(clouds[index], bottoms[index])
         grasps = [grasp for grasp in found if not any(_alike(grasp, other) for other in avoid)]
         if not grasps:
@@ -182,13 +192,31 @@ class Search:
         return None, reason
 
     def set_out(
-        self, clouds: Sequence[np.ndarray], distractors: Sequence[np.ndarray], bottoms: Sequence[float]
+        self,
+        clouds: Sequence[np.ndarray],
+        distractors: Sequence[np.ndarray],
+        bottoms: Sequence[float],
+        open_ones: Collection[ObstacleKey] = (),
     ) -> None:
-        """Add every object as an obstacle in its present place."""
-        for j, cloud in enumerate(clouds):
-            self.scene.set_obstacle(j, solid_hull(cloud, bottoms[j]))
-        for j, cloud in enumerate(distractors):
-            self.scene.set_obstacle(("distractor", j), solid_hull(cloud))
+        """Add every object as an obstacle in its present place.
+
+        Args:
+            clouds, distractors: (P, 3) each, now. bottoms: z of the surface that each of the `clouds` stands on.
+            open_ones: which of them are containers that something goes into: only their walls are obstacles.
+        """
+        placed: list[tuple[ObstacleKey, np.ndarray, float]] = list(zip(range(len(clouds)), clouds, bottoms))
+        placed += [(("distractor", j), cloud, 0.0) for j, cloud in enumerate(distractors)]
+        for key, cloud, bottom in placed:
+            walls = walls_of(cloud, bottom) if key in open_ones else []
+            for number in range(WALLS):
+                if number < len(walls):
+                    self.scene.set_obstacle((key, number), walls[number])
+                else:
+                    self.scene.remove_obstacle((key, number))
+            if walls:
+                self.scene.remove_obstacle(key)
+            else:
+                self.scene.set_obstacle(key, solid_hull(cloud, bottom))
 
     def _reachable_pairs(
         self, grasps: Sequence[Grasp], cloud: np.ndarray, goal_from_now: np.ndarray, spins: int

@@ -16,16 +16,25 @@ from agent import events
 from agent.errors import DONE, NotBuildable, PartlyDone, exit_code_of, one_sentence
 from agent.event_base import Event, json_value
 from agent.pipeline.building import LAST_PICTURE, build_with_arm
-from agent.pipeline.event_builders import chosen_event, describe_shortfall, parsed_event, perceived_event
+from agent.pipeline.event_builders import (
+    chosen_event,
+    describe_aside,
+    describe_shortfall,
+    parsed_event,
+    perceived_event,
+)
 from agent.pipeline.instruction_parser import ReadingOptions
-from agent.pipeline.proposing import propose_arrangements
+from agent.pipeline.proposing import propose_arrangements, propose_goal
 from agent.pipeline.release import release_in_physics
 from agent.pipeline.resources import ResourceCache
+from agent.pipeline.table_goal import TableGoal, put_on_table
 from agent.recordings.recording import RecordedOptions
 
 if TYPE_CHECKING:
     from agent.recordings.trajectory_export import TrajectoryLog
+    from agent.scenes.sources import SceneSource
     from agent.scenes.table_scene import TableScene
+    from grounding.interpreter import Interpretation
     from grounding.parsers.sentence_encoder import SentenceEncoder
     from grounding.spec import StructureSpec
     from structdiffusion.observation import Arrangement, StructureGoal, Scene
@@ -115,8 +124,6 @@ class _Run:
         self.step, began = "parse", time.perf_counter()
         import torch
 
-        from agent.pipeline.candidates import filter_viable
-
         torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
         goal = cache.interpreter(options.reading).interpret(self.text)
         if goal.status != "ok":
@@ -132,9 +139,13 @@ class _Run:
         if goal.status != "ok":
             hint = source.hint if goal.status == "refused" else ""
             raise NotBuildable("; ".join(filter(None, (goal.message, hint))))
+        notes = (*goal.notes, *(one.card for one in networks.values() if not one.verified))
+        if goal.goal.plain_spec is None:
+            yield from self._of_several_parts(source, goal, notes, seconds, began)
+            return
         yield parsed_event(goal, seconds)
 
-        for note in (*goal.notes, *(one.card for one in networks.values() if not one.verified)):
+        for note in notes:
             yield events.Noted(note)
 
         with source.open(goal, options.seed) as table:
@@ -145,26 +156,65 @@ class _Run:
             self.step = "imagination"
             asked = make_goal(goal.spec, cache.encoder)
             imagined = propose_arrangements(planner, options.model, scene, asked, options.seed)
-            imagined = replace(imagined, networks=networks)
-            yield imagined
-            arrangements = filter_viable(imagined.arrangements)
-            yield chosen_event(1, arrangements[0], scene)
-            if options.execute:
-                self.step = "build"
-                yield from self._built(table, scene, goal.spec, arrangements)
-            else:
-                self.step = "check"
-                yield from release_in_physics(table, scene, goal.spec, arrangements[0])
-            if shortfall := describe_shortfall(table, "stand as asked"):
-                raise PartlyDone(shortfall)
+            yield from self._carried_out(table, goal.spec, replace(imagined, networks=networks))
+
+    def _of_several_parts(
+        self, source: SceneSource, goal: Interpretation, notes: Sequence[str], seconds: float, began: float
+    ) -> Iterator[Event]:
+        """Carry out a goal of several parts, in one build."""
+        options, cache = self.options, self.cache
+        with source.open(goal, options.seed) as table:
+            if source.catalogue:  # which of the library's objects stand there is known now
+                goal = goal.among(table.referents)
+                if goal.status != "ok":
+                    raise NotBuildable(goal.message)
+            yield parsed_event(goal, seconds, table.names)
+            for note in dict.fromkeys((*notes, *goal.notes)):
+                yield events.Noted(note)
+            wanted, scene = put_on_table(table, goal.goal)
+            yield perceived_event(_involve(table, scene.select(wanted.movable)), time.perf_counter() - began, table)
+            if shortfall := describe_shortfall(table, "take part"):
+                yield events.Noted(shortfall)
+            self.step, began = "imagination", time.perf_counter()
+            planner = cache.goal_planner(options.model, options.weights, options.allow_unverified)
+            imagined = propose_goal(planner, options.model, scene, wanted, options.seed)
+            if len(imagined.scene.objects) > table.count:  # something has to be set aside, and takes part too
+                yield perceived_event(_involve(table, imagined.scene), time.perf_counter() - began, table)
+            networks = cache.provenance(options.model, options.weights)
+            yield from self._carried_out(table, wanted, replace(imagined, networks=networks))
+
+    def _carried_out(
+        self, table: TableScene, wanted: StructureSpec | TableGoal, imagined: events.Imagined
+    ) -> Iterator[Event]:
+        """Choose among the proposals, build or try the choice, and say what was left out."""
+        from agent.pipeline.candidates import filter_viable
+
+        yield imagined
+        scene, arrangements = imagined.scene, filter_viable(imagined.arrangements)
+        chosen = chosen_event(1, arrangements[0], scene, wanted if isinstance(wanted, TableGoal) else None)
+        yield chosen
+        if aside := describe_aside(chosen):
+            yield events.Noted(aside)
+        if self.options.execute:
+            self.step = "build"
+            yield from self._built(table, scene, wanted, arrangements)
+        else:
+            self.step = "check"
+            yield from release_in_physics(table, scene, wanted, arrangements[0])
+        if shortfall := describe_shortfall(table, "stand as asked"):
+            raise PartlyDone(shortfall)
 
     def _built(
-        self, table: TableScene, scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangement]
+        self,
+        table: TableScene,
+        scene: Scene,
+        wanted: StructureSpec | TableGoal,
+        arrangements: Sequence[Arrangement],
     ) -> Iterator[Event]:
         from agent.recordings.trajectory_export import TrajectoryLog
 
         log = TrajectoryLog() if self.trajectories else None
-        building = build_with_arm(table, scene, spec, arrangements, self.options.seed, on_step=self.on_step, log=log)
+        building = build_with_arm(table, scene, wanted, arrangements, self.options.seed, on_step=self.on_step, log=log)
         try:
             yield from self._checked_late(building)
         except (Exception, KeyboardInterrupt):  # what failed may be looked into too
@@ -185,6 +235,12 @@ class _Run:
             if isinstance(event, events.Pictured) and event.name == LAST_PICTURE:
                 self.step = "check"
             yield event
+
+
+def _involve(table: TableScene, scene: Scene) -> Scene:
+    """Let the objects of a scene take part on its table, in the same order; returns the scene."""
+    table.involve([cloud.name for cloud in scene.objects])
+    return scene
 
 
 def make_goal(spec: StructureSpec, encoder: SentenceEncoder) -> StructureGoal:
