@@ -83,7 +83,7 @@ def _seconds(result: Mapping[str, Any] | None) -> str:
 
 
 def _pictures(row_id: str, report: str | None, folder: Path) -> str:
-    """The goal and the result, each a link to the report; empty where there are none."""
+    """Return the pictures of goal and result as links to the report; empty if there are none."""
     figures = []
     for names in _SHOWN:
         files = {name: f"{ROWS}/{row_id}/{name}.{FORMAT}" for name in names}

@@ -1,8 +1,8 @@
 """Store the results of a batch: `results.jsonl`, a page, and `rows/ID` with report and session of rows that saw a
 scene.
 
-Only a folder that is empty or was made by a batch is taken, unless it is forced (`agent.runtime.output_ownership`). In `rows/ID` only
-the files are replaced that a batch wrote there; other files beside them stay.
+Only an empty folder or one made by a batch is accepted, unless forced (`agent.runtime.output_ownership`). In `rows/ID` only
+files that a batch wrote are replaced; other files beside them stay.
 
 `results.jsonl` is a journal while the batch works: one process appends a whole line for every row that ends, and forces
 it to the disk; of two lines with one id the later holds. When all rows have ended it is replaced by one line per row in
@@ -52,7 +52,7 @@ class Results:
 
     Args:
         folder: made where it is not there; what a batch that was killed has left half done is cleaned up.
-        force: take a folder that holds something else, too.
+        force: accept a folder that holds something else, too.
 
     Attributes:
         path: of the journal.

@@ -1,7 +1,7 @@
 """Read and check the rows of a batch file; an invalid row becomes a `BadRow`, and the others are carried out.
 
-A file is JSON lines when its name ends in .jsonl or .ndjson, plain text when it ends in .txt, and otherwise what its
-first character that is no space says: "{" begins JSON lines. In both, blank lines are left out.
+A file is JSON lines if its name ends in .jsonl or .ndjson, and plain text if it ends in .txt. Otherwise its first
+character that is not a space decides: "{" begins JSON lines. In both, blank lines are left out.
 
 Plain text has an instruction a line; lines that begin with "#" are left out. A JSON line is an object with these keys,
 of which only `text` must be there; a value that is `null` counts as not given:
@@ -13,7 +13,7 @@ of which only `text` must be there; a value that is `null` counts as not given:
 | `scene`, `objects`, `model`, `weights`, `seed`, `execute` | as the flags of `run`; by default the batch's own flags |
 | `parser`, `viewpoint`, `encoder`, `llm_model`, `llm_url` | likewise |
 
-Relative paths in a row are seen from the file's folder; from the current one where the rows come from standard input.
+Relative paths in a row start from the file's folder; from the current folder if the rows come from standard input.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ def _accepted(name: str, value: Any, folder: Path, flags: bool) -> Any:
 
 
 def _json_excerpt(value: Any) -> str:
-    """A value as JSON has it, cut where it is long."""
+    """Return a value as JSON, shortened if it is long."""
     text = json.dumps(value, ensure_ascii=False)
     return text if len(text) <= 60 else text[:57] + "..."
 
@@ -218,7 +218,7 @@ class _Reader:
 
 
 def _object(line: str) -> dict[str, Any]:
-    """The object in a line of JSON.
+    """Return the object in a line of JSON.
 
     Raises:
         BadInput: when there is none.

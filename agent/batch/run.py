@@ -34,8 +34,8 @@ def run_batch(
 ) -> Summary:
     """Carry out every row of a file whose outcome is not known yet.
 
-    Known is that of rows that succeeded, and of rows that failed and would fail in the same way again. What was lost
-    to a worker that died, or to an interruption, is not.
+    The outcome is known of rows that succeeded, and of rows that failed and would fail in the same way again. Rows whose
+    worker died, or that were interrupted, are carried out again.
 
     Args:
         source: the file, or "-" for standard input.
@@ -77,7 +77,7 @@ def run_batch(
 
 
 def _is_known(row: Row | BadRow, results: Results, retry: bool) -> bool:
-    """Whether the folder has the result of a row, and the row need not be carried out."""
+    """Return whether the folder has the result of a row, so that the row need not be carried out."""
     result = results.by_id.get(row.id)
     if result is None or retry and not result["success"]:
         return False
@@ -87,7 +87,7 @@ def _is_known(row: Row | BadRow, results: Results, retry: bool) -> bool:
 
 
 def _beginning(rows: int, to_do: int, known: Sequence[Mapping[str, Any]]) -> str:
-    """What there is and what is to do, in a line."""
+    """Describe in a line which results exist and which rows remain."""
     succeeded = sum(result["success"] for result in known)
     failed = len(known) - succeeded
     said = [f"{succeeded} done before and kept"] if succeeded else []
@@ -97,13 +97,13 @@ def _beginning(rows: int, to_do: int, known: Sequence[Mapping[str, Any]]) -> str
 
 
 def _line(result: Mapping[str, Any]) -> str:
-    """What became of a row, in a line."""
+    """Describe the outcome of a row in a line."""
     seconds = result["seconds"].get("total")
     return f"{result['id']} {outcome_in_words(result)}" + ("" if seconds is None else f", {duration(seconds)}")
 
 
 def _ended(jobs: Sequence[Job], workers: int | None, ray: str | None) -> Iterator[dict[str, Any]]:
-    """The results of all rows, as they end."""
+    """Yield the results of all rows as they end."""
     if not jobs:
         return
     if ray is not None:

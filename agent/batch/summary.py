@@ -44,7 +44,7 @@ class Summary:
 
     @property
     def failures(self) -> list[Mapping[str, Any]]:
-        """The results of the rows that failed."""
+        """Return the results of the rows that failed."""
         return [result for result in self.results if not result["success"]]
 
     @property

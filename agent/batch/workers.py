@@ -63,7 +63,7 @@ def _carried_out(cache: ResourceCache, job: Job) -> dict[str, Any]:
 
 
 def _carried_out_there(cache: ResourceCache, job: Job) -> tuple[Job, dict[str, Any], dict[str, bytes]]:
-    """The job, its row's result, and its files (name -> content), which come as bytes: disks are not shared."""
+    """Return the job, its row's result, and its files (name -> content) as bytes, because disks are not shared."""
     with tempfile.TemporaryDirectory() as folder:
         result = carry_out(job.row, Path(folder), cache)
         return job, result, {path.name: path.read_bytes() for path in Path(folder).iterdir()}

@@ -48,8 +48,8 @@ def checked_text(facts: Mapping[str, Any], path: Path) -> str:
         headline(facts)  # of tables
         return card_text(facts)
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError) as error:
-        said = f"{type(error).__name__}: {error}"
-        raise BadInput(f"{path} does not have what a card is made of ({said[:120]})") from error
+        reason = f"the key {str(error):.80} is missing" if isinstance(error, KeyError) else "a value has the wrong type"
+        raise BadInput(f"{path} is no record of a model card: {reason}") from error
 
 
 def checked_facts(network: Network) -> Facts:

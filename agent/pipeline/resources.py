@@ -32,7 +32,7 @@ class ResourceCache:
 
     @cached_property
     def encoder(self) -> SentenceEncoder:
-        """The sentence encoder.
+        """Return the sentence encoder, loaded on first use.
 
         Raises:
             EncoderError: when it cannot be loaded.

@@ -230,7 +230,7 @@ class _Run:
                 yield events.Noted(f"the commands of the arm are in {path}")
 
     def _checked_late(self, building: Iterator[Event]) -> Iterator[Event]:
-        """The build, whose last picture begins the step in which it is judged."""
+        """Yield the events of the build; its last picture begins the step "check"."""
         for event in building:
             if isinstance(event, events.Pictured) and event.name == LAST_PICTURE:
                 self.step = "check"

@@ -90,7 +90,7 @@ def markers_of_candidate(
 
 
 def _on_another(objects: Sequence[Mapping[str, Any]]) -> set[str]:
-    """The names of the objects that stood on others when they were seen."""
+    """Return the names of the objects that stood on others when they were seen."""
     upward = sorted(objects, key=lambda seen: seen["position"][2])
     entries = [
         (float(seen["position"][2]), Marker("", seen["name"], _outline(seen), FAINT, True), True) for seen in upward
@@ -99,7 +99,7 @@ def _on_another(objects: Sequence[Mapping[str, Any]]) -> set[str]:
 
 
 def _stacked(entries: Sequence[tuple[float, Marker, bool]]) -> list[Marker]:
-    """The markers, each with what it stands on: the highest of what is below its middle."""
+    """Return the markers, each with the object that it stands on: the highest one below its middle."""
     out: list[Marker] = []
     for number, (height, marker, may) in enumerate(entries):
         below = ""
@@ -116,7 +116,7 @@ def _middle(outline: np.ndarray) -> np.ndarray:
 
 
 def _inside(outline: np.ndarray, point: np.ndarray) -> bool:
-    """Whether a point is inside a polygon (K, 2): a line from it crosses an odd number of sides."""
+    """Return whether a point is inside a polygon (K, 2): a ray from it crosses an odd number of sides."""
     inside = False
     for (x, y), (next_x, next_y) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
         if (x > point[0]) != (next_x > point[0]):
@@ -142,7 +142,7 @@ def stack_sentence(stack: Sequence[Marker]) -> str:
 
 
 def _numbers(objects: Sequence[Mapping[str, Any]]) -> dict[str, int]:
-    """The objects of a recording keep their numbers, whoever takes part: the place of "object 3" is 2.
+    """Return the places of objects by their numbers in a recording: "object 3" has place 2, whichever objects take part.
 
     Empty where objects have names of other kinds.
     """
@@ -155,13 +155,13 @@ def _letter(letters: str, index: int) -> str:
 
 
 def _outline(seen: Mapping[str, Any]) -> np.ndarray:
-    """(K, 2); a small square where the cloud spans no area."""
+    """Return the outline (K, 2); a small square if the cloud spans no area."""
     if len(seen.get("outline") or ()):
         return np.array(seen["outline"], dtype=float)
     return np.array(seen["position"][:2]) + np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * (_DOT / 2)
 
 
 def _moved(seen: Mapping[str, Any], goal: Sequence[float], turn: float) -> np.ndarray:
-    """(K, 2) the outline turned about the cloud's mean, which goes to `goal`."""
+    """Return the outline (K, 2) turned about the cloud's mean, which moves to `goal`."""
     turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     return (_outline(seen) - seen["position"][:2]) @ turned.T + goal[:2]

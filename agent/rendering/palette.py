@@ -59,6 +59,6 @@ def alike(one: Sequence[float], other: Sequence[float]) -> bool:
 
 
 def _luminance(color: Sequence[float]) -> float:
-    """The relative luminance of an sRGB colour, 0 to 1."""
+    """Return the relative luminance of an sRGB colour, 0 to 1."""
     linear = [(part / 255 / 12.92 if part <= 10 else ((part / 255 + 0.055) / 1.055) ** 2.4) for part in color]
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]

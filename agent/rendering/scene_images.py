@@ -174,7 +174,7 @@ def _table_sheet(table: Table) -> _Sheet:
 
 
 def _entry(outside: np.ndarray, inside: np.ndarray, outline: list[tuple[float, float]]) -> np.ndarray:
-    """Where the way from a point to another first meets an outline (pixels); the other point where it does not."""
+    """Return where the segment between two points first meets an outline (pixels); its end if it does not."""
     way = inside - outside
     shares = [1.0]
     for one, other in zip(np.array(outline), np.array(outline[1:]), strict=False):
@@ -253,7 +253,7 @@ def goal_overlay(scene: Scene, arrangement: Arrangement) -> np.ndarray:
 
 
 def _moved(scene: Scene, arrangement: Arrangement) -> list[np.ndarray]:
-    """The clouds (P, 3) of the objects that take part, where they go."""
+    """Return the clouds (P, 3) of the objects that take part, moved to their goals."""
     pairs = zip(arrangement.goal_from_initial, scene.objects, strict=True)
     return [transform_points(motion, cloud.points) for motion, cloud in pairs]
 

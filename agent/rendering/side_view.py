@@ -41,7 +41,7 @@ def side_view(markers: Sequence[Marker], table: Sequence[float], columns: int, c
 
 
 def _extent(marker: Marker, table: Sequence[float], width: int) -> tuple[int, int]:
-    """The first column that a thing covers, and the one after its last; at least three, for its letter."""
+    """Return the first column that an object covers and the one after its last; at least three columns, to fit its letter."""
     y_min, y_max = table[2:]
     ends = marker.outline[:, 1].max(), marker.outline[:, 1].min()
     left, right = (width * (y_max - y) / (y_max - y_min) for y in ends)

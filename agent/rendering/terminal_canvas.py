@@ -42,9 +42,9 @@ def colors_of(console: Console) -> int:
 def picture(markers: Sequence[Marker], table: Sequence[float], columns: int, colors: int) -> list[Text]:
     """Draw the table and what is on it, from above.
 
-    Every object has its own colour; what takes no part is hatched, and has a small letter. An object's letter stands
-    in its middle; what lies underneath has its letter below that of what is on it. The letter of an object that is off
-    the table stands on the table's edge.
+    Every object has its own colour; an object that takes no part is hatched and has a small letter. The letter is in the
+    middle of the object; that of an object underneath another is below the other's. The letter of an object that is off
+    the table is on the table's edge.
 
     Args:
         markers: the objects; later ones cover earlier ones.
@@ -72,7 +72,7 @@ def picture(markers: Sequence[Marker], table: Sequence[float], columns: int, col
 
 
 def _pixels(markers: Sequence[Marker], samples: np.ndarray, owner: np.ndarray, colors: int) -> np.ndarray:
-    """(tall, width, 3) the colour of each pixel."""
+    """Return the colour of each pixel, (tall, width, 3)."""
     palette = np.array([*(marker.color for marker in markers), _WOOD])  # the table's number is -1, the last
     # Mixed colours smooth the outlines, where there are enough of them.
     pixels = palette[samples].mean(axis=2) if colors > 16 else palette[owner].astype(float)
@@ -88,7 +88,7 @@ def _pixels(markers: Sequence[Marker], samples: np.ndarray, owner: np.ndarray, c
 
 
 def _unparted(palette: np.ndarray) -> list[tuple[int, int]]:
-    """Which objects need an outline against which others, or the table (-1), because their colours are alike."""
+    """Return which objects need an outline against which others, or the table (-1), because their colours are alike."""
     table = len(palette) - 1
     return [
         (number, other if other < table else -1)
@@ -99,7 +99,7 @@ def _unparted(palette: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _seam(owner: np.ndarray, number: int, other: int) -> np.ndarray:
-    """The pixels of one thing that touch another, whichever side they lie on."""
+    """Return the pixels of either object along the border between two objects."""
     touched = np.zeros(owner.shape, dtype=bool)
     there = owner == other
     touched[1:] |= there[:-1]
@@ -110,7 +110,7 @@ def _seam(owner: np.ndarray, number: int, other: int) -> np.ndarray:
 
 
 def _samples(shapes: Sequence[np.ndarray], tall: int, width: int) -> np.ndarray:
-    """(tall, width, samples) which shape is on top at points spread over each pixel, -1 for the table."""
+    """Return which shape is on top at points spread over each pixel, (tall, width, samples); -1 for the table."""
     fine = np.full((tall * _SAMPLES, width * _SAMPLES), -1)
     for index, shape in enumerate(shapes):
         corners = shape * _SAMPLES
@@ -123,14 +123,14 @@ def _samples(shapes: Sequence[np.ndarray], tall: int, width: int) -> np.ndarray:
 
 
 def _owners(samples: np.ndarray, shapes: int) -> np.ndarray:
-    """(tall, width) which shape each pixel shows, -1 where it shows the table."""
+    """Return which shape each pixel shows, (tall, width); -1 for the table."""
     counts = np.array([(samples == index).sum(axis=2) for index in range(-1, shapes)])
     counts[0] = np.where(counts[0] > (1 - _COVERED) * _SAMPLES**2, _SAMPLES**2, 0)
     return counts.argmax(axis=0) - 1
 
 
 def _inside(corners: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """(R, C) which points of a grid are inside a polygon (K, 2), whose sides they have an odd number of on the left."""
+    """Return which points of a grid are inside a polygon (K, 2), (R, C): those with an odd number of sides on the left."""
     inside = np.zeros((len(rows), len(columns)), dtype=bool)
     for (row, column), (next_row, next_column) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         crossed = (row > rows) != (next_row > rows)
@@ -141,7 +141,7 @@ def _inside(corners: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.nd
 
 
 def _letters(shapes: Sequence[np.ndarray], owner: np.ndarray, size: tuple[int, int]) -> dict[tuple[int, int], int]:
-    """The cells that hold the letters of the shapes; counted without the edge, which is at -1 and at `size`."""
+    """Return the cells that hold the letters of the shapes, counted without the edge, which is at -1 and at `size`."""
     rows, width = size
     per_row = len(owner) // rows
     row, column = np.mgrid[-1 : rows + 1, -1 : width + 1].astype(float)
@@ -204,7 +204,7 @@ def _colored(
 
 
 def _edge(row: int, column: int, rows: int, width: int) -> str:
-    """Half a cell of edge, on the side of the table."""
+    """Return half a cell of edge, on the side of the table."""
     if row == -1:
         return "▗" if column == -1 else "▖" if column == width else "▄"
     if row == rows:
@@ -222,7 +222,7 @@ def _color(colors: int, rgb: RGB) -> Color:
 
 
 def _of_sixteen(rgb: RGB) -> int:
-    """Which of 16 colours a colour is called by; the nearest one would be gray or brown for most."""
+    """Return the one of 16 colours that names a colour; the nearest one would be grey or brown for most."""
     if rgb in _OF_SIXTEEN:
         return _OF_SIXTEEN[rgb]
     hue, saturation, value = colorsys.rgb_to_hsv(*(part / 255 for part in rgb))

@@ -84,7 +84,7 @@ def _hints(kind: type) -> dict[str, Any]:
 
 
 def _misfit(value: Any, hint: Any, where: str) -> str | None:
-    """What keeps a JSON value from being a `hint`."""
+    """Describe why a JSON value is not a `hint`."""
     if is_dataclass(hint):
         if not isinstance(value, Mapping):
             return f"{where} must be an object"

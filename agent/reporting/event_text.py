@@ -70,7 +70,7 @@ def arm_sentence(payload: Mapping[str, Any], names: Sequence[str]) -> str:
 
 
 def _slip(metres: float, radians: float) -> str:
-    """How far an object was moved and turned; what rounds to nothing is left out."""
+    """Describe how far an object was moved and turned; values that round to zero are left out."""
     moved, turned = number(100 * metres), number(math.degrees(radians), 0)
     parts = [f"{moved} cm"] * (float(moved) != 0) + [f"{turned} deg"] * (float(turned) != 0)
     return ", ".join(parts)

@@ -166,7 +166,7 @@ class RerunLog:
             self._log("world/camera/image", pinhole, rerun.Image(picture).compress(jpeg_quality=90))
 
     def _arrangement(self, path: str, scene: Scene, arrangement: Arrangement) -> None:
-        """The clouds of the objects that take part where they go, in their own colours."""
+        """Return the clouds of the objects that take part at their goals, in their own colours."""
         points, colors = _moved(scene.objects, arrangement.goal_from_initial)
         self._log(path, self._rerun.Points3D(points, colors=colors, radii=_GOAL_POINT))
 
@@ -191,7 +191,7 @@ class RerunLog:
 
 
 def _moved(clouds: Sequence[ObjectCloud], motions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The clouds moved: points (P, 3), and each one's object's colour (P, 3)."""
+    """Return the moved clouds: points (P, 3), and the colour of each point's object (P, 3)."""
     points = [transform_points(motion, cloud.points) for motion, cloud in zip(motions, clouds, strict=True)]
     colors = [
         np.tile(color_of(index, mean_color(cloud.colors)), (len(cloud.points), 1)) for index, cloud in enumerate(clouds)

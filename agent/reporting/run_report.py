@@ -85,7 +85,7 @@ class RunRecord:
 
     @property
     def turn(self) -> Turn:
-        """What a page shows of it."""
+        """Return the turn as a page shows it."""
         return Turn(self.report, self.pictures)
 
     def on_event(self, event: Event) -> None:

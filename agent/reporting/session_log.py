@@ -1,7 +1,7 @@
 """Write session files: all events, one JSON object per line (see `agent.reporting.session_format`).
 
 Each line is written at once and never changed again, so that a process that is killed loses at most the line that it was
-writing; such a torn line is passed over when the file is read. Keys and passwords are never in a session.
+writing; such an incomplete line is skipped when the file is read. Keys and passwords are never in a session.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ class SessionWriter:
         self._waiting = []
 
     def _continued(self) -> Any:
-        """The file, open and locked, with what was waiting at its end; a symbolic link is not followed."""
+        """Open and lock the file, and append what was waiting; a symbolic link is not followed."""
         torn = not self.path.is_symlink() and self.path.exists() and _is_torn(self.path)
         flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW
         file = os.fdopen(os.open(self.path, flags, 0o666), "ab", buffering=0)
@@ -135,7 +135,7 @@ class SessionWriter:
         return file
 
     def _replaced(self) -> Any:
-        """A new file, open and locked, with what was waiting, in the place of the earlier one, if there is any."""
+        """Open and lock a new file with what was waiting, in place of an earlier one."""
         with ExitStack() as until_replaced:
             if self.path.exists() and not self.path.is_symlink():
                 earlier = until_replaced.enter_context(self.path.open("rb"))
@@ -184,7 +184,7 @@ def _write(file: Any, content: bytes) -> None:
 
 
 def _is_torn(path: Path) -> bool:
-    """Whether the last line of a session that is there already has no end.
+    """Return whether the last line of an existing session is incomplete.
 
     Raises:
         UsageError: when the file is something else, which must not be written into.

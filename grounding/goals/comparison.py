@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from grounding.goals.goal import Goal
-from grounding.goals.parts import Part, PartReference
+from grounding.goals.parts import GoalError, Part, PartReference, RelationPart
 
 SAME_LENGTH = 0.01  # share by which two lengths may differ and be the same (evaluation protocol, "Scores of reading")
 
@@ -32,12 +32,18 @@ class GoalComparison:
     wrong: tuple[str, ...]
 
 
-def compare_goals(read: Goal, truth: Goal) -> GoalComparison:
+def compare_goals(read: Goal, truth: Goal, count: int | None = None) -> GoalComparison:
     """Compare a goal with the true one: the parts in any order, the same values in every key, lengths within 1 %.
 
-    Parts correspond where their kind is the same, those that agree in the most keys first.
+    Parts correspond where their kind is the same, those that agree in the most keys first. A relation of several objects is
+    the same as one relation of each, and everything that no part names is the same as those objects one by one.
+
+    Args:
+        read: the goal that was read.
+        truth: the true goal.
+        count: of objects in the scene; `None` where no scene is known.
     """
-    ours, theirs = read.canonical().parts, truth.canonical().parts
+    ours, theirs = _one_by_one(read, count), _one_by_one(truth, count)
     matching: dict[int, int] = {}
     for depth in (0, 1):  # references to parts are compared once the parts that they mean are matched
         known = dict(matching)
@@ -58,6 +64,31 @@ def compare_goals(read: Goal, truth: Goal) -> GoalComparison:
     extra = tuple(i for i in range(len(ours)) if i not in matching)
     exact = not (dropped or extra or fills or wrong)
     return GoalComparison(exact, dropped, extra, tuple(fills), tuple(wrong))
+
+
+def _one_by_one(goal: Goal, count: int | None) -> tuple[Part, ...]:
+    """Return the parts in one spelling, with relations of one object each and all objects by index."""
+    try:
+        goal = goal.resolved(count) if count is not None else goal
+    except GoalError:
+        pass  # nothing is left to take: it stays as it was written
+    goal = goal.canonical()
+    parts: list[Part] = []
+    place: dict[int, int] = {}  # of each structure among the parts that are returned
+    for number, part in enumerate(goal.parts):
+        place[number] = len(parts)
+        if isinstance(part, RelationPart) and part.relation != "swapped" and isinstance(part.objects, tuple):
+            parts += [replace(part, objects=(one,)) for one in part.objects]
+        else:
+            parts.append(part)
+
+    def moved(objects: Any) -> Any:
+        return PartReference(place[objects.part]) if isinstance(objects, PartReference) else objects
+
+    return tuple(
+        replace(part, objects=moved(part.objects), reference=moved(part.reference)) if isinstance(part, RelationPart) else part
+        for part in parts
+    )
 
 
 def _differences(one: Part, other: Part, matching: Mapping[int, int] | None) -> list[str]:

@@ -83,13 +83,20 @@ class Goal:
         return tuple(named)
 
     def resolved(self, count: int) -> Goal:
-        """Return the goal in a scene of `count` objects, in which `objects: null` is written out."""
+        """Return the goal in a scene of `count` objects, in which `objects: null` is written out.
+
+        Raises:
+            GoalError: where a part takes all other objects, and there are none.
+        """
         others: set[int | str] = set()
         for part in self.parts:
             second = part.around if isinstance(part, StructurePart) else part.reference
             for objects in (part.objects, second):
                 others.update(objects if isinstance(objects, tuple) else ())
         rest = tuple(i for i in range(count) if i not in others)
+        for number, part in enumerate(self.parts):
+            if isinstance(part, StructurePart) and part.objects is None and not rest:
+                raise GoalError(f"part {number} takes all objects that no other part names, and there are none")
         return Goal(tuple(
             replace(part, objects=rest) if isinstance(part, StructurePart) and part.objects is None else part
             for part in self.parts

@@ -126,7 +126,7 @@ def run(
 
 
 def _events(instruction: str, options: RunOptions) -> Iterator[Any]:
-    """The events of a run; models are in use only between one and the next, so that listeners may use them too."""
+    """Yield the events of a run; models are in use only between two events, so that listeners may use them too."""
     from agent.pipeline.run import run_instruction
 
     with computing() as cache:

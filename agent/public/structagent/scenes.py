@@ -121,7 +121,7 @@ class Scene:
 
 
 def _thinned(points: np.ndarray, colors: np.ndarray | None) -> tuple[np.ndarray, np.ndarray | None]:
-    """A cloud that may be written to, with at most `MOST_POINTS` points, always the same ones."""
+    """Return a writable copy of a cloud with at most `MOST_POINTS` points, always the same ones."""
     if len(points) <= MOST_POINTS:
         return points.copy(), None if colors is None else colors.copy()
     kept = np.sort(np.random.default_rng(0).choice(len(points), MOST_POINTS, replace=False))
@@ -131,7 +131,7 @@ def _thinned(points: np.ndarray, colors: np.ndarray | None) -> tuple[np.ndarray,
 def _attributes(
     clouds: Sequence[np.ndarray], colors: Sequence[np.ndarray | None], bottoms: Sequence[float]
 ) -> list[ObjectAttributes]:
-    """What an instruction can say of objects besides their names: "the red ones", "the tallest"."""
+    """Return the attributes by which an instruction can refer to objects: "the red ones", "the tallest"."""
     from agent.perception.color import lab
     from agent.perception.color_names import color_word, lightness_of_white
     from agent.perception.description import oriented_box

@@ -58,7 +58,7 @@ def candidates(report: Mapping[str, Any]) -> str:
 
 
 def _stacks(markers: Sequence[Marker]) -> str:
-    """The stacks among the objects, each from the side and in words: from above one sees little but what is on top."""
+    """Draw the stacks among the objects from the side and in words, because from above only their tops are visible."""
     out = []
     for stack in stacks(markers):
         level_of: dict[str, int] = {}
@@ -85,13 +85,13 @@ def tried(report: Mapping[str, Any]) -> str:
 
 
 def _places(markers: Sequence[Marker]) -> str:
-    """Where the objects that take part are, for people who do not see the drawing: centimetres, x then y."""
+    """List where the objects that take part are, x then y in centimetres, for people who do not see the drawing."""
     middles = [(marker.label, marker.outline.mean(axis=0)) for marker in markers if not marker.faint]
     return "; ".join(f"{label} at {100 * x:.0f}, {100 * y:.0f} cm" for label, (x, y) in middles)
 
 
 def _drawing(markers: Sequence[Marker], table: Sequence[float], words: str) -> str:
-    """The table and the objects on it: up is away from the robot, left is +y; millimetres."""
+    """Draw the table and the objects on it, in millimetres: up is away from the robot, left is +y."""
     x_min, x_max, y_min, y_max = table
 
     def place(x: float, y: float) -> tuple[int, int]:

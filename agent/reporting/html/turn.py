@@ -52,7 +52,7 @@ class Turn:
         return f'<span class="badge {kind}">{words}</span>'
 
     def _ending(self) -> tuple[str, str]:
-        """The look of its badge, and the words on it."""
+        """Return the style of the badge and its words."""
         report, outcome = self.report, self.report["outcome"]
         said = {remark["kind"] for remark in report["remarks"]}
         code = outcome["exit_code"]
@@ -209,18 +209,18 @@ class Turn:
 
 
 def _remark(payload: Mapping[str, Any]) -> str:
-    """What was said besides, as HTML; an answer behind its question."""
+    """Return a remark as HTML; an answer follows its question."""
     sentence = escape(remark_sentence(payload))
     return f"<b>{escape(payload['question'])}</b>\n{sentence}" if payload["kind"] == "answered" else sentence
 
 
 def _measured(value: float | None) -> str:
-    """A measured value; one that counts something as a whole number."""
+    """Format a measured value; a count as a whole number."""
     return number(value, 0 if value is not None and float(value).is_integer() else 3)
 
 
 def _flat(options: Mapping[str, Any]) -> list[tuple[str, Any]]:
-    """The options, those within others after them under their own names."""
+    """Yield the options; nested options follow under their own names."""
     plain = [(name, value) for name, value in options.items() if not isinstance(value, Mapping)]
     return plain + [entry for inner in options.values() if isinstance(inner, Mapping) for entry in _flat(inner)]
 
