@@ -168,18 +168,19 @@ class _Run:
                 goal = goal.among(table.referents)
                 if goal.status != "ok":
                     raise NotBuildable(goal.message)
-            yield parsed_event(goal, seconds, table.names)
+            yield parsed_event(goal, seconds, table.original_names)
             for note in dict.fromkeys((*notes, *goal.notes)):
                 yield events.Noted(note)
             wanted, scene = put_on_table(table, goal.goal)
-            yield perceived_event(_involve(table, scene.select(wanted.movable)), time.perf_counter() - began, table)
+            yield perceived_event(scene.select(wanted.movable), time.perf_counter() - began, table)
             if shortfall := describe_shortfall(table, "take part"):
                 yield events.Noted(shortfall)
             self.step, began = "imagination", time.perf_counter()
             planner = cache.goal_planner(options.model, options.weights, options.allow_unverified)
             imagined = propose_goal(planner, options.model, scene, wanted, options.seed)
             if len(imagined.scene.objects) > table.count:  # something has to be set aside, and takes part too
-                yield perceived_event(_involve(table, imagined.scene), time.perf_counter() - began, table)
+                table.involve([cloud.name for cloud in imagined.scene.objects])
+                yield perceived_event(imagined.scene, time.perf_counter() - began, table)
             networks = cache.provenance(options.model, options.weights)
             yield from self._carried_out(table, wanted, replace(imagined, networks=networks))
 
@@ -235,12 +236,6 @@ class _Run:
             if isinstance(event, events.Pictured) and event.name == LAST_PICTURE:
                 self.step = "check"
             yield event
-
-
-def _involve(table: TableScene, scene: Scene) -> Scene:
-    """Let the objects of a scene take part on its table, in the same order; returns the scene."""
-    table.involve([cloud.name for cloud in scene.objects])
-    return scene
 
 
 def make_goal(spec: StructureSpec, encoder: SentenceEncoder) -> StructureGoal:

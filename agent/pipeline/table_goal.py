@@ -83,9 +83,10 @@ class TableGoal:
 
 
 def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
-    """Look at a table for a goal, whose indices are those of `table.names` as they are now.
+    """Look at a table for a goal, whose indices are those of `table.original_names`.
 
-    What no part names takes no part in the goal where the camera does not see it.
+    What no part names takes no part in the goal where the camera does not see it. The objects that the parts place take
+    part on the table from now on.
 
     Returns:
         The goal over the objects that were seen, and the scene in which they are the objects, in the same order.
@@ -95,7 +96,7 @@ def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
         SceneError: when there are more objects than planners take.
         ObservationError: when the camera does not see an object that a part names.
     """
-    everything, poses = table.names, table.poses()
+    everything, poses = table.original_names, table.poses()
     goal = _resolved(table, goal)
     named = [everything[index] for index in goal.named_objects()]
     for name in named:
@@ -111,6 +112,7 @@ def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
     wanted = TableGoal(renumbered(goal, place), tuple(seen), np.array([poses[name] for name in seen]))
     if refused := [name for name in table.out_of_reach if name in seen and seen.index(name) in wanted.movable]:
         raise NotBuildable(f"the instruction places what the arm cannot take: {', '.join(refused)}")
+    table.involve([seen[index] for index in wanted.movable])
     return wanted, replace(scene, objects=tuple(clouds[name] for name in seen), distractors=())
 
 
@@ -118,14 +120,14 @@ def _resolved(table: TableScene, goal: Goal) -> Goal:
     """Write out "everything else": all that no part names and that the arm can take."""
     named = set(goal.named_objects())
     gone = {*table.fallen, *table.out_of_reach}
-    rest = tuple(i for i, name in enumerate(table.names) if i not in named and name not in gone)
+    rest = tuple(i for i, name in enumerate(table.original_names) if i not in named and name not in gone)
     open_ones = [part for part in goal.structures if part.objects is None]
     if open_ones and not rest:
         raise NotBuildable(f"there is nothing left on the table for: {describe_part(open_ones[0])}")
     if open_ones:
         table.missing = {
             name: "the arm cannot take it"
-            for i, name in enumerate(table.names)
+            for i, name in enumerate(table.original_names)
             if name in table.out_of_reach and i not in named
         }
     return Goal(tuple(

@@ -188,6 +188,11 @@ class TableScene:
         self.count = len(names)
 
     @property
+    def original_names(self) -> tuple[str, ...]:
+        """Return the names of all objects in their first order, whoever takes part."""
+        return tuple(sorted(self.names, key=self._place.__getitem__))
+
+    @property
     def referents(self) -> tuple[SceneObject, ...]:
         """Return the objects as an instruction can refer to them where they stand now, in the order of `names`."""
         return tuple(
