@@ -91,8 +91,10 @@ class Parsed(EventBase):
         prompt_sha256: checksum of the LLM's prompt, where it read.
         fallback: why another parser than the one that was asked for read it, or empty.
         before: in a conversation the goal that this one changes; `None` for a goal of its own.
-        goal: the whole goal, as `grounding.goals.goal.Goal.to_dict` has it; objects are indices into the scene's, or words.
+        goal: the whole goal, as `grounding.goals.goal.Goal.to_dict` has it; its objects are indices into `objects`, and
+            those of one plain structure the nouns that were named.
         parts: one line for each part of a goal that is more than the five slots of one structure; empty otherwise.
+        objects: the names of the objects that the indices of such a goal mean.
     """
 
     spec: StructureSpec
@@ -108,6 +110,7 @@ class Parsed(EventBase):
     before: StructureSpec | None = None
     goal: Mapping[str, Any] = field(default_factory=dict)
     parts: tuple[str, ...] = ()
+    objects: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

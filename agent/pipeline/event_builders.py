@@ -11,6 +11,8 @@ import shapely
 from agent import events
 from agent.arm.placement_rules import moving
 from agent.pipeline.table_goal import described_parts
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
 
 if TYPE_CHECKING:
     from agent.pipeline.table_goal import TableGoal
@@ -21,15 +23,16 @@ if TYPE_CHECKING:
 _OUTLINE_DETAIL = 0.002  # m: finer than a character, and than most of the pictures
 
 
-def parsed_event(goal: Interpretation, seconds: float, names: Sequence[str] | None = None) -> events.Parsed:
+def parsed_event(goal: Interpretation, seconds: float, names: Sequence[str] = ()) -> events.Parsed:
     """Make the event of an instruction that was parsed, with the nouns that name its objects.
 
     Args:
         goal: what it asks for.
         seconds: how long it took.
-        names: of the objects that a goal of several parts speaks of.
+        names: of the objects that the indices in a goal of several parts mean.
     """
-    parse = goal.parse
+    parse, several = goal.parse, goal.goal.plain_spec is None
+    plain = Goal((StructurePart.of(goal.spec, tuple(dict.fromkeys(goal.named)) or None),))
     return events.Parsed(
         goal.spec,
         parse.confidence,
@@ -41,8 +44,9 @@ def parsed_event(goal: Interpretation, seconds: float, names: Sequence[str] | No
         parse.prompt_sha256,
         goal.fallback,
         seconds,
-        goal=goal.goal.to_dict(),
-        parts=() if goal.goal.plain_spec is not None else described_parts(goal.goal, names),
+        goal=(goal.goal if several else plain).to_dict(),
+        parts=described_parts(goal.goal, names) if several else (),
+        objects=tuple(names) if several else (),
     )
 
 
