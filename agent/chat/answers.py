@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-import numpy as np
-
-from agent.chat.explanations import describe_last_build, describe_plan, explain_choice, requested
+from agent.chat.explanations import (
+    describe_builds,
+    describe_last_build,
+    describe_plan,
+    describe_remaining,
+    explain_choice,
+    requested,
+)
 from agent.chat.knowledge import Knowledge, next_step
-from agent.chat.table_facts import Fact, capitalized, count_by_noun, join_words, unknown_adjectives, with_article
+from agent.chat.relation_answers import MEASURES, RELATION_ANSWERS, measure_of, sides_in_words
+from agent.chat.table_facts import Fact, capitalized, join_words, unknown_adjectives, with_article
 from agent.rendering.text import aligned
-from grounding.dialogue.act_patterns import SUPERLATIVES
 from grounding.dialogue.acts import Act
 from grounding.references.word_forms import plural, singular
+from grounding.dialogue.revise import OTHER_SHAPES
 from grounding.spec import SHAPES
 
 _STRUCTURES = frozenset(
@@ -73,21 +79,14 @@ def _working(act: Act, known: Knowledge) -> str:
 # --- the table -------------------------------------------------------------------------------
 
 
-def _not_there(about: str, known: Knowledge) -> str:
-    gone = [name for name in known.fallen if singular(about.split()[-1]) in name]
-    if gone:
-        return f"{capitalized(join_words([with_article(name) for name in gone]))} fell off the table."
-    if not known.facts:
-        return "Nothing stands on the table."
-    words = about.split()
-    one = words[-1] == singular(words[-1]) and not words[-1].isdecimal()
-    phrase = f"There is no {about}" if one or words[-1].isdecimal() else f"There are no {about}"
-    return f"{phrase} on the table. {_there(known)}"
+def _not_there(act: Act, known: Knowledge) -> str:
+    """Return that nothing is there of what is asked about, or that none of it stands where it is asked for."""
+    if act.relation and known.matching(act.about):
+        return f"No {act.about} {_SHORT.get(act.relation, act.relation)} the {act.other} was seen."
+    return known.not_there(act.about)
 
 
-def _there(known: Knowledge) -> str:
-    nouns = [fact.noun for fact in known.facts]
-    return f"There {'is' if nouns.count(nouns[0]) == 1 else 'are'}: {count_by_noun(known.facts)}."
+_SHORT = {"left of": "to the left of", "right of": "to the right of", "nearest": "near"}
 
 
 def _caveat(about: str, known: Knowledge) -> str:
@@ -114,11 +113,22 @@ def _objects(act: Act, known: Knowledge) -> str:
 def _where(act: Act, known: Knowledge) -> str:
     if act.about.split()[-1] in _STRUCTURES:
         return describe_plan(act, known) if known.situation.proposal is not None else describe_last_build(act, known)
-    found = known.matching(act.about)
+    found = known.meant(act)
     if not found:
-        return _not_there(act.about, known)
+        return _not_there(act, known)
     sentences = "\n".join(capitalized(f"{with_article(one.name)} is {_in_hand(one, known)}.") for one in found)
     return _caveat(act.about, known) + sentences
+
+
+def _shape_asked_for(words: str) -> str:
+    """Return the shape that some words name, in the singular, whether it can be built or not; empty for none."""
+    shape = " ".join(singular(word) for word in words.split())
+    return shape if shape in (*SHAPES, *OTHER_SHAPES) else ""
+
+
+def _with_articles(shapes: Sequence[str]) -> str:
+    said = [f"{'an' if shape[0] in 'aeiou' else 'a'} {shape}" for shape in shapes]
+    return " or ".join(filter(None, (", ".join(said[:-1]), said[-1])))
 
 
 def _in_hand(one: Fact, known: Knowledge) -> str:
@@ -126,9 +136,14 @@ def _in_hand(one: Fact, known: Knowledge) -> str:
 
 
 def _is_there(act: Act, known: Knowledge) -> str:
-    found = known.matching(act.about)
+    shape = _shape_asked_for(act.about)
+    if shape and shape not in {one.noun for one in known.facts}:
+        can = shape in SHAPES
+        legal = _with_articles((shape,) if can else SHAPES)
+        return f"{'Yes' if can else 'No'}: I can build {'' if can else 'only '}{legal}."
+    found = known.meant(act)
     if not found:
-        return f"No. {_not_there(act.about, known)}"
+        return f"No. {_not_there(act, known)}"
     places = "; ".join(f"{with_article(one.name)} is {_in_hand(one, known)}" for one in found)
     return f"{_caveat(act.about, known)}Yes: {places}."
 
@@ -137,9 +152,9 @@ def _count(act: Act, known: Knowledge) -> str:
     if not act.about and known.situation.goal is not None:
         found = known.matching("they")
     else:
-        found = known.matching(act.about)
+        found = known.meant(act)
     if not found:
-        return _not_there(act.about, known)
+        return _not_there(act, known)
     names = join_words([f"{one.name} ({one.color})" if one.color else one.name for one in found])
     nouns = {one.noun for one in found}
     noun = nouns.pop() if len(nouns) == 1 else "object"
@@ -148,9 +163,9 @@ def _count(act: Act, known: Knowledge) -> str:
 
 
 def _color(act: Act, known: Knowledge) -> str:
-    found = known.matching(act.about)
+    found = known.meant(act)
     if not found:
-        return _not_there(act.about, known)
+        return _not_there(act, known)
     offered = [word for word in act.value.split() if word != "or"]
     colors = [
         f"{with_article(one.name)} is {one.color}" if one.color else f"the color of {with_article(one.name)} was not seen"
@@ -163,42 +178,26 @@ def _color(act: Act, known: Knowledge) -> str:
 
 
 def _size(act: Act, known: Knowledge) -> str:
-    found = known.matching(act.about)
+    found = known.meant(act)
     if not found:
-        return describe_plan(act, known) if act.about.split()[-1] in _STRUCTURES else _not_there(act.about, known)
-    return "\n".join(capitalized(f"{with_article(one.name)} is about {_sides(one)}.") for one in found)
+        return describe_plan(act, known) if act.about.split()[-1] in _STRUCTURES else _not_there(act, known)
+    return "\n".join(capitalized(f"{with_article(one.name)} is about {sides_in_words(one)}.") for one in found)
 
 
 def _object(act: Act, known: Knowledge) -> str:
     found = known.matching(act.about)
     if not found:
-        return _not_there(act.about, known)
-    return "\n".join(capitalized(f"{one.display_name}: about {_sides(one)}, {_in_hand(one, known)}.") for one in found)
-
-
-def _sides(one: Fact) -> str:
-    long, short, height = (round(100 * side) for side in one.sides)
-    return f"{height} cm tall and {long} by {short} cm across"
-
-
-_MEASURES: Mapping[str, tuple[Callable[[Fact], float], Callable[[Fact], str]]] = {
-    "height": (lambda one: one.sides[2], lambda one: f"{100 * one.sides[2]:.0f} cm tall"),
-    "width": (lambda one: one.sides[0], lambda one: f"{100 * one.sides[0]:.0f} cm long"),
-    "volume": (lambda one: float(np.prod(one.sides)), lambda one: f"about {_sides(one)}"),
-    "distance": (
-        lambda one: float(np.hypot(*one.position[:2])),
-        lambda one: f"{100 * np.hypot(*one.position[:2]):.0f} cm from the arm",
-    ),
-    "left": (lambda one: one.position[1], lambda one: one.place),
-}
+        return _not_there(act, known)
+    lines = [f"{one.display_name}: about {sides_in_words(one)}, {_in_hand(one, known)}." for one in found]
+    return "\n".join(map(capitalized, lines))
 
 
 def _extreme(act: Act, known: Knowledge) -> str:
-    found = known.matching(act.about)
+    found = known.meant(act)
     if not found:
-        return _not_there(act.about, known)
-    measure, most = SUPERLATIVES[act.value]
-    value, in_words = _MEASURES[measure]
+        return _not_there(act, known)
+    measure, most = measure_of(act.value)
+    value, in_words = MEASURES[measure]
     if measure == "left" and known.situation.viewpoint == "opposite":
         most = not most
     first, *others = sorted(found, key=value, reverse=most)
@@ -210,5 +209,5 @@ _ANSWERS: Mapping[str, Callable[[Act, Knowledge], str]] = {
     "greeting": _greeting, "thanks": _thanks, "identity": _identity, "abilities": _abilities, "working": _working,
     "objects": _objects, "where": _where, "there": _is_there, "count": _count, "color": _color, "size": _size,
     "object": _object, "extreme": _extreme, "why": explain_choice, "next": describe_plan, "done": describe_last_build,
-    "wish": requested,
+    "wish": requested, "built": describe_builds, "remaining": describe_remaining, **RELATION_ANSWERS,
 }  # fmt: skip

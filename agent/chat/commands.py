@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
+from agent.chat.spoken_commands import spoken_command
 from agent.errors import UsageError
 from grounding.dialogue.acts import bare
 from grounding.parse_result import shortened
@@ -59,38 +60,16 @@ COMMANDS = (
     Command("/help", "", "this"),
     Command("/quit", "", "end; so does Ctrl-D"),
 )
-# What people say instead, as `bare` leaves it.
-_SAYINGS = {
-    "/undo": "undo; undo that; undo it; undo the last one; take that back; take it back",
-    "/redo": "redo; redo that; redo it",
-    "/again": "again; try again; once more",
-    "/help": "help; help me; ?",
-    "/quit": "quit; exit; bye; bye bye; goodbye; good bye; see you; see you later",
-    "/stop": "stop; stop it; stop that; stop this; stop stop; halt; abort; abort it; cancel; cancel it; cancel that; "
-    "cancel this",
-    "/clear": "clear; clear it; clear that; forget it; forget that; forget about it; forget about that; scrap that; "
-    "scrap it",
-    "/continue": "continue; go on; carry on; keep going; proceed; resume; go on with it; continue with it; "
-    "continue building; keep building; carry on building; finish it; finish that",
-    "/reset": "reset; reset it; reset everything; reset the table; reset all; start over; start again; start anew; "
-    "start afresh; start from scratch; start from the beginning; begin again; restart; back to the start; "
-    "back to the beginning",
-    "/back": "put it back; put that back; put this back; put them back; put these back; put things back; "
-    "put the things back; put the objects back; put all the objects back; put everything back; put it all back; "
-    "put all of it back; put them all back; put all of them back; put all back; move it back; move them back; "
-    "move everything back",
-}
 _WHERE_IT_WAS = re.compile(
     r" (?:to )?(?:(?:where|how|the way|as|like) (?:it|they|that|this|everything|things|all) (?:was|were|stood|had been"
     r"|came from|used to be|belongs?)(?: before| at first| in the beginning)?|before|like before|as before|again)$"
 )
 _REQUEST = re.compile(
-    r"^(?:no |nope )?(?:(?:can|could|would|will) (?:you|we) |let us |let's |i want to |i would like to |i'd like to "
-    r"|you can |you should )?(?:please )?(?:just )?"
+    r"^(?:(?:no|nope|oops|whoops|oh no|damn|argh) )*(?:(?:can|could|would|will) (?:you|we) |let us |let's |i want to "
+    r"|i would like to |i'd like to |you can |you should )?(?:please )?(?:just )?"
 )
 # "put the cups back" may mean the back of the table; where they stood before is no place that an instruction can name.
 _BACK_WHERE_IT_WAS = re.compile(r"(?:put|move|bring) (?P<these>the [\w' ]+?) back(?P<where> .+)")
-SPOKEN = {said.strip(): name for name, sayings in _SAYINGS.items() for said in sayings.split(";")}
 
 
 def _spoken(line: str) -> str | None:
@@ -102,8 +81,9 @@ def _spoken(line: str) -> str | None:
     said = " ".join(bare(line).replace(",", " ").split()) or line.strip()
     for shorter in (said, _REQUEST.sub("", said)):
         for wording in (shorter, _WHERE_IT_WAS.sub("", shorter)):
-            if wording in SPOKEN and (wording == shorter or SPOKEN[wording] == "/back"):
-                return SPOKEN[wording]
+            name = spoken_command(wording)
+            if name is not None and (wording == shorter or name == "/back"):
+                return name
         found = _BACK_WHERE_IT_WAS.fullmatch(shorter)
         if found and _WHERE_IT_WAS.fullmatch(found["where"]):
             these = shortened(found["these"])
@@ -118,7 +98,11 @@ def command_of(line: str) -> tuple[Command, str] | None:
         UsageError: when there is no such command, and for a value where none may follow, or none where one must.
     """
     line = line.strip()
-    line = line if line.startswith("/") else _spoken(line) or line
+    if line.startswith("/"):  # "/start over", "/never mind"
+        known = line.partition(" ")[0].lower() in [command.name for command in COMMANDS]
+        line = line if known else spoken_command(bare(line[1:])) or line
+    else:
+        line = _spoken(line) or line
     if not line.startswith("/"):
         return None
     name, _, rest = line.partition(" ")

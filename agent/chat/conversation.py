@@ -193,6 +193,6 @@ class Conversation(BuildSession):
     def _known(self) -> Knowledge:
         return Knowledge(
             self.look(), self.situation, self.question, self.example, self.table.held, self.table.fallen,
-            self._cache.encoder,
+            self._cache.encoder, tuple(self.table.out_of_reach),
         )  # fmt: skip
 

@@ -65,6 +65,28 @@ def describe_last_build(act: Act, known: Knowledge) -> str:
     return describe_build(builds[-1])
 
 
+def describe_builds(act: Act, known: Knowledge) -> str:
+    """Return everything that was built and not put back, the first build first."""
+    builds = known.situation.builds
+    return "\n".join(map(describe_build, builds)) if builds else describe_last_build(act, known)
+
+
+def describe_remaining(act: Act, known: Knowledge) -> str:
+    """Return what was asked for and does not stand yet."""
+    situation = known.situation
+    if situation.goal is None:
+        return f"Nothing is left to do: you have asked for nothing so far. {next_step(known)}"
+    what = describe_goal(situation.goal, situation.objects)
+    if known.question is not None or situation.proposal is not None:
+        return f"Still to build: {what}. {next_step(known)}"
+    last = situation.builds[-1] if situation.builds else None
+    if last is None or (last.goal, last.objects) != (situation.goal, situation.objects) or not last.moved:
+        return f"Still to build: {what}. “continue” proposes it again."
+    if last.trouble:
+        return f"{describe_build(last)} “continue” proposes it again."
+    return f"Nothing is left to do: {what} stands as asked. {next_step(known)}"
+
+
 def describe_build(build: Build) -> str:
     """Return what became of a build, in a sentence or two."""
     what = describe_goal(build.goal, build.objects)

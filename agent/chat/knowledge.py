@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from agent import events
 from agent.chat.greeting import Suggestion, invitation
+from agent.chat.relation_facts import clear_gap, in_region, region_of, related
 from agent.chat.state import Situation
-from agent.chat.table_facts import Fact, matching_facts, object_facts
+from agent.chat.table_facts import (
+    Fact,
+    capitalized,
+    count_by_noun,
+    join_words,
+    matching_facts,
+    object_facts,
+    with_article,
+)
+from grounding.dialogue.acts import Act
 from grounding.parse_result import Question
+from grounding.references.word_forms import singular
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
@@ -31,6 +43,7 @@ class Knowledge:
         held: the name of what is in the hand, or `None`.
         fallen: the names of the objects that fell off the table.
         encoder: finds what unknown nouns mean.
+        out_of_reach: the names of the objects that the arm cannot take.
     """
 
     seen: events.Perceived
@@ -40,6 +53,7 @@ class Knowledge:
     held: str | None = None
     fallen: tuple[str, ...] = ()
     encoder: SentenceEncoder | None = None
+    out_of_reach: tuple[str, ...] = ()
 
     @cached_property
     def facts(self) -> list[Fact]:
@@ -51,6 +65,47 @@ class Knowledge:
         if about in ("it", "they", "them", "those", "these") and self.situation.goal is not None:
             return [fact for fact in self.facts if fact.name in self.situation.objects]
         return matching_facts(about, self.facts, self.encoder)
+
+    def not_there(self, about: str) -> str:
+        """Return that nothing on the table is what some words mean, and what there is."""
+        gone = [name for name in self.fallen if singular(about.split()[-1]) in name]
+        if gone:
+            return f"{capitalized(join_words([with_article(name) for name in gone]))} fell off the table."
+        if not self.facts:
+            return "Nothing stands on the table."
+        words = about.split()
+        one = words[-1] == singular(words[-1]) and not words[-1].isdecimal()
+        phrase = f"There is no {about}" if one or words[-1].isdecimal() else f"There are no {about}"
+        nouns = [fact.noun for fact in self.facts]
+        there = f"There {'is' if nouns.count(nouns[0]) == 1 else 'are'}: {count_by_noun(self.facts)}."
+        return f"{phrase} on the table. {there}"
+
+    def meant(self, act: Act) -> list[Fact]:
+        """Return the objects that an act asks about: "cups on the plate", "things on the left"."""
+        found = self.matching(act.about)
+        return self.standing(found, act.relation, act.other) if act.relation else found
+
+    def standing(self, these: Sequence[Fact], relation: str, other: str) -> list[Fact]:
+        """Return those of these objects that stand so by others, or in a part of the table.
+
+        Args:
+            these: some of the facts.
+            relation: one of the values of `RELATIONS_SAID`.
+            other: the words for what they stand by.
+        """
+        if (region := region_of(other)) and relation in ("on", "in"):
+            return [one for one in these if in_region(one, region)]
+        references = self.references(other)
+        if relation == "nearest":
+            others = [one for one in these if one not in references]
+            return sorted(others, key=lambda one: min((clear_gap(one, each) for each in references), default=0.0))[:1]
+        viewpoint = self.situation.viewpoint
+        return [one for one in these if one not in references and related(one, relation, references, viewpoint)]
+
+    def references(self, words: str) -> list[Fact]:
+        """Return the objects that some words mean, each of "the mug and the bowl" by itself."""
+        phrases = (re.sub(r"^(?:the|a|an) ", "", each) for each in words.split(" and "))
+        return list({one.name: one for each in phrases for one in self.matching(each)}.values())
 
 
 def next_step(known: Knowledge) -> str:

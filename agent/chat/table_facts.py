@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from agent import events
 from agent.arm.placement_order import stands_above
@@ -16,7 +17,7 @@ from agent.event_base import json_value
 from agent.perception.color_names import color_word_in_picture
 from agent.perception.description import oriented_box, shape_words
 from agent.reporting.event_text import describe_object
-from grounding.dialogue.act_patterns import COLORS
+from grounding.dialogue.act_words import COLORS
 from grounding.references.function_words import ORDINALS
 from grounding.references.object_names import adjective, rivals
 from grounding.references.selection import SelectionError, select_objects
@@ -43,6 +44,7 @@ class Fact:
         position: (x, y, z) of its cloud's mean, world frame, metres.
         sides: length and width as seen from above, and height, metres.
         place: where it stands, as the speaker sees it: "on the left, near you".
+        outline: as seen from above, world frame, metres.
         on: the name of the object that it stands on, or empty.
     """
 
@@ -53,6 +55,7 @@ class Fact:
     position: tuple[float, float, float]
     sides: tuple[float, float, float]
     place: str
+    outline: BaseGeometry
     on: str = ""
 
     @property
@@ -77,7 +80,8 @@ def object_facts(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]
     clouds = (*seen.scene.objects, *seen.scene.distractors)
     sides = [_sides(cloud) for cloud in clouds]
     shapes = shape_words([np.array(side) for side in sides])
-    standing_on = _supports(clouds)
+    outlines = [shapely.MultiPoint(cloud.points[:, :2]).convex_hull for cloud in clouds]
+    standing_on = _supports(clouds, outlines)
     facts = []
     for index, (one, cloud) in enumerate(zip(seen.objects, clouds, strict=True)):
         display_name = describe_object(json_value(one))
@@ -86,7 +90,7 @@ def object_facts(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]
         facts.append(
             Fact(
                 one.name, one.category, ", ".join((display_name, *words)), color, one.position, sides[index],
-                place_in_words(one.position, seen.table, viewpoint), standing_on[index],
+                place_in_words(one.position, seen.table, viewpoint), outlines[index], standing_on[index],
             )  # fmt: skip
         )
     return facts
@@ -189,9 +193,8 @@ def _sides(cloud: ObjectCloud) -> tuple[float, float, float]:
     return long, short, top - cloud.bottom
 
 
-def _supports(clouds: Sequence[ObjectCloud]) -> list[str]:
+def _supports(clouds: Sequence[ObjectCloud], outlines: Sequence[BaseGeometry]) -> list[str]:
     """The name of what each object stands on; empty for the table."""
-    outlines = [shapely.MultiPoint(cloud.points[:, :2]).convex_hull for cloud in clouds]
     bottoms = [cloud.bottom for cloud in clouds]
     names = []
     for upper in range(len(clouds)):

@@ -1,63 +1,14 @@
 """List how people greet, thank and ask: one wording per line, as a regular expression that must match a whole clause.
 
 A name in angle brackets stands for an entry of `PARTS`. Groups are not captured, but for `<THING>` (the noun phrase
-that is asked about) and `<VALUE:...>` (what is asked about it). Clauses come in lower case, with their contractions
-written out ("what is"). A backslash at the end of a line joins it with the next one.
+that is asked about), `<VALUE:...>` (what is asked about it), and `<REL> <OTHER>` (a place by another noun phrase).
+Clauses come in lower case, with their contractions written out ("what is"). A backslash at the end of a line joins it
+with the next one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-
-COLORS = (
-    "red", "orange", "yellow", "green", "turquoise", "blue", "purple", "pink", "brown", "black", "white", "gray",
-)  # fmt: skip
-# Superlative -> the measure that it compares, and whether it means the most of it.
-SUPERLATIVES: Mapping[str, tuple[str, bool]] = {
-    "tallest": ("height", True), "highest": ("height", True), "shortest": ("height", False),
-    "lowest": ("height", False), "flattest": ("height", False), "biggest": ("volume", True),
-    "largest": ("volume", True), "smallest": ("volume", False), "widest": ("width", True), "longest": ("width", True),
-    "narrowest": ("width", False), "thinnest": ("width", False), "nearest": ("distance", False),
-    "closest": ("distance", False), "farthest": ("distance", True), "furthest": ("distance", True),
-    "leftmost": ("left", True), "rightmost": ("left", False),
-}  # fmt: skip
-# Words that are in no noun phrase of an object: what holds one of them asks for something else.
-NO_THING = frozenset(
-    "to put make build place way ways chance possibility reason problem point room space idea difference time minute "
-    "question questions doubt plan name opinion stack line arrange form create set lay move pile add swap take let "
-    "give get do does did can could will would should may might must shall if that which who what when than because "
-    "while you "
-    "i me we us he she your my mine yours need use good better possible bit more less instead and or but not so too as "
-    "like into next between behind beside under over about be been being go going nothing something anyone somebody "
-    "anybody else again".split()
-)
-PARTS: Mapping[str, str] = {
-    "ADDRESS": "(robot|mr robot|agent|structagent|arm|computer|mate|man|buddy|friend|partner|dear|you|there|everyone"
-    "|all)",
-    "THING": r"(?P<about>[\w'-]+( [\w'-]+){0,4}?)",
-    "THE": r"((a|an|any|some|the|that|this|another|all|all the|your|also|still) )*",
-    "OBJECTS": "(objects?|things?|items?|stuff)",
-    "PLACED": "( (here|there|around|anywhere|left|at all|too|now|still|also|lying|standing|on (the|this|your) table"
-    "|in front of you|in the scene|in view|you (can )?see|you have|altogether|in total|that there (is|are)))*",
-    "SEE": "(see|have|got|have got|find|spot|recogni[sz]e|happen to see|happen to have|know|detect)",
-    "SUPERLATIVE": f"<VALUE:{'|'.join(SUPERLATIVES)}>",
-    "OF_ALL": "( (one|of (all|them|these|those|the lot|the bunch)|to you|from you|from here|to me|from me|away))*",
-    "COLOR": f"({'|'.join(COLORS)})",
-    "CHOOSE": "(choose|chose|chosen|pick|picked|prefer|preferred|select|selected|propose|proposed|suggest|suggested"
-    "|take|took|want|decide|decided)( for| on)?",
-    "THAT": "(that|this|it|the)( (one|arrangement|candidate|order|place|way|spot|position|choice|option|proposal|goal"
-    "|best|first|second|third))*",
-    "LATELY": "( (so far|just|just now|now|there|last|until now|here|today|before|(with|to) (it|them|that)))*",
-    "SAY": "(do|say|type|write|enter|ask|tell you|ask you|ask for|ask you for|try|build|make|start with|use)",
-    "BUILT": "(do|done|build|built|make|made|move|moved|change|changed)",
-    "GREETING": "(hi|hiya|hello|hallo|hey|howdy|yo|greetings|good (morning|afternoon|evening|day))"
-    "( (hi|hello|again|world|to you|<ADDRESS>))*",
-    "THANKS": "(many )?(thanks|thank you|thankyou|thx|ty|cheers|ta|much appreciated)( (a lot|a million|again|so much"
-    "|very much|for (that|this|it|everything|(the|your) help)|<ADDRESS>))*",
-    "PRAISE": "((that|this|it) (is|was|looks) |you are |looks |how |i am )?((so|very|really|pretty|just|quite) )*(nice"
-    "|great|good|lovely|cool|perfect|wonderful|awesome|excellent|beautiful|brilliant|amazing|fantastic|neat|impressive"
-    "|impressed|super|wow)( (job|work|one|stuff))?|well done|i (like|love) (it|that|this)",
-}
 
 WORDINGS: Mapping[str, str] = {
     "greeting": r"""
@@ -131,6 +82,18 @@ WORDINGS: Mapping[str, str] = {
         are there any <OBJECTS><PLACED>
         <OBJECTS>
     """,
+    "related": r"""
+        (what|who|which)( all| else| kinds? of)*( <OBJECTS>| one| ones)? (<IS>|do you <SEE>|can you <SEE>|have you got|there is)\
+            ( there)? <REL> <THE><OTHER>
+        (is|are|was|were)( there)? (anything|something|nothing|anybody|any <OBJECTS>|<OBJECTS>|one)( else)?\
+            ( (there|standing|lying|sitting|placed))* <REL> <THE><OTHER>
+        (do|can) you see (anything|something) <REL> <THE><OTHER>
+        (anything|something|what|what is) <REL> <THE><OTHER>\?
+        (which|what) <THING> <IS> <REL> <THE><OTHER>
+        what does <THE><OTHER> (hold|contain|carry|have on it|have in it)
+        (what|who) is <THE><OTHER> (standing|lying|sitting|resting) <VALUE:on>
+        (what|which)( <OBJECTS>| one)? (is|are) <VALUE:nearest|closest|next>( to)? <THE><OTHER>
+    """,
     "next": r"""
         what (are|will|would|do) you( (going to|gonna|want to|plan to|intend to|about to))? (do|build|make|move\
             |propose|suggest|try)( (now|next|then|first|with (them|it|that)))*
@@ -144,7 +107,7 @@ WORDINGS: Mapping[str, str] = {
         (how|what) (will|would) (it|that|this) look( like)?
     """,
     "done": r"""
-        what (did|have) you( (just|already|actually))* <BUILT><LATELY>
+        what (did|have) you( (just|already|actually))* (do|done|move|moved|change|changed)<LATELY>
         what( just| has)? happened<LATELY>
         (did|does|has) (it|that|this|you) (work|worked|succeed|succeeded|finish|finished|manage|managed|fail|failed\
             |stand)( it| that)?
@@ -156,7 +119,28 @@ WORDINGS: Mapping[str, str] = {
         did (anything|something) go wrong
         how did (it|that) go
     """,
+    "built": r"""
+        what (did|have) you( (just|already|actually))* (build|built|make|made)<LATELY>
+        (what|which)( <OBJECTS>|( of the)? (parts|structures))? (is|are|was|were|have been|has been)( already)? (built|made|done|finished)\
+            <LATELY>
+        what (stands|is standing)( already| now)*
+    """,
+    "remaining": r"""
+        (what|how much)( <OBJECTS>| work| parts?| else)? (is|are|remains?)( still)?( left| to do| missing| to be done| to build\
+            | to be built| not done| not built| not finished| open| remaining| outstanding)+( (yet|now|still|to do|to build))*
+        (what|how much) (remains|is left over)( to be done| to do)?
+        what (do|must|should) you still( have to| need to)? (do|build|make)
+        what (do|have) you still( got)?( have)? to (do|build|make)
+        (is|are)( there)? (anything|something|any parts?|parts?)( still)? (left|missing|to do|open|remaining)( to (do|build|make\
+            |be done|be built))?
+        (is|was) (everything|all|it all|all of it) (done|finished|built|ready)
+    """,
     "wish": r"""
+        what is (the|your|my|our)( current| present)? goal( now| again)?
+        what are( all)? the parts( of (it|this|that|the goal))?
+        (which|what) parts (are there|does (it|the goal) have|do we have|have we got|have you got)
+        (list|show|name|tell)( me)?( (all|the))* parts( of (it|the goal))?
+        (what|which) (is|was) part <VALUE:\d+>( again)?
         what (did|have) i( (just|actually))* (ask|asked|say|said|want|wanted|tell you|order)( you)?( for\
             | to do)?( again| last| before)*
         what (is|was) (my|the) (last |current |latest )?(wish|request|instruction|order)
@@ -181,12 +165,46 @@ WORDINGS: Mapping[str, str] = {
         (which|what|who|where)( one| <OBJECTS>)? (is|are) (the |your )?<SUPERLATIVE><OF_ALL><PLACED>
         (which|what|who|where)( one| <OBJECTS>)? (is|are) (the |your )?<SUPERLATIVE> <THING><OF_ALL><PLACED>
         which( one)?( of)?( (the|these|those))? <THING> (is|are) (the )?<SUPERLATIVE><OF_ALL><PLACED>
+        how (tall|high|big|large|wide|long|small|far( away)?) (is|are) (the |your )?<SUPERLATIVE> <THING><OF_ALL><PLACED>
+        how (tall|high|big|large|wide|long|small|far( away)?) (is|are) (the |your )?<SUPERLATIVE><OF_ALL><PLACED>
+        which( one)? of <THE><THING> (is|are|stands?) (the )?<COMPARATIVE>( (to|from) (you|the arm|here))*
+        which( <THE>)?<THING> (is|are|stands?) (the )?<COMPARATIVE>( (to|from) (you|the arm|here))*
+    """,
+    "compare": r"""
+        (is|are) <THE><THING>( much| any| really)? <COMPARATIVE> than <THE><OTHER>
+        (which|what)( one| of (them|these|those|the two))? (is|are) (the )?<COMPARATIVE>[, ]+(the |a )?<THING>,? (?P<relation>or)\
+            ( is( it)?)? (the |a )?<OTHER>
+        (are|is) <THE><THING>( of| about)? <VALUE:as tall|as high|as big|as large|as wide|as long|as small> as <THE><OTHER>
+    """,
+    "same": r"""
+        (are|is|do|does) <THE><THING>( all| both| have)*( of)? <THE><VALUE:same size|same height|same width|same color\
+            |equally tall|equally big|equally large|equally high|different sizes?|different colors?|different heights?>
+    """,
+    "distance": r"""
+        how far( (apart|away))? (is|are) <THE><THING>( away)? (from|to) <THE><OTHER>
+        how far( away)? (from|to) <THE><OTHER> (is|are) <THE><THING>
+        how far( apart)? (is|are) <THE><THING> and <THE><OTHER>( (from )?each other)?( apart)?
+        (what is )?the (distance|gap|space) (between|from) <THE><THING> (and|to) <THE><OTHER>
+        how (big|wide|large|much) is the (gap|distance|space) between <THE><THING> and <THE><OTHER>
+        how much (space|room|distance) is( there)? between <THE><THING> and <THE><OTHER>
+        how close (is|are) <THE><THING> to <THE><OTHER>
+    """,
+    "reach": r"""
+        (can|could) (you|the arm|the robot)( (actually|even|really|possibly))* (reach|get at|get hold of|get to|grasp|grab|pick up|lift\
+            |hold|take hold of) <THE><THING>
+        (can|could) you pick <THE><THING> up
+        (is|are) <THE><THING> (in|within|out of|out) (reach|range)( for you| of the arm)?
+        (is|are) <THE><THING> (reachable|graspable|too far( away)?( for you)?|too (big|large|heavy) for (you|the arm|the hand))
+    """,
+    "empty": r"""
+        (is|are) <THE><OTHER>( still| really)? <VALUE:empty|free|clear|full|occupied|covered>
     """,
     "count": r"""
         how many( are)?<PLACED>
         how many( of)? <THE><THING>( (are|do|can|have|is)( (there|you|we|i|on the table|got\
             |here))*( <SEE>)?)?<PLACED>
         how many <THE><THING> there are<PLACED>
+        how many <THE><THING> (are|is|stands?|lies?|sits?|do you see|can you see|have you got|do you have)( there)? <REL> <THE><OTHER>
         what number of <THING> (are|do|have) (there|we|you)( (dealing with|have|got))*
         (how many have (you|we) got of|count|(what is )?the number of) <THE><THING><PLACED>
     """,
@@ -216,5 +234,10 @@ WORDINGS: Mapping[str, str] = {
         ((do|can) you <SEE>|don't you (see|have)|have you (got|seen|found)) <THE><THING><PLACED>
         (is|are) <THE><THING> ((still|also|even|really) )*(there|here|gone|missing|on the table|in view|visible)
         (got|any) <THE><THING><PLACED>\?
+        does <THE><THING> exist
+    """,
+    "holds": r"""
+        (is|are|was|were) <THE><THING>( (still|already|really|now|also|standing|lying|sitting))* <REL> <THE><OTHER>
+        (does|do) <THE><THING> (stand|lie|sit) <REL> <THE><OTHER>
     """,
 }

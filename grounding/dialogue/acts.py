@@ -10,7 +10,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from grounding.dialogue.act_patterns import NO_THING, PARTS, WORDINGS
+from grounding.dialogue.act_patterns import WORDINGS
+from grounding.dialogue.act_words import NO_THING, PARTS, RELATIONS_SAID
 
 _LONGEST = 160  # characters: nobody takes more to ask what is on the table
 KINDS = tuple(WORDINGS)
@@ -23,13 +24,19 @@ class Act:
     Attributes:
         kind: one of `KINDS`.
         about: the objects that it asks about, in its own words ("red cup"); empty where it asks about none.
-        value: what it asks about them: with "extreme" one of `SUPERLATIVES`, with "color" the colours that it offers,
-            with "why" the number of a candidate; else empty.
+        value: what it asks about them: with "extreme" one of `SUPERLATIVES` or `COMPARATIVES`, with "compare" one of
+            the latter or "as tall as" and the like, with "color" the colours that it offers, with "why" the number of
+            a candidate, with "wish" that of a part; else empty.
+        relation: where they are by others, one of the values of `RELATIONS_SAID`; empty where it does not say; "or" with
+            "compare" where it asks which of two it is.
+        other: the objects, or the part of the table, that they are by, or compared with; in its own words.
     """
 
     kind: str
     about: str = ""
     value: str = ""
+    relation: str = ""
+    other: str = ""
 
 
 def _compiled(wording: str) -> re.Pattern[str]:
@@ -46,6 +53,7 @@ def _wordings(kind: str) -> list[re.Pattern[str]]:
 
 
 _PATTERNS = [(kind, pattern) for kind in KINDS for pattern in _wordings(kind)]
+_PLACED = _compiled("<THING>( (that|which) (is|are|stands?|lies?)| standing| lying)? <REL> <THE><OTHER>")
 _COURTESIES = [
     (kind, re.compile(rf"(?:{_compiled(f'<{part}>').pattern})[, ]+(?=\S)"))
     for kind, part in (("greeting", "GREETING"), ("thanks", "THANKS"), ("thanks", "PRAISE"))
@@ -147,7 +155,10 @@ def _act(said: str, asked: bool) -> Act | None:
         found = pattern.fullmatch(said) or (pattern.fullmatch(f"{said}?") if asked else None)
         if found is not None:
             parts = {name: words or "" for name, words in found.groupdict().items()}
-            act = Act(kind, parts.get("about", ""), parts.get("value", ""))
-            if NO_THING.isdisjoint(re.split(r"[ -]", act.about)):
-                return act
+            if parts.get("about") and not parts.get("other") and (placed := _PLACED.fullmatch(parts["about"])):
+                parts |= placed.groupdict()  # "the thing on the plate"
+            relation = parts.get("relation", "")
+            parts["relation"] = RELATIONS_SAID.get(relation, relation)
+            if all(NO_THING.isdisjoint(re.split(r"[ -]", parts.get(name, ""))) for name in ("about", "other")):
+                return Act(kind, *(parts.get(name, "") for name in ("about", "value", "relation", "other")))
     return None

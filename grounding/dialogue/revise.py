@@ -25,8 +25,8 @@ Read = Callable[[str], Parse]
 REVISION_STATUSES = ("ok", "ask", "refused", "unchanged")
 _LONGEST_CORRECTION = 400  # characters; what is longer is an instruction of its own
 # Shapes that cannot be built, and are asked for all the same.
-_OTHER_SHAPES = "square triangle rectangle grid heart star pyramid spiral cross arc semicircle diamond wall bridge".split()
-_SHAPE_WORDS = rf"(?:{'|'.join((*words_of_all('nouns'), *_OTHER_SHAPES))})"
+OTHER_SHAPES = "square triangle rectangle grid heart star pyramid spiral cross arc semicircle diamond wall bridge".split()
+_SHAPE_WORDS = rf"(?:{'|'.join((*words_of_all('nouns'), *OTHER_SHAPES))})"
 _STRUCTURE = r"(?:structure|arrangement|whole thing|shape|formation|layout|thing)"
 _AS_SHAPE = rf"an? (?:\w+ ){{0,2}}{_SHAPE_WORDS}"
 # What makes a sentence a correction: it speaks of what is there already, or of a change.

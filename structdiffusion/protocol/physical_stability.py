@@ -7,7 +7,10 @@ problem determines the failure class:
 2. "abnormal velocity": something moves faster than 1 m/s, leaves the table, or ends more than 4 cm
    (in the plane) from its predicted place;
 3. "not upright": something ends tilted by more than 15 degrees from its predicted orientation;
-4. "semantic": the structure does not match the spec (`structdiffusion.protocol.semantic`).
+4. "semantic": the structure does not match the spec (`structdiffusion.protocol.semantic`), or the table does not match the
+   goal (`structdiffusion.protocol.goal_semantic`).
+
+Of a goal of several parts, only the objects that move are released; the others are on the table all the time.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from grounding.goals.goal import Goal
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import (
     FINAL_SECONDS,
@@ -35,7 +39,8 @@ from structdiffusion.evaluation_protocol import (
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel, unique_names
 from structdiffusion.observation import Table
-from structdiffusion.protocol.world_checks import semantic_checks
+from structdiffusion.protocol.goal_checks import asked_checks
+from structdiffusion.relations.bonds import bonds_of, require_indices
 from structdiffusion.simulation.world import REST_SECONDS, TABLE, TabletopWorld
 from structdiffusion.structures.checks import Check
 
@@ -83,17 +88,27 @@ class Verdict:
         }
 
 
+_STAYS = 1e-9  # an object whose motion differs from the identity by less stays where it is
+
+
 class _Failure(Exception):
     def __init__(self, failure: str, name: str | None, detail: str, penetrated: str | None = None) -> None:
         super().__init__(detail)
         self.failure, self.name, self.detail, self.penetrated = failure, name, detail, penetrated
 
 
-def executable_order(models: Sequence[ObjectModel], world_from_goal: np.ndarray) -> tuple[int, ...]:
+def executable_order(
+    models: Sequence[ObjectModel], world_from_goal: np.ndarray, after: Mapping[int, Sequence[int]] | None = None
+) -> tuple[int, ...]:
     """Order objects so that supports come first: by the goal's lowest point, in steps of 1 cm; among equals the widest first.
 
     So a plate comes before the bowl on it even where their predicted bottoms differ by less than
     the prediction's error.
+
+    Args:
+        models: the N objects.
+        world_from_goal: (N, 4, 4) where each goes.
+        after: of some objects, those that must be placed before, such as the mug that a spoon goes into.
     """
 
     def rank(index: int) -> tuple[int, float]:
@@ -101,49 +116,92 @@ def executable_order(models: Sequence[ObjectModel], world_from_goal: np.ndarray)
         area = round(float(ConvexHull(points[:, :2]).volume), 6)  # rounded, so that equals stay in order
         return round(float(points[:, 2].min()) / 0.01), -area
 
-    return tuple(sorted(range(len(models)), key=rank))
+    order = sorted(range(len(models)), key=rank)
+    if not after:
+        return tuple(order)
+    placed: list[int] = []
+    while order:  # in a circle of supports, which no world has, the next in rank comes first
+        ready = [i for i in order if not set(after.get(i, ())) & set(order)]
+        placed.append((ready or order)[0])
+        order.remove(placed[-1])
+    return tuple(placed)
+
+
+def carried_after(goal: Goal) -> dict[int, list[int]]:
+    """Return for each object of a resolved goal that another carries ("on", "in") those that carry it."""
+    after: dict[int, list[int]] = {}
+    for bond in bonds_of(goal):
+        if bond.relation.carried:
+            for index in bond.members:
+                after.setdefault(index, []).extend(bond.related)
+    return after
 
 
 def place_and_check(
     models: Sequence[ObjectModel],
     world_from_initial: np.ndarray,
     goal_from_initial: np.ndarray,
-    spec: StructureSpec,
+    spec: StructureSpec | Goal,
     table: Table = Table(),
     others: Sequence[tuple[ObjectModel, np.ndarray]] = (),
     names: Sequence[str] | None = None,
     ground: Table | None = None,
     until_rest: bool = False,
     on_end: Callable[[TabletopWorld], None] | None = None,
+    aside: Sequence[int] = (),
+    colors: Sequence[str] | None = None,
 ) -> Verdict:
     """Place an arrangement under the evaluation protocol and judge it. Deterministic.
 
     Args:
-        models: the N objects that take part.
+        models: the N objects that take part, or all that a goal counts.
         world_from_initial: (N, 4, 4) their poses now.
-        goal_from_initial: (N, 4, 4) the predicted motion of each (`Arrangement.goal_from_initial`).
-        spec: the requested structure.
+        goal_from_initial: (N, 4, 4) the predicted motion of each (`Arrangement.goal_from_initial`). Under a goal, those
+            whose motion is the identity stay where they are.
+        spec: the requested structure, or the goal.
         table: the table top.
         others: distractors with their poses (4, 4); they are in the world all the time.
         names: what the verdict calls the objects, then the others; by default their nouns, numbered.
         ground: the whole surface that carries objects, if it is larger than the table top.
         until_rest: judge as soon as everything is at rest, and not after the 2 s of the evaluation protocol.
         on_end: called with the world as it is in the end, such as to take a picture of it.
+        aside: under a goal, those of the objects that only make room.
+        colors: under a goal that groups by colour, the name of each object's colour.
+
+    Raises:
+        GoalError: for a goal that these objects cannot be checked for.
     """
     started = time.perf_counter()
     world_from_goal = np.asarray(goal_from_initial) @ np.asarray(world_from_initial)
     if world_from_goal.shape != (len(models), 4, 4):
         expected = f"({len(models)}, 4, 4)"
         raise ValueError(f"the motions of {len(models)} objects are {expected}, got {world_from_goal.shape}")
-    order = executable_order(models, world_from_goal)
-    distractors, distractor_poses = [model for model, _ in others], [pose for _, pose in others]
-    with TabletopWorld(distractors, distractor_poses, table, ground=ground) as world:
-        trial = _Trial(world, models, world_from_goal, names)
+    moved, after = list(range(len(models))), {}
+    if isinstance(spec, Goal):
+        after = carried_after(require_indices(spec, len(models)))
+        moved = [i for i in moved if not np.allclose(goal_from_initial[i], np.eye(4), atol=_STAYS)]
+    stays = [i for i in range(len(models)) if i not in moved]
+    ranks = executable_order([models[i] for i in moved], world_from_goal[moved], _renumbered(after, moved))
+    order = tuple(moved[k] for k in ranks)
+    there = [*others, *((models[i], world_from_goal[i]) for i in stays)]
+    with TabletopWorld([model for model, _ in there], [pose for _, pose in there], table, ground=ground) as world:
+        trial = _Trial(world, models, world_from_goal, names, stays)
         checks, failure = (), None
         try:
             for index in order:
                 trial.place(index)
-            checks = trial.judge(spec, until_rest)
+            trial.wait(until_rest)
+            checks = asked_checks(
+                world,
+                [*(trial.placed[k] for k in range(len(models))), *range(len(others))],
+                spec,
+                [*world_from_initial, *(pose for _, pose in others)],
+                [*trial.own_names, *trial.names[: len(others)]],
+                count=len(models),
+                aside=aside,
+                colors=colors,
+            )
+            trial.check_places()
         except _Failure as caught:
             failure = caught
         final = np.full(world_from_goal.shape, np.nan)
@@ -166,6 +224,12 @@ def place_and_check(
     )
 
 
+def _renumbered(after: Mapping[int, Sequence[int]], moved: Sequence[int]) -> dict[int, list[int]]:
+    """Return which moved objects come after which, by their places among those that move."""
+    place = {index: k for k, index in enumerate(moved)}
+    return {place[i]: [place[j] for j in before if j in place] for i, before in after.items() if i in place}
+
+
 def _semantic_failure(checks: Sequence[Check]) -> _Failure | None:
     """Return the first check that failed, as a failure."""
     first = next((check for check in checks if not check.passed), None)
@@ -175,7 +239,7 @@ def _semantic_failure(checks: Sequence[Check]) -> _Failure | None:
 
 
 class _Trial:
-    """One run of the protocol in a world whose first objects are the distractors."""
+    """One run of the protocol in a world whose first objects are the distractors, then those that stay."""
 
     def __init__(
         self,
@@ -183,13 +247,17 @@ class _Trial:
         models: Sequence[ObjectModel],
         world_from_goal: np.ndarray,
         names: Sequence[str] | None,
+        stays: Sequence[int] = (),
     ) -> None:
         self.world, self.models, self.world_from_goal = world, models, world_from_goal
         # All lists below follow the world's indices: the distractors, then the objects as placed.
         self.expected = world.poses()
-        every_name = unique_names([*models, *world.models]) if names is None else list(names)
+        count = len(world.models) - len(stays)
+        every_name = unique_names([*models, *world.models[:count]]) if names is None else list(names)
         self.own_names, self.names = every_name[: len(models)], every_name[len(models) :]
-        self.placed: dict[int, int] = {}  # number of the object -> its index in the world
+        self.names += [self.own_names[i] for i in stays]
+        # Number of the object -> its index in the world.
+        self.placed: dict[int, int] = {number: count + k for k, number in enumerate(stays)}
         self.measured = {"penetration": 0.0, "speed": 0.0, "displacement": 0.0, "tilt": 0.0}
 
     def place(self, number: int) -> None:
@@ -209,16 +277,11 @@ class _Trial:
         above[2, 3] += RELEASE_HEIGHT
         self.world.set_pose(index, above)
         self._run(SETTLE_SECONDS, until_rest=True)
-        self._check_places()
+        self.check_places()
 
-    def judge(self, spec: StructureSpec, until_rest: bool) -> tuple[Check, ...]:
-        """Run two more seconds, or less where everything rests before; then check final places and semantics."""
+    def wait(self, until_rest: bool) -> None:
+        """Run two more seconds, or less where everything rests before."""
         self._run(FINAL_SECONDS - REST_SECONDS, until_rest)
-        checks = semantic_checks(
-            self.world, [self.placed[k] for k in range(len(self.models))], spec, self.own_names
-        )
-        self._check_places()
-        return checks
 
     def _run(self, seconds: float, until_rest: bool) -> None:
         def watch(speeds: np.ndarray) -> None:
@@ -230,7 +293,8 @@ class _Trial:
 
         self.world.settle(seconds, watch, until_rest)
 
-    def _check_places(self) -> None:
+    def check_places(self) -> None:
+        """Check that everything is on the table, upright, and near where it was to be."""
         table = self.world.ground
         for index, center in enumerate(self.world.centers_of_mass()):
             on_table = table.x_min <= center[0] <= table.x_max and table.y_min <= center[1] <= table.y_max

@@ -33,23 +33,10 @@ def semantic_checks(
     number = {index: k for k, index in enumerate(indices)}
     names = names or unique_names([world.models[index] for index in indices])
     supports = world.supports(REST_SECONDS)
-    bodies = []
-    for name, index in zip(names, indices):
-        pose, model = world.pose(index), world.models[index]
-        points = transform_points(pose, np.concatenate(model.hulls))
-        outline = points[ConvexHull(points[:, :2]).vertices, :2]
-        bodies.append(
-            PlacedBody(
-                name=name,
-                category=model.category,
-                footprint=outline,
-                centroid=footprint_centroid(outline),
-                z_bottom=float(points[:, 2].min()),
-                z_top=float(points[:, 2].max()),
-                front_yaw=math.atan2(pose[1, 0], pose[0, 0]),
-                rests_on=tuple(number[other] for other in supports[index] if other in number),
-            )
-        )
+    bodies = [
+        placed_body(world, index, name, [number[other] for other in supports[index] if other in number])
+        for name, index in zip(names, indices)
+    ]
     # `rests_on` can tell neither a distractor nor the table beside another support.
     own = {TABLE, *indices}
     foreign = sum(not own.issuperset(supports[index]) for index in indices)
@@ -59,3 +46,27 @@ def semantic_checks(
         leaning = sum(TABLE in supports[index] and len(supports[index]) > 1 for index in indices)
         checks.append(Check("objects that rest on the table and on another", leaning == 0, leaning, "0"))
     return tuple(checks)
+
+
+def placed_body(world: TabletopWorld, index: int, name: str, rests_on: Sequence[int]) -> PlacedBody:
+    """Return an object of a world as checks see it, by its true model.
+
+    Args:
+        world: the world.
+        index: of the object in the world.
+        name: what checks call it.
+        rests_on: the numbers of the bodies that carry it, as the checks count them.
+    """
+    pose, model = world.pose(index), world.models[index]
+    points = transform_points(pose, np.concatenate(model.hulls))
+    outline = points[ConvexHull(points[:, :2]).vertices, :2]
+    return PlacedBody(
+        name=name,
+        category=model.category,
+        footprint=outline,
+        centroid=footprint_centroid(outline),
+        z_bottom=float(points[:, 2].min()),
+        z_top=float(points[:, 2].max()),
+        front_yaw=math.atan2(pose[1, 0], pose[0, 0]),
+        rests_on=tuple(rests_on),
+    )
