@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent import events
+from agent.arm.placement_rules import moving
 from agent.errors import NoValidGoal
 from agent.event_base import Event
 from agent.pipeline.event_builders import goal_positions, turns_about_z
@@ -68,9 +69,9 @@ def _placed(
     from structdiffusion.protocol.physical_stability import place_and_check
 
     poses, count = table.world.poses(), table.count
-    there = [i for i in range(len(poses)) if table.names[i] not in table.fallen]  # what has fallen off goes on falling
     if not isinstance(wanted, TableGoal):
-        others = [i for i in there if i >= count]
+        # What has fallen off goes on falling.
+        others = [i for i in range(count, len(poses)) if table.names[i] not in table.fallen]
         return place_and_check(
             table.models[:count],
             np.array(poses[:count]),
@@ -83,8 +84,7 @@ def _placed(
             on_end=on_end,
         )
     place = {name: i for i, name in enumerate(table.names)}
-    indices = [place[name] for name in wanted.names]
-    unseen = [i for i in there if i not in indices]
+    indices, unseen = [place[name] for name in wanted.names], [place[name] for name in wanted.unseen]
     motions = np.tile(np.eye(4), (len(poses), 1, 1))
     motions[:count] = arrangement.goal_from_initial
     verdict = place_and_check(
@@ -94,9 +94,11 @@ def _placed(
         wanted.goal,
         table.world.table,
         [(table.models[i], poses[i]) for i in unseen],
-        [table.names[i] for i in (*indices, *unseen)],
+        wanted.all_names,
         table.world.ground,
         on_end=on_end,
+        aside=wanted.set_aside([table.names[i] for i in moving(motions)]),
+        colors=wanted.colors,
     )
     final = verdict.world_from_final
     return replace(verdict, world_from_final=final[[indices.index(i) for i in range(count)]])

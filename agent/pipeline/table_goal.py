@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,11 +29,15 @@ class TableGoal:
         goal: the parts; every object is an index into `names`, and every structure has its objects written out.
         names: of the N objects that were seen.
         world_from_initial: (N, 4, 4) where they stood before anything was moved.
+        colors: the name of each object's colour, empty where it is not known.
+        unseen: name -> world_from_initial (4, 4) of what else stands on the table.
     """
 
     goal: Goal
     names: tuple[str, ...]
     world_from_initial: np.ndarray
+    colors: tuple[str, ...] = ()
+    unseen: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def movable(self) -> tuple[int, ...]:
@@ -44,6 +48,20 @@ class TableGoal:
     def sentences(self) -> tuple[str, ...]:
         """Return one line for each part: "line of mug, mug 2, left"."""
         return described_parts(self.goal, self.names)
+
+    @property
+    def all_names(self) -> tuple[str, ...]:
+        """Return the names of everything that stands on the table, what was seen first."""
+        return (*self.names, *self.unseen)
+
+    @property
+    def all_initial(self) -> np.ndarray:
+        """Return where everything of `all_names` stood before anything was moved, (M, 4, 4)."""
+        return np.array([*self.world_from_initial, *self.unseen.values()])
+
+    def set_aside(self, moved: Collection[str]) -> tuple[int, ...]:
+        """Return which of the objects that are moved only make room."""
+        return tuple(i for i, name in enumerate(self.names) if name in moved and i not in self.movable)
 
     def parts_of(self, name: str) -> tuple[int, ...]:
         """Return the numbers of the parts that place an object, from 0."""
@@ -109,7 +127,14 @@ def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
     if len(seen) > MOST_OBJECTS:
         raise SceneError(f"there are {len(seen)} objects on the table, and a goal of several parts takes {MOST_OBJECTS} at most")
     place = {everything.index(name): number for number, name in enumerate(seen)}
-    wanted = TableGoal(renumbered(goal, place), tuple(seen), np.array([poses[name] for name in seen]))
+    color_of = dict(zip(table.names, table.color_names, strict=True))
+    wanted = TableGoal(
+        renumbered(goal, place),
+        tuple(seen),
+        np.array([poses[name] for name in seen]),
+        tuple(color_of[name] for name in seen),
+        {name: poses[name] for name in everything if name not in clouds and name not in table.fallen},
+    )
     if refused := [name for name in table.out_of_reach if name in seen and seen.index(name) in wanted.movable]:
         raise NotBuildable(f"the instruction places what the arm cannot take: {', '.join(refused)}")
     table.involve([seen[index] for index in wanted.movable])

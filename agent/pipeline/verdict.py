@@ -56,9 +56,17 @@ def judge_goal(
 
     world.settle(FINAL_SECONDS, until_rest=False)
     physical = _physical_checks(world, moved, world_from_goal)
-    place = {name: index for index, name in enumerate(names)}
-    indices = [place[name] for name in wanted.names]
-    return _verdict(physical, goal_checks(world, indices, wanted.goal, wanted.world_from_initial, wanted.names))
+    checks = goal_checks(
+        world,
+        [names.index(name) for name in wanted.all_names],
+        wanted.goal,
+        wanted.all_initial,
+        wanted.all_names,
+        count=len(wanted.names),
+        aside=wanted.set_aside([names[index] for index in moved]),
+        colors=wanted.colors,
+    )
+    return _verdict(physical, checks)
 
 
 def _physical_checks(
