@@ -30,7 +30,6 @@ from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
 from agent.arm.recovery import SETTLE_SECONDS, fold, is_folded, leave_start, set_down_below, withdraw
 from agent.arm.task_planner import SHORT_APPROACH, ObjectPlan, Search
 from agent.arm.trajectories import straight_line
-from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
 from structdiffusion.geometry import raised, tilt_between, transform_points, turn_of
 from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.simulation.world import FALLEN, TabletopWorld
@@ -284,9 +283,9 @@ class _Builder:
         """Correct the lowering path by the measured pose of the object in the hand."""
         hand_from_object = np.linalg.inv(self.arm.world_from_ee()) @ self.world.pose(plan.object)
         planned_pick = plan.grasp.world_from_ee
-        goal = raised(plan.goal_from_now, RELEASE_HEIGHT) @ self._pose_before
+        goal = raised(plan.goal_from_now, plan.release) @ self._pose_before
         release = goal @ np.linalg.inv(hand_from_object)
-        planned = raised(plan.goal_from_now @ planned_pick, RELEASE_HEIGHT)
+        planned = raised(plan.goal_from_now @ planned_pick, plan.release)
         offset = release @ np.linalg.inv(planned)
         angle = turn_of(offset)
         if np.linalg.norm(release[:3, 3] - planned[:3, 3]) > 0.03 or angle > 0.25:

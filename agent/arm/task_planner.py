@@ -28,6 +28,8 @@ TOUCHING = -0.001  # m of overlap with the floor that is allowed: in a grasp the
 UP = np.array([0.0, 0.0, 1.0])
 RESTARTS = 4
 PAIRS_TRIED = 24
+# m above the goal where an object is released; a hand that does not fit into a container lets go above it.
+RELEASES_INTO = (RELEASE_HEIGHT, 0.06, 0.10)
 SPINS = 8  # turns about the upright axis that are tried at the goal of a round object
 
 
@@ -44,6 +46,7 @@ class ObjectPlan:
         goal_from_now: (4, 4) the planned motion of the object, without the release height.
         spun: whether the object is round, so that its rotation at the goal is free.
         aside: whether this only moves the object out of another's way.
+        release: m above the goal where it is released.
     """
 
     object: int
@@ -58,6 +61,7 @@ class ObjectPlan:
     goal_from_now: np.ndarray
     spun: bool
     aside: bool = False
+    release: float = RELEASE_HEIGHT
 
 
 def _alike(a: Grasp, b: Grasp) -> bool:
@@ -175,20 +179,19 @@ class Search:
         if not grasps:
             return None, "no grasp fits the hand"
         start = self.kinematics.folded if start is None else start
-        spun = is_round(clouds[index])
-        pairs = self._reachable_pairs(grasps, clouds[index], goal_from_now, SPINS if spun else 1)
-        if not pairs:
-            return None, "no grasp is within reach both now and at the goal"
+        spun, into = is_round(clouds[index]), index in self.rules.into
         hull = solid_hull(clouds[index], bottoms[index])
         goal_hull = transform_points(goal_from_now, hull)
-        reason = "every grasp within reach collides"
-        for pick, goal_motion, q_pick, q_place in pairs[:PAIRS_TRIED]:
-            if scene.checks > limit:
-                return None, "the search was given up: it took too long"
-            found, why = self._motions(index, hull, goal_hull, pick, goal_motion, q_pick, q_place, start)
-            if found is not None:
-                return replace(found, spun=spun), ""
-            reason = why or reason
+        reason = "no grasp is within reach both now and at the goal"
+        for release in RELEASES_INTO if into else (RELEASE_HEIGHT,):
+            pairs = self._reachable_pairs(grasps, clouds[index], goal_from_now, SPINS if spun else 1, release)
+            for pick, goal_motion, q_pick, q_place in pairs[:PAIRS_TRIED]:
+                if scene.checks > limit:
+                    return None, "the search was given up: it took too long"
+                plan, why = self._motions(index, hull, goal_hull, pick, goal_motion, q_pick, q_place, start, release)
+                if plan is not None:
+                    return replace(plan, spun=spun), ""
+                reason = why or "every grasp within reach collides"
         return None, reason
 
     def set_out(
@@ -219,7 +222,7 @@ class Search:
                 self.scene.set_obstacle(key, solid_hull(cloud, bottom))
 
     def _reachable_pairs(
-        self, grasps: Sequence[Grasp], cloud: np.ndarray, goal_from_now: np.ndarray, spins: int
+        self, grasps: Sequence[Grasp], cloud: np.ndarray, goal_from_now: np.ndarray, spins: int, release: float
     ) -> list[tuple[Grasp, np.ndarray, np.ndarray, np.ndarray]]:
         """Return tuples, best first: grasp, motion to the goal, joint angles at the pick and at the release."""
         kinematics, folded = self.kinematics, self.kinematics.folded
@@ -244,7 +247,7 @@ class Search:
         if not rows:
             return []
         rows = rows[:160]
-        targets = np.stack([raised(motions[m] @ grasps[g].world_from_ee, RELEASE_HEIGHT) for g, _, m in rows])
+        targets = np.stack([raised(motions[m] @ grasps[g].world_from_ee, release) for g, _, m in rows])
         q_place, reached = kinematics.inverse(targets, np.stack([q[r] for _, r, _ in rows]))
         pairs = []
         for k, (g, r, m) in enumerate(rows):
@@ -282,11 +285,12 @@ class Search:
         q_pick: np.ndarray,
         q_place: np.ndarray,
         start: np.ndarray,
+        release: float,
     ) -> tuple[ObjectPlan | None, str]:
         """Plan all motions for one grasp; without one, return `None` and the obstacle."""
         scene = self.scene
         at_pick = grasp.world_from_ee
-        at_place = raised(goal_motion @ at_pick, RELEASE_HEIGHT)
+        at_place = raised(goal_motion @ at_pick, release)
         scene.release()
         scene.set_fingers([grasp.opening] * 3)
         scene.remove_obstacle(index)
@@ -321,7 +325,7 @@ class Search:
         return (
             ObjectPlan(
                 index, grasp, reach, back[::-1], lift, transfer, above[::-1], retreat, interpolate(fold, 1.0),
-                goal_motion, spun=False,
+                goal_motion, spun=False, release=release,
             ),
             "",
         )
