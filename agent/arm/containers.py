@@ -27,18 +27,33 @@ def walls_of(cloud: np.ndarray, support: float = 0.0) -> list[np.ndarray]:
     top = float(np.percentile(points[:, 2], 99))
     rim = points[(points[:, 2] > top - _RIM_DEPTH) & (points[:, 2] < top + _THINNEST)]
     middle = 0.5 * (rim[:, :2].min(axis=0) + rim[:, :2].max(axis=0))
+    pieces, radius = _sectors(rim, middle)
+    if any(len(piece) < _FEWEST_POINTS for piece in pieces):  # of a rim that is seen in part the box has another middle
+        middle = _circle_middle(rim[:, :2])
+        pieces, radius = _sectors(rim, middle)
+    return [
+        solid_hull(piece if len(piece) >= _FEWEST_POINTS else _arc(middle, radius, number, top), support)
+        for number, piece in enumerate(pieces)
+    ]
+
+
+def _sectors(rim: np.ndarray, middle: np.ndarray) -> tuple[list[np.ndarray], float]:
+    """Return the points (P, 3) of each sector of a rim, and how far out most of the rim is."""
     offset = rim[:, :2] - middle
     radius = np.linalg.norm(offset, axis=1)
     typical = float(np.percentile(radius, 75))
     outer = radius > 0.6 * typical  # what lies farther in is seen of the inside, not of the rim
     sector = np.floor((np.arctan2(offset[:, 1], offset[:, 0]) + math.pi) / (2 * math.pi) * WALLS).astype(int) % WALLS
-    walls = []
-    for number in range(WALLS):
-        piece = rim[(sector == number) & outer]
-        if len(piece) < _FEWEST_POINTS:
-            piece = _arc(middle, typical, number, top)
-        walls.append(solid_hull(piece, support))
-    return walls
+    return [rim[(sector == number) & outer] for number in range(WALLS)], typical
+
+
+def _circle_middle(points: np.ndarray) -> np.ndarray:
+    """Return the middle (2,) of the algebraic least-squares circle through points (P, 2) (Kasa, 1976)."""
+    center = points.mean(axis=0)
+    relative = points - center
+    system = np.column_stack((relative, np.ones(len(points))))
+    solution, *_ = np.linalg.lstsq(system, (relative**2).sum(axis=1), rcond=None)
+    return center + solution[:2] / 2
 
 
 def _arc(middle: np.ndarray, radius: float, number: int, top: float) -> np.ndarray:
