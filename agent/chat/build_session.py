@@ -23,7 +23,7 @@ from agent.pipeline.proposing import propose_arrangements, propose_goal
 from agent.pipeline.release import release_in_physics
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions, make_goal
-from agent.pipeline.table_goal import TableGoal, put_on_table
+from agent.pipeline.table_goal import TableGoal, planned_as_structure, put_on_table, structure_of
 from grounding.spec import StructureSpec
 from structdiffusion.observation import Scene
 
@@ -43,12 +43,15 @@ class BuildSession(TableSession):
             self.send(events.Noted("the arm emptied its hand and folded"))
             situation = replace(situation, poses=self.table.poses())
         self.table.missing = situation.missing
-        wanted, everything = None, None
-        if situation.parts is None:
+        wanted, everything, parts = None, None, situation.parts
+        if parts is None:
             self.table.involve(situation.objects)
+            if not planned_as_structure(situation.spec):
+                parts = structure_of(self.table, situation.spec)
+        if parts is None:
             scene = self.table.look()
         else:
-            wanted, everything = put_on_table(self.table, situation.parts)
+            wanted, everything = put_on_table(self.table, parts)
             scene = everything.select(wanted.movable)
         if shortfall := describe_shortfall(self.table, "take part"):
             self.send(events.Noted(shortfall))

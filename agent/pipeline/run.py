@@ -27,13 +27,14 @@ from agent.pipeline.instruction_parser import ReadingOptions
 from agent.pipeline.proposing import propose_arrangements, propose_goal
 from agent.pipeline.release import release_in_physics
 from agent.pipeline.resources import ResourceCache
-from agent.pipeline.table_goal import TableGoal, put_on_table
+from agent.pipeline.table_goal import TableGoal, planned_as_structure, put_on_table, structure_of
 from agent.recordings.recording import RecordedOptions
 
 if TYPE_CHECKING:
     from agent.recordings.trajectory_export import TrajectoryLog
     from agent.scenes.sources import SceneSource
     from agent.scenes.table_scene import TableScene
+    from grounding.goals.goal import Goal
     from grounding.interpreter import Interpretation
     from grounding.parsers.sentence_encoder import SentenceEncoder
     from grounding.spec import StructureSpec
@@ -140,49 +141,53 @@ class _Run:
             hint = source.hint if goal.status == "refused" else ""
             raise NotBuildable("; ".join(filter(None, (goal.message, hint))))
         notes = (*goal.notes, *(one.card for one in networks.values() if not one.verified))
-        if goal.goal.plain_spec is None:
-            yield from self._of_several_parts(source, goal, notes, seconds, began)
-            return
-        yield parsed_event(goal, seconds)
-
-        for note in notes:
-            yield events.Noted(note)
-
+        spec = goal.goal.plain_spec
+        if spec is not None:
+            yield parsed_event(goal, seconds)
+            yield from map(events.Noted, notes)
         with source.open(goal, options.seed) as table:
-            scene = table.look()
-            yield perceived_event(scene, time.perf_counter() - began, table)
-            if shortfall := describe_shortfall(table, "take part"):
-                yield events.Noted(shortfall)
-            self.step = "imagination"
-            asked = make_goal(goal.spec, cache.encoder)
-            imagined = propose_arrangements(planner, options.model, scene, asked, options.seed)
-            yield from self._carried_out(table, goal.spec, replace(imagined, networks=networks))
+            if planned_as_structure(spec):
+                scene = table.look()
+                yield perceived_event(scene, time.perf_counter() - began, table)
+                if shortfall := describe_shortfall(table, "take part"):
+                    yield events.Noted(shortfall)
+                self.step = "imagination"
+                asked = make_goal(goal.spec, cache.encoder)
+                imagined = propose_arrangements(planner, options.model, scene, asked, options.seed)
+                yield from self._carried_out(table, goal.spec, replace(imagined, networks=networks))
+                return
+            if spec is not None:
+                whole = structure_of(table, goal.spec)
+            else:
+                goal = self._among_drawn(goal, source, table)
+                whole = goal.goal
+                yield parsed_event(goal, seconds, table.original_names)
+                yield from map(events.Noted, dict.fromkeys((*notes, *goal.notes)))
+            yield from self._whole(table, whole, began)
 
-    def _of_several_parts(
-        self, source: SceneSource, goal: Interpretation, notes: Sequence[str], seconds: float, began: float
-    ) -> Iterator[Event]:
-        """Carry out a goal of several parts, in one build."""
+    def _among_drawn(self, goal: Interpretation, source: SceneSource, table: TableScene) -> Interpretation:
+        """Return what is meant on a table that was drawn for it, where it was meant in a library before."""
+        if source.catalogue:
+            goal = goal.among(table.referents)
+        if goal.status != "ok":
+            raise NotBuildable(goal.message)
+        return goal
+
+    def _whole(self, table: TableScene, goal: Goal, began: float) -> Iterator[Event]:
+        """Carry out a goal of several parts in one build; `began` is when the scene's step did."""
         options, cache = self.options, self.cache
-        with source.open(goal, options.seed) as table:
-            if source.catalogue:  # which of the library's objects stand there is known now
-                goal = goal.among(table.referents)
-                if goal.status != "ok":
-                    raise NotBuildable(goal.message)
-            yield parsed_event(goal, seconds, table.original_names)
-            for note in dict.fromkeys((*notes, *goal.notes)):
-                yield events.Noted(note)
-            wanted, scene = put_on_table(table, goal.goal)
-            yield perceived_event(scene.select(wanted.movable), time.perf_counter() - began, table)
-            if shortfall := describe_shortfall(table, "take part"):
-                yield events.Noted(shortfall)
-            self.step, began = "imagination", time.perf_counter()
-            planner = cache.goal_planner(options.model, options.weights, options.allow_unverified)
-            imagined = propose_goal(planner, options.model, scene, wanted, options.seed)
-            if len(imagined.scene.objects) > table.count:  # something has to be set aside, and takes part too
-                table.involve([cloud.name for cloud in imagined.scene.objects])
-                yield perceived_event(imagined.scene, time.perf_counter() - began, table)
-            networks = cache.provenance(options.model, options.weights)
-            yield from self._carried_out(table, wanted, replace(imagined, networks=networks))
+        wanted, scene = put_on_table(table, goal)
+        yield perceived_event(scene.select(wanted.movable), time.perf_counter() - began, table)
+        if shortfall := describe_shortfall(table, "take part"):
+            yield events.Noted(shortfall)
+        self.step, began = "imagination", time.perf_counter()
+        planner = cache.goal_planner(options.model, options.weights, options.allow_unverified)
+        imagined = propose_goal(planner, options.model, scene, wanted, options.seed)
+        if len(imagined.scene.objects) > table.count:  # something has to be set aside, and takes part too
+            table.involve([cloud.name for cloud in imagined.scene.objects])
+            yield perceived_event(imagined.scene, time.perf_counter() - began, table)
+        networks = cache.provenance(options.model, options.weights)
+        yield from self._carried_out(table, wanted, replace(imagined, networks=networks))
 
     def _carried_out(
         self, table: TableScene, wanted: StructureSpec | TableGoal, imagined: events.Imagined

@@ -14,6 +14,7 @@ from agent.scenes.limits import MOST_OBJECTS
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, PartReference, RelationPart, StructurePart
+from grounding.spec import FIRST_SHAPES, StructureSpec
 from structdiffusion.data.scene_sampling import SceneError
 
 if TYPE_CHECKING:
@@ -98,6 +99,21 @@ class TableGoal:
     def _members(self, objects: Objects | None) -> tuple[int, ...]:
         """Return the objects of a relation, those of a structure where it speaks of one."""
         return _listed(self.goal.parts[objects.part].objects if isinstance(objects, PartReference) else objects)
+
+
+def planned_as_structure(spec: StructureSpec | None) -> bool:
+    """Return whether a planner of one structure plans this alone: the shapes that every network knows, and an open one.
+
+    Args:
+        spec: the slots of a goal that is one structure without further keys; `None` for any other goal.
+    """
+    return spec is not None and (spec.shape is None or spec.shape in FIRST_SHAPES)
+
+
+def structure_of(table: TableScene, spec: StructureSpec) -> Goal:
+    """Return the goal of one structure of the objects that take part on a table, as indices into its `original_names`."""
+    taking = set(table.names[: table.count])
+    return Goal((StructurePart.of(spec, [i for i, name in enumerate(table.original_names) if name in taking]),))
 
 
 def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:

@@ -176,7 +176,9 @@ def propose(
     number = _checked_seed(seed, generator)
     with computing() as cache:
         goal = scene_goal_of_text(cache, instruction, scene, viewpoint, parser) if given is None else given
-        if goal.goal.plain_spec is None:
+        from agent.pipeline.table_goal import planned_as_structure
+
+        if not planned_as_structure(goal.goal.plain_spec):
             planner = cache.goal_planner(model, folder, allow_unverified)
             return _ranked(*_arranged_parts(planner, model, scene, goal, count, number), scene, goal, model, keep_invalid)
         _check_number(goal, scene, model, most_objects(model, folder))
