@@ -214,7 +214,7 @@ class Chosen(EventBase):
         rank: counts from 1; it can change when the arm finds no plan for it.
         scores: as in `Arrangement`.
         goals: for each object that takes part its `name`, the `position` that its cloud's mean goes to, and
-            `goal_from_initial` (4, 4). For a goal of several parts also `parts`, the numbers of those that place it, from
+            `goal_from_initial` (4, 4). For a goal of several parts also `parts`, the numbers of those that name it, from
             1; `stays`, whether it is in its place already; `aside`, whether it only makes room.
     """
 

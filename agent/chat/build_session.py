@@ -55,7 +55,8 @@ class BuildSession(TableSession):
             scene = everything.select(wanted.movable)
         if shortfall := describe_shortfall(self.table, "take part"):
             self.send(events.Noted(shortfall))
-        self.send(perceived_event(scene, time.perf_counter() - began, self.table))
+        looking = time.perf_counter() - began
+        self.send(perceived_event(scene, looking, self.table))
         self._turn.step = "imagination"
         options, cache = self.options, self._cache
         planner = cache.planner(options.model, options.weights, options.allow_unverified)
@@ -67,7 +68,7 @@ class BuildSession(TableSession):
             goal = make_goal(situation.spec, cache.encoder)
             imagined = propose_arrangements(planner, options.model, scene, goal, options.seed, self.send)
         else:
-            imagined = self._imagined_parts(wanted, everything)
+            imagined = self._imagined_parts(wanted, everything, looking)
         imagined = replace(imagined, networks=networks)
         self.send(imagined)
         viable = len(filter_viable(imagined.arrangements))
@@ -77,14 +78,19 @@ class BuildSession(TableSession):
         if aside := describe_aside(proposal.chosen):
             self.send(events.Noted(aside))
 
-    def _imagined_parts(self, wanted: TableGoal, everything: Scene) -> events.Imagined:
-        """Propose arrangements for a goal of several parts; what they set aside takes part too."""
-        options, began = self.options, time.perf_counter()
+    def _imagined_parts(self, wanted: TableGoal, everything: Scene, looking: float) -> events.Imagined:
+        """Propose arrangements for a goal of several parts; what they set aside takes part too.
+
+        Args:
+            wanted, everything: as `put_on_table` gives them.
+            looking: how long the look at the table took, in seconds.
+        """
+        options = self.options
         planner = self._cache.goal_planner(options.model, options.weights, options.allow_unverified)
         imagined = propose_goal(planner, options.model, everything, wanted, options.seed)
         if len(imagined.scene.objects) > self.table.count:
             self.table.involve([cloud.name for cloud in imagined.scene.objects])
-            self.send(perceived_event(imagined.scene, time.perf_counter() - began, self.table))
+            self.send(perceived_event(imagined.scene, looking, self.table))
         return imagined
 
     def choose(self, rank: int) -> None:

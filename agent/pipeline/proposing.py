@@ -71,7 +71,8 @@ def propose_arrangements(
         arrangements = planner.propose(flat, goal, count=count, generator=generator, **more)
     except LayoutError as error:
         raise NoValidGoal(f"the model {model!r} proposed no valid arrangement: {error}") from error
-    lowering = _lowering(scene)
+    lowering = np.tile(np.eye(4), (len(scene.objects), 1, 1))
+    lowering[:, 2, 3] = [-cloud.bottom for cloud in scene.objects]
     arrangements = [replace(each, goal_from_initial=each.goal_from_initial @ lowering) for each in arrangements]
     return _imagined(model, scene, arrangements, time.perf_counter() - began)
 
@@ -104,25 +105,16 @@ def propose_goal(
     began = time.perf_counter()
     generator = torch.Generator().manual_seed(seed)
     try:
-        found = planner.propose(scene.on_the_table(), wanted.goal, count=count, generator=generator)
+        found = planner.propose(
+            scene, wanted.goal, count=count, generator=generator, colors=wanted.colors or None
+        )
     except LayoutError as error:
         raise NoValidGoal(f"the model {model!r} proposed no valid arrangement: {error}") from error
     touched = sorted({*wanted.movable, *(index for each in found for index in each.moved)})
     part = scene.select(touched)
     _check_nothing_on_top(part)
-    arrangements = []
-    for each in found:
-        motions, lowering = np.array(each.goal_from_initial, dtype=np.float64), _lowering(scene)
-        lowering[[index for index in range(len(scene.objects)) if index not in each.moved]] = np.eye(4)
-        arrangements.append(Arrangement((motions @ lowering)[touched], dict(each.scores)))
+    arrangements = [Arrangement(each.goal_from_initial[touched], dict(each.scores)) for each in found]
     return _imagined(model, part, arrangements, time.perf_counter() - began)
-
-
-def _lowering(scene: Scene) -> np.ndarray:
-    """Return the motions (N, 4, 4) that lower every object to the table."""
-    lowering = np.tile(np.eye(4), (len(scene.objects), 1, 1))
-    lowering[:, 2, 3] = [-cloud.bottom for cloud in scene.objects]
-    return lowering
 
 
 def _imagined(model: str, scene: Scene, arrangements: Sequence[Arrangement], seconds: float) -> events.Imagined:

@@ -177,15 +177,16 @@ class _Run:
         """Carry out a goal of several parts in one build; `began` is when the scene's step did."""
         options, cache = self.options, self.cache
         wanted, scene = put_on_table(table, goal)
-        yield perceived_event(scene.select(wanted.movable), time.perf_counter() - began, table)
+        looking = time.perf_counter() - began
+        yield perceived_event(scene.select(wanted.movable), looking, table)
         if shortfall := describe_shortfall(table, "take part"):
             yield events.Noted(shortfall)
-        self.step, began = "imagination", time.perf_counter()
+        self.step = "imagination"
         planner = cache.goal_planner(options.model, options.weights, options.allow_unverified)
         imagined = propose_goal(planner, options.model, scene, wanted, options.seed)
         if len(imagined.scene.objects) > table.count:  # something has to be set aside, and takes part too
             table.involve([cloud.name for cloud in imagined.scene.objects])
-            yield perceived_event(imagined.scene, time.perf_counter() - began, table)
+            yield perceived_event(imagined.scene, looking, table)
         networks = cache.provenance(options.model, options.weights)
         yield from self._carried_out(table, wanted, replace(imagined, networks=networks))
 

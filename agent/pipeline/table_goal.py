@@ -13,7 +13,7 @@ from agent.errors import NotBuildable
 from agent.scenes.limits import MOST_OBJECTS
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
-from grounding.goals.parts import Objects, PartReference, RelationPart, StructurePart
+from grounding.goals.parts import Objects, Part, PartReference, RelationPart, StructurePart
 from grounding.spec import FIRST_SHAPES, StructureSpec
 from structdiffusion.data.scene_sampling import SceneError
 
@@ -42,7 +42,7 @@ class TableGoal:
 
     @property
     def movable(self) -> tuple[int, ...]:
-        """Return the objects that a part places, ascending; references stay where no other part places them."""
+        """Return the objects that a part places, ascending; what they are placed by moves only where that makes room."""
         return tuple(sorted({index for part in self.goal.parts for index in _listed(part.objects)}))
 
     @property
@@ -61,13 +61,14 @@ class TableGoal:
         return np.array([*self.world_from_initial, *self.unseen.values()])
 
     def set_aside(self, moved: Collection[str]) -> tuple[int, ...]:
-        """Return which of the objects that are moved only make room."""
-        return tuple(i for i, name in enumerate(self.names) if name in moved and i not in self.movable)
+        """Return which of the objects that are moved only make room: those that no part names."""
+        named = self.goal.named_objects()
+        return tuple(i for i, name in enumerate(self.names) if name in moved and i not in named)
 
     def parts_of(self, name: str) -> tuple[int, ...]:
-        """Return the numbers of the parts that place an object, from 0."""
+        """Return the numbers of the parts that name an object, as one that they place or by which they place others."""
         index = self.names.index(name)
-        return tuple(number for number, part in enumerate(self.goal.parts) if index in _listed(part.objects))
+        return tuple(number for number, part in enumerate(self.goal.parts) if index in self._named_by(part))
 
     def placement_rules(self, scene: Scene) -> PlacementRules:
         """Return what the relations "on" and "in" say of the order and the collisions of placements.
@@ -95,6 +96,10 @@ class TableGoal:
             {index: frozenset(those) for index, those in after.items()},
             {index: frozenset(those) for index, those in into.items()},
         )
+
+    def _named_by(self, part: Part) -> set[int]:
+        second = part.around if isinstance(part, StructurePart) else part.reference
+        return {*self._members(part.objects), *self._members(second)}
 
     def _members(self, objects: Objects | None) -> tuple[int, ...]:
         """Return the objects of a relation, those of a structure where it speaks of one."""

@@ -38,7 +38,7 @@ class Given:
     def __init__(self, *steps: dict[int, tuple[float, float]]) -> None:
         self.steps = steps
 
-    def propose(self, scene, goal, count=64, generator=None) -> list[Found]:
+    def propose(self, scene, goal, *, count, generator, colors) -> list[Found]:
         self.scene = scene
         found = []
         for steps in self.steps:
@@ -50,7 +50,7 @@ class Given:
 
 
 class Helpless:
-    def propose(self, scene, goal, count=64, generator=None):
+    def propose(self, scene, goal, *, count, generator, colors):
         raise LayoutError("part 2 (bowl left of mug): there is no room left of mug")
 
 
@@ -145,6 +145,14 @@ def test_what_any_arrangement_moves_takes_part_and_stays_where_an_arrangement_le
     assert [goal["aside"] for goal in chosen[1].goals] == [False, False, True]
     assert describe_aside(chosen[1]).endswith("the arm sets it aside: block 3")
     assert [goal["parts"] for goal in chosen[1].goals] == [[1], [1], []]
+
+
+def test_an_object_belongs_to_every_part_that_names_it(blocks):
+    line = {"kind": "structure", "shape": "line", "objects": [0, 1]}
+    behind = {"kind": "relation", "relation": "behind", "objects": {"part": 0}, "reference": [2]}
+    wanted, _ = put_on_table(blocks, goal_of(line, behind))
+    assert [wanted.parts_of(name) for name in wanted.names] == [(0, 1), (0, 1), (1,), ()]
+    assert wanted.movable == (0, 1) and wanted.set_aside(["block 1", "block 3", "block 4"]) == (3,)
 
 
 def test_a_goal_without_a_layout_names_its_part(blocks):
