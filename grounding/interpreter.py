@@ -70,13 +70,6 @@ class Interpretation:
     _encoder: SentenceEncoder | None = field(default=None, repr=False, compare=False)
 
     @property
-    def goal(self):  # TEMPORARY
-        from grounding.goals.goal import Goal
-        from grounding.goals.parts import StructurePart
-
-        return Goal((StructurePart.of(self.spec, self.selection.indices if self.selection else None),))
-
-    @property
     def notes(self) -> tuple[str, ...]:
         """Return a sentence for each adjective of the selected objects that could not be judged."""
         return self.selection.notes if self.selection else ()
