@@ -23,7 +23,7 @@ from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
 from structdiffusion.protocol.goal_keys import EDGE_AXES, Grouping
 from structdiffusion.protocol.goal_semantic import only_placed
 from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
-from structdiffusion.structures.keys import StructureKeys
+from structdiffusion.structures.keys import structure_keys
 from structdiffusion.structures.structure import LIFT, LayoutError
 from structdiffusion.word_tokens import UnknownWordError
 
@@ -261,11 +261,6 @@ class StructureBlocks:
                 f"only {room[axis]:.2f} m"
             )
         return fits
-
-
-def structure_keys(part: StructurePart) -> StructureKeys:
-    """Return what layouts take of the keys of a structure; the others concern its place."""
-    return StructureKeys(part.order, part.gap, part.radius, part.length, part.rows, part.columns)
 
 
 def _tried(own: Scene, arrangements: Sequence[Arrangement], spec: StructureSpec) -> list[Arrangement]:
