@@ -293,6 +293,8 @@ class Chunker:
         if said.word(place - 1) in _DETERMINERS and said.word(place - 1) not in ("that", "this"):
             return []
         for length in (4, 3, 2):
+            if place + length > len(said.words):
+                continue
             phrase = " ".join(said.words[place : place + length])
             if (kind := VERB_PHRASES.get(phrase)) is not None:
                 return [Chunk("noise" if kind == "noise" else "verb", kind, place, place + length)]

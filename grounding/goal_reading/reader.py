@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from grounding.goal_reading.chunks import Chunk, Chunker
 from grounding.goal_reading.compose import Composer
@@ -48,6 +48,7 @@ class GoalReading:
         verbs: whether it has a verb that asks for something.
         described: whether a colour, a size or a place chose objects.
         notes: what has to be said about the choice of objects, a sentence each.
+        fallback: why this reader was used in place of the configured one, or "".
     """
 
     goal: Goal = Goal()
@@ -59,11 +60,21 @@ class GoalReading:
     verbs: bool = False
     nouns: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    fallback: str = ""
 
     @property
     def complete(self) -> bool:
         """Return whether every word was accounted for and a goal was found."""
         return bool(self.goal.parts) and not self.problem and not self.residue and self.question is None
+
+
+class ReadsGoals(Protocol):
+    """A reader of goals: that of the grammar, or one that asks a language model."""
+
+    def read(
+        self, text: str, objects: Sequence[SceneObject | str | None] | None = None, catalogue: bool = False
+    ) -> GoalReading:
+        """Read an instruction; see `GoalReader.read`."""
 
 
 class GoalReader:
@@ -89,7 +100,7 @@ class GoalReader:
             return GoalReading(problem=f"the instruction is too long: {len(text)} characters; legal: up to {MOST_CHARACTERS}")
         there = None if objects is None else [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]
         nouns = Vocabulary(FORMS) if there is None else vocabulary([each.name for each in there])
-        chunks = without_corrections(self._chunks(text, nouns))
+        chunks = without_corrections(self.chunks(text, nouns))
         framer = Framer(chunks)
         frames = framer.read()
         residue = [chunk.said for chunk in (*framer.residue,)]
@@ -108,7 +119,8 @@ class GoalReader:
             return GoalReading(problem=f"{shortened(text)!r} contradicts itself: {problem}", residue=tuple(residue), beyond=beyond)
         return GoalReading(goal, residue=tuple(filter(None, residue)), beyond=beyond, verbs=any(chunk.kind == "verb" for chunk in chunks), nouns=tuple(dict.fromkeys(find.nouns)), described=find.described, notes=tuple(dict.fromkeys(find.notes)))
 
-    def _chunks(self, text: str, nouns: Vocabulary) -> list[Chunk]:
+    def chunks(self, text: str, nouns: Vocabulary) -> list[Chunk]:
+        """Divide an instruction into chunks, typing errors mended."""
         known: Collection[str] = self._encoder.whole_words if self._encoder is not None else ()
         said: Words = split(text, lambda word: corrected(word, nouns, known))
         said, metres = with_lengths(said, lengths_of(said))
