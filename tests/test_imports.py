@@ -26,6 +26,7 @@ LAYERS = (
         "grounding.dialogue",
         "grounding.foreign_languages",
         "grounding.goal_benchmark",
+        "grounding.goal_reading",
         "grounding.unsupported",
         "structdiffusion.relations",
     ),

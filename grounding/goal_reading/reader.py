@@ -1,0 +1,171 @@
+"""Read an instruction into a goal of several parts."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from grounding.goal_reading.chunks import Chunk, Chunker
+from grounding.goal_reading.compose import Composer
+from grounding.goal_reading.contradictions import contradiction
+from grounding.goal_reading.corrections import without_corrections
+from grounding.goal_reading.frames import PREDICATES, Frame, Framer
+from grounding.goal_reading.measures import lengths_of
+from grounding.goal_reading.noun_phrases import NounPhrase
+from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
+from grounding.goal_reading.spelling import corrected
+from grounding.goal_reading.tokens import Words, split, with_lengths
+from grounding.goals.goal import Goal
+from grounding.goals.parts import RelationPart
+from grounding.parse_result import Question, shortened
+from grounding.references.attributes import SceneObject
+from grounding.references.candidates import SelectionError
+from grounding.references.object_names import vocabulary
+from grounding.references.phrases import Vocabulary
+from grounding.references.sentence_roles import Sentences
+from grounding.references.word_forms import FORMS
+from grounding.spec import SpecError
+
+if TYPE_CHECKING:
+    from grounding.parsers.sentence_encoder import SentenceEncoder
+
+MOST_CHARACTERS = 2000  # beyond, a text is no instruction of a few parts
+_FOUR = ("circle", "line", "tower", "table setting")
+
+
+@dataclass(frozen=True)
+class GoalReading:
+    """What the reader made of an instruction.
+
+    Attributes:
+        goal: the parts; empty where there is a problem.
+        problem: why it cannot be read, or "".
+        question: what must be known first.
+        residue: words that carry a meaning and were not understood.
+        beyond: whether the instruction asks for more than one plain structure, as far as it was understood.
+        nouns: that chose objects, singulars with the adjectives that told them apart.
+        verbs: whether it has a verb that asks for something.
+        described: whether a colour, a size or a place chose objects.
+        notes: what has to be said about the choice of objects, a sentence each.
+    """
+
+    goal: Goal = Goal()
+    problem: str = ""
+    question: Question | None = None
+    residue: tuple[str, ...] = ()
+    beyond: bool = False
+    described: bool = False
+    verbs: bool = False
+    nouns: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def complete(self) -> bool:
+        """Return whether every word was accounted for and a goal was found."""
+        return bool(self.goal.parts) and not self.problem and not self.residue and self.question is None
+
+
+class GoalReader:
+    """A reader of goals.
+
+    Args:
+        encoder: knows words that are spelled right, and what unknown nouns mean; `None` does without.
+        opposite: whether the speaker sits across the table.
+    """
+
+    def __init__(self, encoder: SentenceEncoder | None = None, opposite: bool = False) -> None:
+        self._encoder, self._opposite = encoder, opposite
+
+    def read(self, text: str, objects: Sequence[SceneObject | str | None] | None = None, catalogue: bool = False) -> GoalReading:
+        """Read an instruction; directions are the speaker's.
+
+        Args:
+            text: any string.
+            objects: what is there; `None` where it is not known.
+            catalogue: whether they are a library that a scene can be drawn from.
+        """
+        if len(text) > MOST_CHARACTERS:
+            return GoalReading(problem=f"the instruction is too long: {len(text)} characters; legal: up to {MOST_CHARACTERS}")
+        there = None if objects is None else [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]
+        nouns = Vocabulary(FORMS) if there is None else vocabulary([each.name for each in there])
+        chunks = without_corrections(self._chunks(text, nouns))
+        framer = Framer(chunks)
+        frames = framer.read()
+        residue = [chunk.said for chunk in (*framer.residue,)]
+        find = SceneReferences(there, self._encoder, catalogue, self._opposite)
+        composer = Composer(text, frames, find)
+        beyond = _beyond(chunks, frames)
+        try:
+            goal = composer.goal()
+            problem = contradiction(goal)
+        except ReadingQuestion as doubt:
+            return GoalReading(question=doubt.question, residue=tuple(residue), beyond=beyond)
+        except (ReadingError, SpecError, SelectionError) as error:
+            return GoalReading(problem=_sentence(text, error), residue=tuple(residue), beyond=beyond)
+        residue += composer.unread
+        if problem:
+            return GoalReading(problem=f"{shortened(text)!r} contradicts itself: {problem}", residue=tuple(residue), beyond=beyond)
+        return GoalReading(goal, residue=tuple(filter(None, residue)), beyond=beyond, verbs=any(chunk.kind == "verb" for chunk in chunks), nouns=tuple(dict.fromkeys(find.nouns)), described=find.described, notes=tuple(dict.fromkeys(find.notes)))
+
+    def _chunks(self, text: str, nouns: Vocabulary) -> list[Chunk]:
+        known: Collection[str] = self._encoder.whole_words if self._encoder is not None else ()
+        said: Words = split(text, lambda word: corrected(word, nouns, known))
+        said, metres = with_lengths(said, lengths_of(said))
+        return _without_reports(Chunker(said, metres, nouns).chunks(), said, nouns)
+
+
+def _sentence(text: str, error: Exception) -> str:
+    if isinstance(error, SpecError):
+        return f"{shortened(text)!r} asks for what no goal can hold: {error}"
+    return str(error)
+
+
+def more_than_plain(goal: Goal) -> bool:
+    """Tell whether a goal is more than the five slots of one of the four structures of part one."""
+    if len(goal.parts) != 1:
+        return bool(goal.parts)
+    part = goal.parts[0]
+    return isinstance(part, RelationPart) or bool(part.keys) or part.shape not in (None, *_FOUR)
+
+
+_SIGNS = frozenset("grid rows columns gap radius diameter length apart order group".split()) | {"order end", "length of"}
+
+
+def _beyond(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
+    """Return whether something was certainly said that one plain structure cannot hold."""
+    if any(chunk.kind in _SIGNS or chunk.metres is not None for chunk in chunks):
+        return True
+    for frame in frames:
+        shapes = [each.value.name for each in frame.get("shape")]
+        if frame.verb in ("swap", "surround") and frame.objects or set(shapes) - set(_FOUR):
+            return True
+        if frame.objects and any(each.kind == "relation" and _known(each.reference) for each in frame.predicates):
+            return True
+    told = [frame for frame in frames if frame.predicates and _known(frame.objects) and not frame.negated]
+    shapes = {each.value.name for frame in told for each in (*frame.get("shape"), *frame.get("verb shape"))}
+    nouns = {phrase.mention.noun for frame in told for phrase in frame.objects if phrase.mention is not None}
+    return len(told) > 1 and len(nouns) > 1 and (len(shapes) > 1 or len({each.value for frame in told for each in frame.get("place")}) > 1)
+
+
+def _known(phrases: Sequence[NounPhrase]) -> bool:
+    return bool(phrases) and all(phrase.kind == "structure" or (phrase.mention is not None and phrase.mention.known) for phrase in phrases)
+
+
+def _without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> list[Chunk]:
+    """Drop what only reports something: "my sister is coming, so ...", if it says nothing that a goal could hold."""
+    narrated = Sentences(list(said.words), nouns.forms).narrated
+    kept: list[Chunk] = []
+    run: list[Chunk] = []
+    for chunk in [*chunks, None]:
+        if chunk is not None and all(narrated[chunk.first : chunk.end]) and chunk.kind != "stop":
+            run.append(chunk)
+            continue
+        strange = any(one.kind == "unknown" for one in run)
+        asks = any(one.kind in PREDICATES and one.kind not in ("place", "size", "inner", "relation") for one in run)
+        asks = asks or any(one.kind == "relation" and other.kind == "noun phrase" and _known([other.value]) for one, other in zip(run, run[1:], strict=False))
+        kept += [] if strange and not asks else run
+        run = []
+        if chunk is not None:
+            kept.append(chunk)
+    return kept
