@@ -35,6 +35,7 @@ LAYERS = (
     ("structdiffusion.completion", "structdiffusion.data"),
     ("structdiffusion.models",),
     ("structdiffusion.postprocessing", "structdiffusion.training"),
+    ("structdiffusion.composition",),
     ("structdiffusion.planners",),
     ("structdiffusion.benchmark", "agent.events"),
     ("agent.arm", "agent.rendering"),
