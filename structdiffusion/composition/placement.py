@@ -133,10 +133,10 @@ class Placer:
             block = block.lifted(top)
         margins = np.ones(len(origins))
         wishes: list[tuple[str, np.ndarray]] = []
+        on_table = np.ones(len(origins), bool)
         if unit.vessel is None:
             low, high = origin_range(block, self.state.table)
-            off = np.minimum(origins - low, high - origins).min(axis=1)
-            wishes.append(("the table's edge", np.where(off >= -1e-9, 1.0, -1.0)))
+            on_table = (np.minimum(origins - low, high - origins) >= -1e-9).all(axis=1)
         if unit.part is not None:
             wishes.append((unit.said, structure_margins(situation, unit.part, block, origins)))
         names = [item.name for item in self.state.items]
@@ -151,9 +151,9 @@ class Placer:
             margins = np.minimum(margins, found)
         clear, hits = self._clearances(unit, block, origins, placement, carriers)
         free = clear >= _CLEAR if unit.vessel is None else np.ones(len(origins), bool)
-        able = (margins > 0) & free
+        able = (margins > 0) & free & on_table
         if not able.any():
-            raise NoPlaceError(_why_not(unit, wishes, margins > 0))
+            raise NoPlaceError(_why_not(unit, wishes, on_table))
         score = np.minimum(margins, 1.0) + _WEIGHT_CLEAR * np.minimum(clear / _COMFORTABLE, 1.0)
         score -= _WEIGHT_HIT * np.array([len(hit) for hit in hits])
         best = int(np.where(able, score, -np.inf).argmax())
@@ -247,12 +247,16 @@ def _into(state: TableState, vessel: int, block: Block, placement: Placement) ->
     return Block(bodies, motions, block.centre, block.quality)
 
 
-def _why_not(unit: Unit, wishes: Sequence[tuple[str, np.ndarray]], together: np.ndarray) -> str:
-    """Return what stands against a unit: a wish that holds nowhere, wishes that hold nowhere together, or no room."""
-    never = [said for said, margins in wishes if not (margins > 0).any()]
+def _why_not(unit: Unit, wishes: Sequence[tuple[str, np.ndarray]], on_table: np.ndarray) -> str:
+    """Return what stands against a unit: wishes that hold nowhere or not together, the table's edge, or no room."""
+    said = " and ".join(said for said, _ in wishes if said != unit.said) or unit.said
+    held = [margins > 0 for _, margins in wishes]
+    never = [said for (said, _), each in zip(wishes, held, strict=True) if not each.any()]
+    together = np.all(held, axis=0) if held else np.ones(len(on_table), bool)
     if never:
         return f"there is no place on the table for {unit.said} where {never[0]} holds"
     if not together.any():
-        apart = [said for said, _ in wishes if said != unit.said]
-        return f"there is no place on the table for {unit.said} where {' and '.join(apart)} hold together"
+        return f"there is no place on the table for {unit.said} where {said} hold together"
+    if not (together & on_table).any():
+        return f"{said} would put {unit.said if said != unit.said else 'it'} beyond the edge of the table"
     return f"there is no free place on the table for {unit.said}: something is in the way everywhere"

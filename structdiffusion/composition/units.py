@@ -110,10 +110,10 @@ class Units:
         carrier = max((self.state.items[i] for i in bond.related), key=lambda item: item.seen.stackable)
         if carrier.seen.rounded:
             raise LayoutError(f"the {thing.name} cannot stand on the {carrier.name}: its top is round")
-        if not carrier.seen.stackable and not carrier.hollow:
+        if not carrier.seen.stackable and not carrier.seen.hollow:
             raise LayoutError(f"the {thing.name} cannot stand on the {carrier.name}: its top is not level and wide enough")
         own, below = (item.model.footprint for item in (thing, carrier))
-        if not carrier.hollow and _area(below) < _TOP_SHARE * _area(own):
+        if not carrier.seen.hollow and _area(below) < _TOP_SHARE * _area(own):
             raise LayoutError(f"the {thing.name} cannot stand on the {carrier.name}: it is too wide for its top")
 
     def _inside(self, vessel: int, things: Sequence[int], rng: np.random.Generator) -> Unit:

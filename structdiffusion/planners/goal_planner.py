@@ -25,6 +25,8 @@ from structdiffusion.planners.diffusion import DiffusionPlanner, Preview
 from structdiffusion.planners.geometric import GeometricPlanner
 from structdiffusion.postprocessing.physics_rollout import STACKED, PhysicsRollout
 from structdiffusion.protocol.goal_keys import Grouping
+from structdiffusion.protocol.goal_semantic import bond_name
+from structdiffusion.protocol.physical_stability import Verdict
 from structdiffusion.relations.bonds import bonds_of, require_indices
 from structdiffusion.structures.structure import LayoutError
 
@@ -225,18 +227,22 @@ class _Composer:
         rollout = PhysicsRollout(self.scene)
         rows = sorted(found, key=lambda row: (len(row[1]), -row[0].margin * row[0].quality))
         tried: list[tuple[float, GoalArrangement]] = []
+        falls: list[Verdict] = []
         for number, (placement, aside) in enumerate(rows):
             enough = sum(share == 1.0 for share, _ in tried) >= _ENOUGH
             if number < _TRIED and not enough:
-                tried.append(self._tried(rollout, placement, aside))
+                tried.append(self._tried(rollout, placement, aside, falls))
             else:
                 tried.append((_UNTRIED, self._arrangement(self._motions(placement), placement, aside, _UNTRIED)))
+        if len(falls) == min(_TRIED, len(rows)):
+            self._require_carried(units, falls)
         # Those that were not tried come after those that stand, and before those that fall.
         return [arrangement for _, arrangement in sorted(tried, key=lambda row: -row[0])]
 
     def _tried(
-        self, rollout: PhysicsRollout, placement: Placement, aside: set[int]
+        self, rollout: PhysicsRollout, placement: Placement, aside: set[int], falls: list[Verdict]
     ) -> tuple[float, GoalArrangement]:
+        """Return the share of hypotheses under which a placement stands, and its arrangement; if none, add to `falls`."""
         motions = self._motions(placement)
         stays = [i for i in range(len(motions)) if i not in placement.motions]
         motions = rollout.set_down(motions, stays, self.goal)
@@ -247,9 +253,21 @@ class _Composer:
             verdict = rollout.verdict(motions, self.goal, hypothesis, stays, sorted(aside), self.grouping.colors)
             stood += verdict.success
             if not stood:
+                falls.append(verdict)
                 break
         share = stood / hypotheses
         return share, self._arrangement(motions, placement, aside, max(_FELL, share))
+
+    def _require_carried(self, units: Units, falls: Sequence[Verdict]) -> None:
+        """Raise a `LayoutError` where all that was tried fell, each time an object that another was to carry."""
+        for bond in units.bonds:
+            if not bond.relation.carried:
+                continue
+            (index,) = bond.members
+            name, said = self.state.items[index].name, bond_name(self.state.standing(), bond, self.goal)
+            if all(fall.failed_object == name or fall.detail.startswith(f"{said}: ") for fall in falls):
+                carrier = self.state.items[bond.references[0][0]].name
+                raise LayoutError(f"the {name} does not come to rest {bond.part.relation} the {carrier}: {falls[0].detail}")
 
     def _motions(self, placement: Placement) -> np.ndarray:
         motions = np.tile(np.eye(4), (self.state.count, 1, 1))
