@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import Any
 
 from grounding.corpus.templates import all_phrases
+from grounding.goal_reading.asides import Asides
 from grounding.goal_reading.goal_words import NOISE, NOISE_PHRASES, SHAPE_NOUNS, VERB_PHRASES, VERBS
 from grounding.goal_reading.noun_phrases import NounPhraseReader
 from grounding.goal_reading.patterns import PATTERNS, number_of
@@ -121,6 +122,7 @@ class Chunker:
     def __init__(self, said: Words, metres: Mapping[int, float], vocabulary: Vocabulary) -> None:
         self.said, self.metres = said, metres
         self.phrases = NounPhraseReader(said, vocabulary)
+        self.asides = Asides(said, vocabulary)
 
     def chunks(self) -> list[Chunk]:
         """Return the chunks, in the order of the text; each word is in one of them."""
@@ -140,6 +142,7 @@ class Chunker:
         options = [
             *self._patterns(place, before), *self._special(place, before), *self._shape(place, before), *self._place(place),
             *self._verb(place, before), *self._noun_phrase(place), *self._joint(place), *self._noise(place),
+            *self._aside(place, before),
         ]  # fmt: skip
         if options:
             return max(options, key=lambda chunk: chunk.end)  # of equal length the first
@@ -323,6 +326,11 @@ class Chunker:
     def _noun_phrase(self, place: int) -> list[Chunk]:
         phrase = self.phrases.at(place)
         return [] if phrase is None else [Chunk("noun phrase", phrase, place, phrase.end)]
+
+    def _aside(self, place: int, before: list[Chunk]) -> list[Chunk]:
+        phrase = before[-1].value if before and before[-1].kind == "noun phrase" else None
+        end = self.asides.at(place, phrase is not None, phrase is not None and phrase.many)
+        return [] if end is None else [Chunk("noise", True, place, end)]
 
     def _joint(self, place: int) -> list[Chunk]:
         kind = _JOINTS.get(self.said.word(place))

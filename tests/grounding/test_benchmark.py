@@ -196,6 +196,14 @@ def test_a_goal_that_five_slots_cannot_hold_counts_as_refused():
     assert not is_exact(row(refuse=True), five_slots(cups, "ok", plain))
 
 
+def test_a_line_along_an_edge_is_a_line_on_that_side():
+    line = Goal((StructurePart("line", size="large", along="far"),))
+    found = five_slots(Parse("t", StructureSpec("line"), "p"), "ok", line)
+    assert found.status == "ok" and found.spec == StructureSpec("line", "large", y_position="top")
+    spaced = Goal((StructurePart("line", along="far", gap=0.05),))
+    assert five_slots(Parse("t", StructureSpec("line"), "p"), "ok", spaced).status == "refused"
+
+
 def test_the_status_of_the_whole_reading_counts():
     cups = Parse("t", StructureSpec("circle"), "p")
     assert five_slots(cups, "refused", Goal()).status == "refused"

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from agent.evaluation.goals.arm import build_goal_scene
 from agent.evaluation.goals.config import GoalsConfig, checked_families
 from agent.evaluation.goals.rates import rates_of
 from agent.evaluation.goals.solve import lost_rows, solve_goal_scene
@@ -117,7 +118,7 @@ class _Loaded:
 
     def planner(self, name: str, config: GoalsConfig) -> GoalPlanner:
         """Return the planner of goals that uses the planner of a name for its structures."""
-        return GoalPlanner(self._cache.planner(name, config.weights, config.allow_unverified))
+        return self._cache.goal_planner(name, config.weights, config.allow_unverified)
 
 
 def _solve_job(config: GoalsConfig, loaded: _Loaded, job: _Job) -> list[Row]:
@@ -128,7 +129,9 @@ def _solve_job(config: GoalsConfig, loaded: _Loaded, job: _Job) -> list[Row]:
         return lost_rows(job.models, job.family, job.number, config.seed, str(error), NO_SCENE)
     rows = []
     for name in job.models:
-        row, best = solve_goal_scene(loaded.planner(name, config), scene, config.candidates)
+        row, observed, arrangements = solve_goal_scene(loaded.planner(name, config), scene, config.candidates)
+        if config.arm:
+            row["arm"] = build_goal_scene(scene, observed, arrangements)
         rows.append({"model": name, **row})
     return rows
 

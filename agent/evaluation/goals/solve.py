@@ -14,6 +14,7 @@ from grounding.goals.description import describe_part
 from grounding.goals.parts import GoalError, StructurePart
 from structdiffusion.benchmark.goals import GoalScene
 from structdiffusion.benchmark.success import NO_ARRANGEMENT
+from structdiffusion.observation import Scene
 from structdiffusion.planners.goal_planner import GoalArrangement, GoalPlanner
 from structdiffusion.protocol.physical_stability import Verdict
 from structdiffusion.structures.structure import LayoutError
@@ -21,7 +22,9 @@ from structdiffusion.structures.structure import LayoutError
 Row = dict[str, Any]
 
 
-def solve_goal_scene(planner: GoalPlanner, scene: GoalScene, candidates: int) -> tuple[Row, GoalArrangement | None]:
+def solve_goal_scene(
+    planner: GoalPlanner, scene: GoalScene, candidates: int
+) -> tuple[Row, Scene, list[GoalArrangement]]:
     """Let a planner solve one scene; scene and planner determine everything but the times.
 
     Args:
@@ -30,14 +33,14 @@ def solve_goal_scene(planner: GoalPlanner, scene: GoalScene, candidates: int) ->
         candidates: the number of arrangements that it proposes; the best-ranked one is tried.
 
     Returns:
-        The row without the planner's name, JSON-ready, and the best-ranked arrangement; `None` where there is none.
+        The row without the planner's name, JSON-ready; what was seen; and the arrangements, best first.
     """
     looked = time.perf_counter()
     observed, problem = scene.observed(), None
     generator = torch.Generator().manual_seed(scene.planning_seed)
     started = time.perf_counter()
     try:
-        arrangements = planner.propose(observed, scene.goal, count=candidates, generator=generator)
+        arrangements = planner.propose(observed, scene.goal, count=candidates, generator=generator, colors=scene.colors)
     except (LayoutError, GoalError) as error:
         arrangements, problem = [], str(error)
     planned = time.perf_counter()
@@ -56,7 +59,7 @@ def solve_goal_scene(planner: GoalPlanner, scene: GoalScene, candidates: int) ->
         "seconds": round(time.perf_counter() - looked, 3),
         "verdict": None if verdict is None else verdict.to_dict(),
     }
-    return json_value(row), best
+    return json_value(row), observed, arrangements
 
 
 def scene_row(scene: GoalScene) -> Row:
