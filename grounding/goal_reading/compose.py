@@ -395,6 +395,8 @@ class Composer:
             if not rest:
                 raise ReadingError(f"nothing is left for {phrase.text!r} in {shortened(self.text)!r}")
             return rest
+        if phrase.left is not None and (others := self.find.rest(phrase, {one for part in self.parts for one in (*(part.objects or ()), *_tuple(part.relation))} | left_out)):
+            return others
         if not left_out:
             return None
         if self.find.count is None:
