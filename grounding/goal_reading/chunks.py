@@ -15,7 +15,7 @@ from grounding.goal_reading.noun_phrases import NounPhraseReader
 from grounding.goal_reading.patterns import PATTERNS, number_of
 from grounding.goal_reading.places import edge_at, place_at
 from grounding.goal_reading.tokens import LENGTH, Words
-from grounding.references.phrases import Vocabulary
+from grounding.references.phrases import ANY, Vocabulary
 from grounding.structure_words import STRUCTURES
 
 _DETERMINERS = frozenset("the a an my your our this that these those its their one".split())
@@ -32,7 +32,7 @@ _SIZES = {
 _FILLERS = frozenset(
     "neat nice straight perfect tidy even single proper regular simple pretty good closed full complete beautiful lovely normal really "
     "very quite rather fairly clean exact standard equal solid hollow flat upright standing vertical plain round rectangular evenly spaced nicely properly"
-    " fully new parallel stable basic little equilateral symmetrical symmetric circular".split()
+    " separate different identical matching distinct fully new parallel stable basic little equilateral symmetrical symmetric circular".split()
 )
 _DIR = (
     r"(?:(?:to|toward|at|on|in|into) )?(?:the |my |your )?(?P<dir>left|right|north|south|east|west|me|us|you|robot|arm|front|back|rear|far side|far edge|near side|near edge|"
@@ -46,7 +46,7 @@ _HEADINGS = {
 }  # fmt: skip
 _FACING = re.compile(
     r"(?:(?:so that|so|and|with|which|that|it|they|is|are|have|having|make|has|,) )*"
-    r"(?:(?:the|its|their|a|one) (?:opening|gap|open side|open end|mouth|tip|point|apex|corner|top|front|ends|entrance|open part|bulge|hollow side|vertex|hollow) )?"
+    r"(?:(?:(?:the|its|their|a|one) )?(?:opening|gap|open side|open end|mouth|tip|point|apex|corner|top|front|ends|entrance|open part|bulge|hollow side|vertex|hollow) )?"
     rf"(?:(?:is|are) )?(?:facing|faces|face|pointing|points|point|looking|looks|oriented|turned|opening|opens|open|aimed|directed|to|toward|on|at) {_DIR}(?! of)"
 )
 _FACING_WORDS = re.compile(r"\b(?:fac(?:ing|es?)|point(?:ing|s)?|look(?:ing|s)|oriented|turned|open(?:ing|s)?|aimed|directed|gap|tip|apex|mouth|entrance|vertex|corner|ends|bulge|hollow)\b")
@@ -57,7 +57,7 @@ _CORRECTION = re.compile(
 )
 _NOT = re.compile(r"(?:,? ?(?:and|but) )?(?:not|rather than|instead of|and not|no longer)(?= )")
 _EXCEPT = re.compile(
-    r"(?:, )?(?:except for|except|but not|apart from|aside from|other than|excluding|excepting|leaving out|not counting|not including|with the exception of|all but|save for|minus|without|but without|bar|barring|but)(?= )"
+    r"(?:, )?(?:except for|except|but not with|but not|and not|apart from|aside from|other than|excluding|excepting|leaving out|not counting|not including|with the exception of|all but|save for|minus|without|but without|bar|barring|but)(?= )"
 )
 _JOINTS: Mapping[str, str] = {
     ",": "comma", "and": "and", "&": "and", "plus": "and", "+": "and", ".": "stop", "!": "stop", "?": "stop", ";": "stop",
@@ -136,7 +136,7 @@ class Chunker:
                 chunk = replace(chunk, metres=lengths[0])
             found.append(chunk)
             place = chunk.end
-        return found
+        return _postposed(found)
 
     def _chunk(self, place: int, before: list[Chunk]) -> Chunk:
         options = [
@@ -173,10 +173,10 @@ class Chunker:
             found.append(Chunk("correction", match[0].group(), place, match[1]))
         if match := said.match(_NEGATED, place):
             found.append(Chunk("negated", True, place, match[1]))
-        if match := said.match(_NOT, place):
-            found.append(Chunk("not", True, place, match[1]))
         if (match := said.match(_EXCEPT, place)) and self._excepts(match[1], match[0].group(), before):
             found.append(Chunk("except", True, place, match[1]))
+        if match := said.match(_NOT, place):
+            found.append(Chunk("not", True, place, match[1]))
         if match := said.match(_THEN, place):
             found.append(Chunk("followed by" if "followed by" in match[0].group() else "then", True, place, match[1]))
         if (match := said.match(_STAYS, place)) and before:
@@ -197,6 +197,8 @@ class Chunker:
         phrase = self.phrases.at(end)
         if phrase is None:
             return False
+        if words.strip(" ,") in ("but not", "and not", "but not with"):
+            return any(chunk.kind == "noun phrase" and chunk.value.many for chunk in before)
         if words.strip(" ,") != "but":
             return True
         last = before[-1] if before else None
@@ -330,7 +332,12 @@ class Chunker:
     def _aside(self, place: int, before: list[Chunk]) -> list[Chunk]:
         phrase = before[-1].value if before and before[-1].kind == "noun phrase" else None
         end = self.asides.at(place, phrase is not None, phrase is not None and phrase.many)
-        return [] if end is None else [Chunk("noise", True, place, end)]
+        if end is None:
+            return []
+        opening = not before or before[-1].kind == "stop"
+        named = [phrase for at in range(place, end) if (phrase := self.phrases.at(at)) is not None and phrase.kind == "objects" and phrase.end <= end]
+        named = [phrase for phrase in named if phrase.mention.known and phrase.mention.noun != ANY]
+        return [Chunk("mentioned", named, place, end) if opening and named else Chunk("noise", True, place, end)]
 
     def _joint(self, place: int) -> list[Chunk]:
         kind = _JOINTS.get(self.said.word(place))
@@ -348,6 +355,20 @@ class Chunker:
         if word == LENGTH:
             return [Chunk("length", True, place, place + 1)]
         return []
+
+
+def _postposed(chunks: list[Chunk]) -> list[Chunk]:
+    """Put "the box excluded" as "except the box"."""
+    kept: list[Chunk] = []
+    for chunk in chunks:
+        if chunk.said.lower() in ("excluded", "excepted", "omitted", "excluding") and kept and kept[-1].kind == "noun phrase":
+            phrase = kept.pop()
+            while kept and kept[-1].kind in ("comma", "and", "noise"):
+                kept.pop()
+            kept += [replace(chunk, kind="except", value=True), phrase]
+        else:
+            kept.append(chunk)
+    return kept
 
 
 def _ordering(before: list[Chunk]) -> bool:

@@ -403,7 +403,9 @@ class NounPhraseReader:
         """Read a phrase that leaves out its noun: "the red", "the tallest", "the two largest", "the leftmost"."""
         said = self.said
         telling = [word for word in modifiers if word in TELLING_ADJECTIVES or word in COMPARATIVES]
-        if not (telling or side or (ordinal and definite)) or not (definite or any(w in SUPERLATIVES for w in telling)):
+        joined = bool(telling) and said.word(at) in ("and", ",") and said.word(at - 1) == modifiers[-1]
+        certain = definite or any(word in SUPERLATIVES for word in telling)
+        if not (telling or side or (ordinal and definite)) or not (certain or joined):
             return None
         if said.word(at) in ("side", "corner", "edge", "end", "half", "hand", "part", "way", *SHAPE_WORDS):
             return None
@@ -424,6 +426,9 @@ class NounPhraseReader:
                 noun, known = other.mention.noun, other.mention.known
                 article = said.word(joint) in _DEFINITE
                 plural = plural or (other.mention.plural and (not article or other.mention.count is None))
+                certain = True
+        if not certain:
+            return None
         count = count or (None if plural else 1)
         mention = Mention(
             noun, tuple(modifiers), count, (count or 1) > 1, "target", known, plural, (), None,

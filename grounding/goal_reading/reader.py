@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
+from grounding.goal_reading.asides import Asides
 from grounding.goal_reading.chunks import Chunk, Chunker
 from grounding.goal_reading.compose import Composer
 from grounding.goal_reading.contradictions import contradiction
@@ -146,11 +147,14 @@ def more_than_plain(goal: Goal) -> bool:
     return isinstance(part, RelationPart) or bool(part.keys) or part.shape not in (None, *_FOUR)
 
 
+_TELLING = frozenset("opposite colour height width alternate alternating alternately".split())
 _SIGNS = frozenset("grid rows columns gap radius diameter length apart order group".split()) | {"order end", "length of"}
 
 
 def _beyond(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
     """Return whether something was certainly said that one plain structure cannot hold."""
+    if any(chunk.kind == "unknown" and chunk.value in _TELLING for chunk in chunks):
+        return True
     if any(chunk.kind in _SIGNS or chunk.metres is not None for chunk in chunks):
         return True
     for before, chunk, after in zip(chunks, chunks[1:], chunks[2:], strict=False):
@@ -187,6 +191,7 @@ def _known(phrases: Sequence[NounPhrase]) -> bool:
 def _without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> list[Chunk]:
     """Drop what only reports something: "my guests arrive at eight, so ...", if it says nothing that a goal could hold."""
     narrated = Sentences(list(said.words), nouns.forms).narrated
+    asides = Asides(said, nouns)
     kept: list[Chunk] = []
     run: list[Chunk] = []
     for chunk in [*chunks, None]:
@@ -194,7 +199,7 @@ def _without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> lis
             run.append(chunk)
             continue
         told = run and (all(all(narrated[one.first : one.end]) for one in run) or said.word(run[0].first) in _SUBJECTS)
-        kept += [] if told and _reports(run) else run
+        kept += [] if told and _reports(run) and not asides.wishes(run[0].first, run[-1].end, facts=True) else run
         run = []
         if chunk is not None:
             kept.append(chunk)

@@ -10,7 +10,7 @@ from grounding.goals.parts import RelationPart
 from grounding.parse_result import REFUSALS, Parse, Question, shortened
 
 _ASKING = re.compile(
-    r"\s*(?:(?:is|are|was|were|am|does|did|has|how|what|what's|where|where's|when|which|who|whose|why)\b(?! about\b)|do (?:the|they|we|i|you (?:see|know|think|have))\b)",
+    r"\s*(?:(?:is|are|was|were|am|does|did|has|how|what|what's|where|where's|when|which|who|whose|why)\b(?! (?:about|an?)\b)|do (?:the|they|we|i|you (?:see|know|think|have))\b)",
     re.IGNORECASE,
 )
 _STATED = re.compile(r"\b(?:is|are|was|were)\b", re.IGNORECASE)
@@ -48,7 +48,8 @@ def verdict(parse: Parse, reading: GoalReading, plain_only: bool = False) -> Ver
             return None
         return Verdict("ok")
     refused = parse.status == "refused" and not (_idle(parse) and not reading.verbs) and not _ASKING.match(parse.text)
-    if not (reading.beyond or (refused and not reading.residue)) or _asks_nothing(parse, reading):
+    goal = any(REFUSALS[reason] in parse.message for reason in ("several", "relation"))
+    if not (reading.beyond or (refused and (goal or not reading.residue))) or _asks_nothing(parse, reading):
         return None
     if reading.residue:
         listed = " and ".join(repr(words) for words in dict.fromkeys(map(shortened, reading.residue)))
@@ -57,6 +58,9 @@ def verdict(parse: Parse, reading: GoalReading, plain_only: bool = False) -> Ver
         return Verdict("ask", reading.question.text, reading.question)
     if reading.problem:
         return Verdict("refused", reading.problem)
+    if goal:
+        text = f"it is not clear what should go where in {shortened(parse.text)!r}; say each part plainly, as 'put the mug left of the bowl, then stack the cans'"
+        return Verdict("refused", text)
     return None
 
 
