@@ -186,7 +186,8 @@ class Asides:
         pronoun = words[0] in _PRONOUNS and copula < 2
         named = any(self._object(place + i) for i in range(copula + 1)) or (words[0] in ("they", "they're", "these", "those", "it", "it's") and place > 0)
         rest = words[copula + 1 :]
-        if any(word in WANTING or word in ("not", "no", "never") or word.endswith("n't") for word in words) or self.wishes(place, end, facts=True):
+        subject = words[0] in OWNERS or words[0] in _PRONOUNS or words[0] in ("all", "both") or self._object(place) or words[0] in COLOR_WORDS
+        if not subject or any(word in WANTING or word in ("not", "no", "never") or word.endswith("n't") for word in words) or self.wishes(place, end, facts=True):
             return False
         if named:
             name = any(word in ("called", "named", "from") for word in rest)

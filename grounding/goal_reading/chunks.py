@@ -331,6 +331,8 @@ class Chunker:
 
     def _aside(self, place: int, before: list[Chunk]) -> list[Chunk]:
         phrase = before[-1].value if before and before[-1].kind == "noun phrase" else None
+        if self.said.word(place) in ("was", "were") and any(one.kind == "noise" and one.said.lower().endswith(" if") for one in before):
+            return [Chunk("noise", True, place, place + 1)]  # "it would be nice if the spoon was in the bowl"
         end = self.asides.at(place, phrase is not None, phrase is not None and phrase.many)
         if end is None:
             return []
@@ -350,6 +352,8 @@ class Chunker:
             if " ".join(self.said.words[place : place + length]) in _NOISE_PHRASES:
                 return [Chunk("noise", True, place, place + length)]
         word = self.said.word(place)
+        if word == "if" and self.said.word(place + 1) not in ("you", "possible", "i", "we"):
+            return [Chunk("unknown", "if", place, place + 1)]  # a condition
         if word in NOISE or word in "'\"()":
             return [Chunk("noise", True, place, place + 1)]
         if word == LENGTH:
