@@ -11,7 +11,8 @@ import torch
 
 from agent.event_base import json_value
 from grounding.goals.description import describe_part
-from grounding.goals.parts import GoalError, StructurePart
+from grounding.goals.parts import StructurePart
+from grounding.spec import SpecError
 from structdiffusion.benchmark.goals import GoalScene
 from structdiffusion.benchmark.success import NO_ARRANGEMENT
 from structdiffusion.observation import Scene
@@ -41,7 +42,7 @@ def solve_goal_scene(
     started = time.perf_counter()
     try:
         arrangements = planner.propose(observed, scene.goal, count=candidates, generator=generator, colors=scene.colors)
-    except (LayoutError, GoalError) as error:
+    except (LayoutError, SpecError) as error:
         arrangements, problem = [], str(error)
     planned = time.perf_counter()
     best = arrangements[0] if arrangements else None
