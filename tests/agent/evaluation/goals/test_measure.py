@@ -7,7 +7,7 @@ import pytest
 
 from agent.cli.app import command_line
 from agent.evaluation.goals.config import checked_families
-from agent.evaluation.goals.solve import failed_parts, rival_verdicts, solve_goal_scene
+from agent.evaluation.goals.solve import failed_parts, judge_disturbed, rival_verdicts, solve_goal_scene
 from structdiffusion.benchmark.goal_families import FAMILIES
 from structdiffusion.benchmark.goals import draw_goal_scene
 from structdiffusion.objects.blocks import block_objects
@@ -55,6 +55,15 @@ def test_a_row_without_an_arrangement(scene):
     row, _, arrangements = solve_goal_scene(Stub(), scene, 4)
     assert row["failure"] == "no arrangement" and row["detail"] == "these objects are too large" and arrangements == []
     assert all(value in (None, False) for value in row["rivals"].values()) and rival_verdicts(scene, None) == row["rivals"]
+
+
+def test_disturbed_references_are_near_and_mostly_not_accepted(scene):
+    rows = [judge_disturbed(draw_goal_scene(block_objects(), "metric", number, seed=5)) for number in range(4)]
+    assert rows[0] == judge_disturbed(draw_goal_scene(block_objects(), "metric", 0, seed=5)) | {
+        key: rows[0][key] for key in ("seconds", "verdict")
+    }
+    assert sum(row["success"] for row in rows) <= 2
+    assert any(row["rivals"]["LGMCTS"] and not row["success"] for row in rows)
 
 
 def test_rows_are_kept_and_an_evaluation_is_resumed(tmp_path, capsys):
