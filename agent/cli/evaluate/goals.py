@@ -20,7 +20,7 @@ from agent.cli.options import (
 )
 from agent.runtime.output_ownership import claim_folder
 from agent.runtime.stdio import import_pybullet_silently
-from structdiffusion.benchmark.goal_families import FAMILIES
+from structdiffusion.benchmark.goal_names import GOAL_FAMILIES
 
 
 def goals(
@@ -30,7 +30,7 @@ def goals(
     allow_unverified: UnverifiedOption = False,
     family: Annotated[
         list[str] | None,
-        typer.Option(metavar="|".join(FAMILIES), help="Family of goals to measure. Repeatable.  [default: all]"),
+        typer.Option(metavar="|".join(GOAL_FAMILIES), help="Family of goals to measure. Repeatable.  [default: all]"),
     ] = None,
     scenes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of scenes per family.")] = 50,
     seed: SeedOption = 0,
