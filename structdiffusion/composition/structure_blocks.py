@@ -24,7 +24,7 @@ from structdiffusion.protocol.goal_keys import EDGE_AXES, Grouping
 from structdiffusion.protocol.goal_semantic import only_placed
 from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
 from structdiffusion.structures.keys import structure_keys
-from structdiffusion.structures.structure import LIFT, LayoutError
+from structdiffusion.structures.structure import LIFT, LayoutError, a_structure
 from structdiffusion.word_tokens import UnknownWordError
 
 _CLEAR = 0.015  # m between the objects of a structure and what it is laid around
@@ -272,10 +272,10 @@ class StructureBlocks:
         fits = [block for block, size in zip(blocks, sizes) if (size <= room).all()]
         if not fits:
             size = min(sizes, key=lambda one: float((one - room).max()))
-            axis = int((size - room).argmax())
+            asked = f" {part.length * 100:.4g} cm long" if part.length is not None else ""
             raise LayoutError(
-                f"a {part.shape or 'structure'} of these objects is {size[axis]:.2f} m {('deep', 'wide')[axis]}, and the table "
-                f"only {room[axis]:.2f} m"
+                f"{a_structure(part.shape or 'structure')}{asked} of these objects takes at least {size[0]:.2f} m in depth and "
+                f"{size[1]:.2f} m in width, and the table has only {room[0]:.2f} m and {room[1]:.2f} m"
             )
         return fits
 

@@ -14,7 +14,7 @@ import numpy as np
 import torch
 
 from grounding.goals.goal import Goal
-from grounding.goals.parts import StructurePart
+from grounding.goals.parts import GoalError, StructurePart
 from structdiffusion.composition.contradictions import require_consistent
 from structdiffusion.composition.items import TableState
 from structdiffusion.composition.placement import NoPlaceError, Placement, Placer, Unit
@@ -96,6 +96,8 @@ class GoalPlanner:
             LayoutError: when these objects cannot do this on this table; one sentence says why.
             GoalError: for a goal that does not fit the scene, or whose relations have no meaning.
         """
+        if not goal.parts:
+            raise GoalError("the goal has no parts: nothing is asked for")
         resolved = require_indices(goal, len(scene.objects))
         if goal.plain_spec is not None:
             asked = StructureGoal(goal.plain_spec, sentence, embedding)
