@@ -23,7 +23,7 @@ from structdiffusion.composition.items import TableState
 from structdiffusion.relations.bonds import Bond
 from structdiffusion.structures.bodies import PlacedBody
 
-_PER_BOND, _PER_PLACE, _ANYWHERE = 32, 32, 24  # candidates that are drawn for a block
+_PER_BOND, _PER_PLACE, _ANYWHERE = 20, 32, 24  # candidates that are drawn for a block
 _CLEAR = 0.01  # m of clear gap to everything that is not part of a block
 _COMFORTABLE = 0.03  # m of clear gap, from where on more is no better
 _WEIGHT_CLEAR, _WEIGHT_HIT = 0.5, 3.0  # of the clear gap, and of each thing in the way that would be set aside

@@ -89,7 +89,7 @@ class StructureBlocks:
         own = replace(self.scene.on_the_table().select(members), distractors=())
         arrangements = self.planner.propose(own, StructureGoal(part.spec), count=count, generator=generator)
         if part.shape is not None and STRUCTURES[part.shape].stacks:
-            arrangements = _tried(own, arrangements, replace(part.spec, x_position=None, y_position=None))
+            arrangements = self._tried(own, members, arrangements, part)
         blocks = []
         for arrangement in arrangements:
             motions = {}
@@ -243,13 +243,30 @@ class StructureBlocks:
             rows = np.array([motions[i] for i in members])
             rows[:, 2, 3] += [self.state.items[i].bottom for i in members]
             raised.append(Arrangement(rows, {"total": block.quality}))
-        arrangements = _tried(own, raised, replace(part.spec, x_position=None, y_position=None))
+        arrangements = self._tried(own, members, raised, part)
         result = []
         for arrangement in arrangements:
             rows = arrangement.goal_from_initial.copy()
             rows[:, 2, 3] -= [self.state.items[i].bottom for i in members]
             result.append(self._block(part, dict(zip(members, rows, strict=True)), float(arrangement.scores["total"])))
         return result
+
+    def _tried(
+        self, own: Scene, members: Sequence[int], arrangements: Sequence[Arrangement], part: StructurePart
+    ) -> list[Arrangement]:
+        """Return the stacks that stand best in physics rollouts of the first of them, best first."""
+        bodies = []
+        for index in members:
+            item = self.state.items[index]
+            pose = item.pose.copy()
+            pose[2, 3] -= item.bottom
+            bodies.append((item.model, pose))
+        spec = replace(part.spec, x_position=None, y_position=None)
+        ranked = rerank_by_physics(
+            PhysicsRollout(own, bodies), arrangements, spec, _TRIED_STACKS, enough=_ENOUGH_STACKS
+        )
+        best = max(arrangement.scores["imagined"] for arrangement in ranked)
+        return [arrangement for arrangement in ranked if arrangement.scores["imagined"] == best]
 
     def _require_suitable(self, part: StructurePart, items: Sequence[Item]) -> None:
         """Raise a `LayoutError` for too few objects, or a stack of several that nothing can stand on."""
@@ -278,10 +295,3 @@ class StructureBlocks:
                 f"{size[1]:.2f} m in width, and the table has only {room[0]:.2f} m and {room[1]:.2f} m"
             )
         return fits
-
-
-def _tried(own: Scene, arrangements: Sequence[Arrangement], spec: StructureSpec) -> list[Arrangement]:
-    """Return the stacks that stand best in physics rollouts of the first of them, best first."""
-    ranked = rerank_by_physics(PhysicsRollout(own), arrangements, spec, _TRIED_STACKS, enough=_ENOUGH_STACKS)
-    best = max(arrangement.scores["imagined"] for arrangement in ranked)
-    return [arrangement for arrangement in ranked if arrangement.scores["imagined"] == best]
