@@ -31,7 +31,7 @@ _SIZES = {
 _FILLERS = frozenset(
     "neat nice straight perfect tidy even single proper regular simple pretty good closed full complete beautiful lovely normal really "
     "very quite rather fairly clean exact standard equal solid hollow flat upright standing vertical plain round rectangular evenly spaced nicely properly"
-    " fully new parallel stable basic little equilateral symmetrical symmetric circular".split()
+    " separate different identical matching distinct fully new parallel stable basic little equilateral symmetrical symmetric circular".split()
 )
 _DIR = (
     r"(?:(?:to|toward|at|on|in|into) )?(?:the |my |your )?(?P<dir>left|right|north|south|east|west|me|us|you|robot|arm|front|back|rear|far side|far edge|near side|near edge|"
@@ -45,7 +45,7 @@ _HEADINGS = {
 }  # fmt: skip
 _FACING = re.compile(
     r"(?:(?:so that|so|and|with|which|that|it|they|is|are|have|having|make|has|,) )*"
-    r"(?:(?:the|its|their|a|one) (?:opening|gap|open side|open end|mouth|tip|point|apex|corner|top|front|ends|entrance|open part|bulge|hollow side|vertex|hollow) )?"
+    r"(?:(?:(?:the|its|their|a|one) )?(?:opening|gap|open side|open end|mouth|tip|point|apex|corner|top|front|ends|entrance|open part|bulge|hollow side|vertex|hollow) )?"
     rf"(?:(?:is|are) )?(?:facing|faces|face|pointing|points|point|looking|looks|oriented|turned|opening|opens|open|aimed|directed|to|toward|on|at) {_DIR}(?! of)"
 )
 _FACING_WORDS = re.compile(r"\b(?:fac(?:ing|es?)|point(?:ing|s)?|look(?:ing|s)|oriented|turned|open(?:ing|s)?|aimed|directed|gap|tip|apex|mouth|entrance|vertex|corner|ends|bulge|hollow)\b")
@@ -60,7 +60,7 @@ _EXCEPT = re.compile(
 )
 _JOINTS: Mapping[str, str] = {
     ",": "comma", "and": "and", "&": "and", "plus": "and", "+": "and", ".": "stop", "!": "stop", "?": "stop", ";": "stop",
-    ":": "comma", "(": "comma", ")": "comma", "then": "then", "while": "and", "whereas": "and", "or": "or", "afterward": "then",
+    ":": "comma", "=": "comma", "/": "comma", "->": "comma", ">": "comma", "(": "comma", ")": "comma", "then": "then", "while": "and", "whereas": "and", "or": "or", "afterward": "then",
     "afterwards": "then", "next": "then", "finally": "then", "but": "comma", "\n": "stop", "lastly": "then",
 }  # fmt: skip
 _THEN = re.compile(
@@ -233,6 +233,8 @@ class Chunker:
         if noun is None:
             return []
         shape, end = noun
+        if count > 1 and said.word(end - 1) in ("rows", "columns"):
+            return []
         if linked and linked[0].group() == "of" and not (before and before[-1].kind in ("noise", "shape")):
             return []
         if not (linked or determiner or adjectives) and not self._bare(place, end, before):
@@ -296,7 +298,7 @@ class Chunker:
             if place + length > len(said.words):
                 continue
             phrase = " ".join(said.words[place : place + length])
-            if (kind := VERB_PHRASES.get(phrase)) is not None:
+            if place + length <= len(said.words) and (kind := VERB_PHRASES.get(phrase)) is not None:
                 return [Chunk("noise" if kind == "noise" else "verb", kind, place, place + length)]
         word = said.word(place)
         stem = word
@@ -311,6 +313,8 @@ class Chunker:
             particle = said.word(place + 1) in ("up", "out", "down", "over", "around", "together") and VERBS[stem] not in ("cluster",)
             end = place + 1 + (particle and said.word(place + 1) in ("up", "out", "down") and said.word(place + 2) != "of")
             kind = VERBS[stem]
+            if kind == "surround" and word in ("circle", "ring") and self.phrases.at(end) is None:
+                return []
             if stem != word and kind in ("place", "make", "take"):
                 return [Chunk("noise", kind, place, place + 1)] if before else []
             return [Chunk("verb", kind, place, end)]
