@@ -55,7 +55,7 @@ _POLITE = tuple(
         r"|just so you know|fyi|btw|as far as i'm concerned|in my opinion|imo|imho|i(?:'d)? (?:guess|suppose|reckon|believe|imagine|daresay|bet|say|figure)|or so i think|you might say"
         r"|let me (?:think|see)(?: about (?:it|that|this))?|let's see|now let's see|what the heck|oh well|never fear|with all due respect|with respect|no offense|no offence"
         r"|while you(?:'re| are) at it|while we(?:'re| are) at it|when all is said and done|all in all|in short|long story short|in other words|for a change|for once|for good measure|for fun"
-        r"|for the time being|for example|at your (?:leisure|convenience|earliest convenience)|any ?time|no hurry|no pressure|whenever you like|don't worry(?: about it)?|not to worry|no worries"
+        r"|for the time being|for example|at your (?:leisure|convenience|earliest convenience)|any ?time|no hurry|no pressure|whenever you like|don't worry(?: about it| if it takes (?:a while|some time|long|time|a bit|ages))?|not to worry|no worries"
         r"|my goodness|my word|my god|oh my god|oh my|good lord|good grief|good heavens|for (?:god's|heaven's|goodness|goodness'|pete's) sake|i beg you|i'm begging you|pretty please"
         r"|if i may(?: say so)?|if (?:i )?(?:may|might)|as i said|like i said|i(?:'d| would) (?:rather|sooner|much rather) (?:have|like|see)|rather have|kindly to|here we go|there we go|here goes|chop chop"
         r"|your mission(?: today)? is(?: simple)?|your task(?: today)?(?: is)?|so here's the (?:thing|deal|plan)|here's the (?:thing|deal|plan)|the plan is(?: this)?|this is what i(?:'d)? (?:want|need|like)|happy \w+|merry christmas)",
@@ -63,9 +63,9 @@ _POLITE = tuple(
         r"(?:much obliged|all the best|best regards|kind regards|regards|yours truly|ta very much|that will be all|that would be all|over and out)",
     )
 )  # fmt: skip
-_THANKS = re.compile(r"(?:many |much |a thousand |huge )?(?:thanks|thank you|thx|thank u|ty|merci|gracias|danke|grazie|cheers)")
+_THANKS = re.compile(r"(?:many |much |a thousand |huge )?(?:thanks|thank you|thx|thank u|ty|merci|gracias|danke|grazie|cheers)(?: a (?:lot|bunch|million|ton|heap))?")
 _TAG = re.compile(r"(?:would|will|could|can|won't|shall|can't|couldn't) (?:you|we)(?: please)?|(?:ok|okay|right|yeah|yes|eh|huh|alright|deal|got it|got that|understood|you know|if you please)")
-_CONDITION = re.compile(r"(?:if|when|whenever|as soon as|once) (?:you(?:'re|'ve| are| have| can| could| would| will| get| find| feel| don't| may| want to help| please| do me| happen| know| manage)|it(?:'s| is| isn't|'s not| is not| pleases) (?:not |no |n't )?(?:too |to |at all |a |any |much |ok|okay|all right|alright|possible|you)|that(?:'s| is) (?:ok|okay|all right|alright|possible|fine))(?= |$)")
+_CONDITION = re.compile(r"(?:if|when|whenever|as soon as|once) (?:you(?:'re|'ve| are| have| can| could| would| will| get| find| feel| don't| may| want to help| please| do me| happen| know| manage)|it(?:'s| is| isn't|'s not| is not| pleases) (?:not |no |n't )?(?:too|to|at all|a|any|much|ok|okay|all right|alright|possible|you)|that(?:'s| is) (?:ok|okay|all right|alright|possible|fine))(?= |$)")
 _REASON = frozenset("because cause cuz coz since as seeing given considering due owing thanks whereas although though".split())
 _GIVEN = re.compile(
     r"(?:(?:i|we|he|she|you|my \w+|our \w+|his \w+|her \w+|somebody|someone)(?: (?:have|has|had|just|once|always|never|really|'ve))* "
@@ -186,7 +186,8 @@ class Asides:
         pronoun = words[0] in _PRONOUNS and copula < 2
         named = any(self._object(place + i) for i in range(copula + 1)) or (words[0] in ("they", "they're", "these", "those", "it", "it's") and place > 0)
         rest = words[copula + 1 :]
-        if any(word in WANTING or word in ("not", "no", "never") or word.endswith("n't") for word in words) or self.wishes(place, end, facts=True):
+        subject = words[0] in OWNERS or words[0] in _PRONOUNS or words[0] in ("all", "both") or self._object(place) or words[0] in COLOR_WORDS
+        if not subject or any(word in WANTING or word in ("not", "no", "never") or word.endswith("n't") for word in words) or self.wishes(place, end, facts=True):
             return False
         if named:
             name = any(word in ("called", "named", "from") for word in rest)

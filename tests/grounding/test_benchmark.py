@@ -26,7 +26,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart, StructurePart
 from grounding.parse_result import Parse, refusal
 from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
-from prompts import load_prompt, prompt_examples, prompt_names
+from prompts import load_prompt, prompt_lines, prompt_names
 
 OPEN = {slot: (None,) for slot in SLOTS}
 
@@ -74,7 +74,7 @@ def test_training_text_never_contains_a_sentence_of_the_benchmark():
     drawn = {_plain(paraphrase(rng).text) for _ in range(20_000)}
     assert not drawn & held_out
     assert not {_plain(text) for text, _ in all_sentences()} & held_out
-    shown = {_plain(text) for name in prompt_names() for text, _ in prompt_examples(load_prompt(name))}
+    shown = {_plain(text) for name in prompt_names() for text, _ in prompt_lines(load_prompt(name))}
     assert shown and not shown & held_out
 
 

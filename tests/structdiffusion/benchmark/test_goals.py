@@ -7,6 +7,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart, StructurePart
 from structdiffusion.benchmark.goal_families import FAMILIES, NEW_SHAPES, draw_goal, measure
 from structdiffusion.benchmark.goal_references import NoReferenceError, ReferenceSearch
+from structdiffusion.benchmark.goal_names import GOAL_FAMILIES
 from structdiffusion.benchmark.goals import draw_goal_scene
 from structdiffusion.data.scene_sampling import SceneError
 from structdiffusion.geometry import pose_from_xyz_yaw
@@ -109,6 +110,7 @@ def test_rivals_judge_the_final_poses(blocks):
 
 
 def test_blocks_have_forms_in_every_colour(blocks):
+    assert tuple(FAMILIES) == GOAL_FAMILIES
     assert len({model.name for model in blocks}) == len(blocks) == 10 * len(BLOCK_COLORS)
     assert {model.category for model in blocks} == {"block", "cylinder"}
     assert all(model.flat_bottom and model.stackable and model.source == "blocks" for model in blocks)
