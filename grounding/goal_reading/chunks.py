@@ -354,6 +354,10 @@ class Chunker:
             if " ".join(self.said.words[place : place + length]) in _NOISE_PHRASES:
                 return [Chunk("noise", True, place, place + length)]
         word = self.said.word(place)
+        if word.isdecimal() and self.said.word(place + 1) in (".", ")", ":") and self.said.word(place - 1) in ("", ".", ",", ";", "and", "("):
+            return [Chunk("stop", True, place, place + 2)]  # "1. stack the cans 2. ..."
+        if len(word) > 4 and word.endswith("ly") and word not in _MANNERS_THAT_MATTER:
+            return [Chunk("noise", True, place, place + 1)]  # how it is done: "swiftly"
         if word == "if" and self.said.word(place + 1) not in ("you", "possible", "i", "we"):
             return [Chunk("unknown", "if", place, place + 1)]  # a condition
         if word in NOISE or word in "'\"()":
@@ -391,6 +395,12 @@ def _ordering(before: list[Chunk]) -> bool:
     )
 
 
+# Adverbs that say how objects lie, and not how the arm should work.
+_MANNERS_THAT_MATTER = frozenset(
+    "alternately alternatingly diagonally vertically horizontally alphabetically randomly circularly separately perpendicularly obliquely upwardly "
+    "widely closely tightly loosely randomly chronologically symmetrically radially individually repeatedly doubly only daily family jelly ugly "
+    "sparsely densely crosswisely spirally partly halfly internally externally outwardly inwardly".split()
+)
 _NOISE_PHRASES = frozenset(NOISE_PHRASES)
 
 
