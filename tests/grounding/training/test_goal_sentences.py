@@ -1,7 +1,10 @@
 """The sentences from which the local language model learns goals: every line is legal and says what its text says."""
 
+from importlib import resources
+
 import numpy as np
 
+from grounding.goal_benchmark.rows import load_goal_rows
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RELATIONS
 from grounding.llm_goals.lines import NO_GOAL, Said, parts_of
@@ -56,3 +59,11 @@ def test_all_shapes_and_relations_are_taught():
     for relation in RELATIONS:
         word = {"in": "inside", "moved": "move of", "swapped": "swap of"}.get(relation, relation)
         assert word in lines
+
+
+def test_no_development_sentence_is_taught():
+    taught = {" ".join(sentence.text.strip(".! ").split()) for sentence in drawn(3000)}
+    with resources.as_file(resources.files("grounding") / "benchmark_data" / "goals_development_llm.jsonl") as path:
+        rows = load_goal_rows(path)
+    assert len(rows) >= 60
+    assert not taught & {" ".join(row.text.lower().strip(".! ").split()) for row in rows}
