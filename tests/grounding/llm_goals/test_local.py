@@ -6,7 +6,7 @@ import torch
 from grounding.goal_reading.reader import GoalReader
 from grounding.goals.goal import Goal
 from grounding.llm_goals.lines import NO_GOAL, Said, parts_of
-from grounding.llm_goals.local import GOAL_ADAPTER, LocalGoals, LocalGoalWriter, said_counts, said_lengths
+from grounding.llm_goals.local import GOAL_ADAPTER, RETRIES, LocalGoals, LocalGoalWriter, said_counts, said_lengths
 from grounding.llm_goals.reader import LLMGoalReader
 from grounding.parsers.llm_local import INSTRUCTION
 from grounding.parsers.llm_reply import LLMError
@@ -53,6 +53,19 @@ def test_an_answer_does_not_depend_on_what_was_asked_before(goals):
     written(goals, "stack the cans")
     again = written(goals, "put the mug behind the plate")
     assert first == again
+
+
+def test_other_lines_differ_in_one_of_the_least_certain_decisions(goals):
+    said = Said.of("put the mug behind the plate and the fork left of it")
+    first, *others = goals.lines(said)
+    assert first == goals.write(said) and 1 <= len(others) <= RETRIES
+    for other in others:
+        assert other.line != first.line
+        assert other.parts is None or isinstance(other.parts, (list, str))
+    least = min(decision.share for decision in first.decisions if decision.second is not None)
+    at = [decision.share for decision in first.decisions].index(least)
+    forced = [decision.token for decision in first.decisions[:at]]
+    assert [d.token for d in others[0].decisions[: at + 1]] == [*forced, first.decisions[at].second]
 
 
 def test_scores_token_by_token_are_those_of_the_whole_text(goals):
