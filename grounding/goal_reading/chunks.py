@@ -153,7 +153,9 @@ class Chunker:
         for kind, pattern, value in PATTERNS:
             if match := self.said.match(pattern, place):
                 says = value(match[0]) if value is not None else True
-                if says is not None and not (kind == "order end" and not _ordering(before)):
+                if kind == "rows" and says == 1:  # "in one row" is a line
+                    found.append(Chunk("shape", Shape("line", linked=True), place, match[1]))
+                elif says is not None and not (kind == "order end" and not _ordering(before)):
                     found.append(Chunk(kind, says, place, match[1]))
         return found
 
@@ -278,7 +280,7 @@ class Chunker:
         """Return whether a noun of a shape without an article is one: "circle of cups", "in row", "triangle, please"."""
         word, following = self.said.word(place), self.said.word(end)
         last = next((chunk for chunk in reversed(before) if chunk.kind != "noise"), None)
-        if last is not None and last.kind == "noun phrase" and VERBS.get(word) is None:
+        if last is not None and last.kind == "noun phrase" and (VERBS.get(word) is None or self.phrases.at(end) is None):
             return True
         opening = last is None or last.kind in ("and", "comma", "stop", "then", "verb", "correction", "not", "shape", "size")
         if word in VERBS and last is not None and last.kind not in ("verb", "correction"):

@@ -13,9 +13,16 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, Part, PartReference, RelationPart, StructurePart
 from grounding.parse_result import OBJECT, Question, shortened
 
-_ASK_CORNER = "corner"
-_CORNERS = ("front left", "front right", "back left", "back right")
+# How many objects a shape needs (evaluation protocol).
+_LEAST = {
+    "circle": 3, "line": 2, "tower": 2, "cluster": 2, "rectangle": 4, "square": 4, "triangle": 3, "arc": 3, "grid": 4, "cross": 5,
+    "pyramid": 3,
+}  # fmt: skip
 _OPPOSITES = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
+
+
+class ImpossibleError(ReadingError):
+    """A structure that these objects cannot form."""
 
 
 @dataclass
@@ -85,7 +92,20 @@ class Composer:
         objects = part.objects
         if objects is None and self.left_out and self.find.count is not None:
             objects = tuple(i for i in range(self.find.count) if i not in self.left_out and i not in self._named_elsewhere(part))
+        self._enough(values, objects)
         return StructurePart(**values, objects=objects)
+
+    def _enough(self, values: dict[str, Any], objects: Any) -> None:
+        """Refuse a shape that needs more objects than it gets, and a grid that they cannot fill."""
+        if self.find.count is None or self.find.catalogue or objects is None and self.find.count == 0:
+            return
+        count = len(objects) if objects is not None else self.find.count
+        shape, rows, columns = values.get("shape"), values.get("rows"), values.get("columns")
+        least = _LEAST.get(shape or "", 1)
+        if count < least:
+            raise ImpossibleError(f"a {shape} needs {least} objects or more, and {shortened(self.text)!r} has {count} for it")
+        if rows and columns and objects is not None and not (rows - 1) * columns < count <= rows * columns:
+            raise ImpossibleError(f"{rows} rows of {columns} need {rows * columns} objects, and {shortened(self.text)!r} has {count} for them")
 
     def _named_elsewhere(self, part: Composed) -> set[Any]:
         named: set[Any] = set()
@@ -173,12 +193,15 @@ class Composer:
         if verbs and many and frame.predicates and not frame.has("shape", "verb shape", "relation", "grid", "order") and frame.sentence == before.sentence:
             frame.predicates.insert(0, verbs[0])  # "stack the red ones on the left and the blue ones on the right"
             frame.verb, frame.verb_said = before.verb, before.verb_said
+        last = [each for each in before.get("relation") if each.value in _OPPOSITES and each.reference]
+        for number, each in enumerate(frame.predicates):
+            if each.kind == "relation it" and last and _OPPOSITES[last[-1].value] == each.value:  # "... and the knife to its right"
+                frame.predicates[number] = replace(each, reference=last[-1].reference)
         spots = frame.get("place")
         if len(frame.predicates) == 1 and spots and frame.sentence == before.sentence:
             x, y = spots[0].value.x_position, spots[0].value.y_position
             wanted = {"left": "left of", "right": "right of"}.get(x or "") if y is None else {"top": "behind", "bottom": "in front of"}.get(y) if x is None else None
-            last = [each for each in before.get("relation") if each.value in _OPPOSITES]
-            if wanted and last and _OPPOSITES[last[-1].value] == wanted and last[-1].reference:
+            if wanted and last and _OPPOSITES[last[-1].value] == wanted:
                 frame.predicates = [replace(spots[0], kind="relation", value=wanted, reference=last[-1].reference)]
         return False
 

@@ -429,6 +429,8 @@ class Framer:
             chunk = replace(chunk, kind="shape", value=Shape(shapes[-1]))
         if chunk.kind == "rows" and chunk.value > 1 and not frame.objects and self._copies is None and self._lists(end):
             chunk = replace(chunk, kind="shape", value=Shape("line", count=chunk.value))
+        if chunk.kind == "shape" and chunk.value.count > 1 and chunk.value.count == len(frame.objects):
+            return self._one_for_each(at)
         if chunk.kind == "shape" and chunk.value.count > 1 and not frame.objects and self._copies is None:
             self._copies = (chunk, chunk.value.count)
             self._extend(chunk)
@@ -448,6 +450,18 @@ class Framer:
         self._frame.end = self.chunks[end - 1].end
         self._frame.predicates.append(made)
         return end
+
+    def _one_for_each(self, at: int) -> int:
+        """Read "put the cups and the cans in two clusters": one for each noun phrase."""
+        chunk, phrases, verb = self.chunks[at], self._frame.objects, self._frame.verb
+        for number, phrase in enumerate(phrases):
+            self._frame.objects = [phrase]
+            self._extend(chunk)
+            self._frame.verb = self._frame.verb or verb
+            self._frame.predicates.append(Predicate("shape", replace(chunk.value, count=1), chunk.said, chunk.first, chunk.end))
+            if number + 1 < len(phrases):
+                self._close()
+        return at + 1
 
     def _lists(self, at: int) -> bool:
         """Return whether objects are listed from here on: "two rows: the cans and the cups"."""

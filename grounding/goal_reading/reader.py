@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from grounding.goal_reading.asides import Asides
 from grounding.goal_reading.chunks import Chunk, Chunker
-from grounding.goal_reading.compose import Composer
+from grounding.goal_reading.compose import Composer, ImpossibleError
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
 from grounding.goal_reading.frames import PREDICATES, Frame, Framer
@@ -118,6 +118,8 @@ class GoalReader:
             problem = contradiction(goal)
         except ReadingQuestion as doubt:
             return GoalReading(question=doubt.question, residue=tuple(residue), beyond=beyond, verbs=verbs)
+        except ImpossibleError as error:
+            return GoalReading(problem=str(error), residue=tuple(residue), beyond=True, verbs=verbs)
         except (ReadingError, SpecError, SelectionError) as error:
             return GoalReading(problem=_sentence(text, error), residue=tuple(residue), beyond=beyond, verbs=verbs)
         residue += composer.unread
@@ -159,8 +161,12 @@ def _beyond(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
         return True
     for before, chunk, after in zip(chunks, chunks[1:], chunks[2:], strict=False):
         # "... and wash the dishes": an act that is not known, with its object.
-        if chunk.kind == "unknown" and before.kind in ("and", "then") and after.kind == "noun phrase" and after.value.kind == "objects":
+        if chunk.kind == "unknown" and before.kind in ("and", "then") and after.kind == "noun phrase" and _known([after.value]):
             return True
+    if sum(bool(frame.objects) for frame in frames) > 1 and any(
+        each.kind == "relation" and each.reference and each.reference[0].kind == "pronoun" for frame in frames for each in frame.predicates
+    ):
+        return True
     for frame in frames:
         shapes = [each.value.name for each in frame.get("shape")]
         if frame.verb in ("swap", "surround") and frame.objects or set(shapes) - set(_FOUR):
