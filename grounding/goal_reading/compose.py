@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from grounding.goal_reading.frames import Frame, Predicate
-from grounding.goal_reading.noun_phrases import NounPhrase
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.structure_keys import StructureKeys
 from grounding.goals.goal import Goal

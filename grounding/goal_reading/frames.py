@@ -12,7 +12,7 @@ from typing import Any
 
 from grounding.goal_reading.chunks import Chunk, Shape
 from grounding.goal_reading.goal_words import SHAPES_OF_VERB
-from grounding.goal_reading.noun_phrases import NounPhrase
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.places import Place
 
 # Chunks that say something of objects.

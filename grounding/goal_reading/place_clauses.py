@@ -5,13 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.tokens import Words
 from grounding.references.attributes import COLOR_WORDS, MEASURES, SUPERLATIVES
-
-if TYPE_CHECKING:
-    from grounding.goal_reading.noun_phrases import NounPhrase
 
 _LINK = re.compile(
     r"(?:,? ?(?:that's|who's|which's)|,? ?(?:that|which|who) (?:is|are|stands?|sits?|lies|lie|was|were|happens to be|rests?))"

@@ -13,7 +13,7 @@ from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
 from grounding.goal_reading.frames import PREDICATES, Frame, Framer
 from grounding.goal_reading.measures import lengths_of
-from grounding.goal_reading.noun_phrases import NounPhrase
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.spelling import corrected
 from grounding.goal_reading.tokens import Words, joined, split, with_lengths

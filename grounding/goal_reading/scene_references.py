@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from grounding.goal_reading.noun_phrases import NounPhrase
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.parse_result import OBJECT, Question
 from grounding.references.attributes import SUPERLATIVES, SceneObject
 from grounding.references.candidates import Candidates, SelectionError

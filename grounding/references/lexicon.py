@@ -129,7 +129,7 @@ OTHER_WORDS: Mapping[str, tuple[str, ...]] = {
     "pebble": ("stone", "rock"),
     "canister": ("can", "jar"),
     "basin": ("bowl",),
-    "mug": ("cup", "beaker"), "teaspoon": ("spoon",), "tablespoon": ("spoon",), "pen": ("biro", "marker"), "sharpie": ("marker",),
+    "teaspoon": ("spoon",), "tablespoon": ("spoon",), "pen": ("biro", "marker"), "sharpie": ("marker",),
     "highlighter": ("marker",), "sellotape": ("tape",), "shears": ("scissors",), "vise": ("clamp",), "vice": ("clamp",),
     "mallet": ("hammer",), "duckling": ("duck",), "ducky": ("duck",), "duckie": ("duck",), "sphere": ("ball",), "orb": ("ball",),
     "tinny": ("can",), "carton": ("box",), "racecar": ("car",),
