@@ -60,7 +60,7 @@ def _identity(act: Act, known: Knowledge) -> str:
 
 def _abilities(act: Act, known: Knowledge) -> str:
     return (
-        f"I arrange the objects on the table into one structure: a {', a '.join(SHAPES[:-1])} or a {SHAPES[-1]}, of a "
+        f"I arrange the objects on the table into one structure: {_with_articles(SHAPES)}, of a "
         "size, at a place and facing a way that you can name. Afterwards “bigger”, “now a line” or “the other side” "
         "change it, and “undo” takes it back. You can ask what is on the table, where something is, and why I chose an "
         f"arrangement. /help lists the commands. {next_step(known)}"
