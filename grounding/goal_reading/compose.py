@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from grounding.goal_reading.frames import Frame, Predicate
-from grounding.goal_reading.noun_phrases import NounPhrase
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.structure_keys import StructureKeys
 from grounding.goals.goal import Goal
@@ -104,6 +104,9 @@ class Composer:
     # One frame
 
     def _frame(self, frame: Frame) -> None:
+        if frame.verb == "mention":
+            self._mention(frame)
+            return
         if frame.stays or frame.verb == "leave":
             self._leave(frame)
             return
@@ -120,6 +123,16 @@ class Composer:
         else:
             self._placed(frame)
         self._previous = frame
+
+    def _mention(self, frame: Frame) -> None:
+        """Keep what only a comment names, for the "it" after it: "my sister gave me this bowl; put the banana in it"."""
+        for phrase in frame.objects:
+            try:
+                objects = self.find.find(phrase)
+            except ReadingError:
+                continue
+            self.known.mentioned.append((objects, phrase.many))
+            self.known.last, self.known.structure = objects, None
 
     def _leave(self, frame: Frame) -> None:
         for phrase in frame.objects:
@@ -433,6 +446,8 @@ class Composer:
             if not rest:
                 raise ReadingError(f"nothing is left for {phrase.text!r} in {shortened(self.text)!r}")
             return rest
+        if phrase.left is not None and (others := self.find.rest(phrase, {one for part in self.parts for one in (*(part.objects or ()), *_tuple(part.relation))} | left_out)):
+            return others
         if not left_out:
             return None
         if self.find.count is None:

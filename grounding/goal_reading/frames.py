@@ -12,7 +12,7 @@ from typing import Any
 
 from grounding.goal_reading.chunks import Chunk, Shape
 from grounding.goal_reading.goal_words import SHAPES_OF_VERB
-from grounding.goal_reading.noun_phrases import NounPhrase
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.places import Place
 
 # Chunks that say something of objects.
@@ -159,6 +159,10 @@ class Framer:
             return at + 1
         if kind == "verb":
             return self._verb(at)
+        if kind == "mentioned":
+            self._close()
+            self.frames.append(Frame(verb="mention", objects=list(chunk.value), sentence=self._sentence))
+            return at + 1
         if kind == "negated":
             self._start(chunk)
             self._frame.negated = True
@@ -317,6 +321,8 @@ class Framer:
             # "next to the bowl and the spoon behind it": what comes next is said of other objects.
             if reference and self._opens_frame(after):
                 break
+            if self._frame.has("shape") and after < len(chunks) and chunks[after].kind == "shape" and not reference:
+                break
             phrase, at = self._modified(joint, reference)
             phrases.append(phrase)
             self._frame.listed = self._frame.listed or listed
@@ -397,6 +403,8 @@ class Framer:
         return end
 
     def _predicate(self, at: int) -> int:
+        if self._frame.stays:
+            self._close()
         chunk, frame = self.chunks[at], self._frame
         reference: list[NounPhrase] = []
         end = at + 1

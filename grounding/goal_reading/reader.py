@@ -6,13 +6,14 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
+from grounding.goal_reading.asides import Asides
 from grounding.goal_reading.chunks import Chunk, Chunker
 from grounding.goal_reading.compose import Composer
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
 from grounding.goal_reading.frames import PREDICATES, Frame, Framer
 from grounding.goal_reading.measures import lengths_of
-from grounding.goal_reading.noun_phrases import NounPhrase
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.spelling import corrected
 from grounding.goal_reading.tokens import Words, joined, split, with_lengths
@@ -167,6 +168,9 @@ def _beyond(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
         if frame.objects and any(each.kind == "relation" and _known(each.reference) for each in frame.predicates):
             return True
     told = [frame for frame in frames if frame.predicates and _known(frame.objects) and not frame.negated]
+    rest = any(phrase.kind == "rest" for frame in frames if frame.has("shape", "verb shape") for phrase in frame.objects)
+    if rest and any(frame.has("shape", "verb shape", "place") for frame in told):
+        return True
     shapes = {each.value.name for frame in told for each in (*frame.get("shape"), *frame.get("verb shape"))}
     nouns = {phrase.mention.noun for frame in told for phrase in frame.objects if phrase.mention is not None}
     return len(told) > 1 and len(nouns) > 1 and (len(shapes) > 1 or len({each.value for frame in told for each in frame.get("place")}) > 1)
@@ -190,6 +194,7 @@ def _known(phrases: Sequence[NounPhrase]) -> bool:
 def _without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> list[Chunk]:
     """Drop what only reports something: "my guests arrive at eight, so ...", if it says nothing that a goal could hold."""
     narrated = Sentences(list(said.words), nouns.forms).narrated
+    asides = Asides(said, nouns)
     kept: list[Chunk] = []
     run: list[Chunk] = []
     for chunk in [*chunks, None]:
@@ -197,7 +202,8 @@ def _without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> lis
             run.append(chunk)
             continue
         told = run and (all(all(narrated[one.first : one.end]) for one in run) or said.word(run[0].first) in _SUBJECTS)
-        kept += [] if told and _reports(run) else run
+        told = told and said.word(run[0].first) not in _CONDITIONS
+        kept += [] if told and _reports(run) and not asides.wishes(run[0].first, run[-1].end, facts=True) else run
         run = []
         if chunk is not None:
             kept.append(chunk)
@@ -223,6 +229,7 @@ def _reports(run: Sequence[Chunk]) -> bool:
 
 
 _PAST = frozenset("came bought lost broke fell saw said got gave told cried brought belonged went won stood was were had wasn't weren't".split())
+_CONDITIONS = frozenset("if when whenever once unless until provided".split())  # what depends on them is not passed over
 _SUBJECTS = frozenset(
     "i we my our he she they it it's i'm i've we're we've this that there there's today tonight yesterday tomorrow because since as when if the "
     "his her their everyone someone guests people nobody mum mom dad grandma what".split()

@@ -10,7 +10,7 @@ from grounding.goals.parts import RelationPart
 from grounding.parse_result import REFUSALS, Parse, Question, shortened
 
 _ASKING = re.compile(
-    r"\s*(?:(?:is|are|was|were|am|does|did|has|how|what|what's|where|where's|when|which|who|whose|why)\b(?! about\b)|do (?:the|they|we|i|you (?:see|know|think|have))\b)",
+    r"\s*(?:(?:is|are|was|were|am|does|did|has|how|what|what's|where|where's|when|which|who|whose|why)\b(?! (?:about|an?)\b)|do (?:the|they|we|i|you (?:see|know|think|have))\b)",
     re.IGNORECASE,
 )
 _STATED = re.compile(r"\b(?:is|are|was|were)\b", re.IGNORECASE)
