@@ -17,9 +17,10 @@ from typing import Any
 
 from grounding.corpus.grammar import all_sentences, split_of
 from grounding.parse_result import Parse
-from grounding.spec import LEGAL_VALUES, SLOTS
+from grounding.spec import FIRST_SHAPES, LEGAL_VALUES, SHAPES, SLOTS
 
 CALIBRATION_BINS = 10
+_LATER_SHAPES = SHAPES[len(FIRST_SHAPES) :]
 # Bytes of a file of rows: a row has 250.
 MOST_BYTES = 50_000_000
 
@@ -215,7 +216,11 @@ def _confusion(
     slot: str, read: Iterable[tuple[Row, Parse, Mapping[str, str | None]]]
 ) -> dict[str, dict[str, int]]:
     """Count truth -> answer; where several values are right, the answer counts as the truth if it is one of them."""
-    values = (*LEGAL_VALUES[slot], "open")
+    read = list(read)
+    present = {value for row, _, spec in read for value in (spec[slot], *row.acceptable[slot])}
+    # The first shapes always have their places; later ones only where they are asked for or answered.
+    shown = (value for value in LEGAL_VALUES[slot] if value not in _LATER_SHAPES or value in present)
+    values = (*shown, "open")
     table = {truth: dict.fromkeys(values, 0) for truth in values}
     for row, _, spec in read:
         answer = spec[slot]

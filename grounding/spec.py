@@ -13,6 +13,8 @@ from typing import Any
 from grounding.structure_words import STRUCTURES
 
 SHAPES = tuple(STRUCTURES)
+# The shapes of the paper: those that the training language and the first networks have, and what an open shape becomes.
+FIRST_SHAPES = SHAPES[:4]
 SIZES = ("small", "medium", "large")
 X_POSITIONS = ("left", "center", "right")
 Y_POSITIONS = ("top", "middle", "bottom")
@@ -26,6 +28,8 @@ LEGAL_VALUES: Mapping[str, tuple[str, ...]] = {
     "y_position": Y_POSITIONS,
     "rotation": ROTATIONS,
 }
+# The values that the training language speaks of.
+FIRST_VALUES: Mapping[str, tuple[str, ...]] = {**LEGAL_VALUES, "shape": FIRST_SHAPES}
 # Which slots a shape can carry. Without a shape every slot is open: the builder chooses a shape
 # that can carry them all.
 SLOTS_OF_SHAPE: Mapping[str | None, tuple[str, ...]] = {

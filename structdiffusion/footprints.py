@@ -99,18 +99,28 @@ def tightest_ring_radius(outlines: Sequence[np.ndarray], directions: np.ndarray)
         outlines: N outlines (K, 2), already turned as they will stand.
         directions: (N, 2) unit vectors from the ring's centre.
     """
+    return tightest_scale(outlines, directions)
+
+
+def tightest_scale(outlines: Sequence[np.ndarray], places: np.ndarray) -> float:
+    """Return the smallest factor of all places at which the outlines on them clear each other by 1 cm.
+
+    Args:
+        outlines: N outlines (K, 2), about their own origins, already turned as they will stand.
+        places: (N, 2) of the origins, about any centre.
+    """
     reach = [float(np.linalg.norm(outline, axis=1).max()) for outline in outlines]
     pairs = []
     for i in range(len(outlines)):
         for j in range(i + 1, len(outlines)):
-            chord = directions[j] - directions[i]
+            chord = places[j] - places[i]
             pairs.append((float(np.linalg.norm(chord)), i, j, chord))
-    radius = 0.0
+    scale = 0.0
     for length, i, j, chord in sorted(pairs, key=lambda pair: pair[0]):
         # Neighbours decide; a pair far apart is skipped when even its reaches ask for no more than is given.
-        if length > 1e-6 and (reach[i] + reach[j] + CLEARANCE) / length > radius:
-            radius = max(radius, separation_along(outlines[i], outlines[j], chord / length) / length)
-    return radius
+        if length > 1e-6 and (reach[i] + reach[j] + CLEARANCE) / length > scale:
+            scale = max(scale, separation_along(outlines[i], outlines[j], chord / length) / length)
+    return scale
 
 
 def centre_range(outlines: Sequence[np.ndarray], centre: np.ndarray, table: Table) -> np.ndarray:

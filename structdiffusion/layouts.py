@@ -18,9 +18,9 @@ from structdiffusion.evaluation_protocol import X_POSITION_THIRDS, Y_POSITION_TH
 from structdiffusion.footprints import centre_range, turned
 from structdiffusion.geometry import HEADING_OF_ROTATION, pose_from_xyz_yaw, wrap_angle
 from structdiffusion.observation import Table
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
 from structdiffusion.structures.bodies import LayoutItem
-from structdiffusion.structures.structure import LIFT, LayoutError
+from structdiffusion.structures.structure import LIFT, Draft, LayoutError, a_structure
 
 # Where inside a third of the centre's range: away from its limits by this share of the third.
 _THIRD_MARGIN = 0.15
@@ -57,9 +57,7 @@ def lay_out(items: Sequence[LayoutItem], spec: StructureSpec, table: Table, rng:
     if spec.shape is None:
         return _lay_out_any_shape(items, spec, table, rng)
     heading = HEADING_OF_ROTATION[spec.rotation] if spec.rotation else rng.uniform(-math.pi, math.pi)
-    draft = STRUCTURES[spec.shape].draft(items, spec, heading, rng)
-    outlines = [turned(items[i].footprint, turn) + at for i, turn, at in zip(draft.order, draft.turns, draft.offsets)]
-    centre = _place_centre(outlines, spec, table, rng)
+    draft, centre = _placed_draft(items, spec, table, heading, rng)
     positions, turns = np.zeros((len(items), 3)), np.zeros(len(items))
     for place, item in enumerate(draft.order):
         positions[item] = (*(centre + draft.offsets[place]), draft.heights[place] + LIFT)
@@ -68,11 +66,28 @@ def lay_out(items: Sequence[LayoutItem], spec: StructureSpec, table: Table, rng:
     return Layout(spec, draft.order, positions, turns, frame)
 
 
+def _placed_draft(
+    items: Sequence[LayoutItem], spec: StructureSpec, table: Table, heading: float, rng: np.random.Generator
+) -> tuple[Draft, np.ndarray]:
+    """Draw a structure and its centre (2,); where one of an open size does not fit, a smaller one."""
+    structure, reason = STRUCTURES[spec.shape], None
+    sizes = (None, "medium", "small") if structure.smaller_to_fit and spec.size is None else (spec.size,)
+    for size in sizes:
+        try:
+            draft = structure.draft(items, replace(spec, size=size) if size else spec, heading, rng)
+            placed = zip(draft.order, draft.turns, draft.offsets)
+            outlines = [turned(items[i].footprint, turn) + at for i, turn, at in placed]
+            return draft, _place_centre(outlines, spec, table, rng)
+        except LayoutError as error:
+            reason = error
+    raise reason
+
+
 def _lay_out_any_shape(
     items: Sequence[LayoutItem], spec: StructureSpec, table: Table, rng: np.random.Generator
 ) -> Layout:
     reasons = []
-    for shape in rng.permutation(list(STRUCTURES)):
+    for shape in rng.permutation(list(OPEN_SHAPES)):
         if STRUCTURES[str(shape)].can_carry(spec):
             try:
                 return lay_out(items, replace(spec, shape=str(shape)), table, rng)
@@ -103,7 +118,7 @@ def _place_centre(
             extent = np.ptp(np.concatenate(outlines)[:, axis])
             room = (table.x_max - table.x_min, table.y_max - table.y_min)[axis]
             raise LayoutError(
-                f"a {spec.size + ' ' if spec.size else ''}{spec.shape} of these objects is {extent:.2f} m {side}, "
+                f"{a_structure(f'{spec.size} {spec.shape}' if spec.size else spec.shape)} of these objects is {extent:.2f} m {side}, "
                 f"and the table only {room:.2f} m"
             )
         if value is None:
@@ -112,7 +127,7 @@ def _place_centre(
         third = (high - low) / 3
         if third < _NARROWEST_THIRD:
             raise LayoutError(
-                f"a {spec.size + ' ' if spec.size else ''}{spec.shape} of these objects fills the table so far that "
+                f"{a_structure(f'{spec.size} {spec.shape}' if spec.size else spec.shape)} of these objects fills the table so far that "
                 f"{value!r} means nothing: its centre can move by {high - low:.3f} m only"
             )
         start = low + names.index(value) * third

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, StructureSpec
+from grounding.spec import FIRST_SHAPES, LEGAL_VALUES, SHAPES, SLOTS, StructureSpec
 
-# The shapes that every network knows. Ids are part of checkpoints: the words of later shapes come after all others, so
-# that adding a shape changes no id. A network knows as many words as there were when it was trained.
-FIRST_SHAPES = SHAPES[:4]
+# Ids are part of checkpoints: the words of later shapes come after all others, so that adding a shape changes no id.
+# A network knows as many words as there were when it was trained; every network knows `FIRST_SHAPES`.
 _WORDS = [(slot, value) for slot in SLOTS for value in LEGAL_VALUES[slot]]
 _LATER = [("shape", shape) for shape in SHAPES if shape not in FIRST_SHAPES]
 

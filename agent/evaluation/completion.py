@@ -31,7 +31,7 @@ from agent.evaluation.report import (
     report_frame,
 )
 from agent.evaluation.rows import LOST, Row, collect, lost_scene_row
-from grounding.spec import SHAPES
+from grounding.spec import FIRST_SHAPES, SHAPES
 from structdiffusion.benchmark.scenes import EvaluationScene, draw_evaluation_scenes
 from structdiffusion.completion.bodies import body_of
 from structdiffusion.completion.methods import METHODS
@@ -61,7 +61,7 @@ def measure_completion(objects: str, count: int, seed: int, workers: int) -> Row
         workers: processes.
     """
     drawn = draw_evaluation_scenes(load_objects(objects), count, seed=seed, workers=workers)
-    scenes, lost = collect("scenes drawn", drawn, count * len(SHAPES))
+    scenes, lost = collect("scenes drawn", drawn, count * len(FIRST_SHAPES))
     compared = in_parallel(partial(_compare_methods, METHODS), tuple, (), scenes, workers)
     rows, lost_later = collect("scenes completed", compared, len(scenes))
     nouns = sorted({thing["noun"] for row in rows for thing in row["objects"]})

@@ -30,7 +30,7 @@ from agent.evaluation.rows import LOST, Row, collect, lost_scene_row
 from agent.evaluation.scenes import with_sentences
 from agent.pipeline.candidates import checked_planner, is_viable
 from agent.rendering.text import number, slot_label
-from grounding.spec import SHAPES, SLOTS_OF_SHAPE, X_POSITIONS, StructureSpec
+from grounding.spec import FIRST_SHAPES, SLOTS_OF_SHAPE, X_POSITIONS, StructureSpec
 from structdiffusion.benchmark.scenes import EvaluationScene, draw_evaluation_scene
 from structdiffusion.completion.estimate import estimate, imagined_bodies
 from structdiffusion.data.scene_sampling import layout_item
@@ -61,7 +61,7 @@ def measure_coverage(
     """  # fmt: skip
     checked_planner(model, weights, allow_unverified)
     models = tuple(load_objects(objects))
-    jobs = [(shape, place) for shape in (*SHAPES, None) for place in range(count)]
+    jobs = [(shape, place) for shape in (*FIRST_SHAPES, None) for place in range(count)]
     drawn = in_parallel(partial(_draw_scene, seed), tuple, (models,), jobs, workers)
     scenes, lost = collect("scenes drawn", drawn, len(jobs))
     scenes = with_sentences(scenes, parsed=False)

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from agent.evaluation.result_store import ResultStore, store_folder
 from agent.runtime.progress import followed, progress
 from agent.runtime.worker_pool import Workforce, workforce
-from grounding.spec import SHAPES
+from grounding.spec import FIRST_SHAPES
 from structdiffusion.benchmark.scenes import ANY_SHAPE
 from structdiffusion.parallel import Lost, WorkerError
 
@@ -49,7 +49,7 @@ def stored_scene_rows(
         UsageError, BadInput: as `ResultStore`.
     """
     # Structures in turn, so that the rows of an evaluation that was stopped are of all of them.
-    places = [(shape, number) for number in range(count) for shape in SHAPES]
+    places = [(shape, number) for number in range(count) for shape in FIRST_SHAPES]
     with (
         store_folder(out) as path,
         ResultStore(path, config, {"structure", "number"}, files) as store,
@@ -63,7 +63,7 @@ def stored_scene_rows(
             what, len(places), len(places) - len(missing),
         )  # fmt: skip
         rows |= {(row["structure"], row["number"]): row for row in computed}
-    return [rows[shape, number] for shape in SHAPES for number in range(count)]
+    return [rows[shape, number] for shape in FIRST_SHAPES for number in range(count)]
 
 
 def add_rows(

@@ -116,7 +116,7 @@ def _parser_answer(network: Network) -> str:
     import torch
 
     from grounding.parsers.embedding import EmbeddingParser
-    from grounding.parsers.slot_head import ANSWERS, QUESTIONS
+    from grounding.parsers.slot_head import QUESTIONS
 
     reader, generator = EmbeddingParser.from_pretrained(network.folder).reader, torch.Generator().manual_seed(0)
     mask = torch.ones(_BATCH, _WORDS, dtype=torch.bool)
@@ -124,7 +124,7 @@ def _parser_answer(network: Network) -> str:
     with torch.inference_mode():
         votes = reader(torch.randn(_BATCH, _WORDS, 384, generator=generator), mask)
     for question, vote in zip(QUESTIONS, votes, strict=True):
-        _sound(vote, (_BATCH, _WORDS, len(ANSWERS[question])))
+        _sound(vote, (_BATCH, _WORDS, len(reader.answers[question])))
     return f"{len(votes)} questions"
 
 

@@ -21,13 +21,13 @@ class Film:
 
     Args:
         camera: takes a picture (H, W, 3) uint8.
-        interval: seconds of physics between two pictures, rounded to whole steps of 1/240 s.
+        interval: seconds of physics between two pictures, rounded to whole steps of 1/240 s; `None` for `INTERVAL`.
         most: how many pictures there may be.
     """
 
-    def __init__(self, camera: Callable[[], np.ndarray], interval: float = INTERVAL, most: int = MOST) -> None:
+    def __init__(self, camera: Callable[[], np.ndarray], interval: float | None = None, most: int = MOST) -> None:
         self._camera, self._most = camera, most
-        self._every = max(1, round(interval / TIME_STEP))
+        self._every = max(1, round((INTERVAL if interval is None else interval) / TIME_STEP))
         self._steps = 0
         self._frames: list[np.ndarray] = []
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from grounding.spec import SHAPES
+from grounding.spec import FIRST_SHAPES
 from structdiffusion.models import structformer_name
 
 
@@ -29,7 +29,7 @@ class Recipe:
 RECIPES: Mapping[str, Recipe] = {
     "diffusion": Recipe(16_000, 8e-4, 32),
     "cvae": Recipe(12_000, 8e-4, 48),
-    **{structformer_name(shape): Recipe(3_000, 8e-4, 48) for shape in SHAPES},
+    **{structformer_name(shape): Recipe(3_000, 8e-4, 48) for shape in FIRST_SHAPES},
     "structure": Recipe(4_000, 1e-3, 32),
     "collision": Recipe(5_000, 1e-3, 64),
 }
@@ -37,7 +37,7 @@ RECIPES: Mapping[str, Recipe] = {
 TITLES: Mapping[str, str] = {
     "diffusion": "the pose diffusion model",
     "cvae": "the CVAE baseline",
-    **{structformer_name(shape): f"StructFormer for {shape}s (baseline)" for shape in SHAPES},
+    **{structformer_name(shape): f"StructFormer for {shape}s (baseline)" for shape in FIRST_SHAPES},
     "structure": "the structure discriminator",
     "collision": "the collision discriminator",
 }

@@ -15,7 +15,7 @@ from agent.errors import UsageError
 from agent.runtime.progress import progress_bar
 from agent.runtime.terminal_text import console_on
 from agent.training.recipes import Recipe
-from grounding.spec import SHAPES
+from grounding.spec import FIRST_SHAPES
 from structdiffusion.models import structformer_name
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ def _collision(data: Path, device: torch.device, batch: int) -> tuple[Checkpoint
 _TASKS: dict[str, Callable[[Path, torch.device, int], tuple[Checkpointed, Loss]]] = {
     "diffusion": _diffusion,
     "cvae": _cvae,
-    **{structformer_name(shape): partial(_structformer, shape) for shape in SHAPES},
+    **{structformer_name(shape): partial(_structformer, shape) for shape in FIRST_SHAPES},
     "structure": _structure,
     "collision": _collision,
 }

@@ -15,7 +15,7 @@ import numpy as np
 
 from grounding.corpus.templates import SLOTS_OF_HOLE, Frame, Hole, all_frames, all_phrases, own_table
 from grounding.corpus.typos import roughen
-from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, SLOTS_OF_SHAPE
+from grounding.spec import FIRST_SHAPES, FIRST_VALUES, SLOTS, SLOTS_OF_SHAPE
 from grounding.structure_words import STRUCTURES
 
 # How much more often a frame of a file is drawn: plain frames are mostly holes and stand for many
@@ -68,12 +68,12 @@ def _one_of(phrases: tuple[str, ...], rng: np.random.Generator) -> str:
 
 def _draw_values(frame: Frame, rng: np.random.Generator) -> dict[str, str | None]:
     """Draw a value for every slot, including those that the frame fixes; the holes decide which of them are labels."""
-    values: dict[str, str | None] = {slot: _one_of(LEGAL_VALUES[slot], rng) for slot in SLOTS}
+    values: dict[str, str | None] = {slot: _one_of(FIRST_VALUES[slot], rng) for slot in SLOTS}
     holes = {hole.name for hole in frame.holes if not hole.negated}
     needed = {slot for name in holes for slot in SLOTS_OF_HOLE.get(name, ())} | set(frame.labels)
     # Nobody asks for a large tower often, but it is asked for.
     lenient = rng.random() < 0.1 and "size" not in frame.labels and "rotation" not in frame.labels
-    shapes = [shape for shape in SHAPES if lenient or needed - {"shape"} <= set(SLOTS_OF_SHAPE[shape])]
+    shapes = [shape for shape in FIRST_SHAPES if lenient or needed - {"shape"} <= set(SLOTS_OF_SHAPE[shape])]
     values["shape"] = _one_of(tuple(shapes), rng)
     nameless = holes & {"a_shape", "shape_noun"} and "do_shape" not in holes and not frame.refuse
     negated = any(hole.negated and hole.name in _SHAPE_HOLES for hole in frame.holes)
@@ -112,7 +112,7 @@ def _fill(hole: Hole, values: Mapping[str, str | None], rng: np.random.Generator
 
 
 def _another(slot: str, value: str | None, rng: np.random.Generator) -> str:
-    return _one_of(tuple(other for other in LEGAL_VALUES[slot] if other != value), rng)
+    return _one_of(tuple(other for other in FIRST_VALUES[slot] if other != value), rng)
 
 
 def _other(name: str, rng: np.random.Generator) -> str:

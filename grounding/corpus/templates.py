@@ -16,7 +16,7 @@ from functools import lru_cache
 from importlib import resources
 
 from grounding.parse_result import REFUSALS
-from grounding.spec import LEGAL_VALUES
+from grounding.spec import FIRST_VALUES
 from grounding.structure_words import STRUCTURES
 
 FRAME_FILES = (
@@ -88,9 +88,9 @@ def read_frame(line: str, where: str) -> Frame:
     refuse = None
     for entry in filter(None, (part.strip() for part in said.split(","))):
         slot, _, value = entry.partition("=")
-        legal = tuple(REFUSALS) if slot == "refuse" else LEGAL_VALUES.get(slot)
+        legal = tuple(REFUSALS) if slot == "refuse" else FIRST_VALUES.get(slot)
         if legal is None:
-            raise FrameError(f"{where}: unknown label {slot!r}; legal: refuse, {', '.join(LEGAL_VALUES)}")
+            raise FrameError(f"{where}: unknown label {slot!r}; legal: refuse, {', '.join(FIRST_VALUES)}")
         if value not in legal:
             raise FrameError(f"{where}: {slot} cannot be {value!r}; legal values: {', '.join(legal)}")
         if slot == "refuse":

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from grounding.parse_result import Parse, decide, unreadable
 from grounding.parsers.sentence_encoder import EMBEDDING_WIDTH, MAX_TOKENS, SentenceEncoder
 from grounding.parsers.spelling import Mended, mend
-from grounding.spec import SLOTS
+from grounding.spec import FIRST_SHAPES, SHAPES, SLOTS
 
 if TYPE_CHECKING:
     import torch
@@ -90,7 +90,10 @@ class EmbeddingParser:
         try:
             config = json.loads((folder / "config.json").read_text())
             width = config.get("width", EMBEDDING_WIDTH)
-            reader = SlotReader(layers=config["layers"], width=width, hidden=config["hidden"])
+            shapes = config.get("shapes", FIRST_SHAPES)
+            if unknown := [shape for shape in shapes if shape not in SHAPES]:
+                raise ValueError(f"unknown shape {unknown[0]!r}; legal values: {', '.join(SHAPES)}")
+            reader = SlotReader(layers=config["layers"], width=width, hidden=config["hidden"], shapes=shapes)
             reader.load_state_dict(
                 {name: tensor.float() for name, tensor in load_file(folder / "model.safetensors").items()}
             )
@@ -136,7 +139,7 @@ class EmbeddingParser:
     def _parse(self, texts: Sequence[str], mended: Sequence[Mended]) -> list[Parse]:
         import torch
 
-        from grounding.parsers.slot_head import ANSWERS, QUESTIONS, REFUSE
+        from grounding.parsers.slot_head import QUESTIONS, REFUSE
 
         states = self.encoder.token_states([text.text for text in mended], self._layer)
         with torch.inference_mode():
@@ -148,20 +151,19 @@ class EmbeddingParser:
         parses = []
         for row, text in enumerate(texts):
             probabilities = {
-                question: dict(zip(ANSWERS[question], shares[question][row], strict=True)) for question in QUESTIONS
+                question: dict(zip(self.reader.answers[question], shares[question][row], strict=True))
+                for question in QUESTIONS
             }
             refusals = {reason: share for reason, share in probabilities.pop(REFUSE).items() if reason is not None}
             words = _words_of_pieces(mended[row], states.spans[row])
-            evidence = {slot: _telling_words(text, words, self._added(votes[slot][row], slot)) for slot in SLOTS}
+            evidence = {slot: _telling_words(text, words, self._added(votes[slot][row])) for slot in SLOTS}
             parses.append(decide(text, probabilities, evidence, refusals, self.name))
         return parses
 
     @staticmethod
-    def _added(vote: torch.Tensor, slot: str) -> list[float]:
+    def _added(vote: torch.Tensor) -> list[float]:
         """Return how much each word piece adds to the slot's best value, compared with leaving it open."""
-        from grounding.parsers.slot_head import ANSWERS
-
-        best = int(vote.sum(dim=0)[: len(ANSWERS[slot]) - 1].argmax())
+        best = int(vote.sum(dim=0)[:-1].argmax())
         return (vote[:, best] - vote[:, -1]).tolist()
 
 

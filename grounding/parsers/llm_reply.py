@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from grounding.parse_result import REFUSALS
-from grounding.spec import LEGAL_VALUES, SLOTS
+from grounding.spec import FIRST_SHAPES, LEGAL_VALUES, SLOTS
 
 BUILD = "build"  # the answer to "request" that is no refusal
 NONE = "NONE"  # how a prompt writes "unspecified", as in the paper's listing
@@ -19,6 +19,7 @@ NONE = "NONE"  # how a prompt writes "unspecified", as in the paper's listing
 ANSWERS: Mapping[str, tuple[str, ...]] = {
     "request": (BUILD, *REFUSALS),
     **{slot: (*LEGAL_VALUES[slot], NONE) for slot in SLOTS},
+    "shape": (*FIRST_SHAPES, NONE),  # those that the prompt explains and the shipped adapter was taught
 }
 # Question -> answer -> probability; sums to 1 per question.
 Reply = Mapping[str, Mapping[str, float]]

@@ -7,7 +7,7 @@ piece votes on every slot, and attention weighs the votes: so an answer can be t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import torch
 from torch import nn
@@ -15,15 +15,23 @@ from torch.nn import functional
 
 from grounding.parse_result import REFUSALS
 from grounding.parsers.bert import encoder_layer
-from grounding.spec import LEGAL_VALUES, SLOTS
+from grounding.spec import FIRST_SHAPES, LEGAL_VALUES, SLOTS
 
 REFUSE = "refuse"
 QUESTIONS = (*SLOTS, REFUSE)
-# What the network can answer per question; the last answer is always "unspecified", or "build it".
-ANSWERS: Mapping[str, tuple[str | None, ...]] = {slot: (*LEGAL_VALUES[slot], None) for slot in SLOTS} | {
-    REFUSE: (*REFUSALS, None)
-}
-_COUNTS = [len(ANSWERS[question]) for question in QUESTIONS]
+
+
+def answers_of(shapes: Sequence[str]) -> Mapping[str, tuple[str | None, ...]]:
+    """List what a network that was taught these shapes can answer per question.
+
+    The last answer is always "unspecified", or "build it".
+    """
+    values = {**LEGAL_VALUES, "shape": tuple(shapes)}
+    return {slot: (*values[slot], None) for slot in SLOTS} | {REFUSE: (*REFUSALS, None)}
+
+
+# Those that the training language teaches.
+ANSWERS = answers_of(FIRST_SHAPES)
 
 
 class SlotReader(nn.Module):
@@ -35,18 +43,30 @@ class SlotReader(nn.Module):
         heads: of the attention within a layer.
         inner: width between a layer's two linear maps.
         hidden: of the layer that all questions share.
+        shapes: those that it is taught, in the order of its answers.
+
+    Attributes:
+        answers: question -> what it can answer, in the order of its votes.
     """
 
     def __init__(
-        self, layers: int = 4, width: int = 384, heads: int = 12, inner: int = 1536, hidden: int = 64
+        self,
+        layers: int = 4,
+        width: int = 384,
+        heads: int = 12,
+        inner: int = 1536,
+        hidden: int = 64,
+        shapes: Sequence[str] = FIRST_SHAPES,
     ) -> None:
         super().__init__()
+        self.answers = answers_of(shapes)
+        self._counts = [len(self.answers[question]) for question in QUESTIONS]
         self.layers = nn.ModuleList(encoder_layer(width, heads, inner) for _ in range(layers))
         self.normalise = nn.LayerNorm(width)
         self.shared = nn.Linear(width, hidden)
         self.dropout = nn.Dropout(0.1)
         self.attention = nn.Linear(hidden, len(QUESTIONS))
-        self.votes = nn.Linear(hidden, sum(_COUNTS))
+        self.votes = nn.Linear(hidden, sum(self._counts))
 
     def forward(self, states: torch.Tensor, mask: torch.Tensor) -> list[torch.Tensor]:
         """Compute what every word piece contributes to every answer.
@@ -62,4 +82,4 @@ class SlotReader(nn.Module):
             states = layer(states, src_key_padding_mask=~mask)
         x = self.dropout(functional.gelu(self.shared(self.dropout(self.normalise(states)))))  # (B, T, hidden)
         weights = self.attention(x).masked_fill(~mask[..., None], float("-inf")).softmax(dim=1)  # (B, T, questions)
-        return [weights[..., i : i + 1] * vote for i, vote in enumerate(self.votes(x).split(_COUNTS, dim=-1))]
+        return [weights[..., i : i + 1] * vote for i, vote in enumerate(self.votes(x).split(self._counts, dim=-1))]

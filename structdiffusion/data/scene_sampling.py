@@ -71,8 +71,10 @@ def layout_item(model: ObjectModel, yaw: float) -> LayoutItem:
 
 
 def full_spec(shape: str, rng: np.random.Generator) -> StructureSpec:
-    """Draw a spec of this shape that specifies every slot it can carry, as in the paper's test sentences."""
-    return StructureSpec(shape, **{slot: str(rng.choice(LEGAL_VALUES[slot])) for slot in STRUCTURES[shape].slots})
+    """Draw a spec of this shape that specifies every slot it can carry, of the sizes that are usual, as in the paper's test sentences."""
+    structure = STRUCTURES[shape]
+    values = {**LEGAL_VALUES, "size": structure.sizes}
+    return StructureSpec(shape, **{slot: str(rng.choice(values[slot])) for slot in structure.slots})
 
 
 def eligible(models: Sequence[ObjectModel], shape: str | None) -> list[ObjectModel]:

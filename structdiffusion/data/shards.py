@@ -68,7 +68,7 @@ def draw_shard(
     started = time.perf_counter()
     rng = np.random.default_rng((seed, number, 1) if crowded else (seed, number))
     rows: list[dict[str, np.ndarray]] = []
-    tries: dict[str, Counter[str]] = {shape: Counter() for shape in STRUCTURES}
+    tries = {shape: Counter[str]() for shape, structure in STRUCTURES.items() if structure.demonstration_share}
     while len(rows) < scenes:
         shape, row, scene = _try(models, rng, crowded)
         tries[shape]["tries"] += 1

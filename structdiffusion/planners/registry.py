@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
+from grounding.spec import FIRST_SHAPES
 from structdiffusion.models import structformer_name
-from structdiffusion.word_tokens import FIRST_SHAPES
 
 
 @dataclass(frozen=True)

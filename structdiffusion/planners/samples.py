@@ -14,7 +14,7 @@ from structdiffusion.completion.estimate import ObjectEstimate, estimate
 from structdiffusion.models.backbone import Condition, PoseBackbone
 from structdiffusion.models.checkpoint import require_sound
 from structdiffusion.observation import StructureGoal, ObjectCloud, Scene
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
 from structdiffusion.word_tokens import require_known_words, word_ids
 
 _FARTHEST = 1000.0  # m, from the robot: even an untrained network stays far below
@@ -149,7 +149,7 @@ def place_orders(
     random = torch.rand(count, len(objects), generator=generator).argsort(dim=1).numpy()
     rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
     items = [thing.layout_item() for thing in objects]
-    structures = STRUCTURES.values() if spec.shape is None else (STRUCTURES[spec.shape],)
+    structures = OPEN_SHAPES.values() if spec.shape is None else (STRUCTURES[spec.shape],)
     ordered = [structure.order_places(items, random, rng) for structure in structures]
     orders = [order for order in ordered if order is not None]
     if spec.shape is None or not orders:

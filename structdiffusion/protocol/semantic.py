@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from grounding.spec import StructureSpec
 from structdiffusion.observation import Table
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.structures.checks import Check
 
@@ -30,7 +30,7 @@ def check_structure(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Ta
         return STRUCTURES[spec.shape].check(bodies, spec, table)
     options = [
         structure.check(bodies, replace(spec, shape=structure.name), table)
-        for structure in STRUCTURES.values()
+        for structure in OPEN_SHAPES.values()
         if structure.can_carry(spec)
     ]
     return max(options, key=lambda checks: sum(check.passed for check in checks) / len(checks))

@@ -17,7 +17,7 @@ from structdiffusion.evaluation_protocol import SIZE_BANDS, X_POSITION_THIRDS, Y
 from structdiffusion.layouts import lay_out
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import HEADING_MEASURE, PLACE_MEASURE, SIZE_MEASURE
 from structdiffusion.structures.structure import LayoutError
@@ -27,13 +27,13 @@ _FIT_ATTEMPTS = 10  # layouts tried before a value counts as one that does not f
 
 
 def realised_shape(bodies: Sequence[PlacedBody], table: Table) -> str:
-    """Return the shape whose checks hold best; of those that hold alike, the one that asks for most.
+    """Return the shape that an open shape became, the one whose checks hold best; of those that hold alike, the one that asks for most.
 
     Objects that have no place in a table setting do not form one, although they may pass its checks.
     """
     suited = [
         shape
-        for shape, structure in STRUCTURES.items()
+        for shape, structure in OPEN_SHAPES.items()
         if structure.nouns is None or all(body.category in structure.nouns for body in bodies)
     ]
 
@@ -94,7 +94,7 @@ def fitting_values(
 
     legal = distinct_values(spec.shape, slot)
     if slot == "shape":
-        legal = tuple(shape for shape in legal if STRUCTURES[shape].can_carry(spec))
+        legal = tuple(shape for shape, structure in OPEN_SHAPES.items() if structure.can_carry(spec))
     return tuple(value for value in legal if fits(value))
 
 

@@ -17,13 +17,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from grounding.spec import FIRST_SHAPES
+from structdiffusion.structures.arc import Arc
 from structdiffusion.structures.circle import Circle
+from structdiffusion.structures.cluster import Cluster
+from structdiffusion.structures.cross import Cross
+from structdiffusion.structures.grid import Grid
 from structdiffusion.structures.line import Line
+from structdiffusion.structures.pyramid import Pyramid
+from structdiffusion.structures.rectangle import Rectangle, Square
 from structdiffusion.structures.structure import Structure
 from structdiffusion.structures.table_setting import TableSetting
 from structdiffusion.structures.tower import Tower
+from structdiffusion.structures.triangle import Triangle
 
 # In the order of `grounding.spec.SHAPES`.
 STRUCTURES: Mapping[str, Structure] = {
-    structure.name: structure for structure in (Circle(), Line(), Tower(), TableSetting())
-}
+    structure.name: structure
+    for structure in (
+        Circle(), Line(), Tower(), TableSetting(),
+        Cluster(), Rectangle(), Square(), Triangle(), Arc(), Grid(), Cross(), Pyramid(),
+    )
+}  # fmt: skip
+# What an open shape may become: the shapes that every planner knows.
+OPEN_SHAPES: Mapping[str, Structure] = {name: STRUCTURES[name] for name in FIRST_SHAPES}

@@ -30,6 +30,7 @@ from structdiffusion.structures.checks import (
     size_checks,
 )
 from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
+from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.structure import Draft, Structure
 
 # The opening of a ring that faces somewhere, over its other gaps: well inside `OPENING_RATIO`.
@@ -49,7 +50,12 @@ class Circle(Structure):
     crowded_share = 0.4
 
     def draft(
-        self, items: Sequence[LayoutItem], spec: StructureSpec, heading: float, rng: np.random.Generator
+        self,
+        items: Sequence[LayoutItem],
+        spec: StructureSpec,
+        heading: float,
+        rng: np.random.Generator,
+        keys: StructureKeys = NO_KEYS,
     ) -> Draft:
         """Draw a ring in which long objects lie along the radius.
 
@@ -97,7 +103,7 @@ class Circle(Structure):
         if len(bodies) < self.least:
             return False
         points = np.array([body.centroid for body in bodies])
-        return _opening_ratio(_angular_gaps(points - fit_circle(points)[0])[1]) >= OPENING_RATIO[0]
+        return _opening_ratio(angular_gaps(points - fit_circle(points)[0])[1]) >= OPENING_RATIO[0]
 
     def corrections(self, bodies: Sequence[PlacedBody], size: str | None) -> np.ndarray:
         """Return how far (N, 2), metres, each body moves along its radius: into the size's band, and near the ring."""
@@ -113,7 +119,7 @@ class Circle(Structure):
         return (wanted + np.clip(distances - radius, -most, most) - distances)[:, None] * directions
 
 
-def _angular_gaps(offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def angular_gaps(offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the angles (N,) of objects about the centre, sorted, and the gap (N,) that follows each, radians."""
     angles = np.sort(np.arctan2(offsets[:, 1], offsets[:, 0]))
     return angles, np.diff(np.append(angles, angles[0] + 2 * math.pi))
@@ -127,7 +133,7 @@ def _opening_ratio(gaps: np.ndarray) -> float:
 
 def _gap_checks(offsets: np.ndarray, spec: StructureSpec) -> list[Check]:
     """Check that the ring is closed; with a rotation, that it is open toward it."""
-    angles, gaps = _angular_gaps(offsets)
+    angles, gaps = angular_gaps(offsets)
     largest = int(gaps.argmax())
     if spec.rotation is None:
         ratio = float(gaps[largest] / gaps.mean())

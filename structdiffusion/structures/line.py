@@ -24,6 +24,7 @@ from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import Check, count_check, on_table_check, position_checks, size_checks
 from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
+from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.structure import Draft, Structure
 
 _KEPT = 0.6  # of what the evaluation protocol lets rows be off and uneven: what is off by more is moved in
@@ -42,7 +43,12 @@ class Line(Structure):
     crowded_share = 0.35
 
     def draft(
-        self, items: Sequence[LayoutItem], spec: StructureSpec, heading: float, rng: np.random.Generator
+        self,
+        items: Sequence[LayoutItem],
+        spec: StructureSpec,
+        heading: float,
+        rng: np.random.Generator,
+        keys: StructureKeys = NO_KEYS,
     ) -> Draft:
         """Draw a row with even clear gaps, in which long objects lie across the row.
 

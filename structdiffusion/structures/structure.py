@@ -8,10 +8,11 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from grounding.spec import ROTATIONS, SLOTS_OF_SHAPE, StructureSpec
+from grounding.spec import ROTATIONS, SIZES, SLOTS_OF_SHAPE, StructureSpec
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, ObjectTraits, PlacedBody
 from structdiffusion.structures.checks import Check
+from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 
 Traits = TypeVar("Traits", bound=ObjectTraits)
 # m, across a footprint: wider objects leave no room for company.
@@ -19,6 +20,11 @@ WIDEST = 0.22
 STANDING = f"level below and less than {WIDEST} m across"
 TALLEST = 0.40  # m: the highest place onto which the arm can release an object
 LIFT = 0.0005  # m between surfaces that touch in a layout, so that they do not start inside each other
+
+
+def a_structure(name: str) -> str:
+    """Return a structure's name with its article."""
+    return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
 
 
 class LayoutError(ValueError):
@@ -62,6 +68,8 @@ class Structure(Protocol):
         rotation_alters_layout: whether a rotation changes the structure itself and does not only turn it, as the opening
             of a ring. Demonstrations leave it out at times, and no training example hides it.
         rotations: the rotations that can be told apart when one is measured.
+        sizes: the sizes that objects of a usual width can have.
+        smaller_to_fit: whether a smaller size is drawn where an open one was drawn too large for the table.
         often_one_noun: whether the objects of a drawn scene are of one noun in half of the cases.
         demonstration_share, crowded_share: how often it is tried for training data, and for data with 8 to 10 objects;
             relative to the other structures. 0 leaves the data of the others as they are.
@@ -76,6 +84,8 @@ class Structure(Protocol):
     stacks: bool = False
     rotation_alters_layout: bool = False
     rotations: tuple[str, ...] = ROTATIONS
+    sizes: tuple[str, ...] = SIZES
+    smaller_to_fit: bool = False
     often_one_noun: bool = False
     demonstration_share: float = 0.0
     crowded_share: float = 0.0
@@ -116,7 +126,12 @@ class Structure(Protocol):
     # --- layout -----------------------------------------------------------------------------------
 
     def draft(
-        self, items: Sequence[LayoutItem], spec: StructureSpec, heading: float, rng: np.random.Generator
+        self,
+        items: Sequence[LayoutItem],
+        spec: StructureSpec,
+        heading: float,
+        rng: np.random.Generator,
+        keys: StructureKeys = NO_KEYS,
     ) -> Draft:
         """Draw an exact structure that faces `heading` (rad).
 
@@ -128,7 +143,7 @@ class Structure(Protocol):
     def require_enough(self, items: Sequence[LayoutItem]) -> None:
         """Raise a `LayoutError` for fewer objects than the structure needs."""
         if len(items) < self.least:
-            raise LayoutError(f"a {self.name} needs {self.least} or more objects, got {len(items)}")
+            raise LayoutError(f"{a_structure(self.name)} needs {self.least} or more objects, got {len(items)}")
 
     def order_places(
         self, items: Sequence[LayoutItem], random: np.ndarray, rng: np.random.Generator
@@ -177,7 +192,7 @@ def choose_first(candidates: Sequence[Traits], wanted: int, name: str, least: in
         LayoutError: when there are fewer than `least` of them.
     """
     if len(candidates) < least:
-        raise LayoutError(f"a {name} needs {least} or more objects, and {len(candidates)} suit it")
+        raise LayoutError(f"{a_structure(name)} needs {least} or more objects, and {len(candidates)} suit it")
     return list(candidates[:wanted])
 
 

@@ -23,6 +23,7 @@ from structdiffusion.geometry import HEADING_OF_ROTATION, wrap_angle
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, ObjectTraits, PlacedBody
 from structdiffusion.structures.checks import Check, heading_check, position_checks
+from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.structure import Draft, LayoutError, Structure, Traits
 from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
 
@@ -77,7 +78,12 @@ class TableSetting(Structure):
         return chosen
 
     def draft(
-        self, items: Sequence[LayoutItem], spec: StructureSpec, heading: float, rng: np.random.Generator
+        self,
+        items: Sequence[LayoutItem],
+        spec: StructureSpec,
+        heading: float,
+        rng: np.random.Generator,
+        keys: StructureKeys = NO_KEYS,
     ) -> Draft:
         """Draw a setting that clears itself, cutlery beside the base and the rest behind it.
 

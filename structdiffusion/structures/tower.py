@@ -16,6 +16,7 @@ from structdiffusion.evaluation_protocol import MIN_TOWER_OBJECTS
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, ObjectTraits, PlacedBody
 from structdiffusion.structures.checks import Check, count_check, position_checks
+from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.structure import LIFT, STANDING, TALLEST, Draft, LayoutError, Structure, Traits
 from structdiffusion.tableware import CUTLERY
 
@@ -63,7 +64,12 @@ class Tower(Structure):
         return chosen
 
     def draft(
-        self, items: Sequence[LayoutItem], spec: StructureSpec, heading: float, rng: np.random.Generator
+        self,
+        items: Sequence[LayoutItem],
+        spec: StructureSpec,
+        heading: float,
+        rng: np.random.Generator,
+        keys: StructureKeys = NO_KEYS,
     ) -> Draft:
         """Draw a tower on one axis, broad objects below.
 

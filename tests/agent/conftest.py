@@ -27,6 +27,12 @@ def _cloud(name: str, category: str, x: float, y: float, rng: np.random.Generato
     return ObjectCloud(name, category, points, rng.integers(0, 255, (300, 3), dtype=np.uint8))
 
 
+@pytest.fixture(autouse=True)
+def short_films(monkeypatch):
+    """Take a picture of the arm every 20 s and not every 1.5: drawing them is a quarter of a build's time."""
+    monkeypatch.setattr("agent.pipeline.film.INTERVAL", 20.0)
+
+
 @pytest.fixture
 def objects(tmp_path) -> str:
     """A folder of meshes with which every structure can be made."""

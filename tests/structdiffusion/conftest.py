@@ -12,6 +12,7 @@ from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.structures import STRUCTURES
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.word_tokens import word_ids
+from tests.structdiffusion.structures.handmade import carriers
 
 torch.set_num_threads(1)
 
@@ -36,10 +37,12 @@ def built():
 
     def bodies(items, layout):
         placed = []
+        outlines = [turned(it.footprint, yaw) + at[:2] for it, yaw, at in zip(items, layout.turns, layout.positions)]
+        tops = [at[2] + item.height for item, at in zip(items, layout.positions)]
         for i, (item, turn, at) in enumerate(zip(items, layout.turns, layout.positions)):
-            place = layout.order.index(i)
-            carrier = (layout.order[place - 1],) if STRUCTURES[layout.spec.shape].stacks and place else ()
-            outline = turned(item.footprint, turn) + at[:2]
+            outline = outlines[i]
+            stacks = STRUCTURES[layout.spec.shape].stacks
+            carrier = carriers(i, outlines, layout.positions[:, 2], tops) if stacks else ()
             named, top, yaw = (f"{item.category} {i + 1}", item.category), at[2] + item.height, item.front_yaw + turn
             placed.append(PlacedBody(*named, outline, at[:2], at[2], top, yaw, carrier))
         return placed

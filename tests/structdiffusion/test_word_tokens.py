@@ -2,9 +2,8 @@
 
 import pytest
 
-from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS, StructureSpec
+from grounding.spec import FIRST_SHAPES, LEGAL_VALUES, SHAPES, SLOTS, StructureSpec
 from structdiffusion.word_tokens import (
-    FIRST_SHAPES,
     FIRST_VOCABULARY,
     VOCABULARY,
     WORDS,

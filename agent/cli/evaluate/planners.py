@@ -33,7 +33,7 @@ def success(
     allow_unverified: UnverifiedOption = False,
     structure: Annotated[
         list[str] | None,
-        typer.Option(metavar="|".join(SHAPES), help="Structure to measure. Repeatable.  [default: all]"),
+        typer.Option(metavar="|".join(SHAPES), help="Structure to measure. Repeatable.  [default: the first four, which every planner builds]"),
     ] = None,
     scenes: ScenesOption = 50,
     seed: SeedOption = 0,

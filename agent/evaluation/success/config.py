@@ -10,7 +10,7 @@ from typing import Any
 from agent.evaluation.report import command_line
 from agent.evaluation.result_store import fingerprint
 from agent.evaluation.scene_conditions import conditions_of
-from grounding.spec import SHAPES
+from grounding.spec import FIRST_SHAPES
 from structdiffusion.benchmark.scenes import Conditions
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.planners.registry import PLANNERS
@@ -66,7 +66,7 @@ class SuccessConfig:
         """Return the command that makes these rows."""
         return command_line(
             "success", objects=self.objects, scenes=scenes, seed=self.seed, model=list(models),
-            structure=None if tuple(structures) == SHAPES else list(structures), weights=self.weights,
+            structure=None if tuple(structures) == FIRST_SHAPES else list(structures), weights=self.weights,
             candidates=self.candidates, top_k=self.top_k, objects_per_scene=self.objects_per_scene, table=self.table,
             camera=None if self.camera == "robot" else self.camera, allow_unverified=self.allow_unverified,
         )  # fmt: skip

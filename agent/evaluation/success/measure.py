@@ -23,7 +23,7 @@ from agent.pipeline.resources import ResourceCache
 from agent.runtime.atomic_files import write_whole
 from agent.runtime.progress import progress
 from agent.runtime.worker_pool import Workforce, workforce
-from grounding.spec import SHAPES
+from grounding.spec import FIRST_SHAPES, SHAPES
 from structdiffusion.benchmark.scenes import Conditions, EvaluationScene, draw_evaluation_scene
 from structdiffusion.benchmark.success import Evaluation, Row, lost_row, solve
 from structdiffusion.objects.libraries import load_objects
@@ -208,7 +208,7 @@ def _evaluations(config: SuccessConfig, models: Sequence[str], rows: Sequence[Ro
 
 
 def checked_structures(names: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the structures of these names; all four if there are none.
+    """Return the structures of these names; the first four if there are none.
 
     Raises:
         UsageError: for an unknown one.
@@ -216,4 +216,4 @@ def checked_structures(names: Sequence[str] | None) -> tuple[str, ...]:
     for name in names or ():
         if name not in SHAPES:
             raise UsageError(f"--structure cannot be {name!r}; legal values: {', '.join(SHAPES)}")
-    return tuple(names or SHAPES)
+    return tuple(names or FIRST_SHAPES)

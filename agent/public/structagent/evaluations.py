@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from grounding.spec import SHAPES
+from grounding.spec import FIRST_SHAPES, SHAPES
 from structagent.arguments import MOST_SEED, check_choice, checked_integer, is_listing, shown, wrong_argument
 from structagent.errors import public_errors
 from structagent.proposals import MOST_PROPOSALS, check_model, checked_weights
@@ -82,7 +82,7 @@ class EvaluationReport:
 def evaluate(
     models: str | Sequence[str] = "diffusion",
     *,
-    structures: Sequence[str] = SHAPES,
+    structures: Sequence[str] = FIRST_SHAPES,
     scenes: int = 10,
     objects: str = "ycb",
     seed: int = 0,
@@ -96,7 +96,8 @@ def evaluate(
 
     Args:
         models: names of planners; all are measured on the same scenes.
-        structures: which of "circle", "line", "tower" and "table setting".
+        structures: which of the shapes that `parse` gives; by default "circle", "line", "tower" and "table setting".
+            The trained planners know these four; "geometric" builds every shape.
         scenes: how many scenes for each structure.
         objects: what scenes are drawn from: "ycb", "procedural", "random_urdfs", or a folder of meshes.
         seed: of the scenes, the sensor's noise and the sampling, in [0, 2**63).

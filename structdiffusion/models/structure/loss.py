@@ -11,7 +11,7 @@ from grounding.spec import LEGAL_VALUES, SLOTS
 from structdiffusion.data.batches import Batch, DemonstrationBatches
 from structdiffusion.models.structure.model import LOCAL_SLOTS, StructureDiscriminator
 from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
-from structdiffusion.word_tokens import WORDS
+from structdiffusion.word_tokens import FIRST_VOCABULARY, WORDS
 
 
 def at_goal(batch: Batch) -> Tensor:
@@ -57,15 +57,16 @@ def perturbed(clouds: Tensor, present: Tensor, generator: torch.Generator) -> Te
     return torch.where((rand(batch) < 0.1)[:, None, None, None], clouds + away, wrong)
 
 
-def other_words(words: Tensor, generator: torch.Generator) -> Tensor:
-    """Replace the value of one local slot in the words (B, 5) by another value of the same slot."""
+def other_words(words: Tensor, generator: torch.Generator, vocabulary: int = FIRST_VOCABULARY) -> Tensor:
+    """Replace the value of one local slot in the words (B, 5) by another value of the same slot, of a vocabulary."""
     changed = words.clone()
     for row in range(len(words)):
         slots = [slot for slot in LOCAL_SLOTS if words[row, slot] > 0]
         if not slots:
             continue
         slot = slots[int(torch.randint(len(slots), (1,), generator=generator, device=words.device))]
-        ids = [WORDS[SLOTS[slot], value] for value in LEGAL_VALUES[SLOTS[slot]]]
+        known = (WORDS[SLOTS[slot], value] for value in LEGAL_VALUES[SLOTS[slot]])
+        ids = [word for word in known if word < vocabulary]
         step = int(torch.randint(1, len(ids), (1,), generator=generator, device=words.device))
         changed[row, slot] = ids[(ids.index(int(words[row, slot])) + step) % len(ids)]
     return changed
@@ -92,7 +93,9 @@ class Examples:
 KINDS = ("as demonstrated", "something out of place", "asked for otherwise")
 
 
-def draw_examples(data: DemonstrationBatches, generator: torch.Generator, scenes: int) -> Examples:
+def draw_examples(
+    data: DemonstrationBatches, generator: torch.Generator, scenes: int, vocabulary: int = FIRST_VOCABULARY
+) -> Examples:
     """Draw `scenes` demonstrations, as many perturbed ones, and a third as many with a wrong word."""
     batch = data.draw(scenes, generator, sentences=0.0)
     goal = at_goal(batch)
@@ -102,7 +105,7 @@ def draw_examples(data: DemonstrationBatches, generator: torch.Generator, scenes
     goal, present, ids = goal[rows, order], batch.present[rows, order], batch.object_ids[rows, order]
     nouns = data.noun_ids(ids, BASES + CUTLERY + DRINKWARE, generator)
     wrong = perturbed(goal, present, generator)
-    words_wrong = other_words(batch.words, generator)
+    words_wrong = other_words(batch.words, generator, vocabulary)
     third = scenes // 3
     right = torch.cat((torch.ones(scenes), torch.zeros(scenes), torch.zeros(third))).to(goal.device)
     # A goal without local words cannot be made wrong by changing one.
@@ -123,7 +126,7 @@ def structure_loss(
     model: StructureDiscriminator, data: DemonstrationBatches, generator: torch.Generator, scenes: int = 32
 ) -> dict[str, Tensor]:
     """Return the binary cross-entropy over demonstrations, perturbed ones, and ones with a wrong word."""
-    drawn = draw_examples(data, generator, scenes)
+    drawn = draw_examples(data, generator, scenes, model.config.vocabulary)
     logits = model(drawn.clouds, drawn.present, drawn.nouns, drawn.words)
     loss = nn.functional.binary_cross_entropy_with_logits(logits, drawn.right)
     accuracy = ((logits > 0) == (drawn.right > 0.5)).float().mean()

@@ -16,6 +16,11 @@ from grounding.spec import StructureSpec
 from structdiffusion.observation import Arrangement
 
 
+@pytest.fixture(autouse=True)
+def short_films():
+    """Films are the subject here: nothing shortens them."""
+
+
 def counted():
     """Pictures whose brightness is the number of the step at which they were taken."""
     step = [0]

@@ -9,12 +9,12 @@ from itertools import product
 import pytest
 
 from grounding.corpus.grammar import all_sentences, legal_specs, sentence_table, sentences
-from grounding.spec import LEGAL_VALUES, SLOTS, SpecError, StructureSpec
+from grounding.spec import FIRST_VALUES, SLOTS, SpecError, StructureSpec
 
 
 def test_legal_specs_are_exactly_what_the_spec_accepts():
     accepted = set()
-    for values in product(*((None, *LEGAL_VALUES[slot]) for slot in SLOTS)):
+    for values in product(*((None, *FIRST_VALUES[slot]) for slot in SLOTS)):
         try:
             accepted.add(StructureSpec(*values))
         except SpecError:
@@ -42,7 +42,7 @@ def test_every_spec_has_five_sentences_and_no_sentence_two_specs():
 def test_a_sentence_speaks_of_its_positions_and_rotation_and_of_no_other():
     words_of = {
         "x_position": {"left": {"left"}, "center": {"center", "centered"}, "right": {"right"}},
-        "rotation": {value: {value} for value in LEGAL_VALUES["rotation"]},
+        "rotation": {value: {value} for value in FIRST_VALUES["rotation"]},
     }
     for text, spec in all_sentences():
         words = set(text.replace("between left and right", "").replace(",", " ").replace("?", " ").split())

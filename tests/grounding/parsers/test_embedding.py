@@ -9,7 +9,7 @@ import pytest
 from grounding.benchmark import development_rows, free_rows, score, templated_rows
 from grounding.parse_result import STATUSES
 from grounding.parsers.embedding import WEIGHTS, EmbeddingParser, ParserWeightsError
-from grounding.spec import SLOTS, StructureSpec
+from grounding.spec import SHAPES, SLOTS, StructureSpec
 
 # Measured when the weights were made, less what another machine's arithmetic may cost.
 FREE_EXACT = 0.94
@@ -108,7 +108,7 @@ def test_free_wording(parser, text, spec):
 def test_a_wish_without_a_slot_is_asked_back(parser):
     parse = parser.parse("make something nice with the cups")
     assert parse.status == "ask" and parse.question.slot == "shape"
-    assert parse.question.options == ("circle", "line", "tower", "table setting")
+    assert parse.question.options == SHAPES
     assert all(option in parse.message for option in parse.question.options)
 
 
@@ -162,7 +162,7 @@ def _hostile(rng: np.random.Generator) -> str:
 
 def test_hostile_texts_each_get_a_valid_answer(parser):
     rng = np.random.default_rng(0)
-    texts = [_hostile(rng) for _ in range(1500)]
+    texts = [_hostile(rng) for _ in range(480)]  # forty of each kind
     parses = parser.parse_batch(texts)
     assert len(parses) == len(texts)
     for parse in parses:

@@ -16,7 +16,8 @@ from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.rotations import yaw_matrices
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
-from structdiffusion.word_tokens import FIRST_SHAPES, WORDS
+from grounding.spec import FIRST_SHAPES
+from structdiffusion.word_tokens import WORDS
 
 
 @pytest.fixture(scope="module")

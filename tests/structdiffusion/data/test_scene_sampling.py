@@ -9,7 +9,9 @@ from structdiffusion.footprints import clear_gap, turned
 from structdiffusion.geometry import yaw_of
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
+from structdiffusion.structures import STRUCTURES
 from structdiffusion.structures.bodies import PlacedBody
+from tests.structdiffusion.structures.handmade import carriers
 
 
 def outlines(scene, poses):
@@ -31,13 +33,12 @@ def test_a_scene_is_clear_at_first_and_its_wish_can_be_fulfilled(shape, library)
         placed = outlines(scene, goals)
         for outline, other in itertools.product(placed, initial[scene.count :]):
             assert clear_gap(outline, other) > 0.02  # the distractors leave it free
-        bodies = []
+        bodies, bottoms = [], goals[:, 2, 3]
+        tops = [z + model.height for model, z in zip(scene.models, bottoms)]
         for i, (model, pose) in enumerate(zip(scene.models, goals)):
-            place = scene.reference.order.index(i)
-            carrier = (scene.reference.order[place - 1],) if shape == "tower" and place else ()
-            z = pose[2, 3]
-            named, top = (model.name, model.category), z + model.height
-            bodies.append(PlacedBody(*named, placed[i], pose[:2, 3], z, top, yaw_of(pose), carrier))
+            carrier = carriers(i, placed, bottoms, tops) if STRUCTURES[shape].stacks else ()
+            named = (model.name, model.category)
+            bodies.append(PlacedBody(*named, placed[i], pose[:2, 3], bottoms[i], tops[i], yaw_of(pose), carrier))
         failed = [check for check in check_structure(bodies, spec, table) if not check.passed]
         assert not failed, (seed, spec, failed)
 

@@ -12,7 +12,8 @@ from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structformer.loss import structformer_loss
 from structdiffusion.models.structformer.model import StructFormerConfig
 from structdiffusion.training.loop import TrainingOptions, train
-from structdiffusion.word_tokens import FIRST_SHAPES, WORDS
+from grounding.spec import FIRST_SHAPES
+from structdiffusion.word_tokens import WORDS
 
 SIZES = dict(width=32, layers=2, heads=2, feed_forward=48, points=24, point_width=16, mixture=3)
 SMALL = StructFormerConfig(**SIZES)
@@ -162,6 +163,6 @@ def test_a_checkpoint_comes_back_with_its_shape(generator, tmp_path):
     with torch.no_grad():
         torch.testing.assert_close(means(loaded(state, again)), means(model(state, condition)), atol=2e-2, rtol=0)
     config = tmp_path / "config.json"
-    config.write_text(config.read_text().replace("table setting", "pyramid"))
-    with pytest.raises(CheckpointError, match="shape cannot be 'pyramid'; legal values: circle, line"):
+    config.write_text(config.read_text().replace("table setting", "heart"))
+    with pytest.raises(CheckpointError, match="shape cannot be 'heart'; legal values: circle, line"):
         StructFormer.from_pretrained(tmp_path)

@@ -30,7 +30,7 @@ from structdiffusion.planners.factory import load_planner
 from structdiffusion.planners.geometric import GeometricPlanner
 from structdiffusion.planners.registry import PLANNERS
 from structdiffusion.training.loop import TrainingOptions, train
-from structdiffusion.word_tokens import FIRST_SHAPES
+from grounding.spec import FIRST_SHAPES
 
 SIZES = dict(width=32, layers=1, heads=2, feed_forward=48, points=16, point_width=16)
 # Those that differ in a number alone are left out.

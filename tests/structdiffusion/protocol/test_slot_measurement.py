@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS_OF_SHAPE, StructureSpec
+from grounding.spec import FIRST_SHAPES, LEGAL_VALUES, SHAPES, SLOTS_OF_SHAPE, StructureSpec
 from structdiffusion.data.scene_sampling import eligible, full_spec, layout_item
 from structdiffusion.geometry import wrap_angle
 from structdiffusion.layouts import lay_out
@@ -31,7 +31,8 @@ def some_items(library, shape, rng):
         nouns = ("plate", "fork", "knife", "spoon", "cup")
         chosen = [next(model for model in pool if model.category == noun) for noun in nouns]
     else:
-        chosen = [pool[i] for i in rng.permutation(len(pool))[: 3 if STRUCTURES[shape].stacks else 4]]
+        wanted = 3 if STRUCTURES[shape].stacks else max(4, STRUCTURES[shape].least)
+        chosen = STRUCTURES[shape].choose([pool[i] for i in rng.permutation(len(pool))], wanted, rng, True)
     return [layout_item(model, float(wrap_angle(rng.uniform(-3, 3)))) for model in chosen]
 
 
@@ -51,10 +52,11 @@ def test_what_was_laid_out_is_read_back(shape, library, built):
     for _ in range(12):
         spec, items, layout = some_layout(library, shape, rng)
         bodies = built(items, layout)
-        assert realised_shape(bodies, TABLE) == shape
+        if shape in FIRST_SHAPES:  # an open shape becomes one of these
+            assert realised_shape(bodies, TABLE) == shape
         if shape == "line":  # which faces both ways
             spec = replace(spec, rotation={"south": "north", "west": "east"}.get(spec.rotation, spec.rotation))
-        assert realised_spec(bodies, TABLE) == spec
+        assert realised_spec(bodies, TABLE, shape) == spec
         seen.update(spec.tokens())
     assert {slot for slot, _ in seen} == {"shape", *SLOTS_OF_SHAPE[shape]}
     assert {value for slot, value in seen if slot == "x_position"} == {"left", "center", "right"}

@@ -9,9 +9,11 @@ from structdiffusion.observation import Table
 from structdiffusion.structures import STRUCTURES
 from structdiffusion.structures.bodies import LayoutItem
 from structdiffusion.structures.checks import HEADING_MEASURE, PLACE_MEASURE, SIZE_MEASURE
+from tests.structdiffusion.structures import handmade
 from tests.structdiffusion.structures.handmade import ring, row, setting, tower
 
 GOOD = {"circle": ring(0.1), "line": row(), "tower": tower(), "table setting": setting(90.0)}
+GOOD |= {shape: getattr(handmade, shape)() for shape in SHAPES[4:]}
 each = pytest.mark.parametrize("shape", SHAPES)
 
 

@@ -1,0 +1,108 @@
+"""The grid: rows and columns at right angles. Rows run left to right; only the last, nearest row may be short.
+
+Object i takes place i, row by row from the far left. A grid faces nowhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from grounding.spec import StructureSpec
+from structdiffusion.evaluation_protocol import MAX_OFF_LATTICE, MAX_UNEVEN_PITCH, MIN_GRID_OBJECTS
+from structdiffusion.footprints import separation_along, turned
+from structdiffusion.observation import Table
+from structdiffusion.structures.bodies import LayoutItem, PlacedBody
+from structdiffusion.structures.checks import Check, count_check, on_table_check, position_checks, size_checks
+from structdiffusion.structures.keys import NO_KEYS, StructureKeys
+from structdiffusion.structures.lattice import divisions, fit_lattice
+from structdiffusion.structures.spread import SpreadStructure, draft_on_places, spread_ratio
+from structdiffusion.structures.structure import Draft, LayoutError
+
+_OBLONG = 0.4  # how much one more column than rows counts against a grid, compared with an empty place
+
+
+class Grid(SpreadStructure):
+    """Four or more objects in rows and columns."""
+
+    name = "grid"
+    least = MIN_GRID_OBJECTS
+    usual_counts = (4, 9)
+
+    def draft(
+        self,
+        items: Sequence[LayoutItem],
+        spec: StructureSpec,
+        heading: float,
+        rng: np.random.Generator,
+        keys: StructureKeys = NO_KEYS,
+    ) -> Draft:
+        """Draw a grid along the table's edges, in which long objects lie across the rows.
+
+        Raises:
+            LayoutError: for fewer than four objects, or a number of them that makes no such rows and columns.
+        """
+        self.require_enough(items)
+        rows, columns = rows_and_columns(len(items), keys.rows, keys.columns)
+        outlines = [turned(item.footprint, item.turn_to_axis(0.0)) for item in items]
+        numbers = np.array([divmod(k, columns) for k in range(len(items))])
+        steps = [_least_step(outlines, numbers, axis) for axis in (0, 1)]
+        # From the far left: -x from row to row, -y from column to column.
+        places = -(numbers - ((rows - 1) / 2, (columns - 1) / 2)) * steps
+        return draft_on_places(items, places, [0.0] * len(items), spec, 0.0, rng)
+
+    def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
+        """Check that all stand on a lattice of even pitches, size, and that all stand on the table."""
+        checks = [count_check(bodies, self.name, self.least)]
+        if len(bodies) < self.least:
+            return checks
+        fit = fit_lattice(np.array([body.centroid for body in bodies]))
+        checks.append(Check("distance to the lattice (m)", fit.off <= MAX_OFF_LATTICE, fit.off, f"<= {MAX_OFF_LATTICE:.3f}"))
+        limit = MAX_UNEVEN_PITCH
+        checks.append(Check("difference of pitches (m)", fit.uneven <= limit, fit.uneven, f"<= {limit:.3f}"))
+        checks.append(on_table_check(bodies))
+        if spec.size is not None:
+            checks += size_checks(spread_ratio(bodies), spec)
+        return checks + position_checks(bodies, fit.centre, spec, table)
+
+    def centre(self, bodies: Sequence[PlacedBody]) -> np.ndarray:
+        """Return the middle (2,) of all places; of fewer than four objects, the mean."""
+        if len(bodies) < self.least:
+            return super().centre(bodies)
+        return fit_lattice(np.array([body.centroid for body in bodies])).centre
+
+    def has_heading(self, bodies: Sequence[PlacedBody]) -> bool:
+        """Return that it faces nowhere."""
+        return False
+
+
+def rows_and_columns(count: int, rows: int | None = None, columns: int | None = None) -> tuple[int, int]:
+    """Return the numbers of rows and columns of a grid of so many objects: the requested ones, else a compact grid.
+
+    Raises:
+        LayoutError: where the requested numbers do not suit the objects.
+    """
+    if rows is not None and columns is not None:
+        if rows * columns != count:
+            raise LayoutError(f"a grid of {rows} by {columns} takes {rows * columns} objects, got {count}")
+        if min(rows, columns) < 2:
+            raise LayoutError(f"a grid of {rows} by {columns} is a line; a grid has 2 or more rows and columns")
+        return rows, columns
+    able = [
+        one for one in divisions(count) if (rows is None or one[0] == rows) and (columns is None or one[1] == columns)
+    ]
+    if not able:
+        asked = f"{rows} rows" if rows is not None else f"{columns} columns"
+        raise LayoutError(f"{count} objects make no grid of {asked} in which only the last row is short, and none is a line")
+    return min(able, key=lambda one: one[0] * one[1] - count + _OBLONG * abs(one[1] - one[0]) + (one[0] > one[1]) * 0.1)
+
+
+def _least_step(outlines: Sequence[np.ndarray], numbers: np.ndarray, axis: int) -> float:
+    """Return the pitch (m) in which neighbours along an axis clear each other."""
+    direction, least = -np.eye(2)[axis], 0.0
+    for i, one in enumerate(numbers):
+        for j, other in enumerate(numbers):
+            if other[axis] == one[axis] + 1 and other[1 - axis] == one[1 - axis]:
+                least = max(least, separation_along(outlines[i], outlines[j], direction))
+    return least

@@ -1,0 +1,31 @@
+"""The keys that a structure may be asked for besides its slots (evaluation protocol, part two)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from grounding.goals.parts import Order
+
+
+@dataclass(frozen=True)
+class StructureKeys:
+    """What a structure is asked for besides its slots; `None` where nobody asked.
+
+    Attributes:
+        order: how the objects follow one another; "listed" is the order in which they are given.
+        gap: clear distance between neighbours, metres.
+        radius: of a circle or an arc, to the centroids, metres.
+        length: of a line, between the centroids at its ends, metres.
+        rows: of a grid; rows run left to right, along y.
+        columns: of a grid.
+    """
+
+    order: Order | None = None
+    gap: float | None = None
+    radius: float | None = None
+    length: float | None = None
+    rows: int | None = None
+    columns: int | None = None
+
+
+NO_KEYS = StructureKeys()
