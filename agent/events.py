@@ -91,6 +91,10 @@ class Parsed(EventBase):
         prompt_sha256: checksum of the LLM's prompt, where it read.
         fallback: why another parser than the one that was asked for read it, or empty.
         before: in a conversation the goal that this one changes; `None` for a goal of its own.
+        goal: the whole goal, as `grounding.goals.goal.Goal.to_dict` has it; its objects are indices into `objects`, and
+            those of one plain structure the nouns that were named.
+        parts: one line for each part of a goal that is more than the five slots of one structure; empty otherwise.
+        objects: the names of the objects that the indices of such a goal mean.
     """
 
     spec: StructureSpec
@@ -104,6 +108,9 @@ class Parsed(EventBase):
     fallback: str
     seconds: float
     before: StructureSpec | None = None
+    goal: Mapping[str, Any] = field(default_factory=dict)
+    parts: tuple[str, ...] = ()
+    objects: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -201,7 +208,15 @@ class Imagined(EventBase):
 
 @dataclass(frozen=True)
 class Chosen(EventBase):
-    """The arrangement that will be built. `rank` counts from 1; it can change when the arm finds no plan for it."""
+    """The arrangement that will be built.
+
+    Attributes:
+        rank: counts from 1; it can change when the arm finds no plan for it.
+        scores: as in `Arrangement`.
+        goals: for each object that takes part its `name`, the `position` that its cloud's mean goes to, and
+            `goal_from_initial` (4, 4). For a goal of several parts also `parts`, the numbers of those that name it, from
+            1; `stays`, whether it is in its place already; `aside`, whether it only makes room.
+    """
 
     rank: int
     scores: Mapping[str, float]

@@ -1,6 +1,7 @@
 """Interpret an instruction together with the available objects: what to build, and with which objects.
 
-This module combines a parser, the selection of objects and the speaker's viewpoint. Positions and headings
+This module combines a parser of the five slots of one structure, the reader of goals of several parts, the selection
+of objects and the speaker's viewpoint. Positions and headings
 are spoken from the robot's side, or from across the table ("opposite"): then they are turned by 180
 degrees, except where they are said of the robot ("close to the robot", "on your left").
 """
@@ -14,6 +15,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from grounding.foreign_languages import foreign_language
+from grounding.goal_reading.reader import GoalReader, GoalReading
+from grounding.goal_reading.verdict import verdict
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
 from grounding.parse_result import OBJECT, Parse, Parser, Question, shortened, unreadable
 from grounding.parsers.llm_reply import IllegalReplyError, LLMError
 from grounding.parsers.spelling import mend
@@ -40,7 +45,7 @@ class Interpretation:
 
     Attributes:
         parse: what the parser made of it, in the speaker's own frame.
-        spec: the slots in the world's frame.
+        spec: the slots in the world's frame; of a goal of several parts those of its first structure, or none.
         status: "ok", "ask" or "refused"; refused also where the objects that are named are not there.
         message: why it is refused, the question, or what else must be said.
         viewpoint: whose left and right it speaks of, one of `VIEWPOINTS`.
@@ -53,6 +58,8 @@ class Interpretation:
             them; `None` where no objects are known or none could be selected.
         words: the text's own words for the objects; empty for everything.
         named: the nouns that chose the objects, or else the words; empty where everything is selected.
+        goal: what should hold in the end, in the world's frame; without parts where it is refused or asked about. Its
+            objects are indices into those that are there, or the text's words where none are known.
     """
 
     parse: Parse
@@ -67,6 +74,9 @@ class Interpretation:
     selection: Selection | None = None
     words: tuple[str, ...] = ()
     named: tuple[str, ...] = ()
+    goal: Goal = Goal()
+    _reader: GoalReader | None = field(default=None, repr=False, compare=False)
+    _plain_only: bool = field(default=False, repr=False, compare=False)
     _encoder: SentenceEncoder | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -84,9 +94,11 @@ class Interpretation:
             objects: what is there, as `select_objects` takes it.
             catalogue: whether it is a library that a scene can be drawn from.
         """
+        started = time.perf_counter()
+        if (whole := self._of_several_parts(objects, catalogue, started)) is not None:
+            return whole
         if self.parse.status == "refused":
             return self
-        started = time.perf_counter()
         text = self.parse.text if self.selection is None else self.selection.references or self.parse.text
         names = [each.name if isinstance(each, SceneObject) else each or "" for each in objects]
         try:
@@ -102,9 +114,48 @@ class Interpretation:
             selected = tuple(names[i] for i in selection.indices)
             some = len(selection.indices) < len(names)
             named = selection.named or (self.words if some else ())
+        goal = Goal()
+        if status == "ok":
+            everything = len(selection.indices) == len(names) and not selection.named and not selection.excluded
+            goal = Goal((StructurePart.of(self.spec, None if everything else selection.indices),))
         return replace(
             self, status=status, message=message, question=question, objects=selected, selection=selection,
-            named=named, seconds=self.seconds + time.perf_counter() - started,
+            named=named, goal=goal, seconds=self.seconds + time.perf_counter() - started,
+        )  # fmt: skip
+
+    def _of_several_parts(
+        self, objects: Sequence[SceneObject | str | None] | None, catalogue: bool, started: float
+    ) -> Interpretation | None:
+        """Interpret it as a goal of more than one plain structure; `None` where it is none."""
+        if self._reader is None:
+            return None
+        reading = self._reader.read(self.parse.text, objects, catalogue)
+        found = verdict(self.parse, reading, self._plain_only)
+        if found is None:
+            return None
+        seconds = self.seconds + time.perf_counter() - started
+        if found.status == "ok" and self._plain_only:
+            text = f"{shortened(self.parse.text)!r} asks for more than one structure of five slots, which cannot be built yet: {reading.goal}"
+            found = replace(found, status="refused", message=text)
+        if found.status != "ok":
+            return replace(
+                self, spec=StructureSpec(), status=found.status, message=found.message, question=found.question,
+                objects=None, selection=None, named=(), goal=Goal(), seconds=seconds,
+            )  # fmt: skip
+        goal = reading.goal.turned() if self.viewpoint == "opposite" else reading.goal
+        spec = goal.structures[0].spec if goal.structures else StructureSpec()
+        if objects is None:
+            words = tuple(map(str, goal.named_objects()))
+            return replace(
+                self, spec=spec, status="ok", message="", question=None, objects=words or None, words=words,
+                named=words, goal=goal, seconds=seconds,
+            )  # fmt: skip
+        names = [each.name if isinstance(each, SceneObject) else each or "" for each in objects]
+        selection = _selection_of(goal, reading, len(names))
+        return replace(
+            self, spec=spec, status="ok", message="; ".join(reading.notes), question=None,
+            objects=tuple(names[i] for i in selection.indices), selection=selection, named=selection.named, goal=goal,
+            seconds=seconds,
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
@@ -113,6 +164,7 @@ class Interpretation:
         question = self.question
         return {
             "text": parse.text,
+            "goal": self.goal.to_dict(),
             "spec": self.spec.to_dict() | {"objects": None if self.objects is None else list(self.objects)},
             "status": self.status,
             "message": self.message,
@@ -137,6 +189,7 @@ class Interpreter:
         fallback: makes the one that is used instead; `None` raises the error.
         viewpoint: one of `VIEWPOINTS`.
         encoder: finds what nouns mean that the selection's tables do not know; `None` does without.
+        plain_only: refuse goals that are not one structure of five slots, where no more can be built.
 
     Raises:
         ViewpointError: for another viewpoint.
@@ -148,6 +201,7 @@ class Interpreter:
         fallback: Callable[[], Parser] | None = None,
         viewpoint: str = "robot",
         encoder: SentenceEncoder | None = None,
+        plain_only: bool = False,
     ) -> None:
         if viewpoint not in VIEWPOINTS:
             raise ViewpointError(
@@ -155,7 +209,8 @@ class Interpreter:
             )
         self.viewpoint = viewpoint
         self._make_parser, self._make_fallback = parser, fallback
-        self._encoder = encoder
+        self._encoder, self._plain_only = encoder, plain_only
+        self._reader = GoalReader(encoder, viewpoint == "opposite")
         self._parser: Parser | None = None
         self._substitute: Parser | None = None
         self.fallback = ""
@@ -266,9 +321,25 @@ class Interpreter:
         seconds += time.perf_counter() - started
         found = Interpretation(
             parse, spec, parse.status, parse.message, self.viewpoint, words or None, seconds, fallback,
-            parse.question, words=words, named=words, _encoder=self._encoder,
+            parse.question, words=words, named=words, goal=_plain_goal(parse, spec, words), _reader=self._reader,
+            _plain_only=self._plain_only, _encoder=self._encoder,
         )  # fmt: skip
-        return found if objects is None else found.among(objects)
+        if objects is not None:
+            return found.among(objects)
+        return found._of_several_parts(None, False, time.perf_counter()) or found
+
+
+def _plain_goal(parse: Parse, spec: StructureSpec, words: tuple[str, ...]) -> Goal:
+    """Return the goal of one structure, of which the objects are not known yet."""
+    return Goal((StructurePart.of(spec, words or None),)) if parse.status == "ok" else Goal()
+
+
+def _selection_of(goal: Goal, reading: GoalReading, count: int) -> Selection:
+    """Return all objects that a goal needs: what it places, and what it places them by."""
+    named = tuple(one for one in goal.named_objects() if isinstance(one, int))
+    everything = any(part.objects is None for part in goal.structures)
+    indices = tuple(range(count)) if everything else tuple(sorted(named))
+    return Selection(indices, reading.nouns, (), tuple(sorted(named)), reading.described, reading.notes)
 
 
 def _not_english(text: str, language: str) -> str:

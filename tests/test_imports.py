@@ -22,7 +22,7 @@ LAYERS = (
     ("grounding.corpus", "grounding.viewpoint", "structdiffusion.footprints"),
     ("grounding.benchmark", "grounding.parsers", "structdiffusion.objects", "structdiffusion.structures"),
     ("grounding.references", "grounding.training", "structdiffusion.layouts", "structdiffusion.simulation"),
-    ("grounding.dialogue", "grounding.foreign_languages", "grounding.unsupported", "structdiffusion.relations"),
+    ("grounding.dialogue", "grounding.foreign_languages", "grounding.goal_reading", "grounding.unsupported", "structdiffusion.relations"),
     ("grounding.interpreter", "structdiffusion.parallel_imports", "structdiffusion.protocol", "structdiffusion.worker_process"),
     ("structdiffusion.parallel",),
     ("structdiffusion.completion", "structdiffusion.data"),

@@ -25,11 +25,11 @@ from agent.arm.grasps import Grasp
 from agent.arm.kinematics import JacoArm
 from agent.arm.motion_planner import PlanningScene
 from agent.arm.placement_order import bottom_at, precedence
+from agent.arm.placement_rules import PlacementRules
 from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
 from agent.arm.recovery import SETTLE_SECONDS, fold, is_folded, leave_start, set_down_below, withdraw
 from agent.arm.task_planner import SHORT_APPROACH, ObjectPlan, Search
 from agent.arm.trajectories import straight_line
-from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
 from structdiffusion.geometry import raised, tilt_between, transform_points, turn_of
 from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.simulation.world import FALLEN, TabletopWorld
@@ -55,6 +55,7 @@ def build_structure(
     hold: str = "weld",
     on_step: Callable[[], None] | None = None,
     log: MotionListener | None = None,
+    rules: PlacementRules = PlacementRules(),
 ) -> Generator[ArmEvent, None, None]:
     """Find the first arrangement with a plan for every object, build it, and yield the events of each step.
 
@@ -62,11 +63,12 @@ def build_structure(
         world: the true objects; `world.bodies[i]` is `scene.objects[i]`. Planning never looks at its models.
         arm: the arm, loaded into `world.client`, its hand empty (`agent.arm.recovery.tidy_up` sees to that).
         scene: what was perceived before anything moved.
-        arrangements: proposed goals, best first.
+        arrangements: proposed goals, best first; an object whose motion is the identity stays.
         planning_checks: the most configurations that the search over all arrangements may check.
         hold: "weld" (see the module's text) or "friction".
         on_step: called after every physics step.
         log: receives every motion of the arm.
+        rules: what else is known of the placements.
 
     Yields:
         `PlanFailed` for every arrangement without a plan, `Planned` for the one that is built, then per
@@ -80,7 +82,7 @@ def build_structure(
     if hold not in HOLDS:
         raise ValueError(f"hold cannot be {hold!r}; legal values: {', '.join(HOLDS)}")
     with PlanningScene(rng.spawn(1)[0], arm.kinematics) as planning:
-        search = Search(planning, rng, scene.table)
+        search = Search(planning, rng, scene.table, rules)
         plans = yield from find_plan(search, scene, arrangements, planning_checks)
         if plans is None:
             return
@@ -113,6 +115,8 @@ class _Builder:
         self.start_bottoms = [cloud.bottom for cloud in scene.objects]
         self.start_poses = self.world.poses()[: self.count]
         *_, self.stands_on = precedence(self.start_clouds, list(self.goal_from_initial), self.start_bottoms)
+        for index, containers in search.rules.into.items():
+            self.stands_on[index] = next((key for key in containers if isinstance(key, int)), self.stands_on[index])
         self.expected = [np.eye(4)] * self.count  # now_from_initial as planned so far
         self.driver.let_sleep(True)
         self._pose_before = np.eye(4)  # of the object being moved, when its plan was made
@@ -279,9 +283,9 @@ class _Builder:
         """Correct the lowering path by the measured pose of the object in the hand."""
         hand_from_object = np.linalg.inv(self.arm.world_from_ee()) @ self.world.pose(plan.object)
         planned_pick = plan.grasp.world_from_ee
-        goal = raised(plan.goal_from_now, RELEASE_HEIGHT) @ self._pose_before
+        goal = raised(plan.goal_from_now, plan.release) @ self._pose_before
         release = goal @ np.linalg.inv(hand_from_object)
-        planned = raised(plan.goal_from_now @ planned_pick, RELEASE_HEIGHT)
+        planned = raised(plan.goal_from_now @ planned_pick, plan.release)
         offset = release @ np.linalg.inv(planned)
         angle = turn_of(offset)
         if np.linalg.norm(release[:3, 3] - planned[:3, 3]) > 0.03 or angle > 0.25:

@@ -10,6 +10,7 @@ import numpy as np
 from agent.arm.events import ArmEvent, PlanFailed, Planned
 from agent.arm.kinematics import Kinematics
 from agent.arm.motion_planner import PlanningScene
+from agent.arm.placement_rules import PlacementRules
 from agent.arm.task_planner import ObjectPlan, Search
 from structdiffusion.observation import Arrangement, Scene
 
@@ -25,6 +26,7 @@ def plan_structure(
     rng: np.random.Generator,
     planning_checks: int = PLANNING_CHECKS,
     kinematics: Kinematics = Kinematics(),
+    rules: PlacementRules = PlacementRules(),
 ) -> Iterator[ArmEvent]:
     """Find the first arrangement with a plan for every object, without moving anything.
 
@@ -34,7 +36,7 @@ def plan_structure(
         `PlanFailed` for every arrangement without a plan, and `Planned` for the first that has one.
     """
     with PlanningScene(rng.spawn(1)[0], kinematics) as planning:
-        yield from find_plan(Search(planning, rng, scene.table), scene, arrangements, planning_checks)
+        yield from find_plan(Search(planning, rng, scene.table, rules), scene, arrangements, planning_checks)
 
 
 def find_plan(
@@ -49,7 +51,7 @@ def find_plan(
         plans, blocked, reason = search.arrangement(
             clouds, distractors, arrangement.goal_from_initial, planning_checks, bottoms
         )
-        if plans:
+        if not reason:
             order, grasps = tuple(plan.object for plan in plans), tuple(plan.grasp.kind for plan in plans)
             yield Planned(rank, order, grasps, time.monotonic() - began)
             return rank, plans

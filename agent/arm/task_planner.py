@@ -7,14 +7,16 @@ collision-free motion to each; only perceived clouds are used.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from agent.arm.grasps import Grasp, grasps_of, is_round
 from agent.arm.motion_planner import PlanningScene, solid_hull
+from agent.arm.containers import WALLS, walls_of
 from agent.arm.placement_order import asides, bottom_at, precedence
+from agent.arm.placement_rules import ObstacleKey, PlacementRules, moving
 from agent.arm.trajectories import interpolate, straight_line
 from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
 from structdiffusion.geometry import pose_from_xyz_yaw, raised, transform_points
@@ -26,6 +28,8 @@ TOUCHING = -0.001  # m of overlap with the floor that is allowed: in a grasp the
 UP = np.array([0.0, 0.0, 1.0])
 RESTARTS = 4
 PAIRS_TRIED = 24
+# m above the goal where an object is released; a hand that does not fit into a container lets go above it.
+RELEASES_INTO = (RELEASE_HEIGHT, 0.06, 0.10)
 SPINS = 8  # turns about the upright axis that are tried at the goal of a round object
 
 
@@ -42,6 +46,7 @@ class ObjectPlan:
         goal_from_now: (4, 4) the planned motion of the object, without the release height.
         spun: whether the object is round, so that its rotation at the goal is free.
         aside: whether this only moves the object out of another's way.
+        release: m above the goal where it is released.
     """
 
     object: int
@@ -56,6 +61,7 @@ class ObjectPlan:
     goal_from_now: np.ndarray
     spun: bool
     aside: bool = False
+    release: float = RELEASE_HEIGHT
 
 
 def _alike(a: Grasp, b: Grasp) -> bool:
@@ -72,12 +78,19 @@ class Search:
         scene: the planning scene.
         rng: draws the restarts of the inverse kinematics.
         table: the table top to which objects can be moved out of the way.
+        rules: what else is known of the placements.
     """
 
-    def __init__(self, scene: PlanningScene, rng: np.random.Generator, table: Table = Table()) -> None:
+    def __init__(
+        self,
+        scene: PlanningScene,
+        rng: np.random.Generator,
+        table: Table = Table(),
+        rules: PlacementRules = PlacementRules(),
+    ) -> None:
         self.scene = scene
         self.kinematics = scene.kinematics
-        self.rng, self.table = rng, table
+        self.rng, self.table, self.rules = rng, table, rules
 
     def arrangement(
         self,
@@ -91,7 +104,7 @@ class Search:
 
         Args:
             clouds, distractors: (P, 3) each, in their initial places.
-            goal_from_initial: (N, 4, 4).
+            goal_from_initial: (N, 4, 4); an object whose motion is the identity stays.
             limit: the number of the scene's `checks` after which the search ends.
             bottoms: z of the surface that each object stands on at first; by default the table.
 
@@ -104,10 +117,11 @@ class Search:
         bottoms = [0.0] * count if bottoms is None else list(bottoms)
         motions = list(goal_from_initial)  # goal_from_now, of the objects that still wait
         plans: list[ObjectPlan] = []
-        done: set[int] = set()
+        done = set(range(count)) - set(moving(goal_from_initial))
         moved_aside = 0
         while len(done) < count:
             under, in_the_way, _ = precedence(current, motions, bottoms)
+            under = [below | self.rules.after.get(i, frozenset()) for i, below in enumerate(under)]
             lowest = [bottom_at(motions[i], current[i], bottoms[i]) for i in range(count)]
             far = [transform_points(motions[i], current[i])[:, 0].mean() for i in range(count)]
             # Low goals first, then far ones, so that the arm need not reach over what it has built.
@@ -159,39 +173,56 @@ class Search:
             avoid: grasps that failed before; similar ones are left out.
         """
         scene = self.scene
-        self.set_out(clouds, distractors, bottoms)
+        self.set_out(clouds, distractors, bottoms, self.rules.into.get(index, frozenset()))
         found = grasps_of(clouds[index], bottoms[index])
         grasps = [grasp for grasp in found if not any(_alike(grasp, other) for other in avoid)]
         if not grasps:
             return None, "no grasp fits the hand"
         start = self.kinematics.folded if start is None else start
-        spun = is_round(clouds[index])
-        pairs = self._reachable_pairs(grasps, clouds[index], goal_from_now, SPINS if spun else 1)
-        if not pairs:
-            return None, "no grasp is within reach both now and at the goal"
+        spun, into = is_round(clouds[index]), index in self.rules.into
         hull = solid_hull(clouds[index], bottoms[index])
         goal_hull = transform_points(goal_from_now, hull)
-        reason = "every grasp within reach collides"
-        for pick, goal_motion, q_pick, q_place in pairs[:PAIRS_TRIED]:
-            if scene.checks > limit:
-                return None, "the search was given up: it took too long"
-            found, why = self._motions(index, hull, goal_hull, pick, goal_motion, q_pick, q_place, start)
-            if found is not None:
-                return replace(found, spun=spun), ""
-            reason = why or reason
+        reason = "no grasp is within reach both now and at the goal"
+        for release in RELEASES_INTO if into else (RELEASE_HEIGHT,):
+            pairs = self._reachable_pairs(grasps, clouds[index], goal_from_now, SPINS if spun else 1, release)
+            for pick, goal_motion, q_pick, q_place in pairs[:PAIRS_TRIED]:
+                if scene.checks > limit:
+                    return None, "the search was given up: it took too long"
+                plan, why = self._motions(index, hull, goal_hull, pick, goal_motion, q_pick, q_place, start, release)
+                if plan is not None:
+                    return replace(plan, spun=spun), ""
+                reason = why or "every grasp within reach collides"
         return None, reason
 
     def set_out(
-        self, clouds: Sequence[np.ndarray], distractors: Sequence[np.ndarray], bottoms: Sequence[float]
+        self,
+        clouds: Sequence[np.ndarray],
+        distractors: Sequence[np.ndarray],
+        bottoms: Sequence[float],
+        open_ones: Collection[ObstacleKey] = (),
     ) -> None:
-        """Add every object as an obstacle in its present place."""
-        for j, cloud in enumerate(clouds):
-            self.scene.set_obstacle(j, solid_hull(cloud, bottoms[j]))
-        for j, cloud in enumerate(distractors):
-            self.scene.set_obstacle(("distractor", j), solid_hull(cloud))
+        """Add every object as an obstacle in its present place.
+
+        Args:
+            clouds, distractors: (P, 3) each, now. bottoms: z of the surface that each of the `clouds` stands on.
+            open_ones: which of them are containers that something goes into: only their walls are obstacles.
+        """
+        placed: list[tuple[ObstacleKey, np.ndarray, float]] = list(zip(range(len(clouds)), clouds, bottoms))
+        placed += [(("distractor", j), cloud, 0.0) for j, cloud in enumerate(distractors)]
+        for key, cloud, bottom in placed:
+            walls = walls_of(cloud, bottom) if key in open_ones else []
+            for number in range(WALLS):
+                if number < len(walls):
+                    self.scene.set_obstacle((key, number), walls[number])
+                else:
+                    self.scene.remove_obstacle((key, number))
+            if walls:
+                self.scene.remove_obstacle(key)
+            else:
+                self.scene.set_obstacle(key, solid_hull(cloud, bottom))
 
     def _reachable_pairs(
-        self, grasps: Sequence[Grasp], cloud: np.ndarray, goal_from_now: np.ndarray, spins: int
+        self, grasps: Sequence[Grasp], cloud: np.ndarray, goal_from_now: np.ndarray, spins: int, release: float
     ) -> list[tuple[Grasp, np.ndarray, np.ndarray, np.ndarray]]:
         """Return tuples, best first: grasp, motion to the goal, joint angles at the pick and at the release."""
         kinematics, folded = self.kinematics, self.kinematics.folded
@@ -216,7 +247,7 @@ class Search:
         if not rows:
             return []
         rows = rows[:160]
-        targets = np.stack([raised(motions[m] @ grasps[g].world_from_ee, RELEASE_HEIGHT) for g, _, m in rows])
+        targets = np.stack([raised(motions[m] @ grasps[g].world_from_ee, release) for g, _, m in rows])
         q_place, reached = kinematics.inverse(targets, np.stack([q[r] for _, r, _ in rows]))
         pairs = []
         for k, (g, r, m) in enumerate(rows):
@@ -254,11 +285,12 @@ class Search:
         q_pick: np.ndarray,
         q_place: np.ndarray,
         start: np.ndarray,
+        release: float,
     ) -> tuple[ObjectPlan | None, str]:
         """Plan all motions for one grasp; without one, return `None` and the obstacle."""
         scene = self.scene
         at_pick = grasp.world_from_ee
-        at_place = raised(goal_motion @ at_pick, RELEASE_HEIGHT)
+        at_place = raised(goal_motion @ at_pick, release)
         scene.release()
         scene.set_fingers([grasp.opening] * 3)
         scene.remove_obstacle(index)
@@ -293,7 +325,7 @@ class Search:
         return (
             ObjectPlan(
                 index, grasp, reach, back[::-1], lift, transfer, above[::-1], retreat, interpolate(fold, 1.0),
-                goal_motion, spun=False,
+                goal_motion, spun=False, release=release,
             ),
             "",
         )

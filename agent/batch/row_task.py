@@ -6,7 +6,8 @@
 | `fingerprint` | of everything that decides the result; a row that has changed is carried out again |
 | `success`, `exit_code` | as of a run; 1 where the tool itself broke down, or its process died |
 | `step`, `message` | where and why it failed: a step of a run, "row" for a bad row, "crash" |
-| `spec`, `rank`, `score` | what was read, and the arrangement that was tried: its place from 1, and its total score |
+| `spec`, `goal` | what was read: the five slots of one structure, and the goal with all its parts |
+| `rank`, `score` | the arrangement that was tried: its place from 1, and its total score |
 | `failure_class`, `checks` | the first cause of failure, and every check with its measured value and limit |
 | `report` | the page, seen from the batch's folder |
 | `seconds` | step -> time, and the whole as "total": the only key that differs when a row is carried out again |
@@ -99,6 +100,7 @@ def _result(row: Row, report: Mapping[str, Any], page: str | None) -> dict[str, 
         "step": outcome["step"],
         "message": outcome["message"],
         "spec": None if report["parse"] is None else report["parse"]["spec"],
+        "goal": None if report["parse"] is None else report["parse"]["goal"],
         "rank": chosen.get("rank"),
         "score": chosen.get("scores", {}).get("total"),
         "failure_class": verdict.get("failure_class"),
@@ -126,6 +128,7 @@ def _blank(line: int, row_id: str, text: str | None) -> dict[str, Any]:
         "step": None,
         "message": None,
         "spec": None,
+        "goal": None,
         "rank": None,
         "score": None,
         "failure_class": None,

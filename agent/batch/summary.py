@@ -74,7 +74,7 @@ class Summary:
         of_shape: dict[str, list[Mapping[str, Any]]] = {}
         for result in self.results:
             if result["spec"] is not None:
-                of_shape.setdefault(result["spec"]["shape"] or "open", []).append(result)
+                of_shape.setdefault(_kind_of_goal(result), []).append(result)
         return {
             shape: {
                 "rows": len(results),
@@ -113,6 +113,12 @@ def outcome_in_words(result: Mapping[str, Any]) -> str:
     """Return the outcome of a row in words, such as "failed: no valid goal"."""
     said = OUTCOMES[result["exit_code"]]
     return said if result["success"] else f"failed: {said}"
+
+
+def _kind_of_goal(result: Mapping[str, Any]) -> str:
+    """Return what a row asked for: the shape or the relation of its only part, or "several parts"."""
+    parts = (result.get("goal") or {}).get("parts") or [result["spec"]]  # results of before have the slots alone
+    return "several parts" if len(parts) > 1 else parts[0].get("relation") or parts[0].get("shape") or "open"
 
 
 def _cut(message: str, most: int | None) -> str:

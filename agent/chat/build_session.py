@@ -10,6 +10,7 @@ import numpy as np
 
 from agent import events
 from agent.arm.events import Planned
+from agent.arm.placement_rules import PlacementRules
 from agent.chat.state import Build, Proposal, Situation
 from agent.chat.table_session import TableSession
 from agent.chat.turn import Turn
@@ -17,12 +18,14 @@ from agent.errors import DONE, PartlyDone, UsageError
 from agent.event_base import Event, Listener
 from agent.pipeline.building import LAST_PICTURE, build_with_arm, forward_events
 from agent.pipeline.candidates import filter_viable
-from agent.pipeline.event_builders import describe_shortfall, perceived_event
-from agent.pipeline.proposing import propose_arrangements
+from agent.pipeline.event_builders import describe_aside, describe_shortfall, perceived_event
+from agent.pipeline.proposing import propose_arrangements, propose_goal
 from agent.pipeline.release import release_in_physics
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions, make_goal
+from agent.pipeline.table_goal import TableGoal, planned_as_structure, put_on_table, structure_of
 from grounding.spec import StructureSpec
+from structdiffusion.observation import Scene
 
 
 class BuildSession(TableSession):
@@ -39,12 +42,21 @@ class BuildSession(TableSession):
         if self.table.tidy_up():
             self.send(events.Noted("the arm emptied its hand and folded"))
             situation = replace(situation, poses=self.table.poses())
-        self.table.involve(situation.objects)
         self.table.missing = situation.missing
+        wanted, everything, parts = None, None, situation.parts
+        if parts is None:
+            self.table.involve(situation.objects)
+            if not planned_as_structure(situation.spec):
+                parts = structure_of(self.table, situation.spec)
+        if parts is None:
+            scene = self.table.look()
+        else:
+            wanted, everything = put_on_table(self.table, parts)
+            scene = everything.select(wanted.movable)
         if shortfall := describe_shortfall(self.table, "take part"):
             self.send(events.Noted(shortfall))
-        scene = self.table.look()
-        self.send(perceived_event(scene, time.perf_counter() - began, self.table))
+        looking = time.perf_counter() - began
+        self.send(perceived_event(scene, looking, self.table))
         self._turn.step = "imagination"
         options, cache = self.options, self._cache
         planner = cache.planner(options.model, options.weights, options.allow_unverified)
@@ -52,13 +64,34 @@ class BuildSession(TableSession):
         for one in networks.values():
             if not one.verified:
                 self.send(events.Noted(one.card))
-        goal = make_goal(situation.spec, cache.encoder)
-        imagined = propose_arrangements(planner, options.model, scene, goal, options.seed, self.send)
+        if wanted is None or everything is None:
+            goal = make_goal(situation.spec, cache.encoder)
+            imagined = propose_arrangements(planner, options.model, scene, goal, options.seed, self.send)
+        else:
+            imagined = self._imagined_parts(wanted, everything, looking)
         imagined = replace(imagined, networks=networks)
         self.send(imagined)
-        proposal = Proposal(situation.spec, scene, imagined, len(filter_viable(imagined.arrangements)))
+        viable = len(filter_viable(imagined.arrangements))
+        proposal = Proposal(situation.spec or StructureSpec(), imagined.scene, imagined, viable, several=wanted)
         self._remember(replace(situation, proposal=proposal, shown=proposal))
         self.send(proposal.chosen)
+        if aside := describe_aside(proposal.chosen):
+            self.send(events.Noted(aside))
+
+    def _imagined_parts(self, wanted: TableGoal, everything: Scene, looking: float) -> events.Imagined:
+        """Propose arrangements for a goal of several parts; what they set aside takes part too.
+
+        Args:
+            wanted, everything: as `put_on_table` gives them.
+            looking: how long the look at the table took, in seconds.
+        """
+        options = self.options
+        planner = self._cache.goal_planner(options.model, options.weights, options.allow_unverified)
+        imagined = propose_goal(planner, options.model, everything, wanted, options.seed)
+        if len(imagined.scene.objects) > self.table.count:
+            self.table.involve([cloud.name for cloud in imagined.scene.objects])
+            self.send(perceived_event(imagined.scene, looking, self.table))
+        return imagined
 
     def choose(self, rank: int) -> None:
         """Choose another arrangement to be built.
@@ -115,7 +148,10 @@ class BuildSession(TableSession):
         proposal = self._proposed()
         rng = np.random.default_rng(self.options.seed)
         kinematics = self.table.arm.kinematics
-        for event in plan_structure(proposal.scene, proposal.arrangements_to_try[:1], rng=rng, kinematics=kinematics):
+        several = proposal.several
+        rules = PlacementRules() if several is None else several.placement_rules(proposal.scene)
+        arrangements = proposal.arrangements_to_try[:1]
+        for event in plan_structure(proposal.scene, arrangements, rng=rng, kinematics=kinematics, rules=rules):
             self.send(replace(event, arrangement=proposal.rank - 1))
 
     def go(self) -> bool:
@@ -130,10 +166,10 @@ class BuildSession(TableSession):
                 arrangements = proposal.arrangements_to_try
                 if options.execute:
                     building = build_with_arm(
-                        self.table, proposal.scene, proposal.spec, arrangements, options.seed, ranks=proposal.ranks_to_try
+                        self.table, proposal.scene, proposal.wanted, arrangements, options.seed, ranks=proposal.ranks_to_try
                     )
                 else:
-                    building = release_in_physics(self.table, proposal.scene, proposal.spec, arrangements[0])
+                    building = release_in_physics(self.table, proposal.scene, proposal.wanted, arrangements[0])
                 for _ in forward_events(building, self._watched):
                     pass
                 if shortfall := describe_shortfall(self.table, "stand as asked"):

@@ -11,7 +11,9 @@ import numpy as np
 
 from agent import events
 from agent.pipeline.event_builders import chosen_event
+from agent.pipeline.table_goal import TableGoal
 from grounding.dialogue.revise import Revision
+from grounding.goals.goal import Goal
 from grounding.parse_result import OPEN, WHICH_SHAPE
 from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
 from grounding.unsupported import CORNER, CORNERS
@@ -30,6 +32,7 @@ class Proposal:
         imagined: every arrangement.
         viable_count: how many of them, the best first, are worth a try.
         rank: of the chosen one, from 1.
+        several: a goal of several parts, in the world's frame; `None` for one structure, which `spec` says.
     """
 
     spec: StructureSpec
@@ -37,11 +40,17 @@ class Proposal:
     imagined: events.Imagined
     viable_count: int
     rank: int = 1
+    several: TableGoal | None = None
 
     @property
     def chosen(self) -> events.Chosen:
         """The event of the choice."""
-        return chosen_event(self.rank, self.imagined.arrangements[self.rank - 1], self.scene)
+        return chosen_event(self.rank, self.imagined.arrangements[self.rank - 1], self.scene, self.several)
+
+    @property
+    def wanted(self) -> StructureSpec | TableGoal:
+        """What is asked for."""
+        return self.spec if self.several is None else self.several
 
     @property
     def ranks_to_try(self) -> list[int]:
@@ -55,7 +64,11 @@ class Proposal:
 
     @cached_property
     def realised(self) -> StructureSpec:
-        """The size, place and heading that the chosen arrangement has, asked for or not, in the world's frame."""
+        """The size, place and heading that the chosen arrangement has, asked for or not, in the world's frame; nothing
+        for a goal of several parts.
+        """
+        if self.several is not None:
+            return StructureSpec()
         from structdiffusion.completion.estimate import estimate, imagined_bodies
         from structdiffusion.protocol.slot_measurement import realised_spec
 
@@ -96,6 +109,8 @@ class Situation:
         shown: the last proposal, also where it was declined or is built.
         missing: name -> why an object that was asked for takes no part.
         builds: what was built up to here and not put back, the last one last.
+        parts: a goal of several parts in the world's frame, its objects as indices into the table's `original_names`;
+            `None` where what is wanted is the one structure of `goal`.
     """
 
     goal: StructureSpec | None
@@ -106,6 +121,7 @@ class Situation:
     shown: Proposal | None = None
     missing: Mapping[str, str] = field(default_factory=dict)
     builds: tuple[Build, ...] = ()
+    parts: Goal | None = None
 
     @property
     def stands(self) -> StructureSpec | None:

@@ -23,6 +23,7 @@ from agent.reporting.event_text import (
     check_sentence,
     describe_row,
     parse_notes,
+    part_lines,
     verdict_sentence,
     verdict_title,
 )
@@ -226,6 +227,12 @@ class ChatScreen:
         """The slots; of a correction those alone that it changed."""
         before, changed = payload["before"], payload["before"] is not None
         self._text.title("changed" if changed else "understood", payload["seconds"])
+        if payload.get("parts"):
+            self._text.block("\n".join(part_lines(payload)))
+            self._named = payload["named"]
+            for note in parse_notes(payload):
+                self.note(f"  {note}")
+            return
         rows = []
         for slot, value in payload["spec"].items():
             said = value or "left open"

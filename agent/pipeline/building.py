@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -11,9 +11,11 @@ import numpy as np
 
 from agent import events
 from agent.arm.events import Picked, Placed, PlaceFailed, PlanFailed, Planned
+from agent.arm.placement_rules import PlacementRules, moving
 from agent.errors import ExecutionFailed
 from agent.event_base import Event
-from agent.pipeline.event_builders import chosen_event
+from agent.pipeline.event_builders import chosen_event, describe_aside
+from agent.pipeline.table_goal import TableGoal
 
 if TYPE_CHECKING:
     from agent.pipeline.film import Film
@@ -28,7 +30,7 @@ LAST_PICTURE = "camera-after"  # taken when the arm is done and what it built is
 def build_with_arm(
     table: TableScene,
     scene: Scene,
-    spec: StructureSpec,
+    wanted: StructureSpec | TableGoal,
     arrangements: Sequence[Arrangement],
     seed: int,
     *,
@@ -42,7 +44,7 @@ def build_with_arm(
     Args:
         table: where it is built.
         scene: what was seen there.
-        spec: what was asked for.
+        wanted: what was asked for: the slots of one structure, or a goal of several parts.
         arrangements: proposed goals, best first.
         seed: of what the arm's planning draws at random.
         ranks: of the arrangements, from 1; by default they are numbered in order.
@@ -60,7 +62,9 @@ def build_with_arm(
 
     initial = np.array(table.world.poses()[: table.count])
     rng = np.random.default_rng(seed)
-    progress = _BuildProgress(table, scene, arrangements, ranks or range(1, len(arrangements) + 1))
+    several = wanted if isinstance(wanted, TableGoal) else None
+    rules = PlacementRules() if several is None else several.placement_rules(scene)
+    progress = _BuildProgress(table, scene, arrangements, ranks or range(1, len(arrangements) + 1), several)
     reel = Film(lambda: table.picture(SHOULDER))
 
     def after_step() -> None:
@@ -70,14 +74,16 @@ def build_with_arm(
             on_step(table)
 
     try:
-        work = build_structure(table.world, table.arm, scene, arrangements, rng=rng, on_step=after_step, log=log)
+        work = build_structure(
+            table.world, table.arm, scene, arrangements, rng=rng, on_step=after_step, log=log, rules=rules
+        )
         yield from forward_events(work, progress.with_context)
     except (Exception, KeyboardInterrupt):  # not `finally`: a generator that is closed may yield nothing more
         yield from _finished_film(reel)
         raise
     yield from _finished_film(reel)
-    goals = arrangements[progress.index].goal_from_initial @ initial
-    yield from _judge(table, spec, goals, len(set(progress.placed)), progress.trouble)
+    motions = arrangements[progress.index].goal_from_initial
+    yield from _judge(table, wanted, moving(motions), motions @ initial, set(progress.placed), progress.trouble)
 
 
 class _BuildProgress:
@@ -90,9 +96,15 @@ class _BuildProgress:
     """
 
     def __init__(
-        self, table: TableScene, scene: Scene, arrangements: Sequence[Arrangement], ranks: Sequence[int]
+        self,
+        table: TableScene,
+        scene: Scene,
+        arrangements: Sequence[Arrangement],
+        ranks: Sequence[int],
+        wanted: TableGoal | None,
     ) -> None:
         self._table, self._scene, self._arrangements, self._ranks = table, scene, arrangements, ranks
+        self._wanted = wanted
         self.index, self.trouble = 0, "no arrangement could be planned"
         self.placed: list[int] = []
 
@@ -102,7 +114,10 @@ class _BuildProgress:
 
         if isinstance(event, Planned) and event.arrangement != self.index:
             self.index = event.arrangement
-            yield chosen_event(self._ranks[self.index], self._arrangements[self.index], self._scene)
+            chosen = chosen_event(self._ranks[self.index], self._arrangements[self.index], self._scene, self._wanted)
+            yield chosen
+            if aside := describe_aside(chosen):
+                yield events.Noted(aside)
         if isinstance(event, Planned | PlanFailed):
             event = replace(event, arrangement=self._ranks[event.arrangement] - 1)
         yield event
@@ -143,18 +158,28 @@ def _finished_film(reel: Film) -> Iterator[events.Filmed]:
 
 
 def _judge(
-    table: TableScene, spec: StructureSpec, goals: np.ndarray, placed: int, trouble: str
+    table: TableScene,
+    wanted: StructureSpec | TableGoal,
+    to_move: Sequence[int],
+    world_from_goal: np.ndarray,
+    placed: Collection[int],
+    trouble: str,
 ) -> Iterator[Event]:
-    from agent.pipeline.verdict import judge_built
+    from agent.pipeline.verdict import judge_built, judge_goal
 
     began = time.perf_counter()
-    if placed < table.count:
-        yield events.Pictured(LAST_PICTURE, "the scene in the end, through the camera", table.picture())
-        raise ExecutionFailed(f"{placed} of {table.count} objects were placed: {trouble}")
-    failure, checks = judge_built(table.world, range(table.count), goals, spec)
-    yield events.Pictured(LAST_PICTURE, "the scene in the end, through the camera", table.picture())
+    last = "the scene in the end, through the camera"
+    if not_placed := set(to_move) - set(placed):
+        yield events.Pictured(LAST_PICTURE, last, table.picture())
+        raise ExecutionFailed(f"{len(to_move) - len(not_placed)} of {len(to_move)} objects were placed: {trouble}")
+    if isinstance(wanted, TableGoal):
+        failure, checks = judge_goal(table.world, table.names, to_move, world_from_goal[list(to_move)], wanted)
+    else:
+        failure, checks = judge_built(table.world, range(table.count), world_from_goal, wanted)
+    yield events.Pictured(LAST_PICTURE, last, table.picture())
     failed = next((check for check in checks if not check.passed), None)
     detail = f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}" if failed else "everything stands as asked"
     yield events.Checked(failure is None, failure, checks, detail, "arm", time.perf_counter() - began, table.bodies)
     if failure is not None:
-        raise ExecutionFailed(f"the structure was built but does not stand as asked ({failure}): {detail}")
+        what = "goal" if isinstance(wanted, TableGoal) else "structure"
+        raise ExecutionFailed(f"the {what} was built but does not stand as asked ({failure}): {detail}")

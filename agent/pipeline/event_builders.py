@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
 
 from agent import events
+from agent.arm.placement_rules import moving
+from agent.pipeline.table_goal import described_parts
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
 
 if TYPE_CHECKING:
+    from agent.pipeline.table_goal import TableGoal
     from agent.scenes.table_scene import TableScene
     from grounding.interpreter import Interpretation
     from structdiffusion.observation import Arrangement, ObjectCloud, Scene
@@ -17,9 +23,16 @@ if TYPE_CHECKING:
 _OUTLINE_DETAIL = 0.002  # m: finer than a character, and than most of the pictures
 
 
-def parsed_event(goal: Interpretation, seconds: float) -> events.Parsed:
-    """Make the event of an instruction that was parsed, with the nouns that name its objects."""
-    parse = goal.parse
+def parsed_event(goal: Interpretation, seconds: float, names: Sequence[str] = ()) -> events.Parsed:
+    """Make the event of an instruction that was parsed, with the nouns that name its objects.
+
+    Args:
+        goal: what it asks for.
+        seconds: how long it took.
+        names: of the objects that the indices in a goal of several parts mean.
+    """
+    parse, several = goal.parse, goal.goal.plain_spec is None
+    plain = Goal((StructurePart.of(goal.spec, tuple(dict.fromkeys(goal.named)) or None),))
     return events.Parsed(
         goal.spec,
         parse.confidence,
@@ -31,6 +44,9 @@ def parsed_event(goal: Interpretation, seconds: float) -> events.Parsed:
         parse.prompt_sha256,
         goal.fallback,
         seconds,
+        goal=(goal.goal if several else plain).to_dict(),
+        parts=described_parts(goal.goal, names) if several else (),
+        objects=tuple(names) if several else (),
     )
 
 
@@ -82,14 +98,34 @@ def _outline(cloud: ObjectCloud) -> tuple[tuple[float, float], ...]:
     return tuple((round(x, 4), round(y, 4)) for x, y in corners.tolist())
 
 
-def chosen_event(rank: int, arrangement: Arrangement, scene: Scene) -> events.Chosen:
-    """Make the event of choosing an arrangement; `rank` counts from 1."""
+def chosen_event(
+    rank: int, arrangement: Arrangement, scene: Scene, wanted: TableGoal | None = None
+) -> events.Chosen:
+    """Make the event of choosing an arrangement.
+
+    Args:
+        rank: its place among all, from 1.
+        arrangement: where everything goes.
+        scene: what takes part.
+        wanted: a goal of several parts.
+    """
     motions = arrangement.goal_from_initial
-    goals = tuple(
+    goals: tuple[dict[str, Any], ...] = tuple(
         {"name": cloud.name, "position": position, "goal_from_initial": motion}
         for cloud, position, motion in zip(scene.objects, goal_positions(motions, scene), motions, strict=True)
     )
+    if wanted is not None:
+        moves = moving(motions)
+        for index, goal in enumerate(goals):
+            parts = [number + 1 for number in wanted.parts_of(goal["name"])]
+            goal |= {"parts": parts, "stays": index not in moves, "aside": index in moves and not parts}
     return events.Chosen(rank, dict(arrangement.scores), goals, arrangement=arrangement, scene=scene)
+
+
+def describe_aside(chosen: events.Chosen) -> str:
+    """Say which objects a choice for a goal of several parts sets aside; empty where there are none."""
+    names = ", ".join(goal["name"] for goal in chosen.goals if goal.get("aside"))
+    return f"no part of the goal names what stands in its way, and the arm sets it aside: {names}" if names else ""
 
 
 def turns_about_z(motions: np.ndarray) -> tuple[float, ...]:

@@ -41,7 +41,7 @@ class ReadingOptions:
 
 
 def make_interpreter(
-    options: ReadingOptions, encoder: SentenceEncoder | None = None, strict: bool = False
+    options: ReadingOptions, encoder: SentenceEncoder | None = None, strict: bool = False, plain_only: bool = False
 ) -> Interpreter:
     """Make the interpreter for the options; nothing is loaded before its first use.
 
@@ -49,6 +49,7 @@ def make_interpreter(
         options: how instructions are interpreted.
         encoder: share a loaded built-in one.
         strict: raise the LLM's errors instead of falling back to the embedding parser.
+        plain_only: refuse goals that are not one structure of five slots.
     """
     from grounding.parsers.sentence_encoder import SentenceEncoder
 
@@ -83,5 +84,5 @@ def make_interpreter(
         return LLMParser(backend, cache=ReplyCache(options.replies) if options.replies else None)
 
     if options.parser == "embedding":
-        return Interpreter(embedding, None, options.viewpoint, encoder)
-    return Interpreter(llm, None if strict else embedding, options.viewpoint, encoder)
+        return Interpreter(embedding, None, options.viewpoint, encoder, plain_only)
+    return Interpreter(llm, None if strict else embedding, options.viewpoint, encoder, plain_only)

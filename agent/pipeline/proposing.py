@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -13,10 +13,13 @@ import shapely
 from agent import events
 from agent.errors import NotBuildable, NoValidGoal
 from agent.pipeline.event_builders import goal_positions, turns_about_z
+from structdiffusion.observation import Arrangement
 
 if TYPE_CHECKING:
-    from structdiffusion.observation import StructureGoal, Scene
+    from agent.pipeline.table_goal import TableGoal
+    from structdiffusion.observation import Scene, StructureGoal
     from structdiffusion.planners.factory import Planner
+    from structdiffusion.planners.goal_planner import GoalPlanner
 
 CANDIDATES = 64
 PREVIEWED = 3  # samples that are shown while they are denoised
@@ -71,6 +74,50 @@ def propose_arrangements(
     lowering = np.tile(np.eye(4), (len(scene.objects), 1, 1))
     lowering[:, 2, 3] = [-cloud.bottom for cloud in scene.objects]
     arrangements = [replace(each, goal_from_initial=each.goal_from_initial @ lowering) for each in arrangements]
+    return _imagined(model, scene, arrangements, time.perf_counter() - began)
+
+
+def propose_goal(
+    planner: GoalPlanner, model: str, scene: Scene, wanted: TableGoal, seed: int, count: int = CANDIDATES
+) -> events.Imagined:
+    """Let the planner propose arrangements for a goal of several parts, and rank them.
+
+    Args:
+        planner: the planner.
+        model: its name.
+        scene: what was seen, all of it as objects, in the order of the goal's indices.
+        wanted: what is asked for.
+        seed: of the samples.
+        count: how many arrangements are proposed.
+
+    Returns:
+        The arrangements, for those objects that the goal places or that any arrangement sets aside: they are the objects
+        of its scene, and all others its distractors. An object that stays in an arrangement has the identity as motion.
+
+    Raises:
+        NotBuildable: when something that has to stay stands on what is moved.
+        NoValidGoal: when there is no arrangement at all.
+    """
+    import torch
+
+    from structdiffusion.structures.structure import LayoutError
+
+    began = time.perf_counter()
+    generator = torch.Generator().manual_seed(seed)
+    try:
+        found = planner.propose(
+            scene, wanted.goal, count=count, generator=generator, colors=wanted.colors or None
+        )
+    except LayoutError as error:
+        raise NoValidGoal(f"the model {model!r} proposed no valid arrangement: {error}") from error
+    touched = sorted({*wanted.movable, *(index for each in found for index in each.moved)})
+    part = scene.select(touched)
+    _check_nothing_on_top(part)
+    arrangements = [Arrangement(each.goal_from_initial[touched], dict(each.scores)) for each in found]
+    return _imagined(model, part, arrangements, time.perf_counter() - began)
+
+
+def _imagined(model: str, scene: Scene, arrangements: Sequence[Arrangement], seconds: float) -> events.Imagined:
     candidates = tuple(
         events.Candidate(
             rank,
@@ -80,9 +127,7 @@ def propose_arrangements(
         )
         for rank, arrangement in enumerate(arrangements, start=1)
     )
-    return events.Imagined(
-        model, candidates, time.perf_counter() - began, scene=scene, arrangements=tuple(arrangements)
-    )
+    return events.Imagined(model, candidates, seconds, scene=scene, arrangements=tuple(arrangements))
 
 
 def _check_enough_objects(scene: Scene, goal: StructureGoal) -> None:

@@ -3,63 +3,53 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from agent import events
+from agent.arm.placement_rules import moving
 from agent.errors import NoValidGoal
 from agent.event_base import Event
 from agent.pipeline.event_builders import goal_positions, turns_about_z
+from agent.pipeline.table_goal import TableGoal
 
 if TYPE_CHECKING:
     from agent.scenes.table_scene import TableScene
     from grounding.spec import StructureSpec
     from structdiffusion.observation import Arrangement, Scene
+    from structdiffusion.protocol.physical_stability import Verdict
+    from structdiffusion.simulation.world import TabletopWorld
 
 TRIED_PICTURE = "camera-tried"  # of a goal that was released without the arm
 
 
 def release_in_physics(
-    table: TableScene, scene: Scene, spec: StructureSpec, arrangement: Arrangement
+    table: TableScene, scene: Scene, wanted: StructureSpec | TableGoal, arrangement: Arrangement
 ) -> Generator[Event, None, None]:
     """Try a goal under the physical part of the evaluation protocol, without the arm, on a copy of the table.
 
     Args:
         table: where it would be built; it stays as it is.
         scene: what was seen there.
-        spec: what was asked for.
+        wanted: what was asked for: the slots of one structure, or a goal of several parts.
         arrangement: the goal.
 
     Raises:
         NoValidGoal: when it does not hold.
     """
-    from structdiffusion.protocol.physical_stability import place_and_check
-    from structdiffusion.simulation.world import TabletopWorld
-
     began = time.perf_counter()
-    poses = table.world.poses()
     pictures: list[np.ndarray] = []
 
     def photograph(world: TabletopWorld) -> None:
         pictures.append(world.picture(camera=table.world.camera))
 
-    initial = np.array(poses[: table.count])
-    there = [i for i in range(table.count, len(poses)) if table.names[i] not in table.fallen]
-    verdict = place_and_check(
-        table.models[: table.count],
-        initial,
-        arrangement.goal_from_initial,
-        spec,
-        table.world.table,
-        [(table.models[i], poses[i]) for i in there],  # what has fallen off goes on falling
-        [*table.names[: table.count], *(table.names[i] for i in there)],
-        table.world.ground,
-        on_end=photograph,
-    )
+    verdict = _placed(table, wanted, arrangement, photograph)
+    final = verdict.world_from_final
     seconds = time.perf_counter() - began
-    yield _tried_event(scene, initial, verdict.world_from_final)
+    yield _tried_event(scene, np.array(table.world.poses()[: table.count]), final)
     caption = "the goal as it came to rest in physics, released without the arm; the table itself is unchanged"
     yield events.Pictured(TRIED_PICTURE, caption, pictures[0])
     yield events.Checked(
@@ -67,6 +57,51 @@ def release_in_physics(
     )
     if not verdict.success:
         raise NoValidGoal(f"the best proposed goal does not hold ({verdict.failure}): {verdict.detail}")
+
+
+def _placed(
+    table: TableScene,
+    wanted: StructureSpec | TableGoal,
+    arrangement: Arrangement,
+    on_end: Callable[[TabletopWorld], None],
+) -> Verdict:
+    """Release an arrangement in a world of its own; the verdict's poses are those of the objects that take part."""
+    from structdiffusion.protocol.physical_stability import place_and_check
+
+    poses, count = table.world.poses(), table.count
+    if not isinstance(wanted, TableGoal):
+        # What has fallen off goes on falling.
+        others = [i for i in range(count, len(poses)) if table.names[i] not in table.fallen]
+        return place_and_check(
+            table.models[:count],
+            np.array(poses[:count]),
+            arrangement.goal_from_initial,
+            wanted,
+            table.world.table,
+            [(table.models[i], poses[i]) for i in others],
+            [*table.names[:count], *(table.names[i] for i in others)],
+            table.world.ground,
+            on_end=on_end,
+        )
+    place = {name: i for i, name in enumerate(table.names)}
+    indices, unseen = [place[name] for name in wanted.names], [place[name] for name in wanted.unseen]
+    motions = np.tile(np.eye(4), (len(poses), 1, 1))
+    motions[:count] = arrangement.goal_from_initial
+    verdict = place_and_check(
+        [table.models[i] for i in indices],
+        np.array([poses[i] for i in indices]),
+        motions[indices],
+        wanted.goal,
+        table.world.table,
+        [(table.models[i], poses[i]) for i in unseen],
+        wanted.all_names,
+        table.world.ground,
+        on_end=on_end,
+        aside=wanted.set_aside([table.names[i] for i in moving(motions)]),
+        colors=wanted.colors,
+    )
+    final = verdict.world_from_final
+    return replace(verdict, world_from_final=final[[indices.index(i) for i in range(count)]])
 
 
 def _tried_event(scene: Scene, initial: np.ndarray, final: np.ndarray) -> events.Tried:

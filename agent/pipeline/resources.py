@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from grounding.interpreter import Interpreter
     from grounding.parsers.sentence_encoder import SentenceEncoder
     from structdiffusion.planners.factory import Planner
+    from structdiffusion.planners.goal_planner import GoalPlanner
 
 
 class ResourceCache:
@@ -45,7 +46,7 @@ class ResourceCache:
         with self._lock:
             interpreter = self._interpreters.get(options)
             if interpreter is None or interpreter.fallback:
-                interpreter = self._interpreters[options] = make_interpreter(options, self.encoder)
+                interpreter = self._interpreters[options] = make_interpreter(options, self.encoder, plain_only=True)
             return interpreter
 
     def planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
@@ -59,6 +60,12 @@ class ResourceCache:
                 self._planners[key] = checked_planner(model, weights, allow_unverified)
                 self._provenance[model, weights] = provenance_of(model, weights)
             return self._planners[key]
+
+    def goal_planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> GoalPlanner:
+        """Return the planner of goals of several parts that composes the proposals of a planner."""
+        from structdiffusion.planners.goal_planner import GoalPlanner
+
+        return GoalPlanner(self.planner(model, weights, allow_unverified))
 
     def provenance(self, model: str, weights: Path | None) -> Mapping[str, Provenance]:
         """Return what is known of the files of a planner's networks, by network; the planner must have been loaded

@@ -16,16 +16,26 @@ from agent import events
 from agent.errors import DONE, NotBuildable, PartlyDone, exit_code_of, one_sentence
 from agent.event_base import Event, json_value
 from agent.pipeline.building import LAST_PICTURE, build_with_arm
-from agent.pipeline.event_builders import chosen_event, describe_shortfall, parsed_event, perceived_event
+from agent.pipeline.event_builders import (
+    chosen_event,
+    describe_aside,
+    describe_shortfall,
+    parsed_event,
+    perceived_event,
+)
 from agent.pipeline.instruction_parser import ReadingOptions
-from agent.pipeline.proposing import propose_arrangements
+from agent.pipeline.proposing import propose_arrangements, propose_goal
 from agent.pipeline.release import release_in_physics
 from agent.pipeline.resources import ResourceCache
+from agent.pipeline.table_goal import TableGoal, planned_as_structure, put_on_table, structure_of
 from agent.recordings.recording import RecordedOptions
 
 if TYPE_CHECKING:
     from agent.recordings.trajectory_export import TrajectoryLog
+    from agent.scenes.sources import SceneSource
     from agent.scenes.table_scene import TableScene
+    from grounding.goals.goal import Goal
+    from grounding.interpreter import Interpretation
     from grounding.parsers.sentence_encoder import SentenceEncoder
     from grounding.spec import StructureSpec
     from structdiffusion.observation import Arrangement, StructureGoal, Scene
@@ -115,8 +125,6 @@ class _Run:
         self.step, began = "parse", time.perf_counter()
         import torch
 
-        from agent.pipeline.candidates import filter_viable
-
         torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
         goal = cache.interpreter(options.reading).interpret(self.text)
         if goal.status != "ok":
@@ -132,39 +140,88 @@ class _Run:
         if goal.status != "ok":
             hint = source.hint if goal.status == "refused" else ""
             raise NotBuildable("; ".join(filter(None, (goal.message, hint))))
-        yield parsed_event(goal, seconds)
-
-        for note in (*goal.notes, *(one.card for one in networks.values() if not one.verified)):
-            yield events.Noted(note)
-
+        notes = (*goal.notes, *(one.card for one in networks.values() if not one.verified))
+        spec = goal.goal.plain_spec
+        if spec is not None:
+            yield parsed_event(goal, seconds)
+            yield from map(events.Noted, notes)
         with source.open(goal, options.seed) as table:
-            scene = table.look()
-            yield perceived_event(scene, time.perf_counter() - began, table)
-            if shortfall := describe_shortfall(table, "take part"):
-                yield events.Noted(shortfall)
-            self.step = "imagination"
-            asked = make_goal(goal.spec, cache.encoder)
-            imagined = propose_arrangements(planner, options.model, scene, asked, options.seed)
-            imagined = replace(imagined, networks=networks)
-            yield imagined
-            arrangements = filter_viable(imagined.arrangements)
-            yield chosen_event(1, arrangements[0], scene)
-            if options.execute:
-                self.step = "build"
-                yield from self._built(table, scene, goal.spec, arrangements)
+            if planned_as_structure(spec):
+                scene = table.look()
+                yield perceived_event(scene, time.perf_counter() - began, table)
+                if shortfall := describe_shortfall(table, "take part"):
+                    yield events.Noted(shortfall)
+                self.step = "imagination"
+                asked = make_goal(goal.spec, cache.encoder)
+                imagined = propose_arrangements(planner, options.model, scene, asked, options.seed)
+                yield from self._carried_out(table, goal.spec, replace(imagined, networks=networks))
+                return
+            if spec is not None:
+                whole = structure_of(table, goal.spec)
             else:
-                self.step = "check"
-                yield from release_in_physics(table, scene, goal.spec, arrangements[0])
-            if shortfall := describe_shortfall(table, "stand as asked"):
-                raise PartlyDone(shortfall)
+                goal = self._among_drawn(goal, source, table)
+                whole = goal.goal
+                yield parsed_event(goal, seconds, table.original_names)
+                yield from map(events.Noted, dict.fromkeys((*notes, *goal.notes)))
+            yield from self._whole(table, whole, began)
+
+    def _among_drawn(self, goal: Interpretation, source: SceneSource, table: TableScene) -> Interpretation:
+        """Return what is meant on a table that was drawn for it, where it was meant in a library before."""
+        if source.catalogue:
+            goal = goal.among(table.referents)
+        if goal.status != "ok":
+            raise NotBuildable(goal.message)
+        return goal
+
+    def _whole(self, table: TableScene, goal: Goal, began: float) -> Iterator[Event]:
+        """Carry out a goal of several parts in one build; `began` is when the scene's step did."""
+        options, cache = self.options, self.cache
+        wanted, scene = put_on_table(table, goal)
+        looking = time.perf_counter() - began
+        yield perceived_event(scene.select(wanted.movable), looking, table)
+        if shortfall := describe_shortfall(table, "take part"):
+            yield events.Noted(shortfall)
+        self.step = "imagination"
+        planner = cache.goal_planner(options.model, options.weights, options.allow_unverified)
+        imagined = propose_goal(planner, options.model, scene, wanted, options.seed)
+        if len(imagined.scene.objects) > table.count:  # something has to be set aside, and takes part too
+            table.involve([cloud.name for cloud in imagined.scene.objects])
+            yield perceived_event(imagined.scene, looking, table)
+        networks = cache.provenance(options.model, options.weights)
+        yield from self._carried_out(table, wanted, replace(imagined, networks=networks))
+
+    def _carried_out(
+        self, table: TableScene, wanted: StructureSpec | TableGoal, imagined: events.Imagined
+    ) -> Iterator[Event]:
+        """Choose among the proposals, build or try the choice, and say what was left out."""
+        from agent.pipeline.candidates import filter_viable
+
+        yield imagined
+        scene, arrangements = imagined.scene, filter_viable(imagined.arrangements)
+        chosen = chosen_event(1, arrangements[0], scene, wanted if isinstance(wanted, TableGoal) else None)
+        yield chosen
+        if aside := describe_aside(chosen):
+            yield events.Noted(aside)
+        if self.options.execute:
+            self.step = "build"
+            yield from self._built(table, scene, wanted, arrangements)
+        else:
+            self.step = "check"
+            yield from release_in_physics(table, scene, wanted, arrangements[0])
+        if shortfall := describe_shortfall(table, "stand as asked"):
+            raise PartlyDone(shortfall)
 
     def _built(
-        self, table: TableScene, scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangement]
+        self,
+        table: TableScene,
+        scene: Scene,
+        wanted: StructureSpec | TableGoal,
+        arrangements: Sequence[Arrangement],
     ) -> Iterator[Event]:
         from agent.recordings.trajectory_export import TrajectoryLog
 
         log = TrajectoryLog() if self.trajectories else None
-        building = build_with_arm(table, scene, spec, arrangements, self.options.seed, on_step=self.on_step, log=log)
+        building = build_with_arm(table, scene, wanted, arrangements, self.options.seed, on_step=self.on_step, log=log)
         try:
             yield from self._checked_late(building)
         except (Exception, KeyboardInterrupt):  # what failed may be looked into too

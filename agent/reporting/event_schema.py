@@ -68,6 +68,7 @@ def payload_conflict(payload: Mapping[str, Any], part: int) -> str | None:
                 where = f"chosen.goals[{number}]"
                 position = _misfit(goal.get("position"), tuple[float, float, float], f"{where}.position")
                 problem = _misfit(goal.get("name"), str, f"{where}.name") or position
+                problem = problem or _misfit(goal.get("parts", []), tuple[int, ...], f"{where}.parts")
                 if problem:
                     return problem
         case "planned":

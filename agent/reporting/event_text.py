@@ -105,8 +105,26 @@ def parse_notes(payload: Mapping[str, Any]) -> list[str]:
         notes.append(payload["fallback"])
     for slot, value in payload["dropped"].items():
         notes.append(f"left out, because it does not go with the rest: {slot_label(slot)} {value}")
-    notes.append(f"with the objects named: {', '.join(payload['named'])}" if payload["named"] else "with every object there")
+    if not payload.get("parts"):  # the parts name their objects themselves
+        notes.append(f"with the objects named: {', '.join(payload['named'])}" if payload["named"] else "with every object there")
     return notes
+
+
+def part_lines(payload: Mapping[str, Any]) -> list[str]:
+    """List the parts of the goal in an event "parsed" in its JSON form, numbered; nothing for one plain structure."""
+    return [f"{number}. {part}" for number, part in enumerate(payload.get("parts") or (), start=1)]
+
+
+def describe_goal_row(goal: Mapping[str, Any]) -> tuple[str, ...]:
+    """Describe where an object goes: its name, what happens to it, where, and which parts of a goal place it.
+
+    Args:
+        goal: an entry of `Chosen.goals` in its JSON form.
+    """
+    how = "stays at" if goal.get("stays") else "is set aside to" if goal.get("aside") else "goes to"
+    parts = goal.get("parts") or ()
+    words = f"part{'s' * (len(parts) > 1)} {', '.join(map(str, parts))}" if parts else ""
+    return goal["name"], how, place(goal["position"]), words
 
 
 def remark_sentence(payload: Mapping[str, Any]) -> str:

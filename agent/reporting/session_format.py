@@ -2,14 +2,15 @@
 
 The first line says what the session is; it stands again where a later process continues the file:
 
-    {"schema_version": 2, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": ...}
+    {"schema_version": 3, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": ...}
 
 Every other line is an event (its payload, see `agent.event_base`) or a picture; `seconds` count from the latest start:
 
     {"seconds": 1.25, "event": {"kind": "started", "instruction": "stack the cans", "options": {...}}}
     {"seconds": 2.5, "picture": {"name": "scene-before", "caption": "...", "format": "webp", "data": "<base64>"}}
 
-An event `started` begins a turn. In version 1 the `display_name` of an object that was seen was its key `called`.
+An event `started` begins a turn. In version 1 the `display_name` of an object that was seen was its key `called`. Up to
+version 2 what was read was one structure: the event `parsed` had no `goal`, no `parts` and no `objects`.
 """
 
 from __future__ import annotations
@@ -18,8 +19,11 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-SCHEMA_VERSION = 2
-READABLE_VERSIONS = (1, 2)
+from grounding.goals.goal import Goal
+from grounding.spec import SLOTS, SpecError
+
+SCHEMA_VERSION = 3
+READABLE_VERSIONS = (1, 2, 3)
 
 
 def encode_line(entry: Mapping[str, Any]) -> bytes:
@@ -49,10 +53,22 @@ def upgrade_payload(payload: Any, schema_version: int) -> Any:
         payload: as it was read, which may be anything.
         schema_version: in which it was written, one of `READABLE_VERSIONS`.
     """
-    if schema_version == SCHEMA_VERSION or not isinstance(payload, dict) or payload.get("kind") != "perceived":
+    if schema_version == SCHEMA_VERSION or not isinstance(payload, dict):
         return payload
-    seen = payload.get("objects")
-    return payload | {"objects": [_with_display_name(one) for one in seen]} if isinstance(seen, list) else payload
+    match payload.get("kind"):
+        case "perceived" if schema_version == 1 and isinstance(payload.get("objects"), list):
+            return payload | {"objects": [_with_display_name(one) for one in payload["objects"]]}
+        case "parsed":
+            return {"goal": _goal_of_slots(payload.get("spec")), "parts": [], "objects": []} | payload
+    return payload
+
+
+def _goal_of_slots(spec: Any) -> dict[str, Any]:
+    """Return the goal of one structure; an empty one where the slots are none, which is told elsewhere."""
+    try:
+        return Goal.from_dict({slot: spec.get(slot) for slot in SLOTS}).to_dict()
+    except (AttributeError, TypeError, SpecError):
+        return Goal().to_dict()
 
 
 def _with_display_name(seen: Any) -> Any:

@@ -9,12 +9,14 @@ from rich.console import Console
 from rich.markup import escape
 
 from agent.event_base import Event
-from agent.rendering.text import aligned, duration, number, place, slot_label
+from agent.rendering.text import aligned, duration, number, slot_label
 from agent.reporting.event_text import (
     arm_sentence,
     check_sentence,
+    describe_goal_row,
     describe_row,
     parse_notes,
+    part_lines,
     remark_sentence,
     verdict_sentence,
     verdict_title,
@@ -76,6 +78,10 @@ class TerminalReport:
 
     def _parsed(self, payload: Mapping[str, Any]) -> None:
         self._step("Understood", payload["seconds"])
+        for line in (*part_lines(payload), *(parse_notes(payload) if payload.get("parts") else ())):
+            self._line(line)
+        if payload.get("parts"):
+            return
         rows = []
         for slot, value in payload["spec"].items():
             words = ", ".join(payload["evidence"].get(slot) or ())
@@ -107,7 +113,7 @@ class TerminalReport:
 
     def _chosen(self, payload: Mapping[str, Any]) -> None:
         self._step(f"Chose candidate {payload['rank']}")
-        self._columns([(goal["name"], "goes to", place(goal["position"])) for goal in payload["goals"]])
+        self._columns([describe_goal_row(goal) for goal in payload["goals"]])
 
     def _checked(self, payload: Mapping[str, Any]) -> None:
         self._step(verdict_title(payload), payload["seconds"])

@@ -24,6 +24,7 @@ from agent.recordings.load import read_recording
 from agent.recordings.recording import RecordedOptions
 from agent.scenes.files import PlacedObject
 from agent.scenes.limits import check_count
+from agent.scenes.object_attributes import attributes_at
 from agent.scenes.object_placement import placement_of, saved_objects
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
@@ -91,7 +92,9 @@ class RecordedSource:
         if not self.segments.objects:
             raise BadInput("; ".join((f"{str(path)!r} shows a table and no object on it", *self.segments.notes)))
         self.objects = _objects(self.segments, options)
-        self.referents = [SceneObject(each.display_name, each.attributes) for each in self.objects]
+        self.referents = [
+            SceneObject(each.display_name, attributes_at(each.attributes, each.world_from_object)) for each in self.objects
+        ]
         if all(each.trouble for each in self.objects):
             those = f"the arm can take none of the {len(self.objects)} objects in {str(path)!r}"
             raise NotBuildable("; ".join((those, *self._left_out(), *self.segments.notes)))
@@ -113,6 +116,8 @@ class RecordedSource:
 
     def open(self, goal: Interpretation, seed: int) -> RecordedScene:
         """See `SceneSource`; from the seed follows the sensor's noise in later looks."""
+        if goal.goal.plain_spec is None:
+            return RecordedScene(self, self.objects, len(self.objects), seed)
         selection = goal.selection
         asked = [self.objects[index] for index in selection.indices]
         if refused := [self.objects[i] for i in selection.required if self.objects[i].trouble]:

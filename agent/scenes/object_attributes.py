@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import shapely
 
@@ -13,6 +15,12 @@ from structdiffusion.objects.model import ObjectModel
 def attributes_of(model: ObjectModel) -> ObjectAttributes:
     """Name the colour of an object model, and measure its box as it rests."""
     return ObjectAttributes(color_words(color_terms(model.color)), _size(model.footprint, model.height))
+
+
+def attributes_at(attributes: ObjectAttributes, world_from_object: np.ndarray) -> ObjectAttributes:
+    """Return the attributes of an object that stands at a pose (4, 4)."""
+    x, y = world_from_object[:2, 3].tolist()
+    return replace(attributes, position=(x, y))
 
 
 def color_words(terms: tuple[str, ...]) -> tuple[str, ...]:

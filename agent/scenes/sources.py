@@ -13,9 +13,10 @@ from agent.recordings.recording import RecordedOptions
 from agent.runtime.progress import report_when_slow
 from agent.scenes.files import SUFFIXES, PlacedObject
 from agent.scenes.limits import check_count
-from agent.scenes.object_attributes import attributes_of
+from agent.scenes.object_attributes import attributes_at, attributes_of
 from agent.scenes.object_placement import drawn_objects, load_scene, saved_objects
 from agent.scenes.random_scenes import assortment
+from agent.scenes.several_parts import several_parts_scene
 from agent.scenes.simulated import SimulatedScene
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
@@ -44,6 +45,9 @@ class SceneSource(Protocol):
 
     def open(self, goal: Interpretation, seed: int) -> TableScene:
         """Open the table, on which the objects that the goal selected among the referents take part; close it.
+
+        For a goal of several parts everything on the table takes part, in the order of the referents, or for a catalogue
+        in the order in which it was drawn.
 
         Raises:
             SceneError: when these objects cannot make such a structure.
@@ -108,6 +112,8 @@ class DrawnSource:
 
     def open(self, goal: Interpretation, seed: int) -> TableScene:
         """See `SceneSource`."""
+        if goal.goal.plain_spec is None:
+            return several_parts_scene(self._library, goal, seed)
         return SimulatedScene(self._library, goal, seed)
 
     def set_out(self, seed: int) -> TableScene:
@@ -134,11 +140,14 @@ class FileSource:
 
     def __init__(self, path: Path) -> None:
         self.standing = load_scene(path)
-        self.referents = [SceneObject(entry.display_name, attributes_of(entry.model)) for entry in self.standing]
+        self.referents = [
+            SceneObject(entry.display_name, attributes_at(attributes_of(entry.model), entry.world_from_object))
+            for entry in self.standing
+        ]
 
-    def open(self, goal: Interpretation, seed: int) -> FileScene:
+    def open(self, goal: Interpretation, seed: int) -> TableScene:
         """See `SceneSource`; from the seed follows the sensor's noise."""
-        return FileScene(self.standing, goal, seed)
+        return self.set_out(seed) if goal.goal.plain_spec is None else FileScene(self.standing, goal, seed)
 
     def set_out(self, seed: int) -> TableScene:
         """See `SceneSource`; from the seed follows the sensor's noise."""

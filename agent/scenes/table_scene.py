@@ -15,7 +15,7 @@ from agent.arm.kinematics import WORLD_FROM_BASE, JacoArm, Kinematics
 from agent.arm.recorded_state import stand
 from agent.arm.recovery import AT_HOME, tidy_up
 from agent.arm.state import ArmState
-from agent.scenes.object_attributes import attributes_of
+from agent.scenes.object_attributes import attributes_at, attributes_of
 from agent.scenes.object_placement import lowest_point
 from grounding.references.attributes import ObjectAttributes, SceneObject
 from structdiffusion.geometry import tilt_between, transform_points
@@ -188,9 +188,17 @@ class TableScene:
         self.count = len(names)
 
     @property
+    def original_names(self) -> tuple[str, ...]:
+        """Return the names of all objects in their first order, whoever takes part."""
+        return tuple(sorted(self.names, key=self._place.__getitem__))
+
+    @property
     def referents(self) -> tuple[SceneObject, ...]:
-        """Return the objects as an instruction can refer to them, in the order of `names`."""
-        return tuple(map(SceneObject, self.display_names, self._attributes))
+        """Return the objects as an instruction can refer to them where they stand now, in the order of `names`."""
+        return tuple(
+            SceneObject(name, attributes_at(attributes, pose))
+            for name, attributes, pose in zip(self.display_names, self._attributes, self.world.poses(), strict=True)
+        )
 
     def referents_of(self, names: Sequence[str]) -> list[SceneObject]:
         """Return these objects, in this order, as an instruction can refer to them."""

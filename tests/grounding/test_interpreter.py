@@ -11,7 +11,7 @@ from grounding.spec import StructureSpec
 from grounding.viewpoint import ViewpointError, turned
 
 ROW_KEYS = {
-    "text", "spec", "status", "message", "question", "confidence", "evidence", "dropped", "parser", "prompt_sha256",
+    "text", "goal", "spec", "status", "message", "question", "confidence", "evidence", "dropped", "parser", "prompt_sha256",
     "fallback", "viewpoint", "seconds",
 }  # fmt: skip
 

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from agent import __version__
 
 if TYPE_CHECKING:
+    from grounding.goals.goal import Goal
     from grounding.spec import StructureSpec
     from structagent.errors import StructagentError
     from structagent.evaluations import EvaluationReport, SuccessRate, evaluate
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 _HOME = {
     "EvaluationReport": "structagent.evaluations",
+    "Goal": "grounding.goals.goal",
     "ParsedInstruction": "structagent.instructions",
     "Proposal": "structagent.proposals",
     "Proposals": "structagent.proposals",
@@ -48,6 +50,7 @@ _HOME = {
 
 __all__ = [
     "EvaluationReport",
+    "Goal",
     "ParsedInstruction",
     "Proposal",
     "Proposals",

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from agent.errors import NOT_BUILDABLE
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
 from grounding.references.attributes import SceneObject
 from grounding.spec import LEGAL_VALUES, SLOTS, StructureSpec
 from structagent.arguments import check_choice, check_text, is_listing, shown, wrong_argument
@@ -30,6 +32,8 @@ class ParsedInstruction:
     Attributes:
         text: the instruction.
         spec: the five slots in the world frame; a slot that was left open is `None`.
+        goal: all parts, in the world frame: structures with their slots and keys, and relations. Objects are indices into
+            those that were given, or the text's words without a scene. Empty where it is refused or has to ask.
         status: "ok", "ask" (the speaker has to say more) or "refused".
         message: the question, why it is refused, or what else has to be said; may be empty.
         options: with "ask", the answers that may be meant, the likeliest first.
@@ -46,6 +50,7 @@ class ParsedInstruction:
     objects: tuple[str, ...] | None = None
     dropped: Mapping[str, str] = field(default_factory=dict)
     confidence: Mapping[str, float] = field(default_factory=dict)
+    goal: Goal = Goal()
 
 
 @dataclass(frozen=True)
@@ -53,14 +58,16 @@ class SceneGoal:
     """What is to be built with which objects of a scene.
 
     Attributes:
-        spec: the slots, world frame.
+        spec: the slots of one structure, world frame.
         members: indices of the objects that take part, ascending.
         notes: what has to be said about the reading, a sentence each.
+        goal: all parts, world frame; objects are indices, and every structure has them.
     """
 
     spec: StructureSpec
     members: tuple[int, ...]
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...]
+    goal: Goal
 
 
 @public_errors()
@@ -71,7 +78,7 @@ def parse(
     viewpoint: str = "robot",
     parser: str = "embedding",
 ) -> ParsedInstruction:
-    """Read an instruction into the five slots.
+    """Read an instruction into a goal, and into the five slots where it asks for one structure.
 
     Args:
         text: the instruction, in English.
@@ -80,7 +87,7 @@ def parse(
         parser: "embedding", or "llm" for the local language model.
 
     Returns:
-        The slots. A question or a refusal is no error here: see `status`.
+        The goal. A question or a refusal is no error here: see `status`.
 
     Raises:
         StructagentError: for a text or names that are no strings, and an unknown viewpoint or parser.
@@ -99,6 +106,7 @@ def parse(
         None if goal.objects is None else tuple(display.get(name, name) for name in goal.objects),
         dict(goal.parse.dropped),
         dict(goal.parse.confidence),
+        goal.goal,
     )
 
 
@@ -155,7 +163,18 @@ def scene_goal_of_text(cache: ResourceCache, text: str, scene: Scene, viewpoint:
     """
     goal = buildable(_interpreted(cache, text, viewpoint, parser, scene.referents))
     notes = (goal.message, goal.fallback, *dropped_notes(goal.spec, goal.parse.dropped))
-    return SceneGoal(goal.spec, tuple(sorted(goal.selection.indices)), tuple(filter(None, notes)))
+    notes = tuple(filter(None, notes))
+    if goal.goal.plain_spec is None:
+        return scene_goal_of_parts(goal.goal, len(scene), notes)
+    members = tuple(sorted(goal.selection.indices))
+    return SceneGoal(goal.spec, members, notes, Goal((StructurePart.of(goal.spec, members),)))
+
+
+def scene_goal_of_parts(goal: Goal, count: int, notes: tuple[str, ...] = ()) -> SceneGoal:
+    """Return what a goal asks for in a scene of `count` objects, those that no part names being written out."""
+    goal = goal.resolved(count)
+    members = sorted({index for part in goal.parts if isinstance(part.objects, tuple) for index in part.objects})
+    return SceneGoal(goal.plain_spec or StructureSpec(), tuple(members), notes, goal)
 
 
 def dropped_notes(spec: StructureSpec, dropped: Mapping[str, str]) -> list[str]:
@@ -190,6 +209,27 @@ def checked_spec(slots: Any) -> StructureSpec:
             f"no slot says anything; name at least one of {', '.join(SLOTS)}, such as {{'shape': 'circle'}}"
         )
     return spec
+
+
+def checked_goal(values: Mapping[str, Any] | Goal, names: Sequence[str]) -> Goal:
+    """Check and return a goal over the objects of these names; names in it become indices.
+
+    Raises:
+        StructagentError: for an object that is not there, and a goal without parts.
+        GoalError: for what is not a legal goal.
+    """
+    goal = Goal.from_dict((values if isinstance(values, Mapping) else values.to_dict()))
+    legal = f"indices of 0 to {len(names) - 1}, or names: {', '.join(names)}"
+    if not goal.parts:
+        raise wrong_argument("the goal has no parts; legal: 1 or more")
+    place = {entry: _member(entry, "an object of the goal", names, legal) for entry in goal.named_objects()}
+
+    def placed(objects: Any) -> Any:
+        return [place[entry] for entry in objects] if isinstance(objects, list) else objects
+
+    keys = ("objects", "reference", "around")
+    parts = [part | {key: placed(part[key]) for key in keys if key in part} for part in goal.to_dict()["parts"]]
+    return Goal.from_dict({"parts": parts})
 
 
 def checked_members(objects: Any, names: Sequence[str]) -> tuple[int, ...]:

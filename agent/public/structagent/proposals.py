@@ -12,11 +12,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from agent.errors import NOT_BUILDABLE
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
 from grounding.spec import StructureSpec
 from structagent.arguments import MOST_SEED, checked_integer, shown, wrong_argument
 from structagent.engine import computing
 from structagent.errors import StructagentError, public_errors
-from structagent.instructions import PARSERS, SceneGoal, check_choice, checked_members, checked_spec, scene_goal_of_text
+from structagent.instructions import (
+    PARSERS,
+    SceneGoal,
+    check_choice,
+    checked_goal,
+    checked_members,
+    checked_spec,
+    scene_goal_of_parts,
+    scene_goal_of_text,
+)
 from structagent.scenes import Scene
 from structdiffusion.observation import Arrangement, Table
 from structdiffusion.planners.registry import PLANNERS, legal_instead_of, networks_of
@@ -27,6 +38,7 @@ if TYPE_CHECKING:
 
     from agent.pipeline.resources import ResourceCache
     from structdiffusion.planners.factory import Planner
+    from structdiffusion.planners.goal_planner import GoalPlanner
 
 MOST_PROPOSALS = 1024
 FEWEST_OBJECTS, MOST_OBJECTS = 2, 12  # what makes a structure, and what the shipped networks know
@@ -60,14 +72,16 @@ class Proposals(Sequence[Proposal]):
     """Proposals for a scene, the best first.
 
     Attributes:
-        spec: the slots that were understood, world frame.
+        spec: the slots that were understood, world frame; those of one structure.
         scene: the objects, in the order of every array about them.
-        moved: indices of the objects that take part, ascending; the others are obstacles.
+        moved: indices of the objects that take part, ascending; the others are obstacles. With a goal of several parts
+            these are what a part places, and what a proposal sets aside to make room.
         notes: remarks about the interpretation, a sentence each.
         status: "ok", or "no valid arrangement" where `keep_invalid` kept what is not good enough.
         proposed: how many arrangements were proposed, those left out as invalid included.
         model: the planner's name.
         items: the proposals.
+        goal: all parts that were understood, world frame; objects are indices into the scene's.
     """
 
     spec: StructureSpec
@@ -78,6 +92,7 @@ class Proposals(Sequence[Proposal]):
     proposed: int
     model: str
     items: tuple[Proposal, ...]
+    goal: Goal
 
     def __len__(self) -> int:
         return len(self.items)
@@ -90,7 +105,8 @@ class Proposals(Sequence[Proposal]):
 
     def __repr__(self) -> str:
         names = ", ".join(self.scene.names[index] for index in self.moved)
-        return f"Proposals({len(self)} of {self.proposed} by {self.model!r}: {self.spec}; {names}; {self.status})"
+        asked = self.goal if self.goal.plain_spec is None else self.spec
+        return f"Proposals({len(self)} of {self.proposed} by {self.model!r}: {asked}; {names}; {self.status})"
 
     @property
     def best(self) -> Proposal:
@@ -108,7 +124,7 @@ class Proposals(Sequence[Proposal]):
 @public_errors()
 def propose(
     clouds: Sequence[ArrayLike] | np.ndarray | Scene,
-    instruction: str | StructureSpec | Mapping[str, str | None],
+    instruction: str | StructureSpec | Goal | Mapping[str, Any],
     *,
     names: Sequence[str | None] | None = None,
     colors: Sequence[ArrayLike | None] | None = None,
@@ -130,7 +146,8 @@ def propose(
     Args:
         clouds: N arrays (P, 3), metres, world frame, or a `Scene`.
         instruction: a sentence in English, which also says which objects are meant; or slots, as a `StructureSpec` or a
-            dict such as {"shape": "circle", "size": "small"}.
+            dict such as {"shape": "circle", "size": "small"}; or a goal of several parts, as a `Goal` or a dict with the
+            key "parts", whose objects are indices or names.
         names, colors, bottoms, table: of the clouds, as `Scene.from_clouds` takes them; not with a `Scene`.
         objects: with slots, the indices or names of the objects that take part; by default all.
         viewpoint: with a sentence, whose left and right is meant: "robot", or "opposite" for a person across the table.
@@ -151,35 +168,38 @@ def propose(
             there, and where no arrangement is valid (exit code 4).
     """
     scene = _scene_of(clouds, names=names, colors=colors, bottoms=bottoms, table=table)
-    spec = None if isinstance(instruction, str) else checked_spec(instruction)
-    if spec is None and objects is not None:
-        raise wrong_argument("objects= goes with slots only: a sentence itself says which objects are meant")
-    members = checked_members(objects, scene.names)
+    given = _given_goal(instruction, objects, scene)
     check_model(model)
+    if given is not None:
+        check_choice("viewpoint", viewpoint, ("robot",))
     count, folder = checked_integer("count", count, 1, MOST_PROPOSALS), checked_weights(weights)
     number = _checked_seed(seed, generator)
     with computing() as cache:
-        goal = _scene_goal(cache, instruction, spec, scene, members, viewpoint, parser)
+        goal = scene_goal_of_text(cache, instruction, scene, viewpoint, parser) if given is None else given
+        from agent.pipeline.table_goal import planned_as_structure
+
+        if not planned_as_structure(goal.goal.plain_spec):
+            planner = cache.goal_planner(model, folder, allow_unverified)
+            return _ranked(*_arranged_parts(planner, model, scene, goal, count, number), scene, goal, model, keep_invalid)
         _check_number(goal, scene, model, most_objects(model, folder))
-        planner = cache.planner(model, folder, allow_unverified)
-        arrangements = _arranged(cache, planner, model, scene, goal, count, number)
-        return _ranked(arrangements, scene, goal, model, keep_invalid)
+        single = cache.planner(model, folder, allow_unverified)
+        arrangements = _arranged(cache, single, model, scene, goal, count, number)
+        return _ranked(arrangements, goal.members, scene, goal, model, keep_invalid)
 
 
-def _scene_goal(
-    cache: ResourceCache,
-    instruction: Any,
-    spec: StructureSpec | None,
-    scene: Scene,
-    members: tuple[int, ...],
-    viewpoint: str,
-    parser: str,
-) -> SceneGoal:
-    """Return the goal that a sentence means in the scene, or the one that slots and objects give."""
-    if spec is None:
-        return scene_goal_of_text(cache, instruction, scene, viewpoint, parser)
-    check_choice("viewpoint", viewpoint, ("robot",))
-    return SceneGoal(spec, members)
+def _given_goal(instruction: Any, objects: Any, scene: Scene) -> SceneGoal | None:
+    """Return the goal that slots and objects, or parts, give; `None` for a sentence."""
+    sentence = isinstance(instruction, str)
+    parts = isinstance(instruction, Goal) or (isinstance(instruction, Mapping) and "parts" in instruction)
+    if objects is not None and (sentence or parts):
+        what = "a sentence" if sentence else "a goal"
+        raise wrong_argument(f"objects= goes with slots only: {what} itself says which objects are meant")
+    if sentence:
+        return None
+    if parts:
+        return scene_goal_of_parts(checked_goal(instruction, scene.names), len(scene))
+    spec, members = checked_spec(instruction), checked_members(objects, scene.names)
+    return SceneGoal(spec, members, (), Goal((StructurePart.of(spec, members),)))
 
 
 def _scene_of(clouds: Any, **given: Any) -> Scene:
@@ -271,17 +291,33 @@ def _arranged(
     return propose_arrangements(planner, model, observed, encoded, seed, count=count).arrangements
 
 
+def _arranged_parts(
+    planner: GoalPlanner, model: str, scene: Scene, goal: SceneGoal, count: int, seed: int
+) -> tuple[Sequence[Arrangement], tuple[int, ...]]:
+    """Return the arrangements for a goal of several parts, best first, and the objects that they are about."""
+    from agent.pipeline.proposing import propose_goal
+    from agent.pipeline.table_goal import TableGoal
+
+    wanted = TableGoal(goal.goal, scene.names, np.tile(np.eye(4), (len(scene), 1, 1)))
+    imagined = propose_goal(planner, model, scene.observation(range(len(scene))), wanted, seed, count)
+    return imagined.arrangements, tuple(scene.names.index(cloud.name) for cloud in imagined.scene.objects)
+
+
 def _ranked(
-    arrangements: Sequence[Arrangement], scene: Scene, goal: SceneGoal, model: str, keep_invalid: bool
+    arrangements: Sequence[Arrangement],
+    moved: tuple[int, ...],
+    scene: Scene,
+    goal: SceneGoal,
+    model: str,
+    keep_invalid: bool,
 ) -> Proposals:
     from agent.pipeline.candidates import filter_viable, is_viable
 
     kept = arrangements if keep_invalid else filter_viable(arrangements)
-    items = tuple(_proposal(each, goal.members, len(scene), is_viable(each)) for each in kept)
+    items = tuple(_proposal(each, moved, len(scene), is_viable(each)) for each in kept)
     status = "ok" if any(each.valid for each in items) else "no valid arrangement"
-    return Proposals(
-        goal.spec, scene, goal.members, (*scene.notes, *goal.notes), status, len(arrangements), model, items
-    )
+    notes = (*scene.notes, *goal.notes)
+    return Proposals(goal.spec, scene, moved, notes, status, len(arrangements), model, items, goal.goal)
 
 
 def _proposal(arrangement: Arrangement, members: Sequence[int], count: int, valid: bool) -> Proposal:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from agent.errors import BAD_INPUT, NOT_BUILDABLE, NOT_VERIFIED, USAGE
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
 from grounding.spec import StructureSpec
 from structagent.arguments import MOST_SEED, check_choice, check_text, checked_integer, shown, wrong_argument
 from structagent.engine import computing
@@ -48,6 +50,7 @@ class RunResult:
         notes: what had to be assumed or left out, a sentence each.
         events: everything that happened, as JSON values, without pictures.
         seconds: how long the run took.
+        goal: all parts that were understood, world frame; objects are indices into `names`.
     """
 
     success: bool
@@ -62,6 +65,7 @@ class RunResult:
     notes: tuple[str, ...]
     events: tuple[Mapping[str, Any], ...]
     seconds: float
+    goal: Goal
 
 
 @public_errors()
@@ -202,4 +206,17 @@ class _Log:
             tuple(dict.fromkeys(self._notes)),
             tuple(self._events),
             finished.seconds,
+            self._goal([each.name for each in perceived.objects], moved),
+        )
+
+    def _goal(self, names: Sequence[str], moved: tuple[int, ...]) -> Goal:
+        """Return the goal over the objects that were seen."""
+        from agent.pipeline.table_goal import renumbered
+
+        parsed = self._last["Parsed"]
+        if not parsed.parts:
+            return Goal((StructurePart.of(parsed.spec, moved),))
+        return renumbered(
+            Goal.from_dict(parsed.goal),
+            {index: names.index(name) for index, name in enumerate(parsed.objects) if name in names},
         )

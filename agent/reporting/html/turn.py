@@ -13,7 +13,14 @@ from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE
 from agent.rendering.image_files import FILM
 from agent.rendering.object_markers import markers_of_scene
 from agent.rendering.text import number, slot_label
-from agent.reporting.event_text import arm_sentence, describe_object, parse_notes, remark_sentence, verdict_sentence
+from agent.reporting.event_text import (
+    arm_sentence,
+    describe_goal_row,
+    describe_object,
+    parse_notes,
+    remark_sentence,
+    verdict_sentence,
+)
 from agent.reporting.html.charts import gauge, timing
 from agent.reporting.html.figures import candidates, legend, swatch, tried
 from agent.reporting.html.markup import album, bar, figure, film, paragraph, section, table
@@ -98,6 +105,10 @@ class Turn:
         parse = self.report["parse"]
         if parse is None:
             return ""
+        notes = "".join(map(paragraph, parse_notes(parse)))
+        if parse.get("parts"):
+            parts = "".join(f"<li>{escape(part)}</li>" for part in parse["parts"])
+            return section("Instruction as read", f"<ol>{parts}</ol>{notes}", self._seconds("parse"))
         slots = []
         for slot, value in parse["spec"].items():
             words = ", ".join(parse["evidence"].get(slot) or ())
@@ -109,7 +120,6 @@ class Turn:
                 + (f'<span class="soft">from “{escape(words)}”</span>' if words else "")
                 + "</div>"
             )
-        notes = "".join(map(paragraph, parse_notes(parse)))
         content = f'{notes}<div class="slots">{"".join(slots)}</div>'
         return section("Instruction as read", content, self._seconds("parse"))
 
@@ -148,7 +158,16 @@ class Turn:
         if self.report["scene"] is not None and ranked:
             content += legend(self.report["scene"]) + candidates(self.report)
         content += album([self._figures.get("goal-overlay"), self._figures.get("imagined-goal")])
+        content += self._goals()
         return section("Proposals", content + self._scores(ranked), self._seconds("imagination"))
+
+    def _goals(self) -> str:
+        """Where each object goes for a goal of several parts, and for which of them."""
+        chosen = self.report["chosen"]
+        if chosen is None or not any("parts" in goal for goal in chosen["goals"]):
+            return ""
+        rows = [[escape(cell) for cell in describe_goal_row(goal)] for goal in chosen["goals"]]
+        return table(("object", "", "goal", "of"), rows)
 
     def _scores(self, ranked: list[Mapping[str, Any]]) -> str:
         names = list(ranked[0]["scores"]) if ranked else []

@@ -49,3 +49,14 @@ def test_table_fits_into_the_terminal(width):
 
 def test_many_failures_are_counted():
     assert "and 10 more" in table([result(f"row-{number}", 3, "why") for number in range(30)])
+
+
+def test_goals_are_counted_by_what_they_ask_for():
+    line = {"kind": "structure", "shape": "line"}
+    goals = [[line], [line, line], [{"kind": "relation", "relation": "on"}], [{"kind": "structure", "shape": None}]]
+    results = [result(str(k), 0) | {"spec": {"shape": None}, "goal": {"parts": parts}} for k, parts in enumerate(goals)]
+    results.append(result("before", 0, None, "tower"))  # a result of one structure, without a goal
+    shapes = Summary(results, 0, Path(), Path()).to_dict()["shapes"]
+    assert {kind: one["rows"] for kind, one in shapes.items()} == {
+        "line": 1, "several parts": 1, "on": 1, "open": 1, "tower": 1
+    }  # fmt: skip

@@ -4,6 +4,7 @@ import base64
 import io
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -293,3 +294,49 @@ def test_terminal_does_not_read_markup_in_the_instruction(run_events):
 
     TerminalReport(Console(file=out)).on_event(Started("a [bold]circle[/bold] [/]", {}))
     assert "a [bold]circle[/bold] [/]" in out.getvalue()
+
+
+# --- goals of several parts ------------------------------------------------------------------------
+
+
+PARTS = ("circle of cup 1, cup 2, left", 'cup 3 behind <i id="x">banana</i>')
+
+
+def several_parts(run_events) -> list:
+    """The same run for a goal of two parts: the third cup is set aside, the second is in its place."""
+    goals = [
+        {**goal, "parts": parts, "stays": stays, "aside": not parts}
+        for goal, parts, stays in zip(run_events[4].goals, ([1], [1, 2], []), (False, True, False), strict=True)
+    ]
+    told = {"goal": {"parts": []}, "parts": PARTS, "objects": ("cup 1", "cup 2", "cup 3", "banana")}
+    return [run_events[0], replace(run_events[1], **told), *run_events[2:4], replace(run_events[4], goals=tuple(goals))]
+
+
+def test_the_terminal_lists_the_parts_and_what_happens_to_each_object(run_events):
+    output = said(several_parts(run_events))
+    assert "  1. circle of cup 1, cup 2, left\n  2. cup 3 behind" in output
+    assert "left open" not in output and "with the objects named" not in output
+    rows = [line.split() for line in output.splitlines() if line.startswith("  cup ") and " cm " in line][-3:]
+    assert [(" ".join(row[:2]), row[2]) for row in rows] == [("cup 1", "goes"), ("cup 2", "stays"), ("cup 3", "is")]
+    assert rows[0][-2:] == ["part", "1"] and rows[1][-3:] == ["parts", "1,", "2"] and rows[2][2:5] == ["is", "set", "aside"]
+
+
+def test_the_page_lists_the_parts_and_what_happens_to_each_object(run_events):
+    record = record_of(several_parts(run_events))
+    sections = record.turn.sections()
+    assert "<ol><li>circle of cup 1, cup 2, left</li><li>cup 3 behind &lt;i id=" in sections
+    assert "left open" not in sections
+    assert re.search(r"<td>cup 2</td><td>stays at</td><td>[^<]+</td><td>parts 1, 2</td>", sections)
+    assert re.search(r"<td>cup 3</td><td>is set aside to</td>", sections)
+
+
+def test_one_structure_has_no_table_of_goals(run_events):
+    assert "goes to" not in record_of(run_events).turn.sections()
+
+
+def said(run_events) -> str:
+    out = io.StringIO()
+    report = TerminalReport(Console(file=out, width=200))
+    for event in run_events:
+        report.on_event(event)
+    return out.getvalue()

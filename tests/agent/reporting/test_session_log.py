@@ -298,3 +298,32 @@ def test_a_session_of_schema_version_1_is_read_and_continued(run_events, path):
             session.on_event(event)
     both = [line.event for line in read_session(path).lines if line.event is not None]
     assert both == 2 * [line.event for line in current.lines if line.event is not None]
+
+
+@pytest.mark.parametrize("spec, parts", [({"shape": "circle", "size": "small"}, 1), ({"shape": "heap"}, 0), (None, 0)])
+def test_in_a_session_of_schema_version_2_what_was_read_is_a_goal_of_one_structure(path, spec, parts):
+    lines = lines_of(path)
+    lines[0]["schema_version"] = 2
+    parsed = next(line["event"] for line in lines if line.get("event", {}).get("kind") == "parsed")
+    for key in ("goal", "parts", "objects"):
+        del parsed[key]
+    parsed["spec"] = {"shape": None, "size": None, "x_position": None, "y_position": None, "rotation": None} | (spec or {})
+    if spec is None:
+        parsed["spec"] = None
+    path.write_text("".join(f"{json.dumps(line)}\n" for line in lines), encoding="utf-8")
+    if spec is None:
+        with pytest.raises(BadInput, match=r"parsed\.spec must be an object"):
+            read_session(path)
+        return
+    read = next(line.event for line in read_session(path).lines if line.event and line.event["kind"] == "parsed")
+    assert len(read["goal"]["parts"]) == parts and read["parts"] == [] == read["objects"]
+    if parts:
+        assert read["goal"]["parts"][0]["kind"] == "structure" and read["goal"]["parts"][0]["size"] == "small"
+
+
+def test_a_session_of_this_version_needs_the_goal(path):
+    lines = lines_of(path)
+    del next(line["event"] for line in lines if line.get("event", {}).get("kind") == "parsed")["goal"]
+    path.write_text("".join(f"{json.dumps(line)}\n" for line in lines), encoding="utf-8")
+    with pytest.raises(BadInput, match=r"parsed\.goal is missing"):
+        read_session(path)

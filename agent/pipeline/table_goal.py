@@ -1,0 +1,205 @@
+"""Relate a goal of several parts to a table: which objects it moves, in which order, and how the table stood before."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from agent.arm.placement_rules import ObstacleKey, PlacementRules
+from agent.errors import NotBuildable
+from agent.scenes.limits import MOST_OBJECTS
+from grounding.goals.description import describe_part
+from grounding.goals.goal import Goal
+from grounding.goals.parts import Objects, Part, PartReference, RelationPart, StructurePart
+from grounding.spec import FIRST_SHAPES, StructureSpec
+from structdiffusion.data.scene_sampling import SceneError
+
+if TYPE_CHECKING:
+    from agent.scenes.table_scene import TableScene
+    from structdiffusion.observation import Scene
+
+
+@dataclass(frozen=True)
+class TableGoal:
+    """A goal over the objects of one table.
+
+    Attributes:
+        goal: the parts; every object is an index into `names`, and every structure has its objects written out.
+        names: of the N objects that were seen.
+        world_from_initial: (N, 4, 4) where they stood before anything was moved.
+        colors: the name of each object's colour, empty where it is not known.
+        unseen: name -> world_from_initial (4, 4) of what else stands on the table.
+    """
+
+    goal: Goal
+    names: tuple[str, ...]
+    world_from_initial: np.ndarray
+    colors: tuple[str, ...] = ()
+    unseen: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def movable(self) -> tuple[int, ...]:
+        """Return the objects that a part places, ascending; what they are placed by moves only where that makes room."""
+        return tuple(sorted({index for part in self.goal.parts for index in _listed(part.objects)}))
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """Return one line for each part: "line of mug, mug 2, left"."""
+        return described_parts(self.goal, self.names)
+
+    @property
+    def all_names(self) -> tuple[str, ...]:
+        """Return the names of everything that stands on the table, what was seen first."""
+        return (*self.names, *self.unseen)
+
+    @property
+    def all_initial(self) -> np.ndarray:
+        """Return where everything of `all_names` stood before anything was moved, (M, 4, 4)."""
+        return np.array([*self.world_from_initial, *self.unseen.values()])
+
+    def set_aside(self, moved: Collection[str]) -> tuple[int, ...]:
+        """Return which of the objects that are moved only make room: those that no part names."""
+        named = self.goal.named_objects()
+        return tuple(i for i, name in enumerate(self.names) if name in moved and i not in named)
+
+    def parts_of(self, name: str) -> tuple[int, ...]:
+        """Return the numbers of the parts that name an object, as one that they place or by which they place others."""
+        index = self.names.index(name)
+        return tuple(number for number, part in enumerate(self.goal.parts) if index in self._named_by(part))
+
+    def placement_rules(self, scene: Scene) -> PlacementRules:
+        """Return what the relations "on" and "in" say of the order and the collisions of placements.
+
+        Args:
+            scene: with the objects that are moved, and the others as distractors.
+        """
+        moved = {cloud.name: index for index, cloud in enumerate(scene.objects)}
+        stays = {cloud.name: index for index, cloud in enumerate(scene.distractors)}
+        after: dict[int, set[int]] = {}
+        into: dict[int, set[ObstacleKey]] = {}
+        for part in self.goal.relations:
+            if part.relation not in ("on", "in"):
+                continue
+            references = [self.names[index] for index in self._members(part.reference)]
+            for name in (self.names[index] for index in self._members(part.objects)):
+                if name not in moved:
+                    continue
+                after.setdefault(moved[name], set()).update(moved[each] for each in references if each in moved)
+                if part.relation == "in":
+                    into.setdefault(moved[name], set()).update(
+                        moved[each] if each in moved else ("distractor", stays[each]) for each in references
+                    )
+        return PlacementRules(
+            {index: frozenset(those) for index, those in after.items()},
+            {index: frozenset(those) for index, those in into.items()},
+        )
+
+    def _named_by(self, part: Part) -> set[int]:
+        second = part.around if isinstance(part, StructurePart) else part.reference
+        return {*self._members(part.objects), *self._members(second)}
+
+    def _members(self, objects: Objects | None) -> tuple[int, ...]:
+        """Return the objects of a relation, those of a structure where it speaks of one."""
+        return _listed(self.goal.parts[objects.part].objects if isinstance(objects, PartReference) else objects)
+
+
+def planned_as_structure(spec: StructureSpec | None) -> bool:
+    """Return whether a planner of one structure plans this alone: the shapes that every network knows, and an open one.
+
+    Args:
+        spec: the slots of a goal that is one structure without further keys; `None` for any other goal.
+    """
+    return spec is not None and (spec.shape is None or spec.shape in FIRST_SHAPES)
+
+
+def structure_of(table: TableScene, spec: StructureSpec) -> Goal:
+    """Return the goal of one structure of the objects that take part on a table, as indices into its `original_names`."""
+    taking = set(table.names[: table.count])
+    return Goal((StructurePart.of(spec, [i for i, name in enumerate(table.original_names) if name in taking]),))
+
+
+def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
+    """Look at a table for a goal, whose indices are those of `table.original_names`.
+
+    What no part names takes no part in the goal where the camera does not see it. The objects that the parts place take
+    part on the table from now on.
+
+    Returns:
+        The goal over the objects that were seen, and the scene in which they are the objects, in the same order.
+
+    Raises:
+        NotBuildable: when a part places what the arm cannot take, or names what is no longer on the table.
+        SceneError: when there are more objects than planners take.
+        ObservationError: when the camera does not see an object that a part names.
+    """
+    everything, poses = table.original_names, table.poses()
+    goal = _resolved(table, goal)
+    named = [everything[index] for index in goal.named_objects()]
+    for name in named:
+        if name in table.fallen:
+            raise NotBuildable(f"the goal names {name}, which is no longer on the table")
+    table.involve(named)
+    scene = table.look()
+    clouds = {cloud.name: cloud for cloud in (*scene.objects, *scene.distractors)}
+    seen = [name for name in everything if name in clouds]
+    if len(seen) > MOST_OBJECTS:
+        raise SceneError(f"there are {len(seen)} objects on the table, and a goal of several parts takes {MOST_OBJECTS} at most")
+    place = {everything.index(name): number for number, name in enumerate(seen)}
+    color_of = dict(zip(table.names, table.color_names, strict=True))
+    wanted = TableGoal(
+        renumbered(goal, place),
+        tuple(seen),
+        np.array([poses[name] for name in seen]),
+        tuple(color_of[name] for name in seen),
+        {name: poses[name] for name in everything if name not in clouds and name not in table.fallen},
+    )
+    if refused := [name for name in table.out_of_reach if name in seen and seen.index(name) in wanted.movable]:
+        raise NotBuildable(f"the instruction places what the arm cannot take: {', '.join(refused)}")
+    table.involve([seen[index] for index in wanted.movable])
+    return wanted, replace(scene, objects=tuple(clouds[name] for name in seen), distractors=())
+
+
+def _resolved(table: TableScene, goal: Goal) -> Goal:
+    """Write out "everything else": all that no part names and that the arm can take."""
+    named = set(goal.named_objects())
+    gone = {*table.fallen, *table.out_of_reach}
+    rest = tuple(i for i, name in enumerate(table.original_names) if i not in named and name not in gone)
+    open_ones = [part for part in goal.structures if part.objects is None]
+    if open_ones and not rest:
+        raise NotBuildable(f"there is nothing left on the table for: {describe_part(open_ones[0])}")
+    if open_ones:
+        table.missing = {
+            name: "the arm cannot take it"
+            for i, name in enumerate(table.original_names)
+            if name in table.out_of_reach and i not in named
+        }
+    return Goal(tuple(
+        replace(part, objects=rest) if isinstance(part, StructurePart) and part.objects is None else part
+        for part in goal.parts
+    ))  # fmt: skip
+
+
+def renumbered(goal: Goal, place: Mapping[int, int]) -> Goal:
+    """Return the goal with other indices; `place` maps each of its indices to the new one."""
+
+    def mapped(objects: Objects | None) -> Objects | None:
+        return tuple(place[index] for index in objects) if isinstance(objects, tuple) else objects  # type: ignore[index]
+
+    return Goal(tuple(
+        replace(part, objects=mapped(part.objects), reference=mapped(part.reference))
+        if isinstance(part, RelationPart)
+        else replace(part, objects=mapped(part.objects), around=mapped(part.around))
+        for part in goal.parts
+    ))  # fmt: skip
+
+
+def described_parts(goal: Goal, names: Sequence[str] | None) -> tuple[str, ...]:
+    """Describe each part of a goal in a line."""
+    return tuple(describe_part(part, names) for part in goal.parts)
+
+
+def _listed(objects: Objects | None) -> tuple[int, ...]:
+    return objects if isinstance(objects, tuple) else ()  # type: ignore[return-value]

@@ -1,0 +1,215 @@
+"""Draw tables for goals of several parts: all that the parts name is there, and a few other objects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from agent.scenes.object_attributes import attributes_at, attributes_of
+from agent.scenes.table_scene import TableScene, drawing_and_noise
+from grounding.goals.goal import Goal
+from grounding.goals.parts import Objects, RelationPart, StructurePart
+from grounding.interpreter import Interpretation
+from grounding.references.attributes import SceneObject
+from structdiffusion.data.scene_sampling import SceneError, eligible
+from structdiffusion.footprints import clear_gap, turned
+from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.objects.model import ObjectModel, unique_names
+from structdiffusion.observation import Table
+from structdiffusion.structures import STRUCTURES
+
+MOST_OBJECTS = 10  # on a drawn table
+_DRAWS = 60
+_OF_A_STRUCTURE = (3, 4)  # objects where the words give no number
+_OF_A_RELATION = (1, 2)
+_IN_A_GROUP = (2, 3)  # objects of one colour, or of one kind, that are sorted
+_DISTRACTORS = 2  # at most
+_GAP, _EDGE = 0.03, 0.015  # m between first places: room for a finger; from the table's edge
+_PLACES_TRIED = 300
+_WIDEST_DISTRACTOR = 0.08  # m: its radius
+
+
+def several_parts_scene(library: Sequence[ObjectModel], goal: Interpretation, seed: int) -> TableScene:
+    """Draw a table for a goal of several parts, on which everything takes part.
+
+    Args:
+        library: the objects to draw from.
+        goal: what will be asked for; its indices are those of the library.
+        seed: everything about the scene follows from it.
+
+    Raises:
+        SceneError: when no draw has what the instruction names, or the table has no room for it.
+    """
+    rng, noise = drawing_and_noise(seed)
+    models, poses = draw_several_parts(library, goal, rng)
+    return TableScene(models, poses, len(models), noise)
+
+
+def draw_several_parts(
+    library: Sequence[ObjectModel], goal: Interpretation, rng: np.random.Generator
+) -> tuple[list[ObjectModel], np.ndarray]:
+    """Draw objects that the instruction means, some others, and where all of them stand.
+
+    A model stands there several times where a structure needs more objects than the library has of a noun.
+
+    Returns:
+        The models, and their poses (M, 4, 4).
+
+    Raises: as `several_parts_scene`.
+    """
+    reason = "nothing was tried"
+    for attempt in range(_DRAWS):
+        named = _draw_named(library, goal.goal, rng)
+        if len(named) > MOST_OBJECTS:
+            reason = f"they would be {len(named)} objects, and {MOST_OBJECTS} are the most on a drawn table"
+            continue
+        others = _draw_distractors(library, named, goal.goal, rng) if attempt < _DRAWS // 2 else []
+        models = [*named, *others]
+        poses = scatter(models, rng)
+        if poses is None:
+            reason = "there is no room for them on the table"
+            continue
+        there = goal.among(standing(models, poses))
+        if there.status != "ok":
+            reason = there.message
+            continue
+        if not _means_just(there.goal, len(named)):
+            reason = "the words mean others of the objects too"
+            continue
+        return models, poses
+    raise SceneError(f"no scene in {_DRAWS} draws has the objects that the instruction means: {reason}")
+
+
+def standing(models: Sequence[ObjectModel], world_from_objects: np.ndarray) -> list[SceneObject]:
+    """Return objects as an instruction can refer to them where they stand, poses (M, 4, 4)."""
+    referents = zip(unique_names(models), models, world_from_objects, strict=True)
+    return [SceneObject(name, attributes_at(attributes_of(model), pose)) for name, model, pose in referents]
+
+
+def _means_just(goal: Goal, count: int) -> bool:
+    """Return whether the parts name the first `count` objects of a scene, and no others."""
+    if any(part.objects is None for part in goal.structures):
+        return True
+    return set(goal.named_objects()) == set(range(count))
+
+
+def _draw_named(library: Sequence[ObjectModel], goal: Goal, rng: np.random.Generator) -> list[ObjectModel]:
+    """Draw the objects that the parts name, those of every part beside each other."""
+    chosen: dict[int, list[ObjectModel]] = {}  # index in the library -> the objects that stand for it
+    rest: list[ObjectModel] = []
+    for part in goal.parts:
+        if isinstance(part, RelationPart):
+            for objects in (part.objects, part.reference):
+                _choose(chosen, _listed(objects), library, _of_relation(part, _listed(objects), rng), rng)
+            continue
+        _choose(chosen, _listed(part.around), library, 1, rng)
+        least, wanted = _numbers(part, rng)
+        if part.group_by is not None:
+            rest += _draw_groups(_pool(library, part, _listed(part.objects)), part.group_by, rng)
+        elif part.objects is None:
+            pool = _pool(library, part, range(len(library)))
+            rest += [pool[i] for i in rng.permutation(len(pool))[:wanted]]
+        else:
+            suited = [i for i in _listed(part.objects) if _suits(library[i], part)] or list(_listed(part.objects))
+            _choose(chosen, suited, library, wanted, rng, least)
+    return [*(model for models in chosen.values() for model in models), *rest]
+
+
+def _choose(
+    chosen: dict[int, list[ObjectModel]],
+    indices: Sequence[int],
+    library: Sequence[ObjectModel],
+    wanted: int,
+    rng: np.random.Generator,
+    least: int = 0,
+) -> None:
+    """Choose some of these objects of the library; each stands there several times where they are fewer than `least`."""
+    some = list(indices) if len(indices) <= wanted else [indices[i] for i in rng.permutation(len(indices))[:wanted]]
+    for index in some:
+        chosen.setdefault(index, [library[index]])
+    for number in range(max(0, least - len(some)) if some else 0):
+        index = some[number % len(some)]
+        chosen[index].append(library[index])
+
+
+def _of_relation(part: RelationPart, indices: Sequence[int], rng: np.random.Generator) -> int:
+    """Return how many of these objects take part in a relation: two where the relation needs two."""
+    if part.relation == "swapped" or (part.relation == "between" and indices == part.reference):
+        return 2
+    return int(rng.integers(_OF_A_RELATION[0], _OF_A_RELATION[1] + 1))
+
+
+def _numbers(part: StructurePart, rng: np.random.Generator) -> tuple[int, int]:
+    """Return how many objects a structure needs at least, and how many are drawn where the words give no number."""
+    least = 2 if part.shape is None else STRUCTURES[part.shape].least
+    if part.rows is not None or part.columns is not None:
+        rows, columns = part.rows or 2, part.columns or 2
+        least = max(least, rows * columns)
+    if part.order is not None and part.order.by == "listed":
+        return least, len(part.objects or ())
+    return least, max(least, int(rng.integers(_OF_A_STRUCTURE[0], _OF_A_STRUCTURE[1] + 1)))
+
+
+def _draw_groups(pool: Sequence[ObjectModel], group_by: str, rng: np.random.Generator) -> list[ObjectModel]:
+    """Draw two groups of objects of one colour each, or of one kind each."""
+    groups: dict[str, list[ObjectModel]] = {}
+    for model in pool:
+        colors = attributes_of(model).colors
+        value = model.category if group_by == "kind" else colors[0] if colors else ""
+        groups.setdefault(value, []).append(model)
+    large = [group for value, group in sorted(groups.items()) if value and len(group) >= _IN_A_GROUP[0]]
+    if len(large) < 2:
+        raise SceneError(f"these objects cannot be sorted by {group_by}: fewer than two groups of two are there")
+    drawn = []
+    for k in rng.permutation(len(large))[:2]:
+        group = large[k]
+        number = int(rng.integers(_IN_A_GROUP[0], _IN_A_GROUP[1] + 1))
+        drawn += [group[i] for i in rng.permutation(len(group))[:number]]
+    return drawn
+
+
+def _draw_distractors(
+    library: Sequence[ObjectModel], named: Sequence[ObjectModel], goal: Goal, rng: np.random.Generator
+) -> list[ObjectModel]:
+    """Draw up to two objects of other nouns; none where the goal speaks of everything."""
+    if any(part.objects is None for part in goal.structures):
+        return []
+    nouns = {model.category for model in named}
+    pool = [m for m in eligible(library, None) if m.category not in nouns and m.radius < _WIDEST_DISTRACTOR]
+    number = min(int(rng.integers(0, _DISTRACTORS + 1)), MOST_OBJECTS - len(named))
+    return [pool[i] for i in rng.permutation(len(pool))[:number]]
+
+
+def _pool(library: Sequence[ObjectModel], part: StructurePart, indices: Sequence[int]) -> list[ObjectModel]:
+    return [library[i] for i in indices or range(len(library)) if _suits(library[i], part)]
+
+
+def _suits(model: ObjectModel, part: StructurePart) -> bool:
+    return bool(eligible([model], part.shape))
+
+
+def _listed(objects: Objects | None) -> tuple[int, ...]:
+    return objects if isinstance(objects, tuple) else ()  # type: ignore[return-value]
+
+
+def scatter(
+    models: Sequence[ObjectModel], rng: np.random.Generator, table: Table = Table()
+) -> np.ndarray | None:
+    """Draw poses (M, 4, 4) on a table, clear of each other; `None` where there is no room."""
+    taken: list[np.ndarray] = []
+    poses: list[np.ndarray] = [np.eye(4)] * len(models)
+    for index in sorted(range(len(models)), key=lambda i: -models[i].radius):  # the widest first, while there is room
+        yaw = rng.uniform(-np.pi, np.pi)
+        outline = turned(models[index].footprint, yaw)
+        low = np.array([table.x_min, table.y_min]) - outline.min(axis=0) + _EDGE
+        high = np.array([table.x_max, table.y_max]) - outline.max(axis=0) - _EDGE
+        if (low >= high).any():
+            return None
+        places = rng.uniform(low, high, (_PLACES_TRIED, 2))
+        free = next((at for at in places if all(clear_gap(outline + at, other) > _GAP for other in taken)), None)
+        if free is None:
+            return None
+        taken.append(outline + free)
+        poses[index] = pose_from_xyz_yaw(*free, 0.0, yaw)
+    return np.array(poses)

@@ -1,0 +1,71 @@
+"""Find parts of a goal that cannot hold together."""
+
+from __future__ import annotations
+
+from grounding.goals.description import describe_part
+from grounding.goals.goal import Goal
+from grounding.goals.parts import PartReference, RelationPart, StructurePart
+
+_OPPOSITE = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
+
+
+def contradiction(goal: Goal) -> str:
+    """Name two parts of a goal that exclude each other; "" where there are none."""
+    facts: dict[tuple[object, str, object], int] = {}
+    places: dict[object, int] = {}
+    for number, part in enumerate(goal.parts):
+        if isinstance(part, StructurePart):
+            continue
+        for one in _each(part.objects):
+            for other in _each(part.reference):
+                if (clash := _clash(facts, one, part.relation, other)) is not None:
+                    return _both(goal, clash, number)
+                facts[one, part.relation, other] = number
+            if part.relation in ("at", "moved", "swapped"):
+                if one in places and not _same_place(goal, places[one], number):
+                    return _both(goal, places[one], number)
+                places[one] = number
+    return _in_own_structure(goal)
+
+
+def _each(objects: object) -> tuple[object, ...]:
+    if objects is None:
+        return ()
+    return (("part", objects.part),) if isinstance(objects, PartReference) else tuple(objects)  # type: ignore[arg-type]
+
+
+def _clash(facts: dict, one: object, relation: str, other: object) -> int | None:
+    if relation in _OPPOSITE:
+        for clash in ((other, relation, one), (one, _OPPOSITE[relation], other)):
+            if clash in facts:
+                return facts[clash]
+    if relation in ("on", "in"):
+        for clash in ((other, "on", one), (other, "in", one)):
+            if clash in facts:
+                return facts[clash]
+    return None
+
+
+def _same_place(goal: Goal, one: int, other: int) -> bool:
+    first, second = goal.parts[one], goal.parts[other]
+    assert isinstance(first, RelationPart) and isinstance(second, RelationPart)
+    if first.relation != "at" or second.relation != "at":
+        return False
+    return all(a is None or b is None or a == b for a, b in ((first.x_position, second.x_position), (first.y_position, second.y_position)))
+
+
+def _both(goal: Goal, one: int, other: int) -> str:
+    return f"{describe_part(goal.parts[one])!r} and {describe_part(goal.parts[other])!r}"
+
+
+def _in_own_structure(goal: Goal) -> str:
+    """Name an object that a structure is laid around, or stands by, and that is one of its own."""
+    for number, part in enumerate(goal.parts):
+        if not isinstance(part, RelationPart):
+            continue
+        for mine, others in ((part.objects, part.reference), (part.reference, part.objects)):
+            if isinstance(mine, PartReference) and isinstance(others, tuple):
+                structure = goal.parts[mine.part]
+                if isinstance(structure, StructurePart) and structure.objects and set(structure.objects) & set(others):
+                    return _both(goal, mine.part, number)
+    return ""

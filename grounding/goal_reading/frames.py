@@ -1,0 +1,401 @@
+"""Gather the chunks of an instruction into frames: one for each thing that is asked for, with all that is said of it.
+
+A frame begins where something new is asked for: with a verb, or with objects after what was said of others ("cups on the
+left, cans on the right").
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from grounding.goal_reading.chunks import Chunk, Shape
+from grounding.goal_reading.goal_words import SHAPES_OF_VERB
+from grounding.goal_reading.noun_phrases import NounPhrase
+
+# Chunks that say something of objects.
+PREDICATES = frozenset((
+    "shape", "place", "along", "rotation", "relation", "order", "order end", "direction", "listed", "gap", "radius", "diameter",
+    "length of", "grid", "rows", "columns", "group", "move", "move?", "relation?", "size", "together", "side by side", "stacked",
+    "beside each other", "around", "inner", "away", "relation it", "wide", "table setting", "apart", "length",
+))  # fmt: skip
+_JOINTS = ("and", "comma", "or")
+_BOUNDARIES = ("stop", "then", "followed by")
+
+
+@dataclass(frozen=True)
+class Predicate:
+    """What is said of objects: a chunk, with the noun phrases that belong to it."""
+
+    kind: str
+    value: Any
+    said: str
+    first: int
+    end: int
+    metres: float | None = None
+    reference: tuple[NounPhrase, ...] = ()
+
+
+@dataclass
+class Frame:
+    """One thing that is asked for.
+
+    Attributes:
+        verb: the kind of its verb, or "".
+        verb_said: the verb as it was written.
+        objects: the noun phrases that it is about.
+        predicates: what is said of them.
+        second: objects that it is done with: those that the first are swapped with, or that surround them.
+        listed: whether the objects were named one after another ("first the mug, then the bowl").
+        sentence: in which sentence it stands.
+        first, end: its words.
+        negated: whether it says what must not be done.
+        stays: whether it says what stays where it is.
+        also: whether it says "too".
+    """
+
+    verb: str = ""
+    verb_said: str = ""
+    objects: list[NounPhrase] = field(default_factory=list)
+    predicates: list[Predicate] = field(default_factory=list)
+    second: list[NounPhrase] = field(default_factory=list)
+    listed: bool = False
+    sentence: int = 0
+    first: int = 0
+    end: int = 0
+    negated: bool = False
+    stays: bool = False
+    also: bool = False
+
+    def has(self, *kinds: str) -> bool:
+        """Return whether something of these kinds is said."""
+        return any(each.kind in kinds for each in self.predicates)
+
+    def get(self, kind: str) -> list[Predicate]:
+        """Return what is said of one kind."""
+        return [each for each in self.predicates if each.kind == kind]
+
+    @property
+    def empty(self) -> bool:
+        """Return whether nothing is said in it yet."""
+        return not (self.objects or self.predicates or self.verb)
+
+
+class Framer:
+    """The gathering of chunks into frames.
+
+    Args:
+        chunks: of one instruction, corrections applied.
+
+    Attributes:
+        frames: the frames, in the order of the text.
+        residue: chunks that no frame could take.
+    """
+
+    def __init__(self, chunks: list[Chunk]) -> None:
+        self.chunks = [chunk for chunk in chunks if chunk.kind != "noise" or chunk.said.lower() in ("with", "too", "also", "as well")]
+        self.frames: list[Frame] = []
+        self.residue: list[Chunk] = []
+        self._frame = Frame()
+        self._sentence = 0
+        self._pending: str | None = None  # a joint, before what follows it is known
+
+    def read(self) -> list[Frame]:
+        """Return the frames."""
+        at = 0
+        while at < len(self.chunks):
+            at = self._step(at)
+        self._close()
+        return self.frames
+
+    # One chunk
+
+    def _step(self, at: int) -> int:
+        chunk = self.chunks[at]
+        kind = chunk.kind
+        if kind in _JOINTS:
+            self._pending = kind
+            return at + 1
+        if kind in _BOUNDARIES:
+            if kind == "followed by" or (kind == "then" and self._continues_list(at + 1)):
+                self._frame.listed = True
+                self._pending = "list"
+                return at + 1
+            self._sentence += kind == "stop"
+            self._pending = kind
+            return at + 1
+        if kind == "noise":
+            if chunk.said.lower() in ("too", "also", "as well"):
+                self._frame.also = True
+            elif chunk.said.lower() == "with" and self._with(at):
+                return self._with_objects(at + 1)
+            return at + 1
+        if kind == "verb":
+            return self._verb(at)
+        if kind == "negated":
+            self._start(chunk)
+            self._frame.negated = True
+            return at + 1
+        if kind == "stays":
+            self._frame.stays = True
+            self._frame.end = chunk.end
+            return at + 1
+        if kind == "except":
+            return self._exceptions(at)
+        if kind == "noun phrase":
+            return self._objects(at)
+        if kind in PREDICATES:
+            return self._predicate(at)
+        self.residue.append(chunk)
+        return at + 1
+
+    def _verb(self, at: int) -> int:
+        chunk, frame = self.chunks[at], self._frame
+        participle = chunk.said.lower().split()[0].endswith("ed") or chunk.said.lower() == "put"
+        if frame.objects and not frame.predicates and self._pending is None and (participle or not frame.verb):
+            return self._take_verb(at)
+        linked = chunk.value == "make" and frame.objects and not frame.has("shape") and self._pending is None
+        if linked:
+            return at + 1
+        if frame.negated and not frame.verb and not frame.objects:
+            frame.verb = chunk.value
+            return at + 1
+        fronted = bool(frame.predicates) and not frame.objects and not frame.verb and frame.sentence == self._sentence
+        only_order = fronted and all(each.kind in ("order", "listed", "direction") for each in frame.predicates)
+        if not frame.empty and (not fronted or self._pending in _BOUNDARIES) and not only_order:
+            self._close()
+            self._frame.first = chunk.first
+        self._pending = None
+        return self._take_verb(at)
+
+    def _take_verb(self, at: int) -> int:
+        chunk = self.chunks[at]
+        if not self._frame.verb or self._frame.verb == "place":
+            self._frame.verb, self._frame.verb_said = chunk.value, chunk.said.lower()
+        self._extend(chunk)
+        if chunk.value in SHAPES_OF_VERB:
+            shape = SHAPES_OF_VERB[chunk.value]
+            self._frame.predicates.append(Predicate("verb shape", Shape(shape), chunk.said, chunk.first, chunk.end))
+        return at + 1
+
+    def _start(self, chunk: Chunk) -> None:
+        if not self._frame.empty:
+            self._close()
+        self._frame.first = chunk.first
+        self._pending = None
+
+    def _extend(self, chunk: Chunk) -> None:
+        frame = self._frame
+        if frame.end == 0:
+            frame.first, frame.sentence = chunk.first, self._sentence
+        frame.end = max(frame.end, chunk.end)
+
+    def _close(self) -> None:
+        if not self._frame.empty:
+            self.frames.append(self._frame)
+        self._frame = Frame(sentence=self._sentence)
+        self._pending = None
+
+    # Noun phrases
+
+    def _objects(self, at: int) -> int:
+        frame, chunk = self._frame, self.chunks[at]
+        phrases, end = self._list(at, reference=False)
+        joint = self._pending
+        if phrases[0].kind == "each other":
+            self.residue.append(chunk)
+            return end
+        if frame.objects and not frame.predicates and joint in ("and", "comma", "list", "or") and not frame.second:
+            frame.objects += phrases
+        elif frame.objects and joint is None and phrases[0].superlative and not frame.predicates:
+            self.residue.append(chunk)
+        elif frame.objects and self._said_of(frame):
+            if self._added(frame, end):
+                frame.objects += phrases
+            else:
+                self._close()
+                self._frame.objects = phrases
+        elif frame.objects:
+            self._close()
+            self._frame.objects = phrases
+        elif frame.predicates and not frame.verb and joint in _BOUNDARIES and frame.sentence != self._sentence:
+            self._close()
+            self._frame.objects = phrases
+        else:
+            frame.objects = phrases
+        self._pending = None
+        self._extend(chunk)
+        self._frame.end = self.chunks[end - 1].end
+        return end
+
+    def _said_of(self, frame: Frame) -> bool:
+        return any(each.kind != "verb shape" for each in frame.predicates) or frame.has("verb shape")
+
+    def _added(self, frame: Frame, end: int) -> bool:
+        """Return whether objects after a complete frame belong to it: "put the mug on the left, and the bowl too"."""
+        following = self.chunks[end] if end < len(self.chunks) else None
+        too = following is not None and following.said.lower() in ("too", "also", "as well")
+        stacked = frame.has("verb shape", "shape")
+        only_verb = all(each.kind == "verb shape" for each in frame.predicates)
+        if only_verb and self._pending in ("and", "comma", "list") and not too and not self._predicate_follows(end):
+            return True
+        return too and not stacked
+
+    def _predicate_follows(self, end: int) -> bool:
+        return end < len(self.chunks) and self.chunks[end].kind in PREDICATES and self.chunks[end].kind not in ("listed", "direction", "order", "gap", "size")
+
+    def _list(self, at: int, reference: bool, most: int = 40) -> tuple[list[NounPhrase], int]:
+        """Read noun phrases that are joined by commas and "and"; return them and the place after."""
+        chunks = self.chunks
+        phrases = [chunks[at].value]
+        at += 1
+        while at < len(chunks) and len(phrases) < most:
+            joint = at
+            while joint < len(chunks) and chunks[joint].kind in ("and", "comma", "or") and joint - at < 2:
+                joint += 1
+            listed = False
+            if joint < len(chunks) and not reference and chunks[joint].kind in ("then", "followed by") and self._bare_phrase(joint + 1):
+                joint, listed = joint + 1, True
+            if joint == at or joint >= len(chunks) or chunks[joint].kind != "noun phrase":
+                break
+            after = joint + 1
+            # "next to the bowl and the spoon behind it": what comes next is said of other objects.
+            if reference and self._opens_frame(after):
+                break
+            phrases.append(chunks[joint].value)
+            self._frame.listed = self._frame.listed or listed
+            at = after
+        if at < len(chunks) and chunks[at].kind == "except":
+            exceptions, at = self._list(at + 1, reference=True)
+            phrases[-1] = replace(phrases[-1], without=tuple(exceptions))
+        return phrases, at
+
+    def _opens_frame(self, after: int) -> bool:
+        chunks = self.chunks
+        while after < len(chunks) and chunks[after].kind in ("and", "comma") and after + 1 < len(chunks) and chunks[after + 1].kind == "noun phrase":
+            after += 2
+        return after < len(chunks) and chunks[after].kind in PREDICATES and chunks[after].kind not in ("away", "size", "gap", "order end", "order")
+
+    def _bare_phrase(self, at: int) -> bool:
+        """Return whether a noun phrase stands here of which nothing but an order is said."""
+        if at >= len(self.chunks) or self.chunks[at].kind != "noun phrase":
+            return False
+        return not self._predicate_follows(at + 1)
+
+    def _continues_list(self, at: int) -> bool:
+        frame = self._frame
+        only_verb = all(each.kind in ("verb shape", "shape", "listed", "direction") for each in frame.predicates)
+        if not (frame.objects and only_verb and at < len(self.chunks) and self.chunks[at].kind == "noun phrase"):
+            return False
+        if frame.has("shape") and not self._bare_phrase(at):
+            return False
+        return frame.objects[0].kind == "objects" and not self._opens_frame(at + 1) or self._shape_ends(at + 1)
+
+    def _shape_ends(self, at: int) -> bool:
+        return at < len(self.chunks) and self.chunks[at].kind in ("shape", "direction", "listed") and not self._frame.has("shape")
+
+    def _exceptions(self, at: int) -> int:
+        if at + 1 >= len(self.chunks) or self.chunks[at + 1].kind != "noun phrase":
+            self.residue.append(self.chunks[at])
+            return at + 1
+        phrases, end = self._list(at + 1, reference=True)
+        if self._frame.objects:
+            last = self._frame.objects[-1]
+            self._frame.objects[-1] = replace(last, without=(*last.without, *phrases))
+        else:
+            self._frame.objects = [NounPhrase("all", self.chunks[at].first, self.chunks[at].end, "everything", without=tuple(phrases))]
+        self._frame.end = self.chunks[end - 1].end
+        return end
+
+    # Predicates
+
+    def _with(self, at: int) -> bool:
+        """Return whether "with" joins objects to a verb: "swap the mug with the bowl", "surround it with cups"."""
+        following = self.chunks[at + 1] if at + 1 < len(self.chunks) else None
+        return following is not None and following.kind == "noun phrase" and self._frame.verb in ("swap", "surround") and bool(self._frame.objects)
+
+    def _with_objects(self, at: int) -> int:
+        phrases, end = self._list(at, reference=True)
+        self._frame.second = phrases
+        self._frame.end = self.chunks[end - 1].end
+        return end
+
+    def _predicate(self, at: int) -> int:
+        chunk, frame = self.chunks[at], self._frame
+        reference: list[NounPhrase] = []
+        end = at + 1
+        if chunk.kind in ("relation", "apart", "relation?") and end < len(self.chunks) and self.chunks[end].kind == "noun phrase":
+            reference, end = self._list(end, reference=chunk.value != "between")
+            if chunk.value == "between" and len(reference) > 2:
+                end = self._after_two(at + 1)
+                reference = reference[:2]
+        elif chunk.kind in ("relation", "apart") and end < len(self.chunks) and self._structure_named(end):
+            reference, end = [self._structure(end)], end + 1
+        if chunk.kind == "shape" and self._names_structure(chunk):
+            return self._structure_objects(at)
+        if chunk.kind == "shape" and frame.has("shape") and self._pending is not None:
+            verb = frame.verb
+            self._close()
+            self._frame.verb = verb
+            self._extend(chunk)
+        made = Predicate(chunk.kind, chunk.value, chunk.said, chunk.first, self.chunks[end - 1].end, chunk.metres, tuple(reference))
+        if self._fronted(at, end):
+            self._close()
+        self._pending = None
+        self._extend(chunk)
+        self._frame.end = self.chunks[end - 1].end
+        self._frame.predicates.append(made)
+        return end
+
+    def _structure_named(self, at: int) -> bool:
+        chunk = self.chunks[at]
+        return chunk.kind == "shape" and chunk.value.definite and not chunk.value.linked
+
+    def _structure(self, at: int) -> NounPhrase:
+        chunk = self.chunks[at]
+        return NounPhrase("structure", chunk.first, chunk.end, chunk.value.name)
+
+    def _names_structure(self, chunk: Chunk) -> bool:
+        """Return whether "the row" means one that was asked for before."""
+        if not (chunk.value.definite and not chunk.value.linked and not self._frame.objects and not self._frame.has("shape")):
+            return False
+        return any(each.value.name == chunk.value.name for frame in self.frames for each in (*frame.get("shape"), *frame.get("verb shape")))
+
+    def _structure_objects(self, at: int) -> int:
+        self._frame.objects = [self._structure(at)]
+        self._extend(self.chunks[at])
+        self._pending = None
+        return at + 1
+
+    def _after_two(self, at: int) -> int:
+        seen = 0
+        while seen < 2:
+            seen += self.chunks[at].kind == "noun phrase"
+            at += 1
+        return at
+
+    def _fronted(self, at: int, end: int) -> bool:
+        """Return whether what is said here belongs to objects that come after it: "..., and on the right the cans"."""
+        frame = self._frame
+        if not frame.objects and not (frame.predicates and self._pending in _BOUNDARIES and frame.verb):
+            return False
+        if self._pending is None:
+            return False
+        while end < len(self.chunks) and self.chunks[end].kind in ("comma", *PREDICATES, "noise"):
+            if self.chunks[end].kind in ("relation", "apart") and end + 1 < len(self.chunks) and self.chunks[end + 1].kind == "noun phrase":
+                _, end = self._list(end + 1, reference=True)
+                continue
+            end += 1
+        if end >= len(self.chunks):
+            return False
+        following = self.chunks[end].kind
+        stronger = self._pending in _BOUNDARIES
+        plain = self.chunks[at].kind in ("place", "relation", "shape", "along", "grid", "relation it")
+        if following == "verb":
+            return stronger and plain
+        return following == "noun phrase" and plain and not self._frame_of_phrase(end)
+
+    def _frame_of_phrase(self, at: int) -> bool:
+        """Return whether the noun phrase here begins a frame of its own, with its own predicate."""
+        _, end = self._list(at, reference=True)
+        return end < len(self.chunks) and self.chunks[end].kind in PREDICATES and self.chunks[end].kind in ("place", "relation", "shape")

@@ -1,0 +1,126 @@
+"""Read lengths and counts: "10 cm", "two and a half inches", "half a metre", "a foot and a half"."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from grounding.goal_reading.tokens import Words
+
+UNITS: Mapping[str, float] = {
+    **dict.fromkeys("mm millimeter millimeters millimetre millimetres mil mils".split(), 0.001),
+    **dict.fromkeys("cm centimeter centimeters centimetre centimetres centimenter centi centis".split(), 0.01),
+    **dict.fromkeys("dm decimeter decimeters decimetre decimetres".split(), 0.1),
+    **dict.fromkeys("m meter meters metre metres".split(), 1.0),
+    **dict.fromkeys('inch inches "'.split(), 0.0254),
+    **dict.fromkeys("ft foot feet '".split(), 0.3048),
+}  # fmt: skip
+_ONES = "zero one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen".split()
+COUNTS: Mapping[str, int] = {
+    **{word: number for number, word in enumerate(_ONES)},
+    "seventeen": 17, "eighteen": 18, "nineteen": 19, "dozen": 12,
+}  # fmt: skip
+_TENS = {"twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "seventy": 70, "eighty": 80, "ninety": 90}
+# After these "in" is a unit: "5 in apart", and not "put 3 in the bowl".
+_AFTER_IN = frozenset("apart away gap gaps spacing radius long wide across left right behind diameter".split())
+
+
+def count_at(said: Words, place: int) -> tuple[int, int] | None:
+    """Read a whole number, in digits or words, and the place after it."""
+    word = said.word(place)
+    if word.isdecimal():
+        return int(word[:9]), place + 1
+    if word in COUNTS:
+        return COUNTS[word], place + 1
+    if word in _TENS:
+        unit = COUNTS.get(said.word(place + 1), 0)
+        return (_TENS[word] + unit, place + 2) if 0 < unit < 10 else (_TENS[word], place + 1)
+    return None
+
+
+def number_at(said: Words, place: int) -> tuple[float, int] | None:
+    """Read a number that may have a fraction, and the place after it."""
+    sign = 1.0
+    if said.word(place) == "minus" or said.word(place) == "negative":
+        sign, place = -1.0, place + 1
+    word = said.word(place)
+    if word.replace(".", "", 1).isdecimal():
+        value, end = float(word[:30]), place + 1
+        if said.word(end) == "/" and said.word(end + 1).isdecimal() and int(said.word(end + 1)[:9]):
+            value, end = value / int(said.word(end + 1)[:9]), end + 2
+        elif said.word(end).isdecimal() and said.word(end + 1) == "/" and said.word(end + 2).isdecimal():
+            value, end = value + int(said.word(end)[:9]) / max(1, int(said.word(end + 2)[:9])), end + 3
+        elif said.word(end) in ("0.5", "0.25", "0.75"):
+            value, end = value + float(said.word(end)), end + 1
+    elif (counted := count_at(said, place)) is not None:
+        value, end = float(counted[0]), counted[1]
+        if said.word(end) == "hundred":
+            value, end = value * 100, end + 1
+        if said.word(end) == "point" and (digit := count_at(said, end + 1)) is not None and digit[0] < 10:
+            value, end = value + digit[0] / 10, digit[1]
+    elif word == "hundred" or (word == "a" and said.word(place + 1) == "hundred"):
+        value, end = 100.0, place + 1 + (word == "a")
+    else:
+        return None
+    if said.words[end : end + 3] == ("and", "a", "half"):
+        value, end = value + 0.5, end + 3
+    return sign * value, end
+
+
+def length_at(said: Words, place: int) -> tuple[float, int] | None:
+    """Read a length with its unit, in metres, and the place after it; `None` where there is none."""
+    found = _single(said, place)
+    if found is None:
+        return None
+    value, end = found
+    smaller = _single(said, end + (said.word(end) == "and"))
+    if smaller is not None and 0 < smaller[0] < abs(value) and said.words[end - 1] in ("foot", "feet", "ft", "'", "m"):
+        return value + smaller[0], smaller[1]
+    return found
+
+
+def _single(said: Words, place: int) -> tuple[float, int] | None:
+    words = said.words[place : place + 5]
+    for phrase, factor in _FACTORS:
+        if words[: len(phrase)] == phrase and (unit := UNITS.get(said.word(place + len(phrase)))) is not None:
+            end = place + len(phrase) + 1
+            if factor == 1.0 and said.words[end : end + 3] == ("and", "a", "half"):
+                return 1.5 * unit, end + 3
+            return factor * unit, end
+    number = number_at(said, place)
+    if number is None:
+        return None
+    value, end = number
+    unit = UNITS.get(said.word(end))
+    if said.word(end) == "in" and said.word(end + 1) in _AFTER_IN:
+        unit = 0.0254
+    elif said.word(end) == "in" and said.words[end + 1 : end + 3] in (("to", "the"), ("from", "the"), ("from", "each")):
+        unit = 0.0254
+    if unit is None:
+        return None
+    end += 1
+    if said.words[end : end + 3] == ("and", "a", "half"):
+        return (value + 0.5) * unit, end + 3
+    return value * unit, end
+
+
+_FACTORS: tuple[tuple[tuple[str, ...], float], ...] = (
+    (("half", "of", "a"), 0.5), (("half", "a"), 0.5), (("half", "an"), 0.5), (("half",), 0.5),
+    (("a", "half"), 0.5), (("a", "quarter", "of", "a"), 0.25), (("a", "quarter", "of", "an"), 0.25),
+    (("quarter", "of", "a"), 0.25), (("a", "quarter"), 0.25), (("a", "couple", "of"), 2.0), (("a", "couple"), 2.0),
+    (("couple", "of"), 2.0), (("a",), 1.0), (("an",), 1.0), (("another",), 1.0), (("a", "single"), 1.0),
+    (("a", "tenth", "of", "a"), 0.1), (("three", "quarters", "of", "a"), 0.75), (("a", "third", "of", "a"), 1 / 3),
+)  # fmt: skip
+
+
+def lengths_of(said: Words) -> dict[int, tuple[float, int]]:
+    """Find every length: place -> (metres, place after it)."""
+    found: dict[int, tuple[float, int]] = {}
+    place = 0
+    while place < len(said.words):
+        length = length_at(said, place)
+        if length is not None:
+            found[place] = length
+            place = length[1]
+        else:
+            place += 1
+    return found

@@ -1,0 +1,192 @@
+"""Recognise what a structure may be asked for besides its slots, and how objects stand to each other."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+from grounding.references.attributes import COMPARATIVES, SUPERLATIVES
+from grounding.references.pattern_parts import any_of
+
+_N = r"(?P<n>\d+|one|two|three|four|five|six|seven|eight|nine|ten)"
+_M = r"(?P<m>\d+|one|two|three|four|five|six|seven|eight|nine|ten)"
+_NUMBERS = dict(zip("one two three four five six seven eight nine ten".split(), range(1, 11), strict=True))
+_MOST = any_of(SUPERLATIVES)
+_SIDE = r"(?P<side>left|right|front|back|near end|far end|near side|far side|bottom|top|rear|near|far|lowest|highest|first|last|end|beginning|start|closest|nearest|farthest|furthest)"
+_STARTS = {
+    "left": "left", "right": "right", "front": "near", "near": "near", "near end": "near", "near side": "near",
+    "closest": "near", "nearest": "near", "back": "far", "rear": "far", "far": "far", "far end": "far", "far side": "far",
+    "farthest": "far", "furthest": "far", "bottom": "bottom", "top": "top", "lowest": "bottom", "highest": "top",
+}  # fmt: skip
+# Adjective of size -> (what it compares, 1 where more of it is meant).
+_BY = {
+    **dict.fromkeys(("tall", "high"), ("height", 1)), **dict.fromkeys(("short", "low", "flat"), ("height", -1)),
+    **dict.fromkeys(("large", "big"), ("volume", 1)), **dict.fromkeys(("small", "little", "tiny"), ("volume", -1)),
+    **dict.fromkeys(("wide", "thick", "fat", "broad"), ("width", 1)),
+    **dict.fromkeys(("narrow", "thin", "slim", "slender"), ("width", -1)),
+}  # fmt: skip
+_KEYS = {
+    "height": "height", "heights": "height", "tallness": "height", "width": "width", "widths": "width", "thickness": "width",
+    "diameter": "width", "size": "volume", "sizes": "volume", "volume": "volume", "bigness": "volume", "largeness": "volume",
+}  # fmt: skip
+_KEY = any_of(_KEYS)
+_DEGREE = any_of({**SUPERLATIVES, **COMPARATIVES, **dict.fromkeys(_BY)})
+
+
+def _plain(word: str) -> str:
+    return SUPERLATIVES.get(word) or COMPARATIVES.get(word) or word
+
+
+def number_of(word: str) -> int:
+    """Return the number that a word or digits mean."""
+    return _NUMBERS[word] if word in _NUMBERS else int(word[:9])
+
+
+def _order_range(match: re.Match[str]) -> dict[str, Any] | None:
+    first, last = _BY.get(_plain(match.group("first"))), _BY.get(_plain(match.group("second")))
+    if first is None or last is None or first[1] == last[1]:
+        return None
+    by = first[0] if first[0] == last[0] else "height" if {"height", "volume"} == {first[0], last[0]} else None
+    return by and {"by": by, "direction": "ascending" if first[1] < 0 else "descending"}
+
+
+def _order_end(match: re.Match[str]) -> dict[str, Any] | None:
+    said = _BY.get(_plain(match.group("most")))
+    if said is None:
+        return None
+    side = match.group("side")
+    direction = "descending" if said[1] > 0 else "ascending"
+    if side in ("last", "end"):
+        return {"by": said[0], "direction": "ascending" if said[1] > 0 else "descending"}
+    if side in ("first", "beginning", "start"):
+        return {"by": said[0], "direction": direction}
+    return {"by": said[0], "direction": direction, "from": _STARTS[side]}
+
+
+def _order_growing(match: re.Match[str]) -> dict[str, Any] | None:
+    said = _BY.get(_plain(match.group("more")))
+    if said is None:
+        return None
+    start = {"left": "right", "right": "left", "front": "far", "back": "near", "top": "bottom", "bottom": "top"}[match.group("side")]
+    return {"by": said[0], "direction": "ascending" if said[1] > 0 else "descending", "from": start}
+
+
+_END_PLACE = (
+    r"(?: (?:one|object|item|thing|block|can|cup|mug|box|bottle|jar|book|piece|of them))?(?: (?:goes|go|comes|come|being|is|are|to be|should be|should go|must be|at|standing|stands|placed|put))*"
+    rf"(?: (?:on|at|to|in|toward|the|very|far|nearest|closest))* {_SIDE}(?: (?:side|end|hand side|most|hand end))?"
+)
+_PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
+    # order
+    (
+        "order",
+        rf"(?:(?:sorted|ordered|ranked|arranged|graded|sort|order|rank|lined up) )?(?:by|according to|in order of|in the order of|on) (?:their |its |the )?(?:(?:ascending|increasing|rising|growing) )?(?P<key>{_KEY})(?: order)?",
+        lambda m: {"by": _KEYS[m.group("key")]} | ({"direction": "ascending"} if re.search("ascending|increasing|rising|growing", m.group()) else {}),
+    ),
+    (
+        "order",
+        rf"(?:in )?(?:order of )?(?P<way>ascending|increasing|rising|growing|descending|decreasing|falling)(?: order)?(?: of| in| by)? (?P<key>{_KEY})",
+        lambda m: {"by": _KEYS[m.group("key")], "direction": "ascending" if m.group("way") in ("ascending", "increasing", "rising", "growing") else "descending"},
+    ),
+    ("order", rf"(?P<key>{_KEY}) order", lambda m: {"by": _KEYS[m.group("key")]}),
+    (
+        "order",
+        r"(?:in )?(?:an )?(?P<way>ascending|increasing|descending|decreasing)(?:ly| order)?",
+        lambda m: {"direction": "ascending" if m.group("way") in ("ascending", "increasing") else "descending"},
+    ),
+    (
+        "order",
+        rf"(?:in order )?(?:sorted |ordered |ranked |arranged |going )?(?:from )?(?:the )?(?P<first>{_DEGREE})(?: one| object| first)? (?:to|up to|down to|through to|through) (?:the )?(?P<second>{_DEGREE})(?: one| object| last)?(?! of)",
+        _order_range,
+    ),
+    ("order end", rf"(?:with |and |having |where |keeping )*(?:the )?(?P<most>{_MOST}){_END_PLACE}", _order_end),
+    (
+        "order",
+        r"(?:getting|growing|becoming|get|grow) (?P<more>taller|bigger|larger|smaller|shorter|wider|narrower) (?:toward |to |as you go )(?:the )?(?P<side>left|right|front|back|top|bottom)",
+        _order_growing,
+    ),
+    ("direction", r"(?:going |running |reading |starting )?(?:from )?(?:the )?left(?: hand side)? (?:to|through to) (?:the )?right", lambda m: "left"),
+    ("direction", r"(?:going |running |reading |starting )?(?:from )?(?:the )?right(?: hand side)? to (?:the )?left", lambda m: "right"),
+    ("direction", r"(?:from )?(?:the )?(?:front|near)(?: side| end| edge)? to (?:the )?(?:back|far|rear)(?: side| end| edge)?", lambda m: "near"),
+    ("direction", r"(?:from )?(?:the )?(?:back|rear|far)(?: side| end| edge)? to (?:the )?(?:front|near)(?: side| end| edge)?", lambda m: "far"),
+    ("direction", r"(?:from )?(?:the )?bottom (?:to|up to) (?:the )?top|bottom up|from (?:the )?bottom(?: up| upward| upwards)?", lambda m: "bottom"),
+    ("direction", r"(?:from )?(?:the )?top (?:to|down to) (?:the )?bottom|top down|from (?:the )?top(?: down)?", lambda m: "top"),
+    ("direction", r"(?:starting|beginning)(?: from| at| on| with)? the left(?: side| end)?|from the left(?= [.,;]|$)", lambda m: "left"),
+    ("direction", r"(?:starting|beginning)(?: from| at| on)? the right(?: side| end)?|from the right(?= [.,;]|$)", lambda m: "right"),
+    ("listed", r"in (?:this|that|the following|exactly this|exactly that|precisely that|just that|the given) (?:order|sequence)|in order(?= [.,;!]|$)", lambda m: True),
+    # lengths
+    ("gap", r"(?:spaced |set |placed |standing |separated |at intervals of |with )?(?:by )?LEN(?: of (?:space|distance|room|air|gap))? apart(?: from (?:each other|one another))?", None),
+    ("gap", r"(?:with |leaving |leave |keep |keeping |and |have |having )*(?:a )?(?:clear )?(?:gaps?|spacing|spaces?|distances?|intervals?|clearance|separation) of LEN(?: (?:between|in between)(?: (?:them|each|each other|each of them|neighbou?rs|the objects|all of them|any two|every two|each pair|one another|adjacent ones|each one))?)?", None),
+    ("gap", r"(?:with |leaving |leave |keep |keeping |at |and |have |having )*(?:a )?LEN(?: of)?(?: clear)? (?:gaps?|spacing|spaces?|distances?|intervals?|clearance|separation|room|space|air)(?: (?:between|in between)(?: (?:them|each|each other|each of them|neighbou?rs|the objects|all of them|any two|every two|each pair|one another|adjacent ones|each one))?)?", None),
+    ("gap", r"(?:with |leaving |leave |keep |keeping |and |have |having |at )*(?:a )?LEN (?:between|in between) (?:them|each|each other|each of them|neighbou?rs|all of them|any two|every two|each pair|one another|adjacent ones|each one)", None),
+    ("gap", r"(?:spaced|separated|spacing|with spacing)(?: by| at| of)? LEN", None),
+    ("gap", r"(?:gap|spacing|spaces|intervals)(?: is| :| =)? LEN|(?:at )?intervals of LEN|every LEN|LEN from (?:each other|one another)|LEN (?:away )?from (?:each other|one another)", None),
+    ("radius", r"(?:with |of |and |having )*(?:a |the )?radius(?: of| is| =| :|)? (?:about )?LEN|(?:with )?(?:a )?(?:about )?LEN(?: in)? radius", None),
+    ("diameter", r"(?:with |of |and |having )*(?:a |the )?diameter(?: of| is| =| :|)? (?:about )?LEN|(?:with )?(?:a )?LEN(?: in)? diameter|LEN across", None),
+    ("length of", r"(?:that is |that's |which is |with |of |and |having )*(?:a |the )?length(?: of)? (?:about )?LEN|(?:that is |that's |which is )?LEN(?: in)? (?:long|length)", None),
+    ("wide", r"(?:that is |that's |which is )?LEN wide", None),
+    # grids
+    ("grid", rf"(?:in |into |as |of |make |a )*{_N} (?:by|x) {_M}(?: grid| matrix| array| lattice| pattern| block| arrangement| formation)?", lambda m: (number_of(m.group("n")), number_of(m.group("m")))),
+    ("grid", rf"(?:in |into |as |of |with )*{_N} (?:even |equal |straight |neat )?rows? (?:of|with) {_M}(?: columns?)?(?: each)?", lambda m: (number_of(m.group("n")), number_of(m.group("m")))),
+    ("grid", rf"(?:in |into |as |of |with )*{_N} columns? (?:of|with) {_M}(?: rows?)?(?: each)?", lambda m: (number_of(m.group("m")), number_of(m.group("n")))),
+    ("grid", rf"(?:in |into |as |of |with |having |that has )*{_N} (?:even |equal |straight |neat )?rows (?:and|by|x|,) {_M} columns", lambda m: (number_of(m.group("n")), number_of(m.group("m")))),
+    ("grid", rf"(?:in |into |as |of |with |having |that has )*{_N} columns (?:and|by|x|,) {_M} rows", lambda m: (number_of(m.group("m")), number_of(m.group("n")))),
+    ("rows", rf"(?:in |into |as |of |with |having |a )*{_N} (?:even |equal |straight |neat |parallel )?rows?", lambda m: number_of(m.group("n"))),
+    ("columns", rf"(?:in |into |as |of |with |having |a )*{_N} (?:even |equal |straight |neat |parallel )?columns?", lambda m: number_of(m.group("n"))),
+    # groups
+    (
+        "group",
+        r"(?:grouped |sorted |arranged |organized |organised |separated |divided |split |split up )*(?:by|according to|based on|on|in terms of) (?:their |its |the |same )?(?P<by>colour|kind|type|sort|category|class|what they are|shade|hue)",
+        lambda m: "colour" if m.group("by") in ("colour", "shade", "hue") else "kind",
+    ),
+    (
+        "group",
+        r"(?:so that |so )?(?:the |all )?(?:(?:objects|things|items|ones|stuff|everything) )?(?:of |with )?(?:the )?(?:same|matching|like) (?P<by>colour|kind|type|sort)s?(?: (?:objects|things|items|ones))?(?: (?:are|is|go|stand|belong|sit|should be))?(?: all)? (?:together|with each other|next to each other)|(?:each|every) (?P<by2>colour|kind|type) (?:together|by itself|on its own|separately|in its own (?:group|pile|cluster))",
+        lambda m: "colour" if (m.group("by") or m.group("by2")) == "colour" else "kind",
+    ),
+    (
+        "group",
+        r"(?:in|into|with|as|to) (?:a |one )?(?:separate |different )?(?:piles?|clusters?|groups?|heaps?|clumps?) (?:per|for each|for every|by|of each|of the same|each of one) (?P<by>colour|kind|type|sort)|(?:one|a) (?:pile|cluster|group) (?:per|for each|for every|of each) (?P<by2>colour|kind|type|sort)",
+        lambda m: "colour" if (m.group("by") or m.group("by2")) == "colour" else "kind",
+    ),
+    ("group", r"(?:by|in) (?P<by>colour|kind|type) groups?|(?P<by2>colour|kind|type) by (?:colour|kind|type)", lambda m: "colour" if (m.group("by") or m.group("by2")) == "colour" else "kind"),
+    # moves
+    ("move", r"(?:by )?(?:about |exactly |another |a further )*LEN (?:further |farther |more )*(?:(?:over )?to (?:the|my|your) |toward (?:the|my|your) |toward )?(?P<to>left|right)(?:ward|wards)?(?: hand side| side| hand)?(?! of)(?! from)", lambda m: m.group("to")),
+    ("move", r"(?:further |farther |over |more )*(?:to (?:the|my|your) |toward (?:the|my|your) )?(?P<to>left|right)(?:ward|wards)?(?: hand side| side)? (?:by |about |exactly |a further |another )*LEN(?! of)", lambda m: m.group("to")),
+    ("move", r"(?:by )?LEN (?:further |farther |more )?(?:toward|closer to|nearer to|closer|nearer|near to|in the direction of)(?: (?:me|you|us|the robot|the arm|the front|the near edge|the front edge))?(?! to)(?! the)", lambda m: "closer"),
+    ("move", r"(?:closer|nearer|toward)(?: to)?(?: (?:me|you|us|the robot|the arm|the front))? (?:by )?(?:about )?LEN", lambda m: "closer"),
+    ("move", r"(?:by )?LEN (?:further |farther )?(?:away(?: from (?:me|you|us|the robot|the arm))?|further away|back|backward|backwards|to the back|toward the back|further back|farther|further|toward the far (?:edge|side|end)|from me)(?: from (?:me|you|us|the robot|the arm))?(?! of)(?! from)", lambda m: "away"),
+    ("move", r"(?:further |farther )?(?:away|back|backward|backwards)(?: from (?:me|you|us|the robot|the arm))? (?:by )?(?:about )?LEN", lambda m: "away"),
+    ("move?", r"(?:by )?LEN (?:forward|forwards|up|down|upward|downward|sideways|ahead)|(?:forward|forwards|up|down|sideways) (?:by )?LEN", lambda m: m.group()),
+    ("move?", r"(?:just )?(?:a (?:little )?bit|a little|a touch|slightly|a tad|somewhat|a few (?:cm|centimeters|centimetres|inches)|some)(?: further| more)? (?:to (?:the )?(?:left|right|back|front)|toward (?:the )?(?:left|right|back|front|me)|closer|nearer|away|left|right|back|further|forward)(?! of)(?! to)", lambda m: m.group()),
+    # relations
+    ("relation", r"(?:(?:just|directly|immediately|right|slightly|somewhere|straight|over) )*(?:to |on |at |toward )?(?:the |its |their )?(?:very )?(?P<to>left|right)(?: hand)?(?: side)? (?:of|from)", lambda m: f"{m.group('to')} of"),
+    ("relation", r"(?:(?:just|directly|immediately|right|slightly|straight) )*(?:leftward|rightward|west|east)s? of", lambda m: "left of" if m.group().split()[-2].startswith(("left", "west")) else "right of"),
+    ("relation", r"(?:(?:just|directly|immediately|right|slightly|straight|there) )*(?:in (?:the )?front of|ahead of|before|on the near side of|on my side of|at the front of|south of)", lambda m: "in front of"),
+    ("relation", r"(?:(?:just|directly|immediately|right|slightly|straight) )*(?:behind|in back of|at the back of|to the back of|to the rear of|at the rear of|on the far side of|in the back of|north of|beyond|past|in the rear of)", lambda m: "behind"),
+    ("relation", r"(?:(?:just|directly|immediately|right|very|so) )*(?:next to|beside|by the side of|at the side of|on the side of|close to|close by|adjacent to|near to|near|nearby|nearby to|by|alongside|along side|side by side with|neighbou?ring|right up to|up against|in the vicinity of|in the neighbou?rhood of)", lambda m: "next to"),
+    ("relation", r"(?:(?:right|exactly|just|halfway|midway|somewhere|half way|in|directly|mid way|squeezed|sandwiched) )*between(?: both)?", lambda m: "between"),
+    ("relation", r"(?:right |directly |back )?(?:on to the top of|on to top of|on the top of|on top of|onto the top of|onto|on to|atop|upon|atop of)", lambda m: "on"),
+    ("relation", r"(?:right |directly |back )?on", lambda m: "on"),
+    ("relation", r"(?:right |directly |back |down )?(?:in to|into|inside of|inside|within)", lambda m: "in"),
+    ("relation", r"(?:right |directly |back )?in", lambda m: "in"),
+    ("relation", r"(?:all )?(?:around|round|surrounding|encircling|ringing|all round|about)(?: the outside of| the perimeter of)?", lambda m: "around"),
+    ("relation", r"(?:centered (?:on|around|at|about)|with (?:its|their|the) center (?:at|on))", lambda m: "around"),
+    ("relation", r"(?:right |exactly |placed |standing )*(?:in|at|into) (?:the|its|their) (?:very |exact )?(?:middle|center|heart) of|amid|amidst", lambda m: "in the middle of"),
+    ("inner", r"(?:(?:right|exactly|placed|standing|sitting|in|at|as) )*(?:in |at |as )(?:the|its|their) (?:very |exact |dead )?(?:middle|center|hub|heart)(?: of (?:it|them|that|everything|the (?:circle|ring|arc|square|rectangle|triangle)))?", lambda m: True),
+    ("inner", r"inside (?:it|the ring|the circle)", lambda m: True),
+    ("apart", r"LEN (?:away )?from", lambda m: "next to"),
+    ("apart", r"(?:at )?(?:a )?(?:distance of )?LEN (?:away )?from|(?:at )?a distance of LEN from", lambda m: "next to"),
+    ("away", r"(?:,? )?(?:by |with |at |and |about |exactly )*(?:a )?(?:(?:distance|gap|space|clearance) of )?LEN(?: away| off| gap| distance| of distance| of space)?(?! from)", None),
+    ("relation?", r"(?:(?:just|directly|right) )*(?:over|above|below|under|underneath|beneath)", lambda m: m.group()),
+    # sizes of a structure
+    ("size", r"(?:as )?(?:(?:nice and|very|quite|really|fairly|rather|more|packed|spaced|set|pushed|bunched|kept|squeezed|standing) )*(?:close together|close to each other|close to one another|closely together|tightly|tight|tightly together|closely|tightly packed|closely packed|compactly|near each other|snugly|closer together)(?: together)?", lambda m: "small"),
+    ("size", r"(?:as )?(?:(?:nice and|very|quite|really|fairly|rather|more|spaced|set|well|wide|widely|all) )*(?:far apart(?: from (?:each other|one another))?|spread out|spread apart|widely spaced|wide apart|well apart|further apart|farther apart|well spaced|with (?:big|large|wide|generous) gaps|loosely)(?: evenly| widely| from each other)?", lambda m: "large"),
+    ("together", r"(?:all |close )?together|(?:up )?against each other|as a group|in one place|in one spot", lambda m: True),
+    ("side by side", r"(?:side by side|abreast|in single file|one behind the other|one beside the other|one next to the other|end to end|one behind another|one beside another|shoulder to shoulder)(?: in (?:a|one) (?:row|line))?", lambda m: True),
+    ("stacked", r"(?:(?:stacked|piled|up|one) )*(?:on top of|on|atop|upon|onto) (?:each other|one another|the other|another)|(?:vertically|on top of one another|one above the other|stacked up|piled up)", lambda m: True),
+    ("beside each other", r"(?:right |directly |just )?(?:next to|beside|near|close to|by|alongside) (?:each other|one another)", lambda m: True),
+)  # fmt: skip
+PATTERNS: tuple[tuple[str, re.Pattern[str], Callable[[re.Match[str]], Any] | None], ...] = tuple(
+    (kind, re.compile(pattern), value) for kind, pattern, value in _PATTERNS
+)

@@ -1,0 +1,79 @@
+"""Decide which reading of an instruction counts: the five slots of one structure, or a goal of several parts."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from grounding.goal_reading.reader import GoalReading, more_than_plain
+from grounding.goals.parts import RelationPart
+from grounding.parse_result import REFUSALS, Parse, Question, shortened
+
+_ASKING = re.compile(
+    r"\s*(?:(?:is|are|was|were|am|does|did|has|how|what|what's|where|where's|when|which|who|whose|why)\b(?! about\b)|do (?:the|they|we|i|you (?:see|know|think|have))\b)",
+    re.IGNORECASE,
+)
+_STATED = re.compile(r"\b(?:is|are|was|were)\b", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What counts of an instruction that asks for more than five slots.
+
+    Attributes:
+        status: "ok", "ask" or "refused".
+        message: why it is refused, or the question; empty otherwise.
+        question: only with "ask".
+    """
+
+    status: str
+    message: str = ""
+    question: Question | None = None
+
+
+def verdict(parse: Parse, reading: GoalReading, plain_only: bool = False) -> Verdict | None:
+    """Decide about an instruction; `None` where the five slots of the parse count.
+
+    Args:
+        parse: what the parser of the five slots made of it.
+        reading: what the reader of goals made of it.
+        plain_only: whether only one structure can be built: a single object with a place then stays one.
+    """
+    if reading.complete:
+        if not more_than_plain(reading.goal) or _only_reported(parse, reading):
+            return None
+        if plain_only and parse.status != "refused" and _one_place(reading):
+            return None
+        return Verdict("ok")
+    if not reading.beyond or _asks_nothing(parse, reading):
+        return None
+    if reading.residue:
+        listed = " and ".join(repr(words) for words in dict.fromkeys(map(shortened, reading.residue)))
+        return Verdict("refused", f"{listed} in {shortened(parse.text)!r} is not understood; nothing is built before every part of it is clear")
+    if reading.question is not None:
+        return Verdict("ask", reading.question.text, reading.question)
+    if reading.problem:
+        return Verdict("refused", reading.problem)
+    return None
+
+
+def _only_reported(parse: Parse, reading: GoalReading) -> bool:
+    """Return whether the instruction asks or tells where something is: "is the mug next to the bowl?"."""
+    if parse.status != "refused":
+        return False
+    if _ASKING.match(parse.text):
+        return True
+    return _idle(parse) and not reading.verbs and _STATED.search(parse.text) is not None
+
+
+def _asks_nothing(parse: Parse, reading: GoalReading) -> bool:
+    return parse.status == "refused" and (_idle(parse) or _ASKING.match(parse.text) is not None) and bool(reading.residue)
+
+
+def _idle(parse: Parse) -> bool:
+    return REFUSALS["idle"] in parse.message
+
+
+def _one_place(reading: GoalReading) -> bool:
+    part = reading.goal.parts[0]
+    return len(reading.goal.parts) == 1 and isinstance(part, RelationPart) and part.relation == "at"
