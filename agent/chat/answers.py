@@ -149,7 +149,7 @@ def _is_there(act: Act, known: Knowledge) -> str:
 
 
 def _count(act: Act, known: Knowledge) -> str:
-    if not act.about and known.situation.goal is not None:
+    if not act.about and known.situation.asked:
         found = known.matching("they")
     else:
         found = known.meant(act)

@@ -97,7 +97,7 @@ WORDINGS: Mapping[str, str] = {
     "next": r"""
         what (are|will|would|do) you( (going to|gonna|want to|plan to|intend to|about to))? (do|build|make|move\
             |propose|suggest|try)( (now|next|then|first|with (them|it|that)))*
-        what is (the|your)( current)? (plan|proposal|suggestion|idea|intention|next step|goal)
+        what is (the|your)( current)? (plan|proposal|suggestion|idea|intention|next step)
         what (is|comes|happens) next
         what happens( (now|next|then))*( (if|when) i (say|type|press|answer) (yes|y|no|n))?
         what are you (doing|planning|up to|working on|waiting for)

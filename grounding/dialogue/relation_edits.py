@@ -9,7 +9,7 @@ from dataclasses import replace
 from grounding.dialogue.act_words import RELATIONS_SAID
 from grounding.dialogue.goal_changes import exchanged, objects_of
 from grounding.dialogue.goal_mentions import GoalText, Span
-from grounding.dialogue.part_lengths import CannotApplyError, length_change
+from grounding.dialogue.part_lengths import AlreadySoError, CannotApplyError, length_change
 from grounding.goals.parts import DIRECTIONAL, Objects, PartReference, RelationPart
 
 _OPPOSITE = {
@@ -214,6 +214,8 @@ def objects_exchanged(part: RelationPart, number: int, text: GoalText, spans: li
     )  # fmt: skip
     if denied or len(said) != 1 or alone is None or alone["what"] != text.said[slice(*said[0].span)]:
         return {}
+    if len(said[0].indices) == 1 and said[0].indices[0] in own:
+        raise AlreadySoError(f"it is {text.names[said[0].indices[0]]} already")
     candidates = [(index, one) for index in said[0].indices if index not in own for one in own if _alike(text, one, index)]
     if len(candidates) != 1:
         return {}

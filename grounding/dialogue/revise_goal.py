@@ -21,17 +21,19 @@ from grounding.dialogue.relation_edits import relation_change
 from grounding.dialogue.relative_edits import normalized, relative_edits
 from grounding.dialogue.revise import REVISION_STATUSES, Revision
 from grounding.dialogue.structure_edits import structure_change
+from grounding.goal_reading.goal_words import VERBS
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError, PartReference, RelationPart, StructurePart
 from grounding.parse_result import OBJECT, OPEN, Question, shortened
 from grounding.references.attributes import SceneObject
+from grounding.structure_words import words_of_all
 from grounding.spec import SLOTS, SpecError, StructureSpec
 
 PART = "part"  # what a question about which part is meant asks for, in place of a slot
 _LONGEST_CORRECTION = 400  # characters; what is longer is an instruction of its own
 _ADDING = re.compile(
     r"^(?:(?:ok|okay|good|great|nice|fine|now|so|well|please|thanks|yes)[ ,]+)*"
-    r"(?:and (?:then |also |after that |now )?|then (?:also )?|also|additionally|next|after (?:that|this)|afterwards?|plus|besides"
+    r"(?:and(?: then| also| after that| now)?|then(?: also)?|also|additionally|next|after (?:that|this)|afterwards?|plus|besides"
     r"(?: that)?|furthermore|moreover|on top of that|in addition|as well as that|when (?:that|this) is done|now also)[ ,]+"
 )
 _ADDED = re.compile(r"[ ,]+(?:too|as well|also|in addition|on top of that|afterwards|after that)$")
@@ -40,11 +42,13 @@ _REPLACING = re.compile(
 )
 _ALONE_INSTEAD = re.compile(r"[ ,]*\b(?:instead|rather)\b[ ,]*|^(?:(?:no|nope|actually|sorry|wait|hmm?|but|i meant?|i said)\b[ ,]+)+")
 _OF_WHAT_IS_THERE = re.compile(r"\b(?:it|its|them|they|their|that|this one|that one|other side|other way|opposite|swap sides|back)\b")
+_OTHER = re.compile(r"\b(?:other|opposite) (?:side|end|way|direction)\b")
 _PRONOUN = re.compile(r"\b(?:it|them|they|that)\b")
 _DROP_IT = re.compile(
     r"(?:(?:no|ok|okay|actually|please|just|now|then)[ ,]+)*(?:drop|remove|delete|lose|ditch|skip|scrap|leave out)"
     r" (?:it|that|this|that one|this one|one(?: of (?:them|these|those))?)"
 )
+_BUILDS = re.compile(rf"\b(?:{'|'.join(words_of_all('verbs'))}|put|place|arrange|build|form|lay|line up|set|move)\b")
 _QUOTED = re.compile(r"'(?P<phrase>[^']+)' can be each of")
 
 
@@ -55,6 +59,7 @@ class Read(Protocol):
     status: str
     message: str
     question: Question | None
+    beyond: bool
 
 
 class GoalReader(Protocol):
@@ -143,11 +148,9 @@ def _of_plain(
             return extended
     read = reader.read(text)
     if read.goal.parts and read.goal.plain_spec is None:
-        return _new(last, read)
-    if plain.status == "refused" and read.status == "ask" and read.question is not None:
-        return _new(last, read)
-    if plain.status == "refused" and not read.goal.parts and read.message:
-        return replace(whole, message=plain.message if plain.kind == "edit" else read.message)
+        return _Correction(last, text, said, reader, stands, built).anew(read)
+    if plain.kind == "new" and read.status != "ok" and (read.beyond or plain.status == "refused"):
+        return _new(last, read, text)
     return whole
 
 
@@ -216,10 +219,11 @@ class _Correction:
         if edit is not None and edit.status != "refused":
             return edit
         read = self.reader.read(self._without_marker())
-        if read.status == "ok" and read.goal.parts:
-            if _REPLACING.search(self.said.said):
-                return self._replaced(read)
-            return self._merged(read.goal) or _new(self.last, read, self.text)
+        if read.status == "ok" and read.goal.parts and (not corrects or self._whole(read)):
+            replaced = self._merged(read.goal) or self._replaced(read)
+            if replaced is not None:
+                return replaced
+            return self._which_is_replaced(read) if _REPLACING.search(self.said.said) else self.anew(read)
         if read.status == "ask" and read.question is not None and not corrects:
             return _new(self.last, read, self.text)
         edit = edit or self._edited()
@@ -239,8 +243,17 @@ class _Correction:
         return bool(
             said.parts or edits or _OF_WHAT_IS_THERE.search(said.said) or _REPLACING.search(said.said)
             or re.match(r"(?:swap|switch|reverse|make|with|without|bigger|smaller|gaps?|space)\b", said.said)
-            or not said.mentions
+            or not (said.mentions or any(VERBS.get(word, "leave") != "leave" for word in said.said.split()))
         )  # fmt: skip
+
+    def _whole(self, read: Read) -> bool:
+        """Return whether a sentence that sounds like a correction is an instruction of its own after all."""
+        said = self.said
+        if said.parts or _OTHER.search(said.said) or relative_edits(normalized(said.said))[0]:
+            return False
+        if read.goal.plain_spec is None:
+            return bool(read.goal.named_objects())
+        return any(one.indices for one in said.mentions) and _BUILDS.search(said.said) is not None
 
     def _without_marker(self) -> str:
         return _ALONE_INSTEAD.sub(" ", self.said.said).strip(" ,") if _REPLACING.search(self.said.said) else self.text
@@ -369,22 +382,36 @@ class _Correction:
         mine, read = self.last.parts[number], goal.parts[0]
         return type(read) is type(mine) and set(objects_of(goal, read.objects)) == set(objects_of(self.last, mine.objects))
 
-    def _replaced(self, read: Read) -> GoalRevision:
-        """Put parts in the place of those that move the same objects: "put the apple in the bowl instead"."""
+    def anew(self, read: Read) -> GoalRevision:
+        """Return an instruction that takes the place of the whole goal, and say so."""
+        new = _new(self.last, read, self.text)
+        if self.built or new.status != "ok" or not self.last.parts:
+            return new
+        note = f"this takes the place of {listed(self.last, self.said.names)}; “also …” adds to it"
+        return replace(new, message="; ".join(filter(None, (new.message, note))))
+
+    def _replaced(self, read: Read) -> GoalRevision | None:
+        """Put parts in the place of those that move the same objects: "put the apple in the bowl instead".
+
+        Returns:
+            The goal; `None` where a part moves others.
+        """
         goal, changed = self.last, []
         for part in read.goal.parts:
             own = set(objects_of(read.goal, part.objects))
             same = [n for n, other in enumerate(self.last.parts) if set(objects_of(self.last, other.objects)) == own]
             if len(same) != 1 or any(isinstance(each, PartReference) for each in _ends(part)):
-                if len(self.last.parts) == 1:
-                    return _new(self.last, read, self.text)
-                return self._which_is_replaced(read)
+                return None
             goal = with_part(goal, same[0], part)
             changed.append(same[0])
+        if len(goal.parts) == 1:
+            return None
         return GoalRevision(goal, "ok", "edit", read.message, tuple(changed), read=read)
 
     def _which_is_replaced(self, read: Read) -> GoalRevision:
-        """Ask which part an instruction with "instead" replaces."""
+        """Ask which part an instruction with "instead" replaces; there is nothing to ask where there is one part."""
+        if len(self.last.parts) == 1:
+            return _new(self.last, read, self.text)
         options, choices = [], list[Goal | str]()
         for number in range(len(self.last.parts)):
             fewer, gone = without_parts(self.last, [number])

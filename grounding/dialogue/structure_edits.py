@@ -80,12 +80,13 @@ def structure_change(
     if by_length is not None and not text.left_over([*spans, *subjects], FILLERS):
         return StructureChange(by_length)  # type: ignore[arg-type]
     said = _about_it(text, number)
-    if not _RELATED.search(said):
-        revision = reader.revise(part.spec, said, stands)
-        if revision.kind == "edit" and revision.status in ("ok", "ask"):
-            return _revised(part, revision, text, own)
-        if revision.status == "unchanged" and trouble is None:
-            raise (AlreadySoError if "already" in revision.message else CannotApplyError)(revision.message)
+    if _RELATED.search(said):
+        return None
+    revision = reader.revise(part.spec, said, stands)
+    if revision.kind == "edit" and revision.status in ("ok", "ask"):
+        return _revised(part, revision, text, own)
+    if revision.status == "unchanged" and trouble is None:
+        raise (AlreadySoError if "already" in revision.message else CannotApplyError)(revision.message)
     if composed := _composed(part, said, text, reader):
         return StructureChange(composed)
     if trouble is not None:
