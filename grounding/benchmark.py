@@ -10,14 +10,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from grounding.corpus.grammar import all_sentences, split_of
+from grounding.goals.goal import Goal
 from grounding.parse_result import Parse
-from grounding.spec import FIRST_SHAPES, LEGAL_VALUES, SHAPES, SLOTS
+from grounding.spec import FIRST_SHAPES, LEGAL_VALUES, SHAPES, SLOTS, StructureSpec
 
 CALIBRATION_BINS = 10
 _LATER_SHAPES = SHAPES[len(FIRST_SHAPES) :]
@@ -79,6 +80,20 @@ def load_rows(path: str | Path) -> list[Row]:
     Raises:
         BenchmarkError: for a line that is not a row; OSError for a file that cannot be read.
     """
+    rows = [_row(line, f"{path}, line {number}") for number, line in read_lines(path)]
+    if not rows:
+        raise BenchmarkError(
+            f"{path} holds no row; a row is a JSON object with text, {', '.join(SLOTS)} and refuse"
+        )
+    return rows
+
+
+def read_lines(path: str | Path) -> list[tuple[int, str]]:
+    """Read the lines of a JSON-lines file that are not blank, each with its number from 1.
+
+    Raises:
+        BenchmarkError: for a file that is too large or not UTF-8; OSError for one that cannot be read.
+    """
     try:
         with Path(path).open("rb") as file:  # which may be a device, that has no size and no end
             content = file.read(MOST_BYTES + 1)
@@ -87,14 +102,7 @@ def load_rows(path: str | Path) -> list[Row]:
         lines = content.decode("utf-8").splitlines()
     except UnicodeDecodeError as error:
         raise BenchmarkError(f"{path} is not UTF-8 text: {error.reason} at byte {error.start}") from error
-    rows = [
-        _row(line, f"{path}, line {number}") for number, line in enumerate(lines, start=1) if line.strip()
-    ]
-    if not rows:
-        raise BenchmarkError(
-            f"{path} holds no row; a row is a JSON object with text, {', '.join(SLOTS)} and refuse"
-        )
-    return rows
+    return [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
 
 
 def _row(line: str, where: str) -> Row:
@@ -138,6 +146,26 @@ def _values(entry: Mapping[str, Any], slot: str, where: str) -> tuple[str | None
             f"{where}: {slot} lists no acceptable value; legal: {', '.join(LEGAL_VALUES[slot])}, null"
         )
     return tuple(values)
+
+
+def five_slots(parse: Parse, status: str, goal: Goal) -> Parse:
+    """Return what a reading says in the five slots of part one of the evaluation protocol.
+
+    A goal that these cannot hold (several parts, a relation, a further key, a shape beyond the first four) counts as
+    refused: rows that no plain structure satisfies must not be read as one, and may well be read as a larger goal.
+
+    Args:
+        parse: what the parser made of the instruction.
+        status: of the whole reading, as `grounding.interpreter.Interpretation.status`.
+        goal: of the whole reading; empty where it is refused or asked about.
+    """
+    if status == "ok" and goal.parts:
+        spec = goal.plain_spec
+        if spec is None or spec.shape not in (*FIRST_SHAPES, None):
+            return replace(parse, status="refused", spec=StructureSpec())
+    if status == "refused":
+        return replace(parse, status="refused", spec=StructureSpec())
+    return replace(parse, status=status)
 
 
 def is_exact(row: Row, parse: Parse) -> bool:

@@ -102,8 +102,8 @@ def tightest_ring_radius(outlines: Sequence[np.ndarray], directions: np.ndarray)
     return tightest_scale(outlines, directions)
 
 
-def tightest_scale(outlines: Sequence[np.ndarray], places: np.ndarray) -> float:
-    """Return the smallest factor of all places at which the outlines on them clear each other by 1 cm.
+def tightest_scale(outlines: Sequence[np.ndarray], places: np.ndarray, clearance: float = CLEARANCE) -> float:
+    """Return the smallest factor of all places at which the outlines on them clear each other by `clearance`, 1 cm.
 
     Args:
         outlines: N outlines (K, 2), about their own origins, already turned as they will stand.
@@ -118,8 +118,8 @@ def tightest_scale(outlines: Sequence[np.ndarray], places: np.ndarray) -> float:
     scale = 0.0
     for length, i, j, chord in sorted(pairs, key=lambda pair: pair[0]):
         # Neighbours decide; a pair far apart is skipped when even its reaches ask for no more than is given.
-        if length > 1e-6 and (reach[i] + reach[j] + CLEARANCE) / length > scale:
-            scale = max(scale, separation_along(outlines[i], outlines[j], chord / length) / length)
+        if length > 1e-6 and (reach[i] + reach[j] + clearance) / length > scale:
+            scale = max(scale, separation_along(outlines[i], outlines[j], chord / length, clearance) / length)
     return scale
 
 

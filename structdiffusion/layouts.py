@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from structdiffusion.geometry import HEADING_OF_ROTATION, pose_from_xyz_yaw, wra
 from structdiffusion.observation import Table
 from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
 from structdiffusion.structures.bodies import LayoutItem
+from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.structure import LIFT, Draft, LayoutError, a_structure
 
 # Where inside a third of the centre's range: away from its limits by this share of the third.
@@ -48,16 +50,30 @@ class Layout:
     world_from_structure: np.ndarray
 
 
-def lay_out(items: Sequence[LayoutItem], spec: StructureSpec, table: Table, rng: np.random.Generator) -> Layout:
+def lay_out(
+    items: Sequence[LayoutItem],
+    spec: StructureSpec,
+    table: Table,
+    rng: np.random.Generator,
+    keys: StructureKeys = NO_KEYS,
+) -> Layout:
     """Draw an exact layout that satisfies the evaluation protocol. Open slots are drawn by `rng`.
 
+    Args:
+        items: the objects; the order "listed" is theirs.
+        spec: the requested structure.
+        table: the table.
+        rng: of everything that is open.
+        keys: what is asked for besides; a spec without a shape takes none.
+
     Raises:
-        LayoutError: when the objects do not suit the structure, or it does not fit on the table.
+        LayoutError: when the objects do not suit the structure, a key cannot be kept with them, or it does not fit on the
+            table.
     """
     if spec.shape is None:
         return _lay_out_any_shape(items, spec, table, rng)
     heading = HEADING_OF_ROTATION[spec.rotation] if spec.rotation else rng.uniform(-math.pi, math.pi)
-    draft, centre = _placed_draft(items, spec, table, heading, rng)
+    draft, centre = _placed_draft(items, spec, table, heading, rng, keys)
     positions, turns = np.zeros((len(items), 3)), np.zeros(len(items))
     for place, item in enumerate(draft.order):
         positions[item] = (*(centre + draft.offsets[place]), draft.heights[place] + LIFT)
@@ -67,19 +83,27 @@ def lay_out(items: Sequence[LayoutItem], spec: StructureSpec, table: Table, rng:
 
 
 def _placed_draft(
-    items: Sequence[LayoutItem], spec: StructureSpec, table: Table, heading: float, rng: np.random.Generator
+    items: Sequence[LayoutItem],
+    spec: StructureSpec,
+    table: Table,
+    heading: float,
+    rng: np.random.Generator,
+    keys: StructureKeys,
 ) -> tuple[Draft, np.ndarray]:
-    """Draw a structure and its centre (2,); where one of an open size does not fit, a smaller one."""
+    """Draw a structure and its centre (2,); where one of an open size does not fit, a smaller one, or one turned."""
     structure, reason = STRUCTURES[spec.shape], None
-    sizes = (None, "medium", "small") if structure.smaller_to_fit and spec.size is None else (spec.size,)
-    for size in sizes:
+    smaller = structure.smaller_to_fit and spec.size is None and keys == NO_KEYS
+    sizes = (None, "medium", "small") if smaller else (spec.size,)
+    # What follows the table's edges fits more easily.
+    headings = (heading,) if keys == NO_KEYS or spec.rotation else (heading, 0.0, math.pi / 2)
+    for size, yaw in product(sizes, headings):
         try:
-            draft = structure.draft(items, replace(spec, size=size) if size else spec, heading, rng)
+            draft = structure.draft(items, replace(spec, size=size) if size else spec, yaw, rng, keys)
             placed = zip(draft.order, draft.turns, draft.offsets)
             outlines = [turned(items[i].footprint, turn) + at for i, turn, at in placed]
             return draft, _place_centre(outlines, spec, table, rng)
         except LayoutError as error:
-            reason = error
+            reason = reason or error
     raise reason
 
 

@@ -9,12 +9,14 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
 from rich.progress import Progress
 
 import grounding
+from agent.evaluation.goal_reading import goal_rows, measure_goal_reading, print_goal_reading
 from agent.evaluation.report import command_line, interval, percent, print_footer, print_table, report_frame
 from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from agent.rendering.text import number
@@ -22,7 +24,7 @@ from agent.runtime.atomic_files import write_all_whole
 from agent.runtime.output_ownership import mark
 from agent.runtime.redaction import without_credentials
 from agent.runtime.terminal_text import console_on
-from grounding.benchmark import Row, free_rows, load_rows, rate, score, templated_rows
+from grounding.benchmark import Row, five_slots, free_rows, load_rows, rate, score, templated_rows
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import SLOTS
@@ -36,13 +38,14 @@ TIMED = 50  # instructions that are timed one by one
 
 
 def measure_parsing(
-    parsers: Sequence[str], data: Sequence[str], limit: int | None, options: ReadingOptions
+    parsers: Sequence[str], data: Sequence[str], goals: Sequence[str], limit: int | None, options: ReadingOptions
 ) -> dict[str, Any]:
     """Measure every parser on every data set; return a JSON-ready report.
 
     Args:
         parsers: names, such as "embedding".
-        data: "templated", "free" or files in the format of the benchmark.
+        data: "templated", "free" or files in the format of the benchmark of the five slots.
+        goals: "templated", "free" or files in the format of the benchmark of goals.
         limit: read at most that many rows of each, evenly spaced; `None` for all.
         options: how to read, except for the parser.
 
@@ -51,7 +54,8 @@ def measure_parsing(
         LLMError: for a language model that cannot be used.
     """
     sets = {name: thinned(benchmark_rows(name), limit) for name in data}
-    evaluations = []
+    goal_sets = {name: thinned(goal_rows(name), limit) for name in goals}
+    evaluations, readings = [], []
     with Progress(console=console_on(sys.stderr), transient=True, disable=None) as progress:
         for parser in parsers:
             interpreter = make_interpreter(replace(options, parser=parser), strict=True)
@@ -65,12 +69,19 @@ def measure_parsing(
                     | _measured(interpreter, rows, lambda done, task=task: progress.update(task, completed=done))
                     | {"seconds_cold": cold}
                 )
+            for name, instructions in goal_sets.items():
+                task = progress.add_task(f"{parser}, goals {name}", total=len(instructions))
+                advance = partial(progress.update, task)
+                readings.append(
+                    {"parser": parser, "data": name, "rows": len(instructions)}
+                    | measure_goal_reading(interpreter, instructions, lambda done, advance=advance: advance(completed=done))
+                )
     command = command_line(
-        "parse", parser=parsers, data=data, limit=limit, llm_model=options.llm_model, replies=options.replies,
+        "parse", parser=parsers, data=data, goals=goals, limit=limit, llm_model=options.llm_model, replies=options.replies,
         llm_url=without_credentials(options.llm_url, "llm_url"),
     )  # fmt: skip
-    frame = report_frame(command, sum(map(len, sets.values())), packages=(grounding,))
-    return {**frame, "evaluations": evaluations}
+    count = sum(map(len, sets.values())) + sum(map(len, goal_sets.values()))
+    return {**report_frame(command, count, packages=(grounding,)), "evaluations": evaluations, "goals": readings}
 
 
 def benchmark_rows(name: str) -> list[Row]:
@@ -91,9 +102,9 @@ def _measured(interpreter: Interpreter, rows: Sequence[Row], progress: Callable[
     single = [interpreter.interpret(text).seconds for text in texts[::every][:TIMED]]
     parses, seconds = [], 0.0
     for start in range(0, len(texts), 256):
-        goals = interpreter.interpret_many(texts[start : start + 256])
-        seconds += sum(goal.seconds for goal in goals)
-        parses += [goal.parse for goal in goals]
+        found = interpreter.interpret_many(texts[start : start + 256])
+        seconds += sum(one.seconds for one in found)
+        parses += [five_slots(one.parse, one.status, one.goal) for one in found]
         progress(len(parses))
     selecting = [row for row in rows if row.objects is not None]
     encoder = SentenceEncoder()
@@ -115,7 +126,16 @@ def _selected(row: Row, encoder: SentenceEncoder) -> tuple[int, ...] | None:
 
 
 def print_parsing(report: Mapping[str, Any], results: TextIO) -> None:
-    """Print the tables: a row per parser and data set, then one per stratum; rates in percent."""
+    """Print the tables: a row per parser and data set, then one per stratum; rates in percent. Goals come last."""
+    if report["evaluations"]:
+        _print_slots(report, results)
+    if report["goals"]:
+        print(file=results)
+        print_goal_reading(report["goals"], results)
+    print_footer(report, results, "rates in percent, with 95 % Wilson intervals")
+
+
+def _print_slots(report: Mapping[str, Any], results: TextIO) -> None:
     head = ["parser", "data", "n", "exact", "95 %", *(slot.replace("_", " ") for slot in SLOTS)]
     head += ["false fills", "refusal P", "refusal R", "objects", "ECE", "cold s", "warm ms", "a second"]
     rows = [head]
@@ -138,7 +158,6 @@ def print_parsing(report: Mapping[str, Any], results: TextIO) -> None:
         ]
     print(file=results)
     print_table(strata, results, left=3)
-    print_footer(report, results, "rates in percent, with 95 % Wilson intervals")
 
 
 def write_parsing(report: Mapping[str, Any], folder: Path) -> list[Path]:

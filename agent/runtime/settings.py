@@ -18,7 +18,7 @@ PROJECT_FILE = "structagent.toml"
 PREFIX = "STRUCTAGENT_"
 KEY_VARIABLE = "STRUCTAGENT_LLM_KEY"
 MOST_SEED = 2**63 - 1  # largest seed that every generator takes
-LIBRARIES = ("ycb", "procedural", "random_urdfs", "training", "validation")
+LIBRARIES = ("ycb", "procedural", "random_urdfs", "training", "validation", "blocks")
 
 
 @dataclass(frozen=True)

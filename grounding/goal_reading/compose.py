@@ -268,7 +268,7 @@ class Composer:
             if values["shape"] is None and values.get("gap") is not None:
                 raise ReadingQuestion(Question("shape", f"which shape should have the gaps in {shortened(self.text)!r}: line, circle or grid?", ("line", "circle", "grid")))
             if not many and count == 1 and values["shape"] is not None:
-                raise ReadingError(f"a {values['shape']} needs several objects, and {shortened(self.text)!r} names one for it: {frame.objects[0].text!r}")
+                raise ReadingError(f"a {values['shape']} needs several objects, and {shortened(self.text)!r} names one for it")
             found = self._references(frame)  # "behind it" is said of what came before
             self._add_structure(frame, values, objects)
             own = PartReference(len(self.parts) - 1) if values["shape"] or objects is None else objects

@@ -10,8 +10,9 @@ from grounding.goal_reading.chunks import Chunk, Chunker
 from grounding.goal_reading.compose import Composer
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
-from grounding.goal_reading.frames import Framer
+from grounding.goal_reading.frames import PREDICATES, Frame, Framer
 from grounding.goal_reading.measures import lengths_of
+from grounding.goal_reading.noun_phrases import NounPhrase
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.spelling import corrected
 from grounding.goal_reading.tokens import Words, split, with_lengths
@@ -22,6 +23,7 @@ from grounding.references.attributes import SceneObject
 from grounding.references.candidates import SelectionError
 from grounding.references.object_names import vocabulary
 from grounding.references.phrases import Vocabulary
+from grounding.references.sentence_roles import Sentences
 from grounding.references.word_forms import FORMS
 from grounding.spec import SpecError
 
@@ -87,8 +89,7 @@ class GoalReader:
             return GoalReading(problem=f"the instruction is too long: {len(text)} characters; legal: up to {MOST_CHARACTERS}")
         there = None if objects is None else [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]
         nouns = Vocabulary(FORMS) if there is None else vocabulary([each.name for each in there])
-        chunks = self._chunks(text, nouns)
-        chunks = without_corrections(chunks)
+        chunks = without_corrections(self._chunks(text, nouns))
         framer = Framer(chunks)
         frames = framer.read()
         residue = [chunk.said for chunk in (*framer.residue,)]
@@ -105,13 +106,13 @@ class GoalReader:
         residue += composer.unread
         if problem:
             return GoalReading(problem=f"{shortened(text)!r} contradicts itself: {problem}", residue=tuple(residue), beyond=beyond)
-        return GoalReading(goal, residue=tuple(filter(None, residue)), beyond=beyond or more_than_plain(goal), verbs=any(chunk.kind == "verb" for chunk in chunks), nouns=tuple(dict.fromkeys(find.nouns)), described=find.described, notes=tuple(dict.fromkeys(find.notes)))
+        return GoalReading(goal, residue=tuple(filter(None, residue)), beyond=beyond, verbs=any(chunk.kind == "verb" for chunk in chunks), nouns=tuple(dict.fromkeys(find.nouns)), described=find.described, notes=tuple(dict.fromkeys(find.notes)))
 
     def _chunks(self, text: str, nouns: Vocabulary) -> list[Chunk]:
         known: Collection[str] = self._encoder.whole_words if self._encoder is not None else ()
         said: Words = split(text, lambda word: corrected(word, nouns, known))
         said, metres = with_lengths(said, lengths_of(said))
-        return Chunker(said, metres, nouns).chunks()
+        return _without_reports(Chunker(said, metres, nouns).chunks(), said, nouns)
 
 
 def _sentence(text: str, error: Exception) -> str:
@@ -128,13 +129,43 @@ def more_than_plain(goal: Goal) -> bool:
     return isinstance(part, RelationPart) or bool(part.keys) or part.shape not in (None, *_FOUR)
 
 
-_SIGNS = frozenset("grid rows columns gap radius diameter length away apart move order group along inner listed".split()) | {"order end", "length of", "beside each other", "relation it"}
+_SIGNS = frozenset("grid rows columns gap radius diameter length apart order group".split()) | {"order end", "length of"}
 
 
-def _beyond(chunks: Sequence[Chunk], frames: Sequence) -> bool:
-    """Return whether something was said that one plain structure cannot hold."""
-    structures = sum(frame.has("shape", "verb shape") for frame in frames)
-    shapes = {each.value.name for frame in frames for each in (*frame.get("shape"), *frame.get("verb shape"))}
-    relations = any(each.kind == "relation" and each.reference and each.reference[0].kind != "pronoun" for frame in frames for each in frame.predicates)
-    acts = any(frame.verb in ("swap", "surround") for frame in frames)
-    return structures > 1 or bool(shapes - set(_FOUR)) or relations or acts or any(chunk.kind in _SIGNS for chunk in chunks)
+def _beyond(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
+    """Return whether something was certainly said that one plain structure cannot hold."""
+    if any(chunk.kind in _SIGNS or chunk.metres is not None for chunk in chunks):
+        return True
+    for frame in frames:
+        shapes = [each.value.name for each in frame.get("shape")]
+        if frame.verb in ("swap", "surround") and frame.objects or set(shapes) - set(_FOUR):
+            return True
+        if frame.objects and any(each.kind == "relation" and _known(each.reference) for each in frame.predicates):
+            return True
+    told = [frame for frame in frames if frame.predicates and _known(frame.objects) and not frame.negated]
+    shapes = {each.value.name for frame in told for each in (*frame.get("shape"), *frame.get("verb shape"))}
+    nouns = {phrase.mention.noun for frame in told for phrase in frame.objects if phrase.mention is not None}
+    return len(told) > 1 and len(nouns) > 1 and (len(shapes) > 1 or len({each.value for frame in told for each in frame.get("place")}) > 1)
+
+
+def _known(phrases: Sequence[NounPhrase]) -> bool:
+    return bool(phrases) and all(phrase.kind == "structure" or (phrase.mention is not None and phrase.mention.known) for phrase in phrases)
+
+
+def _without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> list[Chunk]:
+    """Drop what only reports something: "my sister is coming, so ...", if it says nothing that a goal could hold."""
+    narrated = Sentences(list(said.words), nouns.forms).narrated
+    kept: list[Chunk] = []
+    run: list[Chunk] = []
+    for chunk in [*chunks, None]:
+        if chunk is not None and all(narrated[chunk.first : chunk.end]) and chunk.kind != "stop":
+            run.append(chunk)
+            continue
+        strange = any(one.kind == "unknown" for one in run)
+        asks = any(one.kind in PREDICATES and one.kind not in ("place", "size", "inner", "relation") for one in run)
+        asks = asks or any(one.kind == "relation" and other.kind == "noun phrase" and _known([other.value]) for one, other in zip(run, run[1:], strict=False))
+        kept += [] if strange and not asks else run
+        run = []
+        if chunk is not None:
+            kept.append(chunk)
+    return kept

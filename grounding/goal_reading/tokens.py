@@ -82,7 +82,7 @@ def split(text: str, corrected: Callable[[str], str] = str) -> Words:
         elif said.isalpha():
             said = corrected(said)
             said = _SPELLING.get(said, said)
-        elif said[0].isdigit() or said[0] == ".":
+        elif said[0].isdigit() or (said[0] == "." and len(said) > 1):
             said = said.replace(",", ".")
             said = f"0{said}" if said[0] == "." else said
         for word in said.split():

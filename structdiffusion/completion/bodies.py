@@ -34,8 +34,18 @@ def bodies_of(
 
     Args: see `body_of`.
     """
+    return [(model, pose) for _, model, pose in completed_bodies_of(clouds, world_from_camera, method)]
+
+
+def completed_bodies_of(
+    clouds: Sequence[ObjectCloud], world_from_camera: np.ndarray | None, method: str = BEST
+) -> list[tuple[CompletedShape, ObjectModel, np.ndarray]]:
+    """Return the completed shape of each object beside what `bodies_of` returns.
+
+    Args: see `body_of`.
+    """
     shapes = separated([complete(cloud, world_from_camera, method) for cloud in clouds])
-    return [_body(cloud, shape) for cloud, shape in zip(clouds, shapes, strict=True)]
+    return [(shape, *_body(cloud, shape)) for cloud, shape in zip(clouds, shapes, strict=True)]
 
 
 def bodies_of_scene(scene: Scene) -> tuple[list[ObjectModel], np.ndarray, list[tuple[ObjectModel, np.ndarray]]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from structdiffusion.objects.blocks import block_objects
 from structdiffusion.objects.everyday import everyday_objects
 from structdiffusion.objects.folder import folder_objects
 from structdiffusion.objects.model import ObjectModel
@@ -31,6 +32,7 @@ LIBRARIES: dict[str, Callable[[], list[ObjectModel]]] = {
     "ycb": ycb_objects,
     "training": training_objects,
     "validation": validation_objects,
+    "blocks": block_objects,
 }
 
 
@@ -38,7 +40,7 @@ def load_objects(source: str | Path) -> list[ObjectModel]:
     """Load the objects of a library, or of a folder of meshes.
 
     Args:
-        source: "procedural", "random_urdfs", "ycb", "training", "validation", or the path of a folder of .obj, .stl, .ply or
+        source: "procedural", "random_urdfs", "ycb", "training", "validation", "blocks", or the path of a folder of .obj, .stl, .ply or
             .glb files in metres, z up. For a folder with the name of a library, give a path such as "./ycb".
 
     Raises:

@@ -32,7 +32,7 @@ class ObjectModel:
     Attributes:
         name: unique in its library, such as "025_mug".
         category: its noun, such as "mug".
-        source: "procedural", "random_urdfs", "ycb", "folder", or "recorded" for an object completed from its cloud.
+        source: "procedural", "blocks", "random_urdfs", "ycb", "folder", or "recorded" for an object completed from its cloud.
         hulls: convex parts, each (V, 3) vertices; their union is the collision body.
         surface_points: (1024, 3) float32, uniform on the outer surface.
         surface_normals: (1024, 3) float32, outward unit normals.

@@ -28,7 +28,11 @@ _SAME = 0.6  # factor on the priority of a tower for each tower in the same orde
 
 
 def rerank_by_physics(
-    rollout: PhysicsRollout, arrangements: Sequence[Arrangement], spec: StructureSpec, best: int
+    rollout: PhysicsRollout,
+    arrangements: Sequence[Arrangement],
+    spec: StructureSpec,
+    best: int,
+    enough: int = ENOUGH,
 ) -> list[Arrangement]:
     """Return the arrangements, best first, after physics rollouts of the best-ranked ones (score "imagined").
 
@@ -44,6 +48,7 @@ def rerank_by_physics(
         arrangements: best first, each with a "total".
         spec: the requested structure.
         best: the largest number of arrangements to try.
+        enough: arrangements that stand under every hypothesis, after which no more are tried.
     """
     motions = [arrangement.goal_from_initial for arrangement in arrangements]
     totals = [arrangement.scores["total"] for arrangement in arrangements]
@@ -54,7 +59,7 @@ def rerank_by_physics(
     presumed = {order: _UNTRIED for order in orders}
     while waiting and len(outcomes) < best:
         known = outcomes.values()
-        if sum(one.share == 1.0 for one in known) >= ENOUGH or sum(one.verdicts for one in known) >= MOST:
+        if sum(one.share == 1.0 for one in known) >= enough or sum(one.verdicts for one in known) >= MOST:
             break
         number = max(waiting, key=lambda i: totals[i] * _SAME ** fallen[orders[i]])
         waiting.remove(number)

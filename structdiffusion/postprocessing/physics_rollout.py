@@ -7,17 +7,19 @@ true ones when success is measured (`physical_stability.place_and_check`).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
+from grounding.goals.goal import Goal
 from grounding.spec import StructureSpec
 from structdiffusion.completion.bodies import bodies_of_scene
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Scene
-from structdiffusion.protocol.physical_stability import Verdict, executable_order, place_and_check
+from structdiffusion.protocol.physical_stability import Verdict, carried_after, executable_order, place_and_check
 from structdiffusion.simulation.world import TabletopWorld
 
 HYPOTHESES = 5  # number of hypotheses about what the camera did not see; the first is the likeliest
@@ -71,38 +73,63 @@ class PhysicsRollout:
         self._assumed[number, order] = models, np.array(errors)
         return self._assumed[number, order]
 
-    def verdict(self, motions: np.ndarray, spec: StructureSpec, hypothesis: int = 0) -> Verdict:
+    def verdict(
+        self,
+        motions: np.ndarray,
+        spec: StructureSpec | Goal,
+        hypothesis: int = 0,
+        stays: Sequence[int] = (),
+        aside: Sequence[int] = (),
+        colors: Sequence[str] | None = None,
+    ) -> Verdict:
         """Predict the outcome of moving the objects by (N, 4, 4), with their completed bodies.
 
         Args:
             motions: (N, 4, 4), world frame.
-            spec: the requested structure.
+            spec: the requested structure, or the goal.
             hypothesis: 0 for the likeliest bodies, which land exactly; 1 to `HYPOTHESES` - 1 for others, which land a few
                 millimetres off.
+            stays: under a goal, the objects that do not move: their motion is the identity.
+            aside, colors: under a goal, see `place_and_check`.
         """
         models, poses, others = self._bodies
         if hypothesis:
             models, errors = self._hypothesis(hypothesis, bottom_up(motions))
+            errors = errors.copy()
+            errors[list(stays)] = np.eye(4)
             at = motions @ poses
             at[:, :3, :3] = at[:, :3, :3] @ errors[:, :3, :3]
             at[:, :2, 3] += errors[:, :2, 3]
             motions = at @ np.linalg.inv(poses)
+            motions[list(stays)] = np.eye(4)
         names = [cloud.name for cloud in (*self.scene.objects, *self.scene.distractors)]
         # Unstable objects fall at once: waiting for 2 s as in the protocol would double the time.
-        return place_and_check(models, poses, motions, spec, self.scene.table, others, names, until_rest=True)
+        return place_and_check(
+            models, poses, motions, spec, self.scene.table, others, names, until_rest=True, aside=aside, colors=colors
+        )
 
-    def set_down(self, motions: np.ndarray) -> np.ndarray:
+    def set_down(self, motions: np.ndarray, stays: Sequence[int] = (), goal: Goal | None = None) -> np.ndarray:
         """Return the motions (N, 4, 4), with stacked objects a little above their contact with what is below.
 
         Objects move straight up or down one by one, supports first.
+
+        Args:
+            motions: (N, 4, 4), world frame.
+            stays: the objects that do not move.
+            goal: a resolved goal, of which some objects are carried by others.
         """
-        if motions[:, 2, 3].max() < STACKED:  # everything stands on the table
+        lifts = motions[:, 2, 3] + [cloud.bottom for cloud in self.scene.objects]
+        moved = [i for i in range(len(motions)) if i not in set(stays)]
+        if not moved or lifts[moved].max() < STACKED:  # everything stands on the table
             return motions
         models, poses, others = self._bodies
         goals = motions @ poses
         result = motions.copy()
-        with TabletopWorld(*zip(*others), table=self.scene.table) as world:
-            for number in executable_order(models, goals):
+        there = [*others, *((models[i], poses[i]) for i in stays)]
+        after = {} if goal is None else carried_after(goal)
+        order = [number for number in executable_order(models, goals, after) if number in set(moved)]
+        with TabletopWorld(*zip(*there), table=self.scene.table) as world:
+            for number in order:
                 index, goal = world.add(models[number], goals[number]), goals[number].copy()
                 bottom = float(transform_points(goal, np.concatenate(models[number].hulls))[:, 2].min())
                 if bottom > STACKED:

@@ -24,8 +24,9 @@ from structdiffusion.relations.figure import Standing
 from structdiffusion.structures import STRUCTURES
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.structures.checks import Check, on_table_check, position_checks
+from structdiffusion.structures.key_checks import check_keys
+from structdiffusion.structures.keys import structure_keys
 
-_TABLE_KEYS = ("around", "along", "group_by")
 # The axis of the world frame across each edge of the table, 0 for x, and whether the edge is at its low end.
 EDGE_AXES = {"near": (0, True), "far": (0, False), "left": (1, False), "right": (1, True)}
 
@@ -51,9 +52,7 @@ def key_checks(standing: Standing, part: StructurePart, members: Sequence[int]) 
         ]
     if part.along is not None:
         checks += _along_checks(bodies, part.along, standing.table)
-    if others := sorted(set(part.keys) - set(_TABLE_KEYS)):
-        raise GoalError(f"a {part.shape} cannot be checked for {', '.join(others)}")
-    return checks
+    return checks + (check_keys(bodies, part.spec, structure_keys(part)) if part.shape is not None else [])
 
 
 def edge_distance(points: np.ndarray, edge: str, table: Table) -> np.ndarray:

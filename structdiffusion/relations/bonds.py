@@ -44,15 +44,11 @@ def require_indices(goal: Goal, count: int) -> Goal:
     Raises:
         GoalError: if it has words in place of objects, an index that the scene does not have, or a structure of nothing.
     """
-    named = goal.named_objects()
-    for index in named:
+    for index in goal.named_objects():
         if not isinstance(index, int):
             raise GoalError(f"the goal names {index!r} in words; expected the indices of {count} objects")
         if index >= count:
             raise GoalError(f"the goal names object {index}; legal values: 0 to {count - 1}")
-    for number, part in enumerate(goal.parts):
-        if isinstance(part, StructurePart) and part.objects is None and len(named) == count:
-            raise GoalError(f"part {number + 1}, {part.shape or 'structure'}: no object is left that no other part names")
     return goal.resolved(count)
 
 

@@ -70,6 +70,7 @@ class In(_Carried):
     """An object that lies inside its reference."""
 
     name = "in"
+    hollow = True
 
     def check(self, figure: Figure, references: Sequence[Figure], part: RelationPart) -> list[Check]:
         """Check that the object's centroid is over the reference, that it is inside, and that it touches nothing outside."""

@@ -26,6 +26,7 @@ class Relation(Protocol):
         references: how many figures it holds with.
         apart: whether it speaks of each object alone, so that a structure as a whole cannot be meant.
         carried: whether the reference carries the object, so that the reference is placed first.
+        hollow: whether the reference carries it inside.
         on_stacks: whether the reference may be a whole structure of objects on one another.
         mutual: whether it holds between its two objects, each of which is the other's reference.
         exact: whether the place follows from where things stood, so that there is little to choose.
@@ -35,6 +36,7 @@ class Relation(Protocol):
     references: int = 1
     apart: bool = False
     carried: bool = False
+    hollow: bool = False
     on_stacks: bool = False
     mutual: bool = False
     exact: bool = False

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from structdiffusion.evaluation_protocol import (
     MIN_ARC_OBJECTS,
     max_off_circle,
 )
-from structdiffusion.footprints import fit_circle
+from structdiffusion.footprints import fit_circle, tightest_scale, turned
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import (
@@ -30,12 +31,16 @@ from structdiffusion.structures.checks import (
     position_checks,
     size_checks,
 )
-from structdiffusion.structures.circle import angular_gaps
+from structdiffusion.structures.circle import angular_gaps, radius_with_room
+from structdiffusion.structures.gaps import require_clear, require_size, ring_angles
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
+from structdiffusion.structures.sequences import run_of
 from structdiffusion.structures.spread import SpreadStructure, draft_on_places, outward_axes, spread_ratio
-from structdiffusion.structures.structure import Draft
+from structdiffusion.structures.structure import Draft, LayoutError
 
 _DRAWN_DEGREES = (160.0, 205.0)  # what an arc spans: well inside `ARC_DEGREES`
+_WIDEST_DEGREES, _SPAN_MARGIN = 230.0, 4.0  # with a requested radius or gap
+_EVEN = 0.95  # of the largest gap ratio that the evaluation protocol allows, up to which layouts go
 
 
 class Arc(SpreadStructure):
@@ -56,13 +61,71 @@ class Arc(SpreadStructure):
         """Draw an arc in which long objects lie along the radius.
 
         Raises:
-            LayoutError: for fewer than three objects.
+            LayoutError: for fewer than three objects, or an order, a gap or a radius that they cannot have.
         """
         self.require_enough(items)
+        run = run_of(items, keys.order, heading, spec.rotation, None, self.name, rng)
+        items, heading = [items[i] for i in run.sequence], run.heading
         span = math.radians(rng.uniform(*_DRAWN_DEGREES))
-        angles = heading + math.pi + np.linspace(-span / 2, span / 2, len(items))
-        places = np.column_stack((np.cos(angles), np.sin(angles)))
-        return draft_on_places(items, places, outward_axes(places), spec, heading, rng)
+        if keys.gap is not None:
+            draft = self._with_gap(items, spec, heading, span, keys)
+        else:
+            draft = self._even(items, spec, heading, span, rng, keys)
+        return replace(draft, order=run.sequence)
+
+    def _even(
+        self,
+        items: Sequence[LayoutItem],
+        spec: StructureSpec,
+        heading: float,
+        span: float,
+        rng: np.random.Generator,
+        keys: StructureKeys,
+    ) -> Draft:
+        """Draw an arc with even angles; where a radius is requested, it spans as much as the objects need."""
+        spans = [span] if keys.radius is None else np.linspace(span, math.radians(_WIDEST_DEGREES), 5)
+        reason: LayoutError | None = None
+        for wide in spans:
+            angles = heading + math.pi + np.linspace(-wide / 2, wide / 2, len(items))
+            places = np.column_stack((np.cos(angles), np.sin(angles)))
+            draft = draft_on_places(items, places, outward_axes(places), spec, heading, rng)
+            if keys.radius is None:
+                return draft
+            outlines = [turned(item.footprint, turn) for item, turn in zip(items, draft.turns)]
+            tightest = tightest_scale(outlines, places)
+            try:
+                radius = radius_with_room(self.name, keys.radius, tightest)
+                require_size(self.name, spec.size, radius / tightest, f"a radius of {radius:.3g} m")
+                return replace(draft, offsets=radius * places)
+            except LayoutError as error:
+                reason = error
+        assert reason is not None
+        raise reason
+
+    def _with_gap(
+        self, items: Sequence[LayoutItem], spec: StructureSpec, heading: float, span: float, keys: StructureKeys
+    ) -> Draft:
+        """Draw an arc with one clear gap between neighbours."""
+        assert keys.gap is not None
+        angles, radius, turns = ring_angles(
+            items, keys.gap,
+            lambda steps: heading + math.pi - float(steps[:-1].sum()) / 2,
+            lambda steps: span + float(steps[-1]), keys.radius,
+        )  # fmt: skip
+        why = f"gaps of {keys.gap:.3g} m" + (f" and a radius of {keys.radius:.3g} m" if keys.radius is not None else "")
+        steps = np.diff(angles)
+        spanned, (low, high) = math.degrees(steps.sum()), ARC_DEGREES
+        if not low + _SPAN_MARGIN <= spanned <= high - _SPAN_MARGIN:
+            raise LayoutError(
+                f"an arc of these objects with {why} spans {spanned:.0f} degrees; legal: {low:g} to {high:g}"
+            )
+        if steps.max() > _EVEN * MAX_GAP_RATIO * steps.mean():
+            raise LayoutError(f"objects of so different sizes make no even arc with {why}")
+        offsets = radius * np.column_stack((np.cos(angles), np.sin(angles)))
+        outlines = [turned(item.footprint, turn) for item, turn in zip(items, turns)]
+        require_clear(self.name, outlines, offsets, why, keys.gap)
+        require_size(self.name, spec.size, 1.0 / tightest_scale(outlines, offsets), why)
+        return Draft(tuple(range(len(items))), offsets, np.zeros(len(items)), turns, heading)
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
         """Check roundness, what it spans, its inner gaps, where it is open, size, and that all stand on the table."""
@@ -89,6 +152,18 @@ class Arc(SpreadStructure):
         if spec.size is not None:
             checks += size_checks(spread_ratio(bodies), spec)
         return checks + position_checks(bodies, centre, spec, table)
+
+    def sequence(self, bodies: Sequence[PlacedBody]) -> list[int]:
+        """Return the bodies' indices counter-clockwise from one end to the other."""
+        offsets = np.array([body.centroid for body in bodies]) - self.centre(bodies)
+        order = np.argsort(np.arctan2(offsets[:, 1], offsets[:, 0]))
+        return [int(i) for i in np.roll(order, -1 - int(angular_gaps(offsets)[1].argmax()))]
+
+    def radius(self, bodies: Sequence[PlacedBody]) -> float:
+        """Return the radius of the least-squares circle, metres; not a number of fewer than three objects."""
+        if len(bodies) < self.least:
+            return math.nan
+        return fit_circle(np.array([body.centroid for body in bodies]))[1]
 
     def centre(self, bodies: Sequence[PlacedBody]) -> np.ndarray:
         """Return the centre (2,) of the least-squares circle; of fewer than three objects, the mean."""

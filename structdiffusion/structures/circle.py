@@ -14,6 +14,7 @@ from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import (
     MAX_GAP_RATIO,
     MAX_OPENING_OFF_DEGREES,
+    MAX_RADIUS_OFF,
     MIN_CIRCLE_OBJECTS,
     OPENING_RATIO,
     max_off_circle,
@@ -30,11 +31,13 @@ from structdiffusion.structures.checks import (
     size_checks,
 )
 from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
+from structdiffusion.structures.gaps import KEPT, require_clear, require_size, ring_angles
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
-from structdiffusion.structures.structure import Draft, Structure
+from structdiffusion.structures.structure import Draft, LayoutError, Structure, a_structure
 
 # The opening of a ring that faces somewhere, over its other gaps: well inside `OPENING_RATIO`.
 _DRAWN_OPENING = (1.9, 2.4)
+_EVEN = 0.95  # of the largest gap ratio that the evaluation protocol allows, up to which layouts go
 _KEPT = 0.6  # of what the evaluation protocol lets objects be off the ring: what is off by more is moved in
 
 
@@ -60,9 +63,11 @@ class Circle(Structure):
         """Draw a ring in which long objects lie along the radius.
 
         Raises:
-            LayoutError: for fewer than three objects.
+            LayoutError: for fewer than three objects, or a radius or gap that these objects cannot have.
         """
         self.require_enough(items)
+        if keys.gap is not None:
+            return self._with_gap(items, spec, heading, rng, keys)
         count = len(items)
         opening = rng.uniform(*_DRAWN_OPENING) if spec.rotation else 1.0
         gap = 2 * math.pi / (count - 1 + opening)
@@ -70,8 +75,47 @@ class Circle(Structure):
         directions = np.column_stack((np.cos(angles), np.sin(angles)))
         turns = np.array([item.turn_to_axis(angle) for item, angle in zip(items, angles)])
         outlines = [turned(item.footprint, turn) for item, turn in zip(items, turns)]
-        radius = draw_size_ratio(spec, rng) * tightest_ring_radius(outlines, directions)
+        tightest = tightest_ring_radius(outlines, directions)
+        if keys.radius is None:
+            radius = draw_size_ratio(spec, rng) * tightest
+        else:
+            radius = radius_with_room(self.name, keys.radius, tightest)
+            require_size(self.name, spec.size, radius / tightest, f"a radius of {radius:.3g} m")
         return Draft(tuple(range(count)), radius * directions, np.zeros(count), turns, heading)
+
+    def _with_gap(
+        self,
+        items: Sequence[LayoutItem],
+        spec: StructureSpec,
+        heading: float,
+        rng: np.random.Generator,
+        keys: StructureKeys,
+    ) -> Draft:
+        """Draw a ring with one clear gap between neighbours, and an opening if it faces anywhere."""
+        assert keys.gap is not None
+        ratio = rng.uniform(*_DRAWN_OPENING) if spec.rotation else None
+        if ratio is None:
+            angles, radius, turns = ring_angles(items, keys.gap, lambda steps: heading, lambda steps: 2 * math.pi)
+        else:
+            angles, radius, turns = ring_angles(
+                items, keys.gap,
+                lambda steps: heading + ratio * float(steps[:-1].mean()) / 2,
+                lambda steps: 2 * math.pi - ratio * float(steps[:-1].mean()) + float(steps[-1]),
+            )  # fmt: skip
+        why = f"gaps of {keys.gap:.3g} m"
+        if keys.radius is not None and abs(radius - keys.radius) > KEPT * MAX_RADIUS_OFF:
+            raise LayoutError(
+                f"a circle of these objects with {why} has a radius of {radius:.3f} m, not {keys.radius:.3g} m: leave one of "
+                "them open"
+            )
+        offsets = radius * np.column_stack((np.cos(angles), np.sin(angles)))
+        gaps = angular_gaps(offsets)[1]
+        if ratio is None and gaps.max() > _EVEN * MAX_GAP_RATIO * gaps.mean():
+            raise LayoutError(f"objects of so different sizes make no even circle with {why}")
+        outlines = [turned(item.footprint, turn) for item, turn in zip(items, turns)]
+        require_clear(self.name, outlines, offsets, why, keys.gap)
+        require_size(self.name, spec.size, 1.0 / tightest_ring_radius(outlines, offsets), why)
+        return Draft(tuple(range(len(items))), offsets, np.zeros(len(items)), turns, heading)
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
         """Check roundness, gaps, the opening toward the heading, size, and that all stand on the table."""
@@ -105,6 +149,24 @@ class Circle(Structure):
         points = np.array([body.centroid for body in bodies])
         return _opening_ratio(angular_gaps(points - fit_circle(points)[0])[1]) >= OPENING_RATIO[0]
 
+    def sequence(self, bodies: Sequence[PlacedBody]) -> list[int]:
+        """Return the bodies' indices counter-clockwise from the widest gap."""
+        offsets = np.array([body.centroid for body in bodies]) - self.centre(bodies)
+        order = np.argsort(np.arctan2(offsets[:, 1], offsets[:, 0]))
+        return [int(i) for i in np.roll(order, -1 - int(angular_gaps(offsets)[1].argmax()))]
+
+    def neighbours(self, bodies: Sequence[PlacedBody], spec: StructureSpec) -> list[tuple[int, int]]:
+        """Return each body and the next one round the ring; not the two at its opening, if it has to have one."""
+        sequence = self.sequence(bodies)
+        pairs = list(zip(sequence, sequence[1:]))
+        return pairs if spec.rotation else [*pairs, (sequence[-1], sequence[0])]
+
+    def radius(self, bodies: Sequence[PlacedBody]) -> float:
+        """Return the radius of the least-squares circle, metres; not a number of fewer than three objects."""
+        if len(bodies) < self.least:
+            return math.nan
+        return fit_circle(np.array([body.centroid for body in bodies]))[1]
+
     def corrections(self, bodies: Sequence[PlacedBody], size: str | None) -> np.ndarray:
         """Return how far (N, 2), metres, each body moves along its radius: into the size's band, and near the ring."""
         if len(bodies) < self.least:
@@ -117,6 +179,19 @@ class Circle(Structure):
         wanted = clip_to_size(radius, tightest, size)
         most = _KEPT * max_off_circle(wanted)
         return (wanted + np.clip(distances - radius, -most, most) - distances)[:, None] * directions
+
+
+def radius_with_room(name: str, radius: float, tightest: float) -> float:
+    """Return a requested radius, metres.
+
+    Raises:
+        LayoutError: where it is less than the tightest at which the objects clear each other.
+    """
+    if radius < tightest:
+        raise LayoutError(
+            f"{a_structure(name)} with a radius of {radius:.3g} m has no room for these objects: they need {tightest:.3f} m or more"
+        )
+    return radius
 
 
 def angular_gaps(offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -18,9 +18,11 @@ from structdiffusion.evaluation_protocol import (
     MAX_OFF_LINE,
     MIN_CROSS_OBJECTS,
 )
+from structdiffusion.footprints import separation_along, tightest_scale, turned
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import Check, count_check, on_table_check, position_checks, size_checks
+from structdiffusion.structures.gaps import require_clear, require_size
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.spread import SpreadStructure, draft_on_places, rotated, spread_ratio
 from structdiffusion.structures.structure import Draft
@@ -46,13 +48,28 @@ class Cross(SpreadStructure):
         """Draw a cross along the table's edges, with even steps along its arms.
 
         Raises:
-            LayoutError: for fewer than five objects.
+            LayoutError: for fewer than five objects, or a gap that they cannot have.
         """
         self.require_enough(items)
         heading = rng.integers(4) * math.pi / 2
+        if keys.gap is not None:
+            return self._with_gap(items, spec, heading, keys.gap)
         steps = [(k // 4 + 1) * _ARMS[k % 4] for k in range(len(items) - 1)]
         places = rotated(np.array([(0.0, 0.0), *steps]), heading)
         return draft_on_places(items, places, [heading] * len(items), spec, heading, rng)
+
+    def _with_gap(self, items: Sequence[LayoutItem], spec: StructureSpec, heading: float, gap: float) -> Draft:
+        """Draw a cross with one clear gap between neighbours."""
+        turns = np.array([item.turn_to_axis(heading) for item in items])
+        outlines = [turned(item.footprint, turn) for item, turn in zip(items, turns)]
+        offsets, arms = np.zeros((len(items), 2)), rotated(_ARMS, heading)
+        for place in range(1, len(items)):
+            before = place - 4 if place > 4 else 0
+            arm = arms[(place - 1) % 4]
+            offsets[place] = offsets[before] + separation_along(outlines[before], outlines[place], arm, gap) * arm
+        require_clear(self.name, outlines, offsets, f"gaps of {gap:.3g} m", gap)
+        require_size(self.name, spec.size, 1.0 / tightest_scale(outlines, offsets), f"gaps of {gap:.3g} m")
+        return Draft(tuple(range(len(items))), offsets, np.zeros(len(items)), turns, heading)
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
         """Check both lines, their angle, the object at the crossing, the arms, size, and that all stand on the table."""
@@ -75,6 +92,11 @@ class Cross(SpreadStructure):
             checks += size_checks(spread_ratio(bodies), spec)
         return checks + position_checks(bodies, found.crossing, spec, table)
 
+    def neighbours(self, bodies: Sequence[PlacedBody], spec: StructureSpec) -> list[tuple[int, int]]:
+        """Return each body and the next one along both lines, through the crossing."""
+        fit = fit_cross(np.array([body.centroid for body in bodies]))
+        return [pair for line in fit.lines for pair in zip(line, line[1:])]
+
     def centre(self, bodies: Sequence[PlacedBody]) -> np.ndarray:
         """Return the crossing (2,) of the lines; of fewer than five objects, the mean."""
         if len(bodies) < self.least:
@@ -92,7 +114,7 @@ class CrossFit:
 
     Attributes:
         middle: the point at the crossing.
-        lines: the other points of each line, by index, from one end to the other.
+        lines: the points of each line, by index, from one end to the other; the one at the crossing is in both.
         crossing: (2,) where the lines meet, metres.
         off_line: the largest distance of a point to its line, metres.
         off_right_angle: degrees.
@@ -132,8 +154,8 @@ def _crossing_at(points: np.ndarray, middle: int, offsets: np.ndarray, direction
     first = np.abs(along) >= np.abs(across)
     lines, directions, centres, off = [], [], [], 0.0
     for members, order in ((first, along), (~first, across)):
-        chosen = [i for i in np.argsort(order) if members[i] and i != middle]
-        own = points[[*chosen, middle]]
+        chosen = [int(i) for i in np.argsort(order) if members[i] or i == middle]
+        own = points[chosen]
         centre = own.mean(axis=0)
         axis = np.linalg.svd(own - centre)[2][0]
         off = max(off, float(np.abs((own - centre) @ np.array([-axis[1], axis[0]])).max()))
@@ -141,7 +163,7 @@ def _crossing_at(points: np.ndarray, middle: int, offsets: np.ndarray, direction
         directions.append(axis)
         centres.append(centre)
     sine = abs(float(directions[0][0] * directions[1][1] - directions[0][1] * directions[1][0]))
-    if sine < 1e-6 or not all(lines):
+    if sine < 1e-6 or min(map(len, lines)) < 2:
         return CrossFit(middle, tuple(lines), points[middle], off, 90.0, np.inf, 0)
     steps = np.linalg.solve(np.column_stack((directions[0], -directions[1])), centres[1] - centres[0])
     crossing = centres[0] + steps[0] * directions[0]

@@ -11,10 +11,11 @@ import numpy as np
 
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import MAX_OFF_LATTICE, MAX_UNEVEN_PITCH, MIN_GRID_OBJECTS
-from structdiffusion.footprints import separation_along, turned
+from structdiffusion.footprints import separation_along, tightest_scale, turned
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import Check, count_check, on_table_check, position_checks, size_checks
+from structdiffusion.structures.gaps import best_order, require_clear, require_size, separations
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.lattice import divisions, fit_lattice
 from structdiffusion.structures.spread import SpreadStructure, draft_on_places, spread_ratio
@@ -41,16 +42,48 @@ class Grid(SpreadStructure):
         """Draw a grid along the table's edges, in which long objects lie across the rows.
 
         Raises:
-            LayoutError: for fewer than four objects, or a number of them that makes no such rows and columns.
+            LayoutError: for fewer than four objects, a number of them that makes no such rows and columns, or a gap
+                that they cannot have.
         """
         self.require_enough(items)
         rows, columns = rows_and_columns(len(items), keys.rows, keys.columns)
         outlines = [turned(item.footprint, item.turn_to_axis(0.0)) for item in items]
         numbers = np.array([divmod(k, columns) for k in range(len(items))])
+        if keys.gap is not None:
+            return self._with_gap(items, outlines, numbers, spec, rng, keys.gap)
         steps = [_least_step(outlines, numbers, axis) for axis in (0, 1)]
         # From the far left: -x from row to row, -y from column to column.
         places = -(numbers - ((rows - 1) / 2, (columns - 1) / 2)) * steps
         return draft_on_places(items, places, [0.0] * len(items), spec, 0.0, rng)
+
+    def _with_gap(
+        self,
+        items: Sequence[LayoutItem],
+        outlines: Sequence[np.ndarray],
+        numbers: np.ndarray,
+        spec: StructureSpec,
+        rng: np.random.Generator,
+        gap: float,
+    ) -> Draft:
+        """Draw a grid with one clear gap between neighbours, as far as even pitches allow."""
+        axes = [separations(outlines, -np.eye(2)[axis], gap) for axis in (0, 1)]
+        pairs = _neighbours_of(numbers)
+
+        def needs(order: Sequence[int]) -> list[np.ndarray]:
+            return [np.array([axes[axis][order[i], order[j]] for i, j in pairs[axis]]) for axis in (0, 1)]
+
+        def middle(needed: np.ndarray) -> float:
+            return float(needed.min() + needed.max()) / 2
+
+        order = best_order(
+            len(items), lambda order: max(float(np.ptp(needed)) / 2 for needed in needs(order)), gap, self.name, rng
+        )
+        steps = [middle(needed) for needed in needs(order)]
+        offsets, own = -(numbers - numbers.max(axis=0) / 2) * steps, [outlines[i] for i in order]
+        require_clear(self.name, own, offsets, f"gaps of {gap:.3g} m", gap)
+        require_size(self.name, spec.size, 1.0 / tightest_scale(own, offsets), f"gaps of {gap:.3g} m")
+        turns = np.array([items[i].turn_to_axis(0.0) for i in order])
+        return Draft(order, offsets, np.zeros(len(items)), turns, 0.0)
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
         """Check that all stand on a lattice of even pitches, size, and that all stand on the table."""
@@ -65,6 +98,18 @@ class Grid(SpreadStructure):
         if spec.size is not None:
             checks += size_checks(spread_ratio(bodies), spec)
         return checks + position_checks(bodies, fit.centre, spec, table)
+
+    def neighbours(self, bodies: Sequence[PlacedBody], spec: StructureSpec) -> list[tuple[int, int]]:
+        """Return the pairs of bodies beside each other in a row or a column."""
+        across, along = _neighbours_of(fit_lattice(np.array([body.centroid for body in bodies])).places)
+        return across + along
+
+    def rows_and_columns(self, bodies: Sequence[PlacedBody]) -> tuple[int, int]:
+        """Return how many rows and columns it has; (0, 0) for fewer than four objects."""
+        if len(bodies) < self.least:
+            return 0, 0
+        fit = fit_lattice(np.array([body.centroid for body in bodies]))
+        return fit.rows, fit.columns
 
     def centre(self, bodies: Sequence[PlacedBody]) -> np.ndarray:
         """Return the middle (2,) of all places; of fewer than four objects, the mean."""
@@ -98,11 +143,20 @@ def rows_and_columns(count: int, rows: int | None = None, columns: int | None = 
     return min(able, key=lambda one: one[0] * one[1] - count + _OBLONG * abs(one[1] - one[0]) + (one[0] > one[1]) * 0.1)
 
 
+def _neighbours_of(numbers: np.ndarray) -> list[list[tuple[int, int]]]:
+    """Return the pairs of places (N, 2) next to each other in a column, and those next to each other in a row."""
+    found: list[list[tuple[int, int]]] = [[], []]
+    for i, one in enumerate(numbers):
+        for j, other in enumerate(numbers):
+            for axis in (0, 1):
+                if other[axis] == one[axis] + 1 and other[1 - axis] == one[1 - axis]:
+                    found[axis].append((i, j))
+    return found
+
+
 def _least_step(outlines: Sequence[np.ndarray], numbers: np.ndarray, axis: int) -> float:
     """Return the pitch (m) in which neighbours along an axis clear each other."""
     direction, least = -np.eye(2)[axis], 0.0
-    for i, one in enumerate(numbers):
-        for j, other in enumerate(numbers):
-            if other[axis] == one[axis] + 1 and other[1 - axis] == one[1 - axis]:
-                least = max(least, separation_along(outlines[i], outlines[j], direction))
+    for i, j in _neighbours_of(numbers)[axis]:
+        least = max(least, separation_along(outlines[i], outlines[j], direction))
     return least

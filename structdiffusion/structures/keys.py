@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from grounding.goals.parts import Order
+from grounding.goals.parts import Order, StructurePart
 
 
 @dataclass(frozen=True)
@@ -18,6 +18,7 @@ class StructureKeys:
         length: of a line, between the centroids at its ends, metres.
         rows: of a grid; rows run left to right, along y.
         columns: of a grid.
+        along: the edge of the table that a line runs along, one of `grounding.goals.parts.EDGES`.
     """
 
     order: Order | None = None
@@ -26,6 +27,12 @@ class StructureKeys:
     length: float | None = None
     rows: int | None = None
     columns: int | None = None
+    along: str | None = None
 
 
 NO_KEYS = StructureKeys()
+
+
+def structure_keys(part: StructurePart) -> StructureKeys:
+    """Return what the structure of a goal is asked for besides its slots."""
+    return StructureKeys(part.order, part.gap, part.radius, part.length, part.rows, part.columns, part.along)

@@ -59,8 +59,8 @@ def fit_lattice(points: np.ndarray) -> Lattice:
 
 def divisions(count: int) -> list[tuple[int, int]]:
     """Return the numbers of rows and columns, two or more of each, that a grid of so many objects can have."""
-    found = [(rows, -(-count // rows)) for rows in range(2, count // 2 + 1)]
-    found += [(-(-count // columns), columns) for columns in range(2, count // 2 + 1)]
+    found = [(rows, -(-count // rows)) for rows in range(2, count)]
+    found += [(-(-count // columns), columns) for columns in range(2, count)]
     legal = ((rows, columns) for rows, columns in found if min(rows, columns) >= 2 and (rows - 1) * columns < count)
     return list(dict.fromkeys(legal))
 

@@ -13,6 +13,7 @@ import numpy as np
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import (
     CLEARANCE,
+    MAX_LENGTH_OFF,
     MAX_LINE_OFF_DEGREES,
     MAX_OFF_LINE,
     MIN_LINE_OBJECTS,
@@ -24,8 +25,10 @@ from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import Check, count_check, on_table_check, position_checks, size_checks
 from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
+from structdiffusion.structures.gaps import KEPT, require_size
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
-from structdiffusion.structures.structure import Draft, Structure
+from structdiffusion.structures.sequences import run_of
+from structdiffusion.structures.structure import Draft, LayoutError, Structure
 
 _KEPT = 0.6  # of what the evaluation protocol lets rows be off and uneven: what is off by more is moved in
 _ROUNDS = 8  # of evening out gaps
@@ -53,18 +56,52 @@ class Line(Structure):
         """Draw a row with even clear gaps, in which long objects lie across the row.
 
         Raises:
-            LayoutError: for fewer than two objects.
+            LayoutError: for fewer than two objects, or an order, a gap or a length that they cannot have.
         """
         self.require_enough(items)
+        run = run_of(items, keys.order, heading, spec.rotation, keys.along, self.name, rng)
+        heading, given = run.heading, items
+        items = [given[i] for i in run.sequence]
         direction = np.array([math.sin(heading), -math.cos(heading)])  # to the right of the heading
         turns = np.array([item.turn_to_axis(heading) for item in items])
         outlines = [turned(item.footprint, turn) for item, turn in zip(items, turns)]
         tight = np.array([separation_along(a, b, direction) for a, b in zip(outlines, outlines[1:])])
         # Every gap grows by the same length, so that the clear gaps stay even.
-        spread = (draw_size_ratio(spec, rng) - 1) * tight.sum() / len(tight)
-        along = np.concatenate(([0.0], np.cumsum(tight + spread)))
+        steps = tight + self._spread(tight, outlines, direction, spec, rng, keys)
+        along = np.concatenate(([0.0], np.cumsum(steps)))
         along -= along[-1] / 2
-        return Draft(tuple(range(len(items))), along[:, None] * direction, np.zeros(len(items)), turns, heading)
+        return Draft(run.sequence, along[:, None] * direction, np.zeros(len(items)), turns, heading)
+
+    def _spread(
+        self,
+        tight: np.ndarray,
+        outlines: Sequence[np.ndarray],
+        direction: np.ndarray,
+        spec: StructureSpec,
+        rng: np.random.Generator,
+        keys: StructureKeys,
+    ) -> float | np.ndarray:
+        """Return by how much, metres, the distances (N - 1,) of neighbours exceed the tightest ones.
+
+        Raises:
+            LayoutError: where the requested gap, length and size contradict one another.
+        """
+        if keys.gap is None and keys.length is None:
+            return (draw_size_ratio(spec, rng) - 1) * tight.sum() / len(tight)
+        if keys.gap is None:
+            why, spread = f"a length of {keys.length:.3g} m", (keys.length - tight.sum()) / len(tight)
+            if spread < 0:
+                raise LayoutError(f"a line of these objects cannot have {why}: it is {tight.sum():.3f} m long or more")
+        else:
+            why = f"gaps of {keys.gap:.3g} m"
+            wide = [separation_along(a, b, direction, keys.gap) for a, b in zip(outlines, outlines[1:])]
+            spread = np.array(wide) - tight
+            if keys.length is not None and abs(sum(wide) - keys.length) > KEPT * MAX_LENGTH_OFF:
+                raise LayoutError(
+                    f"a line of these objects with {why} is {sum(wide):.3f} m long, not {keys.length:.3g} m: leave one of them open"
+                )
+        require_size(self.name, spec.size, float((tight + spread).sum() / tight.sum()), why)
+        return spread
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
         """Check straightness, even gaps, the direction, size, and that all stand on the table."""
@@ -96,6 +133,14 @@ class Line(Structure):
         direction = np.linalg.svd(points - points.mean(axis=0))[2][0]
         along = points @ direction
         return 0.5 * (points[along.argmin()] + points[along.argmax()])
+
+    def sequence(self, bodies: Sequence[PlacedBody]) -> list[int]:
+        """Return the bodies' indices along the line, from one end to the other."""
+        return [int(i) for i in np.argsort(_axes(np.array([body.centroid for body in bodies]))[1])]
+
+    def length(self, bodies: Sequence[PlacedBody]) -> float:
+        """Return the distance, metres, along the line between the centroids at its ends."""
+        return float(np.ptp(_axes(np.array([body.centroid for body in bodies]))[1]))
 
     def corrections(self, bodies: Sequence[PlacedBody], size: str | None) -> np.ndarray:
         """Return how far (N, 2), metres, each body moves along the line and across it.

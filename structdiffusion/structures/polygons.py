@@ -17,6 +17,7 @@ from structdiffusion.structures.checks import Check
 
 # Points (N, 2) and the members of each side -> corners (C, 2).
 _Fit = Callable[[np.ndarray, Sequence[Sequence[int]]], np.ndarray]
+EVEN_OUTLINE = 0.95 * MAX_OUTLINE_GAP_RATIO  # to which layouts keep
 _ROUNDS = 6  # of assigning objects to sides and fitting the sides to them
 _REFINED = 4  # starts that are refined, those of least cost
 _DIRECTIONS = 12  # of rectangles to start from, within a quarter turn, besides those of pairs of objects

@@ -12,11 +12,13 @@ import numpy as np
 
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import MAX_SQUARE_SIDES_SHARE, MIN_RECTANGLE_OBJECTS
+from structdiffusion.footprints import tightest_scale, turned
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import Check, count_check, on_table_check, position_checks, size_checks
+from structdiffusion.structures.gaps import best_order, chain, require_clear, require_size, separations
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
-from structdiffusion.structures.polygons import fit_rectangle, outline_checks, side_lengths
+from structdiffusion.structures.polygons import EVEN_OUTLINE, fit_rectangle, outline_checks, project, side_lengths
 from structdiffusion.structures.spread import SpreadStructure, draft_on_places, outward_axes, rotated, spread_ratio
 from structdiffusion.structures.structure import Draft
 
@@ -24,6 +26,7 @@ _ASPECT = (1.35, 1.7)  # of the sides of a rectangle of four objects, which no o
 # Shorter over longer side of a square that has one side without an object between its corners and three with one: even
 # sides would leave a gap of 1.75 times the mean.
 _SQUARE_OF_SEVEN = 0.87
+_DRAWN_SIDES = 0.07  # share by which the sides of a square of requested gaps may differ from their mean
 
 
 class Rectangle(SpreadStructure):
@@ -44,13 +47,70 @@ class Rectangle(SpreadStructure):
         """Draw a rectangle along the table's edges, in which long objects lie away from its centre.
 
         Raises:
-            LayoutError: for fewer than four objects.
+            LayoutError: for fewer than four objects, or a gap that they cannot have.
         """
         self.require_enough(items)
         heading = rng.integers(4) * math.pi / 2
         inner, sides = self._sides(len(items), rng)
+        if keys.gap is not None:
+            return self._with_gap(items, inner, spec, heading, rng, keys.gap)
         places = rotated(_along_sides(inner, sides), heading)
         return draft_on_places(items, places, outward_axes(places), spec, heading, rng)
+
+    def _with_gap(
+        self,
+        items: Sequence[LayoutItem],
+        inner: Sequence[int],
+        spec: StructureSpec,
+        heading: float,
+        rng: np.random.Generator,
+        gap: float,
+    ) -> Draft:
+        """Draw a rectangle with one clear gap between neighbours, with objects so distributed that opposite sides match."""
+        turns = np.array([item.turn_to_axis(heading) for item in items])
+        outlines = [turned(item.footprint, turn) for item, turn in zip(items, turns)]
+        along = np.array([math.cos(heading), math.sin(heading)])
+        axes = [separations(outlines, axis, gap) for axis in (along, np.array([-along[1], along[0]]))]
+        members = sides_of(inner)
+
+        def sides(order: Sequence[int]) -> tuple[np.ndarray, list[np.ndarray]]:
+            """Return the lengths (2,) of the sides and the distances along each of the four from object to object."""
+            steps = []
+            for number, places in enumerate(members):
+                chosen = [order[place] for place in places]
+                # The third and the fourth side run against the axes.
+                steps.append(chain(axes[number % 2], chosen) if number < 2 else chain(axes[number % 2], chosen[::-1])[::-1])
+            lengths = np.array([(steps[k].sum() + steps[k + 2].sum()) / 2 for k in (0, 1)])
+            lengths = self._fitted_sides(lengths)
+            return lengths, [step + (lengths[k % 2] - step.sum()) / len(step) for k, step in enumerate(steps)]
+
+        def error(order: Sequence[int]) -> float:
+            lengths, steps = sides(order)
+            every = np.concatenate(steps)
+            if every.min() <= 0 or every.max() > EVEN_OUTLINE * every.mean():
+                return math.inf
+            off = 0.0
+            for number, (step, places) in enumerate(zip(steps, members)):
+                chosen = [order[place] for place in places]
+                wanted = chain(axes[number % 2], chosen) if number < 2 else chain(axes[number % 2], chosen[::-1])[::-1]
+                off = max(off, float(np.abs(step - wanted).max()))
+            return off
+
+        order = best_order(len(items), error, gap, self.name, rng)
+        lengths, steps = sides(order)
+        a, b = lengths / 2
+        starts, ways = np.array([(-a, -b), (a, -b), (a, b), (-a, b)]), np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
+        places = np.concatenate(
+            [start + np.concatenate(([0.0], np.cumsum(step)[:-1]))[:, None] * way for start, way, step in zip(starts, ways, steps)]
+        )
+        offsets, own = rotated(places, heading), [outlines[i] for i in order]
+        require_clear(self.name, own, offsets, f"gaps of {gap:.3g} m", gap)
+        require_size(self.name, spec.size, 1.0 / tightest_scale(own, offsets), f"gaps of {gap:.3g} m")
+        return Draft(order, offsets, np.zeros(len(items)), turns[list(order)], heading)
+
+    def _fitted_sides(self, lengths: np.ndarray) -> np.ndarray:
+        """Return the lengths (2,) of the sides nearest to these that the structure may have."""
+        return lengths
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
         """Check the outline, its corners and gaps, size, and that all stand on the table."""
@@ -65,6 +125,16 @@ class Rectangle(SpreadStructure):
         if spec.size is not None:
             checks += size_checks(spread_ratio(bodies), spec)
         return checks + position_checks(bodies, corners.mean(axis=0), spec, table)
+
+    def sequence(self, bodies: Sequence[PlacedBody]) -> list[int]:
+        """Return the bodies' indices along the outline, counter-clockwise."""
+        points = np.array([body.centroid for body in bodies])
+        return [int(i) for i in np.argsort(project(points, fit_rectangle(points))[1])]
+
+    def neighbours(self, bodies: Sequence[PlacedBody], spec: StructureSpec) -> list[tuple[int, int]]:
+        """Return each body and the next one along the outline, all the way round."""
+        sequence = self.sequence(bodies)
+        return list(zip(sequence, [*sequence[1:], sequence[0]]))
 
     def centre(self, bodies: Sequence[PlacedBody]) -> np.ndarray:
         """Return the centre (2,) of the least-squares rectangle; of fewer than four objects, the mean."""
@@ -104,6 +174,10 @@ class Square(Rectangle):
             return (each + 1, each + 1, each + 1, each), (1.0, shorter)
         return inner[more], (1.0, 1.0)
 
+    def _fitted_sides(self, lengths: np.ndarray) -> np.ndarray:
+        mean = float(lengths.mean())
+        return np.clip(lengths, (1 - _DRAWN_SIDES) * mean, (1 + _DRAWN_SIDES) * mean)
+
     def _side_checks(self, sides: np.ndarray) -> list[Check]:
         differ, limit = float(np.ptp(sides) / sides.max()), MAX_SQUARE_SIDES_SHARE
         return [Check("difference of the sides / longer side", differ <= limit, differ, f"<= {limit:g}")]
@@ -114,6 +188,13 @@ def _along_sides(inner: Sequence[int], sides: tuple[float, float]) -> np.ndarray
     a, b = sides[0] / 2, sides[1] / 2
     corners = np.array([(-a, -b), (a, -b), (a, b), (-a, b)])
     return between_corners(corners, inner)
+
+
+def sides_of(inner: Sequence[int]) -> list[list[int]]:
+    """Return the places of each side of a polygon, both corners included, as `between_corners` numbers them."""
+    starts = np.concatenate(([0], np.cumsum(np.array(inner) + 1)))
+    total = int(starts[-1])
+    return [[(int(start) + k) % total for k in range(count + 2)] for start, count in zip(starts, inner)]
 
 
 def between_corners(corners: np.ndarray, inner: Sequence[int]) -> np.ndarray:

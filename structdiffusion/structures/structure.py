@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
@@ -135,8 +136,15 @@ class Structure(Protocol):
     ) -> Draft:
         """Draw an exact structure that faces `heading` (rad).
 
+        Args:
+            items: the objects; the order "listed" is theirs.
+            spec: the requested structure.
+            heading: that it faces where neither the spec nor a key says otherwise, radians.
+            rng: of everything that is open.
+            keys: what is asked for besides.
+
         Raises:
-            LayoutError: when the objects do not suit it.
+            LayoutError: when the objects do not suit it, or a key cannot be kept with them.
         """
         ...
 
@@ -173,6 +181,29 @@ class Structure(Protocol):
     def has_heading(self, bodies: Sequence[PlacedBody]) -> bool:
         """Return whether these bodies face anywhere, so that a rotation can be measured."""
         return True
+
+    # --- keys (evaluation protocol, part two) ------------------------------------------------------
+
+    def sequence(self, bodies: Sequence[PlacedBody]) -> list[int]:
+        """Return the bodies' indices along the structure, from one end to the other; of a stack, from the bottom."""
+        return list(range(len(bodies)))
+
+    def neighbours(self, bodies: Sequence[PlacedBody], spec: StructureSpec) -> list[tuple[int, int]]:
+        """Return the pairs of bodies that a requested gap concerns; here each and the next of the sequence."""
+        sequence = self.sequence(bodies)
+        return list(zip(sequence, sequence[1:]))
+
+    def radius(self, bodies: Sequence[PlacedBody]) -> float:
+        """Return its radius, metres, to the centroids; not a number where it has none."""
+        return math.nan
+
+    def length(self, bodies: Sequence[PlacedBody]) -> float:
+        """Return its length, metres, between the centroids at its ends; not a number where it has none."""
+        return math.nan
+
+    def rows_and_columns(self, bodies: Sequence[PlacedBody]) -> tuple[int, int]:
+        """Return how many rows and columns it has; (0, 0) where it has none."""
+        return 0, 0
 
     # --- corrections of what a network sampled ----------------------------------------------------
 

@@ -11,12 +11,14 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from grounding.goals.parts import Order
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import MIN_TOWER_OBJECTS
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, ObjectTraits, PlacedBody
 from structdiffusion.structures.checks import Check, count_check, position_checks
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
+from structdiffusion.structures.sequences import sequence_by
 from structdiffusion.structures.structure import LIFT, STANDING, TALLEST, Draft, LayoutError, Structure, Traits
 from structdiffusion.tableware import CUTLERY
 
@@ -74,10 +76,10 @@ class Tower(Structure):
         """Draw a tower on one axis, broad objects below.
 
         Raises:
-            LayoutError: for fewer than two objects, or objects that cannot carry or stand on one another.
+            LayoutError: for fewer than two objects, or objects that cannot carry or stand on one another, as ordered.
         """
         self.require_enough(items)
-        order = tower_order(items, rng)
+        order = tower_order(items, rng) if keys.order is None else _by_key(items, keys.order, rng)
         if not all(items[i].stackable for i in order[:-1]):
             raise LayoutError("a tower needs objects that others can stand on; only the top one may be round or pointed")
         if not all(items[i].flat_bottom for i in order[1:]):
@@ -112,9 +114,29 @@ class Tower(Structure):
             checks.append(Check(name, held == count, held, f"{count}"))
         return checks + position_checks(bodies, self.centre(bodies), spec, table)
 
+    def sequence(self, bodies: Sequence[PlacedBody]) -> list[int]:
+        """Return the bodies' indices from the bottom up."""
+        return sorted(range(len(bodies)), key=lambda i: bodies[i].z_bottom)
+
     def centre(self, bodies: Sequence[PlacedBody]) -> np.ndarray:
         """Return the centroid (2,) of the lowest object."""
         return bodies[min(range(len(bodies)), key=lambda i: bodies[i].z_bottom)].centroid
+
+
+def _by_key(items: Sequence[LayoutItem], order: Order, rng: np.random.Generator) -> tuple[int, ...]:
+    """Return items from the bottom up in a requested order; where it may begin at either end, as a tower stands better."""
+    ways = [sequence_by(items, order, rng)]
+    if order.start == "top":
+        ways = [ways[0][::-1]]
+    if order.start is None or (order.direction is None and order.by != "listed"):
+        ways.append(ways[0][::-1])
+    usual = {item: place for place, item in enumerate(tower_order(items))}
+
+    def misfit(way: tuple[int, ...]) -> tuple[bool, int]:
+        stands = all(items[i].stackable for i in way[:-1]) and all(items[i].flat_bottom for i in way[1:])
+        return not stands, sum(usual[a] > usual[b] for a, b in zip(way, way[1:]))
+
+    return min(ways, key=misfit)
 
 
 def tower_order(

@@ -11,6 +11,7 @@ from grounding.benchmark import (
     BenchmarkError,
     Row,
     development_rows,
+    five_slots,
     free_rows,
     is_exact,
     load_rows,
@@ -21,6 +22,8 @@ from grounding.benchmark import (
 from grounding.corpus.grammar import all_sentences
 from grounding.corpus.paraphrases import paraphrase
 from grounding.corpus.templates import all_frames
+from grounding.goals.goal import Goal
+from grounding.goals.parts import RelationPart, StructurePart
 from grounding.parse_result import Parse, refusal
 from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
 from prompts import load_prompt, prompt_examples, prompt_names
@@ -175,3 +178,26 @@ def test_a_file_without_an_end_and_one_of_lists_in_lists(tmp_path, monkeypatch):
     (tmp_path / "deep.jsonl").write_text("[" * 90_000)
     with pytest.raises(BenchmarkError, match="line 1 is not valid JSON"):
         load_rows(tmp_path / "deep.jsonl")
+
+
+def test_a_goal_that_five_slots_cannot_hold_counts_as_refused():
+    cups = Parse("t", StructureSpec("circle"), "p")
+    plain = Goal((StructurePart("circle", objects=(0, 1, 2)),))
+    assert five_slots(cups, "ok", plain) == cups
+    larger = [
+        (StructurePart("circle", radius=0.1),),
+        (StructurePart("circle", objects=(0, 1, 2)), StructurePart("tower", objects=(3, 4))),
+        (RelationPart("on", (0,), (1,)),),
+    ]
+    for parts in larger:
+        found = five_slots(cups, "ok", Goal(parts))
+        assert found.status == "refused" and found.spec == StructureSpec()
+        assert is_exact(row(refuse=True), found) and not is_exact(row(shape=("circle",)), found)
+    assert not is_exact(row(refuse=True), five_slots(cups, "ok", plain))
+
+
+def test_the_status_of_the_whole_reading_counts():
+    cups = Parse("t", StructureSpec("circle"), "p")
+    assert five_slots(cups, "refused", Goal()).status == "refused"
+    asked = five_slots(cups, "ask", Goal())
+    assert asked.status == "ask" and asked.spec == cups.spec

@@ -5,6 +5,7 @@ from __future__ import annotations
 import typer
 
 from agent.cli.evaluate.components import completion, coverage, discriminators
+from agent.cli.evaluate.goals import goals
 from agent.cli.evaluate.language import language, parse
 from agent.cli.evaluate.latency import chat
 from agent.cli.evaluate.planners import arm, recordings, success
@@ -20,5 +21,5 @@ def _evaluate() -> None:
     """
 
 
-for _command in (success, arm, recordings, completion, parse, language, discriminators, coverage, chat):
+for _command in (success, goals, arm, recordings, completion, parse, language, discriminators, coverage, chat):
     evaluate_app.command(_command.__name__)(_command)

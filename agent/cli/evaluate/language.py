@@ -40,7 +40,15 @@ def parse(
         list[str] | None,
         typer.Option(
             metavar="templated|free|FILE",
-            help="Data set, or a file in its format (JSON lines). Repeatable.  [default: templated and free]",
+            help="Data set of the five slots, or a file in its format (JSON lines). Repeatable.  [default: templated and "
+            "free, unless there are --goals]",
+        ),
+    ] = None,
+    goals: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="templated|free|FILE",
+            help="Data set of goals, or a file in its format (JSON lines). Repeatable.",
         ),
     ] = None,
     limit: LimitOption = None,
@@ -58,16 +66,18 @@ def parse(
 ) -> None:
     """Measure how well parsers read instructions.
 
-    Reports how often all slots are right, and how often a parser fills a slot that the instruction leaves open.
+    Reports how often all slots are right, and how often a parser fills a slot that the instruction leaves open. With
+    --goals: how often the whole goal is right, and how often parts and keys are invented, dropped or wrong.
 
-    Example: structagent evaluate parse --data free --parser embedding --parser llm --out out/parsing
+    Example: structagent evaluate parse --data free --goals free --parser embedding --out out/parsing
     """
     claim_folder(out, "evaluation", force)
     from agent.evaluation.parsing import measure_parsing, print_parsing, write_parsing
 
     options = replace(reading_options(ctx, "embedding", "robot", llm_model, llm_url), replies=replies)
     parsers = [name.value for name in parser or [Parsers.embedding]]
-    measure = partial(measure_parsing, parsers, data or ["templated", "free"], limit, options)
+    sets = data or ([] if goals else ["templated", "free"])
+    measure = partial(measure_parsing, parsers, sets, goals or [], limit, options)
     finish(measure, print_parsing, out, json_output, write_parsing)
 
 

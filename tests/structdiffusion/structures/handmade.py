@@ -99,9 +99,11 @@ def square(a=0.2):
     return rectangle(a, a)[::3] + rectangle(a, a)[2::3]
 
 
-def triangle(side=0.2, degrees=0.0, scale=(1.0, 1.0)):
-    """Six round objects: the corners of a triangle, the first toward `degrees`, and one in the middle of each side."""
-    corners = side / math.sqrt(3) * np.array([(math.cos(a), math.sin(a)) for a in np.radians([0, 120, 240])]) * scale
+def triangle(side=0.2, degrees=0.0, apex=60.0):
+    """Six round objects: the corners of an isosceles triangle of equal legs, the first toward `degrees`, and the middles."""
+    half = math.radians(apex) / 2
+    corners = side * np.array([(0, 0), (-math.cos(half), math.sin(half)), (-math.cos(half), -math.sin(half))])
+    corners -= corners.mean(axis=0)
     places = np.concatenate((corners, (corners + np.roll(corners, -1, axis=0)) / 2))
     return at_places(turned(places, math.radians(degrees)))
 

@@ -1,0 +1,78 @@
+"""Run the benchmark of goals: how well readers turn instructions into goals (`structagent evaluate parse --goals`)."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+from agent.evaluation.report import interval, percent, print_table
+from agent.rendering.text import number
+from grounding.goal_benchmark.rows import GoalRow, free_goal_rows, goal_scenes, load_goal_rows
+from grounding.goal_benchmark.scoring import score_goals
+from grounding.goal_benchmark.templates import templated_goal_rows
+
+if TYPE_CHECKING:
+    from grounding.interpreter import Interpretation, Interpreter
+
+SHIPPED_GOALS: Mapping[str, Callable[[], list[GoalRow]]] = {"templated": templated_goal_rows, "free": free_goal_rows}
+TIMED = 50  # instructions that are timed one by one
+
+
+def goal_rows(name: str) -> list[GoalRow]:
+    """Return the rows of an included set of goals, "templated" or "free", or of a file in the format of the benchmark."""
+    return SHIPPED_GOALS[name]() if name in SHIPPED_GOALS else load_goal_rows(name)
+
+
+def measure_goal_reading(
+    interpreter: Interpreter, rows: Sequence[GoalRow], progress: Callable[[int], None]
+) -> dict[str, Any]:
+    """Read every row in its scene and score it; return JSON values, with times.
+
+    Args:
+        interpreter: reads the instructions.
+        rows: the instructions.
+        progress: is told how many are done.
+    """
+    readings: list[Interpretation | None] = [None] * len(rows)
+    done = 0
+    for scene in dict.fromkeys(row.scene for row in rows):
+        own = [i for i, row in enumerate(rows) if row.scene == scene]
+        objects = None if scene is None else goal_scenes()[scene]
+        for start in range(0, len(own), 64):
+            chunk = own[start : start + 64]
+            for i, reading in zip(chunk, interpreter.interpret_many([rows[i].text for i in chunk], objects), strict=True):
+                readings[i] = reading
+            done += len(chunk)
+            progress(done)
+    read = [reading for reading in readings if reading is not None]
+    every = max(1, len(rows) // TIMED)
+    single = [
+        interpreter.interpret(row.text, None if row.scene is None else goal_scenes()[row.scene]).seconds
+        for row in rows[::every][:TIMED]
+    ]
+    return {**score_goals(rows, read), "seconds_warm": statistics.median(single), "seconds_warm_most": max(single)}
+
+
+def print_goal_reading(evaluations: Sequence[Mapping[str, Any]], results: TextIO) -> None:
+    """Print the tables of goals: a row per parser and set, then one per stratum; rates in percent."""
+    head = ["parser", "goals", "n", "exact", "95 %", "false fills", "wrong keys", "false parts", "dropped parts"]
+    head += ["refusal P", "refusal R", "refused", "asked", "built wrongly", "warm ms"]
+    rows = [head]
+    for found in evaluations:
+        exact = found["exact"]
+        keys = ("false_fills", "wrong_keys", "false_parts", "dropped_parts")
+        rates = [found[key] for key in keys] + [found["refusal"]["precision"], found["refusal"]["recall"]]
+        rates += [found["wrongly_refused"], found["wrongly_asked"], found["built_wrongly"]]
+        cells = [found["parser"], Path(found["data"]).name, str(found["rows"]), percent(exact["rate"], 1), interval(exact, 1)]
+        rows.append([*cells, *(percent(one["rate"], 1) for one in rates), number(1000 * found["seconds_warm"], 1)])
+    print_table(rows, results, left=2)
+    strata = [["parser", "goals", "stratum", "n", "exact", "95 %"]]
+    for found in evaluations:
+        strata += [
+            [found["parser"], Path(found["data"]).name, name, str(one["n"]), percent(one["rate"], 1), interval(one, 1)]
+            for name, one in found["strata"].items()
+        ]
+    print(file=results)
+    print_table(strata, results, left=3)

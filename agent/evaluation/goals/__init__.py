@@ -1,0 +1,1 @@
+"""Measure how often goals of several parts are met: `structagent evaluate goals`."""

@@ -1,0 +1,112 @@
+"""Let a planner solve one scene of the benchmark of goals, and judge what it proposes in physics."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import torch
+
+from agent.event_base import json_value
+from grounding.goals.description import describe_part
+from grounding.goals.parts import GoalError, StructurePart
+from structdiffusion.benchmark.goals import GoalScene
+from structdiffusion.benchmark.success import NO_ARRANGEMENT
+from structdiffusion.planners.goal_planner import GoalArrangement, GoalPlanner
+from structdiffusion.protocol.physical_stability import Verdict
+from structdiffusion.structures.structure import LayoutError
+
+Row = dict[str, Any]
+
+
+def solve_goal_scene(planner: GoalPlanner, scene: GoalScene, candidates: int) -> tuple[Row, GoalArrangement | None]:
+    """Let a planner solve one scene; scene and planner determine everything but the times.
+
+    Args:
+        planner: the planner to measure.
+        scene: the scene.
+        candidates: the number of arrangements that it proposes; the best-ranked one is tried.
+
+    Returns:
+        The row without the planner's name, JSON-ready, and the best-ranked arrangement; `None` where there is none.
+    """
+    looked = time.perf_counter()
+    observed, problem = scene.observed(), None
+    generator = torch.Generator().manual_seed(scene.planning_seed)
+    started = time.perf_counter()
+    try:
+        arrangements = planner.propose(observed, scene.goal, count=candidates, generator=generator)
+    except (LayoutError, GoalError) as error:
+        arrangements, problem = [], str(error)
+    planned = time.perf_counter()
+    best = arrangements[0] if arrangements else None
+    verdict = None if best is None else scene.verdict(best.goal_from_initial, best.aside)
+    row = scene_row(scene) | {
+        "success": verdict is not None and verdict.success,
+        "failure": NO_ARRANGEMENT if verdict is None else verdict.failure,
+        "failed_parts": [] if verdict is None else failed_parts(scene, verdict),
+        "detail": problem if verdict is None else verdict.detail,
+        "proposed": len(arrangements),
+        "moved": [] if best is None else list(best.moved),
+        "aside": [] if best is None else list(best.aside),
+        "rivals": rival_verdicts(scene, verdict),
+        "plan_seconds": round(planned - started, 3),
+        "seconds": round(time.perf_counter() - looked, 3),
+        "verdict": None if verdict is None else verdict.to_dict(),
+    }
+    return json_value(row), best
+
+
+def scene_row(scene: GoalScene) -> Row:
+    """Return what a row says of its scene."""
+    names = scene.names
+    return {
+        "family": scene.family,
+        "kind": scene.kind,
+        "number": scene.number,
+        "seed": scene.seed,
+        "draw": scene.draw,
+        "goal": scene.goal.to_dict(),
+        "words": "; ".join(describe_part(part, names) for part in scene.goal.parts),
+        "objects": [model.name for model in scene.models],
+    }
+
+
+def failed_parts(scene: GoalScene, verdict: Verdict) -> list[str]:
+    """Name the parts whose checks failed: by their shape or relation, once each.
+
+    Of several parts, checks begin with the name of theirs.
+    """
+    failed: list[str] = []
+    for check in verdict.checks:
+        if not check.passed:
+            name, colon, _ = check.name.partition(": ")
+            failed.append(_sort_of(scene, name if colon else ""))
+    return list(dict.fromkeys(failed))
+
+
+def _sort_of(scene: GoalScene, name: str) -> str:
+    """Return the shape or relation of the part that a check's name begins with."""
+    parts = scene.goal.parts
+    sorts = [part.shape or "structure" if isinstance(part, StructurePart) else part.relation for part in parts]
+    if len(parts) == 1:
+        return sorts[0]
+    return next((sort for sort in sorts if sort in name), "what is not named" if not name else name)
+
+
+def rival_verdicts(scene: GoalScene, verdict: Verdict | None) -> dict[str, bool | None]:
+    """Return what the rivals' checks say of where everything came to rest; `None` where they have no check for the goal.
+
+    What fails physically, or was never proposed, has failed for them too.
+    """
+    if verdict is not None and verdict.failure in (None, "semantic") and verdict.world_from_final is not None:
+        return scene.rival_verdicts(np.asarray(verdict.world_from_final))
+    known = scene.rival_verdicts(scene.world_from_initial)
+    return {name: None if accepts is None else False for name, accepts in known.items()}
+
+
+def lost_rows(models: Sequence[str], family: str, number: int, seed: int, reason: str, key: str) -> list[Row]:
+    """Return the rows of a scene that could not be measured, with the reason under `key`."""
+    return [{"model": model, "family": family, "number": number, "seed": seed, key: reason} for model in models]

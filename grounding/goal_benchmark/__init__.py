@@ -1,0 +1,1 @@
+"""The benchmark of goals: its rows, a templated set, and the scores of readers."""

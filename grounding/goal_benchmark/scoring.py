@@ -1,0 +1,162 @@
+"""Score readings of goals: how many are exact, and what is invented, dropped or wrong (evaluation protocol, part two)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Protocol
+
+from grounding.benchmark import rate
+from grounding.goal_benchmark.rows import GoalRow, goal_scenes
+from grounding.goals.comparison import GoalComparison, compare_goals
+from grounding.goals.goal import MAX_PARTS, Goal
+from grounding.goals.parts import GoalError, Part, PartReference, StructurePart
+
+_ARTICLES = frozenset(("the", "a", "an", "all", "my", "your", "these", "those"))
+
+
+class GoalReading(Protocol):
+    """What a reader made of an instruction; see `grounding.interpreter.Interpretation`."""
+
+    @property
+    def status(self) -> str: ...
+    @property
+    def goal(self) -> Goal: ...
+
+
+def compare_with_row(goal: Goal, row: GoalRow) -> tuple[GoalComparison, Goal]:
+    """Compare a goal with the acceptable goal of a row that it is closest to; return the comparison and that goal.
+
+    In a scene, "everything else" and the list of all other objects are the same. So are a relation of several objects
+    and the same relation of each: "both markers in the mug".
+    """
+    count = None if row.scene is None else len(goal_scenes()[row.scene])
+    read = _spelled(goal, count)
+    pairs = ((compare_goals(read, _spelled(truth, count)), truth) for truth in row.goals)
+    return min(pairs, key=lambda pair: _badness(pair[0]))
+
+
+def _badness(found: GoalComparison) -> tuple[bool, int, int]:
+    return not found.exact, len(found.dropped) + len(found.false_parts), len(found.false_fills) + len(found.wrong)
+
+
+def _spelled(goal: Goal, count: int | None) -> Goal:
+    """Give relations one object each, and write `objects: null` out in a scene of `count` objects.
+
+    Without a scene, the objects' words are spelled plainly instead.
+    """
+    if count is None:
+        return _one_by_one(Goal(tuple(_plain_words(part) for part in goal.parts)))
+    try:
+        return _one_by_one(goal.resolved(count))
+    except GoalError:  # nothing is left for "everything else": that is compared as it stands
+        return _one_by_one(goal)
+
+
+def _one_by_one(goal: Goal) -> Goal:
+    """Divide relations of several objects, but for "swapped", which is one of two."""
+    places = {}  # of each part in the divided goal
+    divided: list[Part] = []
+    for number, part in enumerate(goal.parts):
+        places[number] = len(divided)
+        alone = isinstance(part, StructurePart) or part.relation == "swapped" or isinstance(part.objects, PartReference)
+        divided += [part] if alone else [replace(part, objects=(one,)) for one in part.objects]
+
+    def moved(objects: Any) -> Any:
+        return PartReference(places[objects.part]) if isinstance(objects, PartReference) else objects
+
+    if len(divided) == len(goal.parts) or len(divided) > MAX_PARTS:
+        return goal
+    return Goal(tuple(
+        part
+        if isinstance(part, StructurePart)
+        else replace(part, objects=moved(part.objects), reference=moved(part.reference))
+        for part in divided
+    ))  # fmt: skip
+
+
+def _plain_words(part: Part) -> Part:
+    keys = ("objects", "around") if isinstance(part, StructurePart) else ("objects", "reference")
+
+    def plain(objects: Any) -> Any:
+        if objects is None or isinstance(objects, PartReference):
+            return objects
+        words = (" ".join(w for w in str(one).lower().split() if w not in _ARTICLES) or str(one) for one in objects)
+        return tuple(dict.fromkeys(words))
+
+    return replace(part, **{key: plain(getattr(part, key)) for key in keys})
+
+
+def is_exact_reading(row: GoalRow, reading: GoalReading) -> bool:
+    """Tell whether a reading has the status of the row and, where that is "ok", one of its goals."""
+    if reading.status not in row.statuses:
+        return False
+    return row.status != "ok" or compare_with_row(reading.goal, row)[0].exact
+
+
+def score_goals(rows: Sequence[GoalRow], readings: Sequence[GoalReading]) -> dict[str, Any]:
+    """Compute all rates of one reader on the rows, as JSON values.
+
+    Returns:
+        "exact": the status of the row and, where it is "ok", one of its goals; over instructions that must be and were
+        read: "false_fills" (the share that has a key that nobody asked for), "wrong_keys" (the share with another value
+        or objects), "dropped_parts" (of the true parts), "false_parts" (of the parts that were read);
+        "refusal": precision and recall of building nothing, by refusal or question; "status": of those that must not be
+        built, how many were refused or asked as they must be; "wrongly_refused" and "wrongly_asked": of those that must
+        be read; "built_wrongly": of all, the share that reads into a goal that was not asked for; "strata": exact per
+        stratum; "keys": how often each key was filled or wrong; "wrong": the rows that are not exact.
+    """
+    pairs = list(zip(rows, readings, strict=True))
+    read = [
+        (reading.goal, *compare_with_row(reading.goal, row))
+        for row, reading in pairs
+        if row.status == reading.status == "ok"
+    ]
+    found = [comparison for _, comparison, _ in read]
+    asked = [reading.status for row, reading in pairs if row.status == "ok"]
+    idle = [(row, reading) for row, reading in pairs if row.status != "ok"]
+    nothing = sum(reading.status != "ok" for _, reading in pairs)
+    rightly = sum(reading.status != "ok" for _, reading in idle)
+    strata: dict[str, list[bool]] = {row.stratum: [] for row in rows}
+    for row, reading in pairs:
+        strata[row.stratum].append(is_exact_reading(row, reading))
+    misread = sum(not one.exact for one in found) + sum(reading.status == "ok" for _, reading in idle)
+    true_parts = sum(len(_one_by_one(truth).parts) for *_, truth in read)
+    read_parts = sum(len(_one_by_one(goal).parts) for goal, *_ in read)
+    return {
+        "exact": rate(sum(map(sum, strata.values())), len(pairs)),
+        "false_fills": rate(sum(bool(one.false_fills) for one in found), len(found)),
+        "wrong_keys": rate(sum(bool(one.wrong) for one in found), len(found)),
+        "dropped_parts": rate(sum(len(one.dropped) for one in found), true_parts),
+        "false_parts": rate(sum(len(one.false_parts) for one in found), read_parts),
+        "refusal": {"precision": rate(rightly, nothing), "recall": rate(rightly, len(idle))},
+        "status": rate(sum(reading.status in row.statuses for row, reading in idle), len(idle)),
+        "wrongly_refused": rate(asked.count("refused"), len(asked)),
+        "wrongly_asked": rate(asked.count("ask"), len(asked)),
+        "built_wrongly": rate(misread, len(pairs)),
+        "strata": {name: rate(sum(hits), len(hits)) for name, hits in strata.items()},
+        "keys": {
+            "filled": dict(Counter(key for one in found for key in one.false_fills).most_common()),
+            "wrong": dict(Counter(key for one in found for key in one.wrong).most_common()),
+        },
+        "wrong": [_wrong_row(row, reading) for row, reading in pairs if not is_exact_reading(row, reading)],
+    }
+
+
+def _wrong_row(row: GoalRow, reading: GoalReading) -> dict[str, Any]:
+    found = compare_with_row(reading.goal, row)[0] if row.status == reading.status == "ok" else None
+    return {
+        "text": row.text,
+        "scene": row.scene,
+        "stratum": row.stratum,
+        "expected": row.status,
+        "goals": [goal.to_dict() for goal in row.goals],
+        "status": reading.status,
+        "goal": reading.goal.to_dict(),
+        "message": getattr(reading, "message", ""),
+        "dropped": list(found.dropped) if found else [],
+        "false_parts": list(found.false_parts) if found else [],
+        "false_fills": list(found.false_fills) if found else [],
+        "wrong_keys": list(found.wrong) if found else [],
+    }
