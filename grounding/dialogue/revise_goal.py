@@ -10,7 +10,6 @@ import re
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import Protocol
 
 from grounding.dialogue.goal_changes import added, listed, numbered, objects_of, renumbered, with_part, without_parts
 from grounding.dialogue.goal_mentions import GoalText
@@ -20,6 +19,7 @@ from grounding.dialogue.part_swaps import swapped
 from grounding.dialogue.relation_edits import relation_change
 from grounding.dialogue.relative_edits import normalized, relative_edits
 from grounding.dialogue.revise import REVISION_STATUSES, Revision
+from grounding.dialogue.scene_reader import GoalReader, SpokenReading
 from grounding.dialogue.structure_edits import structure_change
 from grounding.goal_reading.goal_words import VERBS
 from grounding.goals.goal import Goal
@@ -52,26 +52,6 @@ _BUILDS = re.compile(rf"\b(?:{'|'.join(words_of_all('verbs'))}|put|place|arrange
 _QUOTED = re.compile(r"'(?P<phrase>[^']+)' can be each of")
 
 
-class Read(Protocol):
-    """What is needed of an interpretation: `grounding.interpreter.Interpretation`."""
-
-    goal: Goal
-    status: str
-    message: str
-    question: Question | None
-    beyond: bool
-
-
-class GoalReader(Protocol):
-    """Reads what the corrections of a goal are made of."""
-
-    def read(self, text: str) -> Read:
-        """Read a whole instruction about the objects of the scene; its goal is as spoken."""
-
-    def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision:
-        """Revise one structure; see `grounding.dialogue.revise.revise`."""
-
-
 @dataclass(frozen=True)
 class GoalRevision:
     """The effect of a sentence on the last goal in a conversation.
@@ -98,7 +78,7 @@ class GoalRevision:
     question: Question | None = None
     choices: tuple[Goal | str, ...] = field(default=())
     plain: Revision | None = None
-    read: Read | None = None
+    read: SpokenReading | None = None
 
     def __post_init__(self) -> None:
         if self.status not in REVISION_STATUSES:
@@ -154,7 +134,7 @@ def _of_plain(
     return whole
 
 
-def _new(last: Goal, read: Read, text: str = "") -> GoalRevision:
+def _new(last: Goal, read: SpokenReading, text: str = "") -> GoalRevision:
     """Return the revision that an instruction of its own is."""
     if read.status == "ok" and read.goal.parts:
         return GoalRevision(read.goal, "ok", "new", read.message, tuple(range(len(read.goal.parts))), read=read)
@@ -246,7 +226,7 @@ class _Correction:
             or not (said.mentions or any(VERBS.get(word, "leave") != "leave" for word in said.said.split()))
         )  # fmt: skip
 
-    def _whole(self, read: Read) -> bool:
+    def _whole(self, read: SpokenReading) -> bool:
         """Return whether a sentence that sounds like a correction is an instruction of its own after all."""
         said = self.said
         if said.parts or _OTHER.search(said.said) or relative_edits(normalized(said.said))[0]:
@@ -258,7 +238,7 @@ class _Correction:
     def _without_marker(self) -> str:
         return _ALONE_INSTEAD.sub(" ", self.said.said).strip(" ,") if _REPLACING.search(self.said.said) else self.text
 
-    def _refused(self, read: Read | None) -> GoalRevision:
+    def _refused(self, read: SpokenReading | None) -> GoalRevision:
         message = read.message if read is not None else ""
         said = f"{shortened(self.text)!r} was not understood as a correction"
         if not message or message == said:
@@ -382,7 +362,7 @@ class _Correction:
         mine, read = self.last.parts[number], goal.parts[0]
         return type(read) is type(mine) and set(objects_of(goal, read.objects)) == set(objects_of(self.last, mine.objects))
 
-    def anew(self, read: Read) -> GoalRevision:
+    def anew(self, read: SpokenReading) -> GoalRevision:
         """Return an instruction that takes the place of the whole goal, and say so."""
         new = _new(self.last, read, self.text)
         if self.built or new.status != "ok" or not self.last.parts:
@@ -390,7 +370,7 @@ class _Correction:
         note = f"this takes the place of {listed(self.last, self.said.names)}; “also …” adds to it"
         return replace(new, message="; ".join(filter(None, (new.message, note))))
 
-    def _replaced(self, read: Read) -> GoalRevision | None:
+    def _replaced(self, read: SpokenReading) -> GoalRevision | None:
         """Put parts in the place of those that move the same objects: "put the apple in the bowl instead".
 
         Returns:
@@ -408,7 +388,7 @@ class _Correction:
             return None
         return GoalRevision(goal, "ok", "edit", read.message, tuple(changed), read=read)
 
-    def _which_is_replaced(self, read: Read) -> GoalRevision:
+    def _which_is_replaced(self, read: SpokenReading) -> GoalRevision:
         """Ask which part an instruction with "instead" replaces; there is nothing to ask where there is one part."""
         if len(self.last.parts) == 1:
             return _new(self.last, read, self.text)

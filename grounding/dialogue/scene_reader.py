@@ -41,6 +41,16 @@ class SpokenReading:
     beyond: bool
 
 
+class GoalReader(Protocol):
+    """Reads what the corrections of a goal are made of."""
+
+    def read(self, text: str) -> SpokenReading:
+        """Read a whole instruction about the objects of the scene."""
+
+    def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision:
+        """Revise one structure; see `grounding.dialogue.revise.revise`."""
+
+
 class SceneReader:
     """Reads instructions about the objects of one scene.
 

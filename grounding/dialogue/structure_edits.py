@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING
 
 from grounding.dialogue.goal_changes import objects_of
 from grounding.dialogue.goal_mentions import GoalText, Span
 from grounding.dialogue.part_lengths import AlreadySoError, CannotApplyError, has_metric_size, length_change
 from grounding.dialogue.relation_edits import FILLERS
 from grounding.dialogue.revise import Revision
+from grounding.dialogue.scene_reader import GoalReader
 from grounding.goals.parts import KEYS, SHAPES_OF_KEY, Order, StructurePart
 from grounding.parse_result import Question
 from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import SLOTS, StructureSpec
-
-if TYPE_CHECKING:
-    from grounding.dialogue.revise_goal import GoalReader
 
 _RELATED = re.compile(
     r"\b(?:(?:to the |on the )?(?:left|right) of|next to|beside|behind|in front of|on top of|between|inside)\b(?! the table)"
