@@ -59,7 +59,8 @@ def describe_plan(act: Act, known: Knowledge) -> str:
     situation = known.situation
     if known.question is not None or situation.proposal is None or not situation.asked:
         return next_step(known) if known.question is not None else f"Nothing is planned. {next_step(known)}"
-    lines = [f"I propose candidate {situation.proposal.rank}, {describe_wish(situation)}:"]
+    joint = ", " if situation.parts is None else " for: "
+    lines = [f"I propose candidate {situation.proposal.rank}{joint}{describe_wish(situation)}:"]
     about = {fact.name for fact in known.matching(act.about)} if act.kind == "next" and act.about else set()
     for goal in situation.proposal.chosen.goals:
         if not about or goal["name"] in about:

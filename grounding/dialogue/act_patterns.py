@@ -68,6 +68,17 @@ WORDINGS: Mapping[str, str] = {
         explain how (it|this|you) works?
         explain (yourself|this)
     """,
+    "remaining": r"""
+        (what|how much)( <OBJECTS>| work| parts?| else)? (is|are|remains?)( still)?( left| to do| missing| to be done| to build\
+            | to be built| not done| not built| not finished| open| remaining| outstanding)+( (yet|now|still|to do|to build))*
+        (what|how much) (remains|is left over)( to be done| to do)?
+        what( else)? is left( over)?( now| then| still)?
+        what (do|must|should) you still( have to| need to)? (do|build|make)
+        what (do|have) you still( got)?( have)? to (do|build|make)
+        (is|are)( there)? (anything|something|any parts?|parts?)( still)? (left|missing|to do|open|remaining)( to (do|build|make\
+            |be done|be built))?
+        (is|was) (everything|all|it all|all of it) (done|finished|built|ready)
+    """,
     "objects": r"""
         (what|which)( all| else| kinds? of)*( <OBJECTS>)? ((do|can|could) you <SEE>|have you( got)?|(is|are)( there\
             | lying| standing)*|there (is|are)|lies|stands?|you (can )?<SEE>|can i use|i can use)<PLACED>
@@ -124,16 +135,6 @@ WORDINGS: Mapping[str, str] = {
         (what|which)( <OBJECTS>|( of the)? (parts|structures))? (is|are|was|were|have been|has been)( already)? (built|made|done|finished)\
             <LATELY>
         what (stands|is standing)( already| now)*
-    """,
-    "remaining": r"""
-        (what|how much)( <OBJECTS>| work| parts?| else)? (is|are|remains?)( still)?( left| to do| missing| to be done| to build\
-            | to be built| not done| not built| not finished| open| remaining| outstanding)+( (yet|now|still|to do|to build))*
-        (what|how much) (remains|is left over)( to be done| to do)?
-        what (do|must|should) you still( have to| need to)? (do|build|make)
-        what (do|have) you still( got)?( have)? to (do|build|make)
-        (is|are)( there)? (anything|something|any parts?|parts?)( still)? (left|missing|to do|open|remaining)( to (do|build|make\
-            |be done|be built))?
-        (is|was) (everything|all|it all|all of it) (done|finished|built|ready)
     """,
     "wish": r"""
         what is (the|your|my|our)( current| present)? goal( now| again)?

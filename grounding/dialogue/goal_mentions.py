@@ -27,7 +27,7 @@ _COUNTS = {word: number for number, words in enumerate(
      "7 seven seventh 7th", "8 eight eighth 8th", "9 nine ninth 9th", "10 ten tenth", "11 eleven", "12 twelve")
 ) for word in words.split()}  # fmt: skip
 _COUNT = "|".join(sorted(_COUNTS, key=len, reverse=True))
-_NUMBERED = re.compile(rf"\(?\bparts? (?P<counts>(?:number )?(?:{_COUNT})(?:(?:,| and|, and) (?:{_COUNT}))*)\b\)?")
+_NUMBERED = re.compile(rf"\(?\bparts? (?P<counts>(?:number )?(?:\d+|{_COUNT})(?:(?:,| and|, and) (?:\d+|{_COUNT}))*)\b\)?")
 _ORDINAL = re.compile(rf"\b(?:the |that )?(?P<count>{_COUNT}|last) (?:part|one|structure|thing|goal)\b(?! of)")
 _ALL = re.compile(r"\b(?:both(?: of (?:them|these|those))?|all(?: of (?:them|these|those)| parts)|each(?: of them| part)?|all the "
                   r"parts|both parts|every part)\b")  # fmt: skip
@@ -141,7 +141,10 @@ class GoalText:
                 found.append(PartsSaid(tuple(n for n in numbers if 0 <= n < count), match.span(), match.group()))
 
         for match in _NUMBERED.finditer(self.said):
-            note(match, [_COUNTS[word] for word in re.findall(rf"\b(?:{_COUNT})\b", match["counts"])])
+            note(match, [
+                int(word[:9]) - 1 if word.isdecimal() else _COUNTS[word]
+                for word in re.findall(rf"\b(?:\d+|{_COUNT})\b", match["counts"])
+            ])  # fmt: skip
         for match in _ALL.finditer(self.said):
             note(match, range(count))
         if count > 1:

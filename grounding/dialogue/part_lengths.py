@@ -67,7 +67,7 @@ def length_change(part: Part, text: GoalText, spans: list[Span], built: bool = F
         value -= now  # it stands that far away already
         if value < 0:
             opposite = {"left": "right", "right": "left", "away": "closer", "closer": "away"}[part.direction or "left"]
-            return replace(part, direction=opposite, distance=-value)
+            return replace(part, direction=opposite, distance=round(-value, 6))
     if value < 0 or (value == 0 and key != "gap"):
         raise CannotApplyError(f"its {key} would be {100 * value:.4g} cm")
     return replace(part, **{key: round(value, 6)})

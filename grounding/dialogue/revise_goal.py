@@ -46,7 +46,7 @@ _OTHER = re.compile(r"\b(?:other|opposite) (?:side|end|way|direction)\b")
 _PRONOUN = re.compile(r"\b(?:it|them|they|that)\b")
 _DROP_IT = re.compile(
     r"(?:(?:no|ok|okay|actually|please|just|now|then)[ ,]+)*(?:drop|remove|delete|lose|ditch|skip|scrap|leave out)"
-    r" (?:it|that|this|that one|this one|one(?: of (?:them|these|those))?)"
+    r"(?: (?:it|that|this|that one|this one|one(?: of (?:them|these|those))?))?"
 )
 _BUILDS = re.compile(rf"\b(?:{'|'.join(words_of_all('verbs'))}|put|place|arrange|build|form|lay|line up|set|move)\b")
 _QUOTED = re.compile(r"'(?P<phrase>[^']+)' can be each of")
@@ -129,7 +129,9 @@ def _of_plain(
     read = reader.read(text)
     if read.goal.parts and read.goal.plain_spec is None:
         return _Correction(last, text, said, reader, stands, built).anew(read)
-    if plain.kind == "new" and read.status != "ok" and (read.beyond or plain.status == "refused"):
+    # What the reader of goals says of it is in none of the words of the parser of five slots.
+    own_words = plain.status == "refused" and read.message != read.parse.message
+    if plain.kind == "new" and read.status != "ok" and (read.beyond or own_words):
         return _new(last, read, text)
     return whole
 
@@ -179,8 +181,8 @@ class _Correction:
 
     def revision(self) -> GoalRevision:
         """Return the effect on a goal of several parts."""
-        if _DROP_IT.fullmatch(self.said.said) and len(self.last.parts) > 1:
-            return self._which_is_dropped()
+        if _DROP_IT.fullmatch(self.said.said):
+            return self._which_is_dropped() if len(self.last.parts) > 1 else self._nothing_left()
         try:
             if (less := dropped(self.said)) is not None:
                 return self._dropped(*less)
@@ -190,7 +192,7 @@ class _Correction:
             return GoalRevision(self.last, "refused", message=f"that cannot be dropped: {error}")
         if self._adds():
             more = self._addition()
-            if more is not None and more.status in ("ok", "ask"):
+            if more is not None and (more.status in ("ok", "ask") or (more.read is not None and more.read.status == "ok")):
                 return more
             edit = self._edited()
             return edit if edit is not None and edit.status != "refused" else more or edit or self._refused(None)
@@ -247,6 +249,9 @@ class _Correction:
 
     # Dropping and adding
 
+    def _nothing_left(self) -> GoalRevision:
+        return GoalRevision(self.last, "refused", message="nothing would be left of the goal; “clear” drops it")
+
     def _which_is_dropped(self) -> GoalRevision:
         options, choices = [], []
         for number in range(len(self.last.parts)):
@@ -259,13 +264,13 @@ class _Correction:
 
     def _dropped(self, goal: Goal, gone: frozenset[int]) -> GoalRevision:
         if len(gone) == len(goal.parts):
-            return GoalRevision(self.last, "refused", message="nothing would be left of the goal; “clear” drops it")
+            return self._nothing_left()
         fewer, all_gone = without_parts(goal, gone)
         names, notes = self.said.names, []
         if also := [number for number in all_gone if number not in gone]:
             notes.append(f"{', '.join(numbered(self.last, n, names) for n in also)} spoke of it, and is dropped too")
         if not fewer.parts:
-            return GoalRevision(self.last, "refused", message="nothing would be left of the goal; “clear” drops it")
+            return self._nothing_left()
         changed = tuple(n for n, part in enumerate(fewer.parts) if part not in self.last.parts)
         changed = tuple(n for n in changed if not all_gone or self._other(fewer, n))
         return GoalRevision(fewer, "ok", "edit", "; ".join(notes), changed, tuple(all_gone))
@@ -298,11 +303,12 @@ class _Correction:
         try:
             goal = added(self.last, new)
         except GoalError as error:
-            return GoalRevision(self.last, "refused", "add", f"that cannot be added: {error}; say “instead” to replace a part")
+            message = f"that cannot be added: {error}; say “instead” to replace a part"
+            return GoalRevision(self.last, "refused", "add", message, read=read)
         if twice := self._placed_twice(new):
             where = numbered(self.last, twice[1], self.said.names)
             message = f"{self.said.names[twice[0]]} has a place already, in {where}; say “instead” to replace that"
-            return GoalRevision(self.last, "refused", "add", message)
+            return GoalRevision(self.last, "refused", "add", message, read=read)
         numbers = tuple(range(len(self.last.parts), len(goal.parts)))
         return GoalRevision(goal, "ok", "add", read.message, numbers, read=read)
 

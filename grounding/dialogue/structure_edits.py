@@ -19,6 +19,8 @@ from grounding.spec import SLOTS, StructureSpec
 _RELATED = re.compile(
     r"\b(?:(?:to the |on the )?(?:left|right) of|next to|beside|behind|in front of|on top of|between|inside)\b(?! the table)"
 )
+# A number that is no angle, no count of rows and no degree of more.
+_NUMBER = re.compile(r"(?<![\w.])\d[\d.]*+(?! ?(?:degrees?|deg|°|by|x|rows?|columns?|times|quarters?|more|fewer|less|objects?)\b)(?: \w+)?")
 _REVERSED = re.compile(
     r"\b(?:(?:reverse|flip|invert|turn (?:a)?round)(?: (?:the|its|their))? order|(?:in )?(?:the )?(?:reverse[d]?|opposite|other) order"
     r"|the other way (?:a)?round|reverse (?:it|them|that))\b"
@@ -79,6 +81,10 @@ def structure_change(
     said = _about_it(text, number)
     if _RELATED.search(said):
         return None
+    known = [*spans, *(one.span for one in (*text.parts, *text.mentions))]
+    for match in _NUMBER.finditer(text.said):
+        if not any(first <= match.start() < end for first, end in known):
+            raise CannotApplyError(f"{match.group()!r} was not understood")
     revision = reader.revise(part.spec, said, stands)
     if revision.kind == "edit" and revision.status in ("ok", "ask"):
         return _revised(part, revision, text, own)
