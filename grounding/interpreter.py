@@ -15,7 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from grounding.foreign_languages import foreign_language
-from grounding.goal_reading.reader import GoalReader, GoalReading
+from grounding.goal_reading.reader import GoalReader, GoalReading, ReadsGoals
 from grounding.goal_reading.verdict import verdict
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
@@ -75,7 +75,7 @@ class Interpretation:
     words: tuple[str, ...] = ()
     named: tuple[str, ...] = ()
     goal: Goal = Goal()
-    _reader: GoalReader | None = field(default=None, repr=False, compare=False)
+    _reader: ReadsGoals | None = field(default=None, repr=False, compare=False)
     _plain_only: bool = field(default=False, repr=False, compare=False)
     _encoder: SentenceEncoder | None = field(default=None, repr=False, compare=False)
 
@@ -134,6 +134,7 @@ class Interpretation:
         if found is None:
             return None
         seconds = self.seconds + time.perf_counter() - started
+        fallback = reading.fallback or self.fallback
         if found.status == "ok" and self._plain_only:
             text = f"{shortened(self.parse.text)!r} asks for more than one structure of five slots, which cannot be built yet: {reading.goal}"
             found = replace(found, status="refused", message=text)
@@ -141,6 +142,7 @@ class Interpretation:
             return replace(
                 self, spec=StructureSpec(), status=found.status, message=found.message, question=found.question,
                 objects=None, selection=None, named=(), goal=Goal(), seconds=seconds,
+                fallback=fallback,
             )  # fmt: skip
         goal = reading.goal.turned() if self.viewpoint == "opposite" else reading.goal
         spec = goal.structures[0].spec if goal.structures else StructureSpec()
@@ -148,14 +150,14 @@ class Interpretation:
             words = tuple(map(str, goal.named_objects()))
             return replace(
                 self, spec=spec, status="ok", message="", question=None, objects=words or None, words=words,
-                named=words, goal=goal, seconds=seconds,
+                named=words, goal=goal, seconds=seconds, fallback=fallback,
             )  # fmt: skip
         names = [each.name if isinstance(each, SceneObject) else each or "" for each in objects]
         selection = _selection_of(goal, reading, len(names))
         return replace(
             self, spec=spec, status="ok", message="; ".join(reading.notes), question=None,
             objects=tuple(names[i] for i in selection.indices), selection=selection, named=selection.named, goal=goal,
-            seconds=seconds,
+            seconds=seconds, fallback=fallback,
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
@@ -190,6 +192,8 @@ class Interpreter:
         viewpoint: one of `VIEWPOINTS`.
         encoder: finds what nouns mean that the selection's tables do not know; `None` does without.
         plain_only: refuse goals that are not one structure of five slots, where no more can be built.
+        goal_reader: makes the reader of goals of several parts from the grammar's, which it falls back to; `None` for
+            the grammar's own.
 
     Raises:
         ViewpointError: for another viewpoint.
@@ -202,6 +206,7 @@ class Interpreter:
         viewpoint: str = "robot",
         encoder: SentenceEncoder | None = None,
         plain_only: bool = False,
+        goal_reader: Callable[[GoalReader], ReadsGoals] | None = None,
     ) -> None:
         if viewpoint not in VIEWPOINTS:
             raise ViewpointError(
@@ -210,7 +215,8 @@ class Interpreter:
         self.viewpoint = viewpoint
         self._make_parser, self._make_fallback = parser, fallback
         self._encoder, self._plain_only = encoder, plain_only
-        self._reader = GoalReader(encoder, viewpoint == "opposite")
+        grammar = GoalReader(encoder, viewpoint == "opposite")
+        self._reader = grammar if goal_reader is None else goal_reader(grammar)
         self._parser: Parser | None = None
         self._substitute: Parser | None = None
         self.fallback = ""

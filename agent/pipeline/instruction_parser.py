@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING
 from grounding.interpreter import Interpreter
 
 if TYPE_CHECKING:
+    from grounding.goal_reading.reader import GoalReader
+    from grounding.llm_goals.reader import GoalWriter, LLMGoalReader
+    from grounding.parsers.llm_endpoint import EndpointLLM
     from grounding.parse_result import Parser
     from grounding.parsers.llm_reply import Backend
     from grounding.parsers.sentence_encoder import SentenceEncoder
@@ -68,6 +71,13 @@ def make_interpreter(
                 return parser_on(named, report=lambda line: print(f"structagent: {line}", file=sys.stderr, flush=True))
         return EmbeddingParser.from_pretrained(encoder=encoder)
 
+    def endpoint() -> EndpointLLM:
+        from grounding.parsers.llm_endpoint import EndpointLLM, same_host
+
+        assert options.llm_url is not None
+        trusted = options.key_url is not None and same_host(options.llm_url, options.key_url)
+        return EndpointLLM(options.llm_url, options.llm_model or "default", send_key=trusted)
+
     def llm() -> Parser:
         from grounding.parsers.llm import LLMParser
         from grounding.parsers.llm_cache import ReplyCache
@@ -77,12 +87,23 @@ def make_interpreter(
 
             backend: Backend = LocalLLM(options.llm_model)
         else:
-            from grounding.parsers.llm_endpoint import EndpointLLM, same_host
-
-            trusted = options.key_url is not None and same_host(options.llm_url, options.key_url)
-            backend = EndpointLLM(options.llm_url, options.llm_model or "default", send_key=trusted)
+            backend = endpoint()
         return LLMParser(backend, cache=ReplyCache(options.replies) if options.replies else None)
+
+    def goals() -> GoalWriter:
+        if options.llm_url is None:
+            from grounding.llm_goals.local import LocalGoals, LocalGoalWriter
+
+            return LocalGoalWriter(LocalGoals(options.llm_model))
+        from grounding.llm_goals.endpoint import EndpointGoals
+
+        return EndpointGoals(endpoint())
+
+    def goal_reader(grammar: GoalReader) -> LLMGoalReader:
+        from grounding.llm_goals.reader import LLMGoalReader
+
+        return LLMGoalReader(goals, grammar, encoder, options.viewpoint == "opposite")
 
     if options.parser == "embedding":
         return Interpreter(embedding, None, options.viewpoint, encoder, plain_only)
-    return Interpreter(llm, None if strict else embedding, options.viewpoint, encoder, plain_only)
+    return Interpreter(llm, None if strict else embedding, options.viewpoint, encoder, plain_only, goal_reader)

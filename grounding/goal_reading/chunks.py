@@ -60,7 +60,7 @@ _EXCEPT = re.compile(
 )
 _JOINTS: Mapping[str, str] = {
     ",": "comma", "and": "and", "&": "and", "plus": "and", "+": "and", ".": "stop", "!": "stop", "?": "stop", ";": "stop",
-    ":": "comma", "(": "comma", ")": "comma", "then": "then", "while": "and", "whereas": "and", "or": "or", "afterward": "then",
+    ":": "comma", "=": "comma", "/": "comma", "->": "comma", ">": "comma", "(": "comma", ")": "comma", "then": "then", "while": "and", "whereas": "and", "or": "or", "afterward": "then",
     "afterwards": "then", "next": "then", "finally": "then", "but": "comma", "\n": "stop", "lastly": "then",
 }  # fmt: skip
 _THEN = re.compile(
@@ -233,6 +233,8 @@ class Chunker:
         if noun is None:
             return []
         shape, end = noun
+        if count > 1 and said.word(end - 1) in ("rows", "columns"):
+            return []
         if linked and linked[0].group() == "of" and not (before and before[-1].kind in ("noise", "shape")):
             return []
         if not (linked or determiner or adjectives) and not self._bare(place, end, before):
@@ -293,8 +295,10 @@ class Chunker:
         if said.word(place - 1) in _DETERMINERS and said.word(place - 1) not in ("that", "this"):
             return []
         for length in (4, 3, 2):
+            if place + length > len(said.words):
+                continue
             phrase = " ".join(said.words[place : place + length])
-            if (kind := VERB_PHRASES.get(phrase)) is not None:
+            if place + length <= len(said.words) and (kind := VERB_PHRASES.get(phrase)) is not None:
                 return [Chunk("noise" if kind == "noise" else "verb", kind, place, place + length)]
         word = said.word(place)
         stem = word
@@ -309,6 +313,8 @@ class Chunker:
             particle = said.word(place + 1) in ("up", "out", "down", "over", "around", "together") and VERBS[stem] not in ("cluster",)
             end = place + 1 + (particle and said.word(place + 1) in ("up", "out", "down") and said.word(place + 2) != "of")
             kind = VERBS[stem]
+            if kind == "surround" and word in ("circle", "ring") and self.phrases.at(end) is None:
+                return []
             if stem != word and kind in ("place", "make", "take"):
                 return [Chunk("noise", kind, place, place + 1)] if before else []
             return [Chunk("verb", kind, place, end)]

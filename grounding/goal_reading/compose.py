@@ -124,7 +124,9 @@ class Composer:
     def _leave(self, frame: Frame) -> None:
         for phrase in frame.objects:
             if phrase.kind == "objects":
-                self.left_out.update(self.find.find(phrase))
+                objects = self.find.find(phrase)
+                self.left_out.update(objects)
+                self.known.mentioned.append((objects, phrase.many))
             elif phrase.kind in ("rest", "all"):
                 continue
             else:
@@ -378,7 +380,14 @@ class Composer:
         return tuple(found) or None
 
     def _everything(self, phrase: NounPhrase) -> Any:
-        left_out = {one for without in phrase.without for one in self._objects(Frame(), [without]) or ()}
+        left_out: set[Any] = set()
+        for without in phrase.without:
+            out = self._objects(Frame(objects=[without]), [without])
+            if isinstance(out, PartReference):
+                out = self.parts[out.part].objects
+            if out is None:
+                raise ReadingError(f"it is not clear which objects {without.text!r} leaves out in {shortened(self.text)!r}; name them")
+            left_out.update(out)
         if phrase.mention is not None and phrase.kind == "rest":
             same = self.find.find(phrase)
             taken = {one for part in self.parts for one in (*(part.objects or ()), *_tuple(part.relation))}

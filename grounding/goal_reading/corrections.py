@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from grounding.goal_reading.chunks import Chunk
 
 _ENDS = frozenset(("stop", "then"))
@@ -26,6 +28,22 @@ def without_corrections(chunks: list[Chunk]) -> list[Chunk]:
         else:
             kept.append(chunk)
             at += 1
+    return _moves_joined(kept)
+
+
+def _moves_joined(chunks: list[Chunk]) -> list[Chunk]:
+    """Join a length with the direction after it, where a correction stood between them: "10 cm, I mean 15 cm, to the left"."""
+    kept: list[Chunk] = []
+    for chunk in chunks:
+        before = [one for one in kept[-2:] if one.kind != "comma"]
+        sideways = chunk.kind == "place" and chunk.value.x_position in ("left", "right") and chunk.value.y_position is None
+        if sideways and before and before[-1].kind == "length":
+            while kept[-1].kind == "comma":
+                kept.pop()
+            length = kept.pop()
+            kept.append(replace(chunk, kind="move", value=chunk.value.x_position, metres=length.metres, first=length.first))
+        else:
+            kept.append(chunk)
     return kept
 
 
@@ -115,8 +133,6 @@ def _replace(kept: list[Chunk], said: list[Chunk]) -> None:
         if place is None:
             kept.append(chunk)
         elif chunk.kind == "length" and kept[place].kind != "length":
-            from dataclasses import replace
-
             kept[place] = replace(kept[place], metres=chunk.metres)
         else:
             kept[place] = chunk

@@ -6,19 +6,22 @@ left, cans on the right").
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from grounding.goal_reading.chunks import Chunk, Shape
 from grounding.goal_reading.goal_words import SHAPES_OF_VERB
 from grounding.goal_reading.noun_phrases import NounPhrase
+from grounding.goal_reading.places import Place
 
 # Chunks that say something of objects.
 PREDICATES = frozenset((
     "shape", "place", "along", "rotation", "relation", "order", "order end", "direction", "listed", "gap", "radius", "diameter",
     "length of", "grid", "rows", "columns", "group", "move", "move?", "relation?", "size", "together", "side by side", "stacked",
-    "beside each other", "around", "inner", "away", "relation it", "wide", "table setting", "apart", "length",
+    "beside each other", "around", "inner", "away", "relation it", "wide", "table setting", "apart", "length", "another",
 ))  # fmt: skip
+_STANDING = ("left of", "right of", "in front of", "behind", "next to", "on", "in")
 _JOINTS = ("and", "comma", "or")
 _BOUNDARIES = ("stop", "then", "followed by")
 
@@ -81,18 +84,27 @@ class Frame:
         return not (self.objects or self.predicates or self.verb)
 
 
+def _side(place: Place) -> str | None:
+    """Return the side that a place speaks of; `None` for a corner."""
+    if place.corner or (place.x_position is None) == (place.y_position is None):
+        return None
+    return {"left": "left", "right": "right", "bottom": "near", "top": "far"}.get(place.x_position or place.y_position or "", "middle")
+
+
 class Framer:
     """The gathering of chunks into frames.
 
     Args:
         chunks: of one instruction, corrections applied.
+        ambiguous: tells whether a noun phrase for one object fits several: what follows it may then say which.
 
     Attributes:
         frames: the frames, in the order of the text.
         residue: chunks that no frame could take.
     """
 
-    def __init__(self, chunks: list[Chunk]) -> None:
+    def __init__(self, chunks: list[Chunk], ambiguous: Callable[[NounPhrase], bool] = lambda phrase: False) -> None:
+        self._ambiguous = ambiguous
         self.chunks = [chunk for chunk in chunks if chunk.kind != "noise" or chunk.said.lower() in ("with", "too", "also", "as well")]
         self.frames: list[Frame] = []
         self.residue: list[Chunk] = []
@@ -106,7 +118,19 @@ class Framer:
         while at < len(self.chunks):
             at = self._step(at)
         self._close()
+        self._join_keys()
         return self.frames
+
+    def _join_keys(self) -> None:
+        """Join what is said of objects before their shape: "put 5 cm between the cans and line them up"."""
+        for one, other in zip(self.frames[:-1], self.frames[1:], strict=True):
+            keys = one.predicates and all(each.kind in ("gap", "order", "direction") for each in one.predicates)
+            pronoun = len(other.objects) == 1 and other.objects[0].kind == "pronoun"
+            if keys and one.objects and pronoun and other.has("shape", "verb shape"):
+                one.predicates += other.predicates
+                one.verb, one.verb_said, one.end = other.verb or one.verb, other.verb_said or one.verb_said, other.end
+                self.frames.remove(other)
+                return
 
     # One chunk
 
@@ -154,13 +178,16 @@ class Framer:
         participle = chunk.said.lower().split()[0].endswith("ed") or chunk.said.lower() == "put"
         if frame.objects and not frame.predicates and self._pending is None and (participle or not frame.verb):
             return self._take_verb(at)
+        if frame.verb == "place" and participle and frame.objects and not frame.predicates and self._pending is None:
+            return self._take_verb(at)
         linked = chunk.value == "make" and frame.objects and not frame.has("shape") and self._pending is None
         if linked:
             return at + 1
         if frame.negated and not frame.verb and not frame.objects:
             frame.verb = chunk.value
             return at + 1
-        fronted = bool(frame.predicates) and not frame.objects and not frame.verb and frame.sentence == self._sentence
+        whole = frame.has("shape", "table setting", "grid", "rows", "columns", "group")
+        fronted = bool(frame.predicates) and not whole and not frame.objects and not frame.verb and frame.sentence == self._sentence
         only_order = fronted and all(each.kind in ("order", "listed", "direction") for each in frame.predicates)
         if not frame.empty and (not fronted or self._pending in _BOUNDARIES) and not only_order:
             self._close()
@@ -202,6 +229,8 @@ class Framer:
         frame, chunk = self._frame, self.chunks[at]
         phrases, end = self._list(at, reference=False)
         joint = self._pending
+        if self._heading(phrases, end):
+            return end
         if phrases[0].kind == "each other":
             self.residue.append(chunk)
             return end
@@ -228,6 +257,12 @@ class Framer:
         self._frame.end = self.chunks[end - 1].end
         return end
 
+    def _heading(self, phrases: list[NounPhrase], end: int) -> bool:
+        """Return whether the phrase only announces what comes: "make two things: ..."."""
+        said = phrases[0].mention
+        colon = end < len(self.chunks) and self.chunks[end].said == ":"
+        return colon and len(phrases) == 1 and said is not None and said.noun == "object" and not said.modifiers
+
     def _said_of(self, frame: Frame) -> bool:
         return any(each.kind != "verb shape" for each in frame.predicates) or frame.has("verb shape")
 
@@ -242,13 +277,15 @@ class Framer:
         return too and not stacked
 
     def _predicate_follows(self, end: int) -> bool:
+        if end < len(self.chunks) and self.chunks[end].kind == "verb" and self.chunks[end].said.lower().split()[0].endswith("ed"):
+            return True
         return end < len(self.chunks) and self.chunks[end].kind in PREDICATES and self.chunks[end].kind not in ("listed", "direction", "order", "gap", "size")
 
     def _list(self, at: int, reference: bool, most: int = 40) -> tuple[list[NounPhrase], int]:
         """Read noun phrases that are joined by commas and "and"; return them and the place after."""
         chunks = self.chunks
-        phrases = [chunks[at].value]
-        at += 1
+        first, at = self._modified(at, reference)
+        phrases = [first]
         while at < len(chunks) and len(phrases) < most:
             joint = at
             while joint < len(chunks) and chunks[joint].kind in ("and", "comma", "or") and joint - at < 2:
@@ -262,18 +299,39 @@ class Framer:
             # "next to the bowl and the spoon behind it": what comes next is said of other objects.
             if reference and self._opens_frame(after):
                 break
-            phrases.append(chunks[joint].value)
+            phrase, at = self._modified(joint, reference)
+            phrases.append(phrase)
             self._frame.listed = self._frame.listed or listed
-            at = after
         if at < len(chunks) and chunks[at].kind == "except":
             exceptions, at = self._list(at + 1, reference=True)
             phrases[-1] = replace(phrases[-1], without=tuple(exceptions))
         return phrases, at
 
+    def _modified(self, at: int, reference: bool) -> tuple[NounPhrase, int]:
+        """Read what says which object is meant: "the mug on the right" where there are two; return the place after it."""
+        phrase, chunks = self.chunks[at].value, self.chunks
+        following = chunks[at + 1] if at + 1 < len(chunks) else None
+        if following is None or following.kind not in ("place", "relation") or not self._ambiguous(phrase):
+            return phrase, at + 1
+        swapped = self._frame.verb == "swap"
+        if following.kind == "place":
+            side = _side(following.value)
+            if side is not None and (reference or swapped or self._asks(at + 2)):
+                return replace(phrase, side=side, end=following.end), at + 2
+        elif following.value in _STANDING and at + 2 < len(chunks) and chunks[at + 2].kind == "noun phrase":
+            if swapped or (self._asks(at + 3) and not reference):
+                return replace(phrase, relation=following.value, landmark=chunks[at + 2].value, end=chunks[at + 2].end), at + 3
+        return phrase, at + 1
+
+    def _asks(self, at: int) -> bool:
+        return at < len(self.chunks) and self.chunks[at].kind in PREDICATES and self.chunks[at].kind != "size"
+
     def _opens_frame(self, after: int) -> bool:
         chunks = self.chunks
         while after < len(chunks) and chunks[after].kind in ("and", "comma") and after + 1 < len(chunks) and chunks[after + 1].kind == "noun phrase":
             after += 2
+        if after < len(chunks) and chunks[after].kind == "verb" and chunks[after].said.lower().split()[0].endswith("ed"):
+            return True
         return after < len(chunks) and chunks[after].kind in PREDICATES and chunks[after].kind not in ("away", "size", "gap", "order end", "order")
 
     def _bare_phrase(self, at: int) -> bool:
@@ -331,6 +389,18 @@ class Framer:
                 reference = reference[:2]
         elif chunk.kind in ("relation", "apart") and end < len(self.chunks) and self._structure_named(end):
             reference, end = [self._structure(end)], end + 1
+        elif chunk.kind == "relation" and chunk.value == "in" and end < len(self.chunks) and self.chunks[end].kind in ("relation", "place"):
+            return end  # "tuck the cup in behind the bottle"
+        if chunk.kind == "move" and chunk.said.lower().endswith("away") and frame.has("relation", "relation it", "apart"):
+            chunk = replace(chunk, kind="away")  # "behind the bowl, 4 cm away"
+        if chunk.kind == "length" and (spaced := self._gap_between(at)):
+            return spaced
+        if chunk.kind == "another":
+            shapes = [each.value.name for frame in self.frames for each in (*frame.get("verb shape"), *frame.get("shape"))]
+            if not shapes:
+                self.residue.append(chunk)
+                return end
+            chunk = replace(chunk, kind="shape", value=Shape(shapes[-1]))
         if chunk.kind == "shape" and self._names_structure(chunk):
             return self._structure_objects(at)
         if chunk.kind == "shape" and frame.has("shape") and self._pending is not None:
@@ -345,6 +415,17 @@ class Framer:
         self._extend(chunk)
         self._frame.end = self.chunks[end - 1].end
         self._frame.predicates.append(made)
+        return end
+
+    def _gap_between(self, at: int) -> int:
+        """Read "put 5 cm between the cans", which has a gap and its objects; return the place after it, or 0."""
+        following = self.chunks[at + 1 : at + 3]
+        if [one.kind for one in following] != ["relation", "noun phrase"] or following[0].value != "between" or self._frame.objects:
+            return 0
+        chunk = self.chunks[at]
+        self._frame.predicates.append(Predicate("gap", True, chunk.said, chunk.first, following[0].end, chunk.metres))
+        self._frame.objects, end = self._list(at + 2, reference=False)
+        self._extend(chunk)
         return end
 
     def _structure_named(self, at: int) -> bool:

@@ -17,7 +17,7 @@ _VERBS = {
     "sit drop keep want have get tuck pop stick park distribute display rearrange order nudge scoot rest deposit locate "
     "shove plop stash store situate carry relocate reposition hang wedge plonk chuck configure fit insert dump slot need",
     "make": "make build form create construct assemble produce draw design compose shape generate",
-    "take": "take grab fetch use choose select consider",
+    "take": "take grab fetch use choose select consider collect",
     "stack": "stack pile heap",
     "line": "align queue line string",
     "cluster": "gather cluster bunch huddle clump crowd",
@@ -36,7 +36,7 @@ VERB_PHRASES: Mapping[str, str] = {
     "gather up": "cluster", "group together": "cluster", "bunch up": "cluster", "bring together": "cluster",
     "swap around": "swap", "switch around": "swap", "change places": "swap", "swap places": "swap", "trade places": "swap",
     "switch places": "swap", "swap positions": "swap", "switch positions": "swap", "exchange places": "swap",
-    "exchange positions": "swap", "trade positions": "swap", "swap over": "swap", "put up": "place", "leave out": "leave",
+    "exchange positions": "swap", "exchange the positions of": "swap", "swap the positions of": "swap", "switch the positions of": "swap", "swap the places of": "swap", "switch the places of": "swap", "exchange the places of": "swap", "trade the places of": "swap", "change the places of": "swap", "trade positions": "swap", "swap over": "swap", "put up": "place", "leave out": "leave",
     "lump together": "cluster", "pack together": "cluster", "do not touch": "leave", "don't touch": "leave",
     "do not move": "leave", "don't move": "leave", "do not use": "leave", "don't use": "leave", "never touch": "leave",
     "without touching": "leave", "without moving": "leave", "hands off": "leave", "stay away from": "leave",
@@ -100,7 +100,7 @@ NOISE = _words(
     "ensure mind if possible anyway somehow meanwhile darling sweetheart sir pal bot machine assistant today tonight quick "
     "favor favour help wanna gonna gotta yes yeah yep alright fine cool perfect for like my your is are i've what "
     "appreciate appreciated grateful thats sits stands sit stand gets get end ends up pls need needs that grab "
-    "respectively accordingly finished ready arm jaco next first second third then both each all of it's with from and "
+    "respectively accordingly finished ready arm jaco instead only just belong belongs lie lies basically honestly literally essentially next first second third then both each all of it's with from and "
     "up out down over how're ya dude bro team everyone yet still still currently already them their its it simple basic regular proper"
 )
 # What may stand before or after a part and says nothing: phrases, longest first.
@@ -117,6 +117,11 @@ NOISE_PHRASES = (
     "as follows", "like this", "like so", "one more thing", "first of all", "to begin with", "to start", "to start with",
     "that would be great", "that'd be great", "it would be great if you could", "it'd be great if you could", "when you get a chance",
     "when you have a moment", "when you have time", "in your own time", "take your time", "no rush", "as soon as possible", "asap",
+    "so that it is", "so it is", "so that it's", "so it's", "such that it is", "so that they are", "so they are", "such that they are", "until it is",
+    "be so kind as to", "be so kind to", "would you be so kind as to", "would you be so kind to", "be kind enough to", "i was thinking", "i was thinking that",
+    "i was hoping", "i was hoping you could", "would you be able to", "are you able to", "be a dear and", "be an angel and", "it would be nice if", "it would be nice to have", "i'd be happy if",
+    "i'd be glad if", "i would be grateful if you could", "i'd appreciate it if you could", "i'd appreciate it if you", "i would appreciate it if you could", "made of", "made up of", "made from", "made out of",
+    "consisting of", "out of", "composed of", "built from", "built out of", "built of", "using", "with all", "with just", "with only", "only the", "to be", "if you please", "will you", "would you", "won't you",
     "on top of that", "in addition", "in addition to that", "for starters", "before that", "so that", "such that", "in such a way that", "and that's it",
     "that's it", "that's all", "that is all", "nothing else", "everything else stays", "the rest stays", "it should be", "they should be",
     "it should", "they should", "should be", "should go", "has to be", "have to be", "needs to be", "need to be", "must be", "ought to be", "is to be",

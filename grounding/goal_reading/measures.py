@@ -43,7 +43,7 @@ def number_at(said: Words, place: int) -> tuple[float, int] | None:
     if said.word(place) == "minus" or said.word(place) == "negative":
         sign, place = -1.0, place + 1
     word = said.word(place)
-    if word.replace(".", "", 1).isdecimal():
+    if word.replace(".", "", 1).replace("e", "", 1).isdecimal():
         value, end = float(word[:30]), place + 1
         if said.word(end) == "/" and said.word(end + 1).isdecimal() and int(said.word(end + 1)[:9]):
             value, end = value / int(said.word(end + 1)[:9]), end + 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -46,6 +47,11 @@ _SIDES = {"left": "left", "right": "right", "front": "near", "back": "far", "rea
 _EVERYTHING = frozenset("everything anything".split())
 _NO_NOUNS = frozenset("left right top bottom front back side order other rest place space line row table edge".split())
 _PLACE_NOUNS = frozenset("table tabletop desk surface workspace board edge corner side middle center".split())
+
+_SIDE_CLAUSE = re.compile(r"(?:on|at|to|in|over on) (?:the |my |your )?(?:far |very )?(?P<side>left|right|front|back|rear|middle)(?: hand)?(?: side)?(?: of the table)?(?! of)")
+_NEAR_CLAUSE = re.compile(r"(?:closest|nearest|closer|nearer|farthest|furthest|far|farther|further)(?: away)?(?: (?:to|from) (?:me|you|us|the robot|the arm))?(?= |$)(?! to)(?! from)")
+_STANDS = {"left": "left of", "right": "right of", "behind": "behind", "in front": "in front of", "in ": "in", "on ": "on", "next": "next to", "beside": "next to", "near": "next to", "close": "next to"}
+_STANDS_CLAUSE = re.compile(r"(?:to the |on the |just |right )?(?:left of|right of|behind|in front of|next to|beside|nearest to|nearest|closest to|close to|near|in|on)(?= )")
 
 
 @dataclass(frozen=True)
@@ -147,7 +153,7 @@ class NounPhraseReader:
 
     def _rest(self, place: int) -> NounPhrase | None:
         said = self.said
-        at = place + (said.word(place) in ("all", "with", "then")) * (said.word(place) == "all")
+        at = place + (said.word(place) == "all")
         words = said.words[at : at + 4]
         if words[:2] in (("everything", "else"), ("anything", "else"), ("all", "else")):
             return self._rest_of(place, at + 2)
@@ -422,4 +428,31 @@ class NounPhraseReader:
             return replace(phrase, side=side, end=end + 3, text=said.quote(place, end + 3))
         if phrase.ordinal is not None and words[:2] in (("on", "the"), ("at", "the")) and said.word(end + 2) in _SIDES:
             return replace(phrase, side=_SIDES[said.word(end + 2)], end=end + 3, text=said.quote(place, end + 3))
+        return self._clause(place, phrase)
+
+    def _clause(self, place: int, phrase: NounPhrase) -> NounPhrase:
+        """Add "that is red", "which are on the left", "that stands behind the plate"."""
+        said, at = self.said, phrase.end
+        if phrase.kind not in ("objects", "all"):
+            return phrase
+        verbs = ("is", "are", "stands", "stand", "sits", "sit", "lies", "lie")
+        if said.word(at) in ("that's", "who's"):
+            at += 1
+        elif said.word(at) in ("that", "which") and said.word(at + 1) in verbs:
+            at += 2 + (said.word(at + 2) in ("standing", "sitting", "lying", "currently", "now"))
+        else:
+            return phrase
+        if said.word(at) in TELLING_ADJECTIVES and phrase.mention is not None:
+            words = [said.word(at)]
+            mention = replace(phrase.mention, modifiers=(*phrase.mention.modifiers, *words))
+            return replace(phrase, mention=mention, end=at + 1, text=said.quote(place, at + 1))
+        if (side := said.match(_SIDE_CLAUSE, at)) is not None:
+            found = {"front": "near", "back": "far", "rear": "far"}.get(side[0].group("side"), side[0].group("side"))
+            return replace(phrase, side=found, end=side[1], text=said.quote(place, side[1]))
+        if (near := said.match(_NEAR_CLAUSE, at)) is not None:
+            return replace(phrase, side="far" if near[0].group().startswith("f") else "near", end=near[1], text=said.quote(place, near[1]))
+        if (stands := said.match(_STANDS_CLAUSE, at)) is not None and (landmark := self.at(stands[1])) is not None:
+            if landmark.kind == "objects":
+                relation = next(value for word, value in _STANDS.items() if word in stands[0].group())
+                return replace(phrase, relation=relation, landmark=landmark, end=landmark.end, text=said.quote(place, landmark.end))
         return phrase

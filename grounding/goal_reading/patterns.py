@@ -74,7 +74,7 @@ def _order_growing(match: re.Match[str]) -> dict[str, Any] | None:
 
 _END_PLACE = (
     r"(?: (?:one|object|item|thing|block|can|cup|mug|box|bottle|jar|book|piece|of them))?(?: (?:goes|go|comes|come|being|is|are|to be|should be|should go|must be|at|standing|stands|placed|put))*"
-    rf"(?: (?:on|at|to|in|toward|the|very|far|nearest|closest))* {_SIDE}(?: (?:side|end|hand side|most|hand end))?"
+    rf"(?: (?:on|at|to|in|toward|the|very|far|nearest|closest))* {_SIDE}(?: (?:side|end|hand side|most|hand end|edge))?(?: (?:to|of|from) (?:me|you|us|the robot|the arm|the row|the line))?"
 )
 _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     # order
@@ -165,7 +165,7 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ("relation", r"(?:(?:just|directly|immediately|right|slightly|straight|there) )*(?:in (?:the )?front of|ahead of|before|on the near side of|on my side of|at the front of|south of)", lambda m: "in front of"),
     ("relation", r"(?:(?:just|directly|immediately|right|slightly|straight) )*(?:behind|in back of|at the back of|to the back of|to the rear of|at the rear of|on the far side of|in the back of|north of|beyond|past|in the rear of)", lambda m: "behind"),
     ("relation", r"(?:(?:just|directly|immediately|right|very|so) )*(?:next to|beside|by the side of|at the side of|on the side of|close to|close by|adjacent to|near to|near|nearby|nearby to|by|alongside|along side|side by side with|neighbou?ring|right up to|up against|in the vicinity of|in the neighbou?rhood of)", lambda m: "next to"),
-    ("relation", r"(?:(?:right|exactly|just|halfway|midway|somewhere|half way|in|directly|mid way|squeezed|sandwiched) )*between(?: both)?", lambda m: "between"),
+    ("relation", r"(?:(?:right|exactly|just|halfway|midway|somewhere|half way|in|directly|mid way|squeezed|sandwiched|in the middle) )*between(?: both)?", lambda m: "between"),
     ("relation", r"(?:right |directly |back )?(?:on to the top of|on to top of|on the top of|on top of|onto the top of|onto|on to|atop|upon|atop of)", lambda m: "on"),
     ("relation", r"(?:right |directly |back )?on", lambda m: "on"),
     ("relation", r"(?:right |directly |back |down )?(?:in to|into|inside of|inside|within)", lambda m: "in"),
@@ -177,16 +177,22 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ("inner", r"inside (?:it|the ring|the circle)", lambda m: True),
     ("apart", r"LEN (?:away )?from", lambda m: "next to"),
     ("apart", r"(?:at )?(?:a )?(?:distance of )?LEN (?:away )?from|(?:at )?a distance of LEN from", lambda m: "next to"),
-    ("away", r"(?:,? )?(?:by |with |at |and |about |exactly )*(?:a )?(?:(?:distance|gap|space|clearance) of )?LEN(?: away| off| gap| distance| of distance| of space)?(?! from)", None),
+    ("away", r"(?:by |with |at |and |about |exactly )*(?:a )?(?:(?:distance|gap|space|clearance) of )?LEN (?:away|off|gap|distance|of distance|of space)(?! from)", None),
+    ("away", r"(?:(?:by|with|at) )(?:about |exactly )?(?:a )?(?:(?:distance|gap|space|clearance) of )?LEN(?! from)", None),
+    ("relation it", r"(?:right |directly )?on (?:the )?top(?! of)", lambda m: "on"),
+    ("another", r"(?:in|into|as|to form|on) (?:another|a second|a separate|their own|its own|the other)(?: one| one too)?(?= [.,;!]|$| and)", lambda m: True),
     ("relation?", r"(?:(?:just|directly|right) )*(?:over|above|below|under|underneath|beneath)", lambda m: m.group()),
     # sizes of a structure
-    ("size", r"(?:as )?(?:(?:nice and|very|quite|really|fairly|rather|more|packed|spaced|set|pushed|bunched|kept|squeezed|standing) )*(?:close together|close to each other|close to one another|closely together|tightly|tight|tightly together|closely|tightly packed|closely packed|compactly|near each other|snugly|closer together)(?: together)?", lambda m: "small"),
-    ("size", r"(?:as )?(?:(?:nice and|very|quite|really|fairly|rather|more|spaced|set|well|wide|widely|all) )*(?:far apart(?: from (?:each other|one another))?|spread out|spread apart|widely spaced|wide apart|well apart|further apart|farther apart|well spaced|with (?:big|large|wide|generous) gaps|loosely)(?: evenly| widely| from each other)?", lambda m: "large"),
+    ("size", r"(?:as )?(?:(?:nice and|very|quite|really|fairly|rather|more|packed|spaced|set|pushed|bunched|kept|squeezed|standing) )*(?:close together|close to each other|close to one another|closely together|tightly|tight|tightly together|closely|tightly packed|closely packed|packed|compactly|compact|densely|near each other|snugly|closer together)(?: together)?", lambda m: "small"),
+    ("size", r"(?:as )?(?:(?:nice and|very|quite|really|fairly|rather|more|spaced|set|well|wide|widely|all) )*(?:far apart(?: from (?:each other|one another))?|spread out|spread apart|widely spaced|wide apart|well apart|further apart|farther apart|well spaced|with (?:big|large|wide|generous|plenty of|lots of|a lot of)(?: space| room)? ?(?:gaps|between them|in between)?|loosely|loose)(?: evenly| widely| from each other)?", lambda m: "large"),
+    ("size", r"(?:of )?(?:medium|moderate)(?: size| sized)?(?= [.,;!]|$|(?: on| at| in| left| right) )", lambda m: "medium"),
+    ("size", r"(?:nice and |very |quite |really )?(?:large|big|huge|roomy|spacious|wide)(?= [.,;!]|$)", lambda m: "large"),
+    ("size", r"(?:nice and |very |quite |really )?(?:small|tiny|little|short)(?= [.,;!]|$)", lambda m: "small"),
     ("together", r"(?:all |close )?together|(?:up )?against each other|as a group|in one place|in one spot", lambda m: True),
     ("side by side", r"(?:side by side|abreast|in single file|one behind the other|one beside the other|one next to the other|end to end|one behind another|one beside another|shoulder to shoulder)(?: in (?:a|one) (?:row|line))?", lambda m: True),
     ("stacked", r"(?:(?:stacked|piled|up|one) )*(?:on top of|on|atop|upon|onto) (?:each other|one another|the other|another)|(?:vertically|on top of one another|one above the other|stacked up|piled up)", lambda m: True),
     ("beside each other", r"(?:right |directly |just )?(?:next to|beside|near|close to|by|alongside) (?:each other|one another)", lambda m: True),
 )  # fmt: skip
 PATTERNS: tuple[tuple[str, re.Pattern[str], Callable[[re.Match[str]], Any] | None], ...] = tuple(
-    (kind, re.compile(pattern), value) for kind, pattern, value in _PATTERNS
+    (kind, re.compile(rf"(?:{pattern})(?= |$)"), value) for kind, pattern, value in _PATTERNS
 )

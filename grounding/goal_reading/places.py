@@ -30,25 +30,27 @@ _AREA = r"(?:side|part|half|third|end|edge|area|region|corner|zone|section|quart
 _OF_TABLE = r"(?: (?:of|on) (?:the|my|your|this|our) (?:table top|tabletop|table|desk|workspace|work surface|surface|board|workbench|bench|area|top|room|robot))?"
 _ADVERBS = (
     r"(?:(?:over|up|down|out|back|all the way|way|somewhere|right|just|directly|further|off|straight|bang|smack|dead|exactly|only"
-    r"|around|more|roughly|about|nicely|together|away|back) )*"
+    r"|around|more|roughly|about|nicely|away|back) )*"
 )
 _DIRECTION = "(?:" + "|".join(sorted({*X_WORDS, *Y_WORDS}, key=len, reverse=True)) + ")"
-_INTENSE = r"(?:(?:very|extreme|outer|exact|dead|absolute|precise|outermost|far|own|own) )?"
+_INTENSE = r"(?:(?:very|extreme|outer|exact|dead|absolute|precise|outermost|own) )?"
 _PLACED = re.compile(
-    rf"{_ADVERBS}(?:on to|onto|into|on|in|at|to|toward|near|by|inside|within|along|against|from|over) (?:the |my |your |its |a )?{_INTENSE}"
-    rf"(?P<said>{_DIRECTION}(?: hand)?(?:(?: and| ,)?(?: the)? {_DIRECTION}(?: hand)?)?)(?: most)?(?: {_AREA})?{_OF_TABLE}(?! of (?:the|it|them|my|that|this|each|its|all|those)\b)(?! of)"
+    rf"{_ADVERBS}(?:on to|onto|into|on|in|at|to|toward|near|by|inside|within|from|over) (?:the |my |your |its |a )?{_INTENSE}"
+    rf"(?P<said>{_DIRECTION}(?: hand)?(?:(?: and| ,)?(?: the)? {_DIRECTION}(?: hand)?)?)(?: most)?(?: {_AREA})?{_OF_TABLE}(?! of)(?= |$)"
 )
 _BARE = re.compile(
-    rf"(?:far |the )?(?P<said>{_DIRECTION}(?: hand)?(?:(?: ,)? {_DIRECTION}(?: hand)?)?)(?: {_AREA})?{_OF_TABLE}(?! of\b)(?! to\b)"
+    rf"(?:far |the )?(?P<said>{_DIRECTION}(?: hand)?(?:(?: ,)? {_DIRECTION}(?: hand)?)?)(?: {_AREA})?{_OF_TABLE}(?! of\b)(?! to\b)(?= |$)"
 )
 _PERSONAL: tuple[tuple[re.Pattern[str], Mapping[str, str]], ...] = tuple(
-    (re.compile(pattern), values)
+    (re.compile(rf"(?:{pattern})(?= |$)"), values)
     for pattern, values in (
         (
             rf"{_ADVERBS}(?:(?:very )?(?:close|closer|closest|near|nearer|nearest|next)(?: to| by)?|toward|in front of|before|within (?:easy )?reach of|by|at the side of) "
             r"(?:where )?(?:me|you|us|the robot|the arm|the gripper|the robot arm|robot|yourself|myself|your base|my (?:hand|side|end|seat|place|belly|chest)(?: of the (?:table|desk))?|where i(?: am|'m)? (?:sit|sitting|stand|standing))",
             {"y_position": "bottom"},
         ),
+        (rf"(?:in|to|at|into|toward) the corner (?:that is |that's |which is )?(?:closest|nearest|near|next|close)(?: to)? (?:me|you|us|the robot|the arm){_OF_TABLE}", {"y_position": "bottom"}),
+        (rf"(?:in|to|at|into|toward) the corner (?:that is |that's |which is )?(?:farthest|furthest|far|away|far away)(?: away)? from (?:me|you|us|the robot|the arm){_OF_TABLE}", {"y_position": "top"}),
         (r"(?:on|at|in|to) (?:my|your|this|the near|our|the robot's) (?:side|end)(?: of the (?:table|desk))?", {"y_position": "bottom"}),
         (
             rf"{_ADVERBS}(?:(?:far|farther|further|furthest|farthest|distant) (?:away )?from|(?<!back )away from|far away from|across(?: the table)? from|opposite) "
@@ -97,7 +99,7 @@ def place_at(said: Words, at: int) -> tuple[Place, int] | None:
             found.append((Place(**values), match[1]))
     for pattern in (_PLACED, _BARE):
         if match := said.match(pattern, at):
-            place = _of_words(match[0].group("said"))
+            place = _of_words(match[0].group("said"), " corner" in match[0].group())
             if place is not None:
                 found.append((place, match[1]))
     if match := said.match(_CORNER, at):
@@ -107,12 +109,12 @@ def place_at(said: Words, at: int) -> tuple[Place, int] | None:
     return max(found, key=lambda each: each[1], default=None)
 
 
-def _of_words(words: str) -> Place | None:
+def _of_words(words: str, corner: bool = False) -> Place | None:
     said = [word for word in words.split() if word not in ("and", ",", "the", "hand")]
     x = [X_WORDS[word] for word in said if word in X_WORDS]
     y = [Y_WORDS[word] for word in said if word in Y_WORDS]
-    if len(said) > 1 and said[0] in ("far", "near", "middle", "center") and len(x) == 1 and said[0] == "far" and "corner" not in words:
-        return Place(x[0], "top" if said[1] not in ("left", "right") else None)
+    if len(said) > 1 and said[0] in ("far", "near", "middle", "center") and len(x) == 1 and said[0] == "far" and not corner and said[1] in ("left", "right"):
+        return Place(x[0])  # "on the far left"
     if len(x) > 1 or len(y) > 1:
         if set(said) == {"middle", "center"}:
             return Place("center", "middle")

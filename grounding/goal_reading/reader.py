@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from grounding.goal_reading.chunks import Chunk, Chunker
 from grounding.goal_reading.compose import Composer
@@ -15,7 +15,7 @@ from grounding.goal_reading.measures import lengths_of
 from grounding.goal_reading.noun_phrases import NounPhrase
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.spelling import corrected
-from grounding.goal_reading.tokens import Words, split, with_lengths
+from grounding.goal_reading.tokens import Words, joined, split, with_lengths
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart
 from grounding.parse_result import Question, shortened
@@ -46,8 +46,10 @@ class GoalReading:
         beyond: whether the instruction asks for more than one plain structure, as far as it was understood.
         nouns: that chose objects, singulars with the adjectives that told them apart.
         verbs: whether it has a verb that asks for something.
+        corrected: whether the speaker took something back.
         described: whether a colour, a size or a place chose objects.
         notes: what has to be said about the choice of objects, a sentence each.
+        fallback: why this reader was used in place of the configured one, or "".
     """
 
     goal: Goal = Goal()
@@ -57,13 +59,24 @@ class GoalReading:
     beyond: bool = False
     described: bool = False
     verbs: bool = False
+    corrected: bool = False
     nouns: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    fallback: str = ""
 
     @property
     def complete(self) -> bool:
         """Return whether every word was accounted for and a goal was found."""
         return bool(self.goal.parts) and not self.problem and not self.residue and self.question is None
+
+
+class ReadsGoals(Protocol):
+    """A reader of goals: that of the grammar, or one that asks a language model."""
+
+    def read(
+        self, text: str, objects: Sequence[SceneObject | str | None] | None = None, catalogue: bool = False
+    ) -> GoalReading:
+        """Read an instruction; see `GoalReader.read`."""
 
 
 class GoalReader:
@@ -89,28 +102,32 @@ class GoalReader:
             return GoalReading(problem=f"the instruction is too long: {len(text)} characters; legal: up to {MOST_CHARACTERS}")
         there = None if objects is None else [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]
         nouns = Vocabulary(FORMS) if there is None else vocabulary([each.name for each in there])
-        chunks = without_corrections(self._chunks(text, nouns))
-        framer = Framer(chunks)
-        frames = framer.read()
-        residue = [chunk.said for chunk in (*framer.residue,)]
+        said = self.chunks(text, nouns)
+        chunks = without_corrections(said)
+        corrections = any(chunk.kind in ("correction", "not") for chunk in said)
         find = SceneReferences(there, self._encoder, catalogue, self._opposite)
+        framer = Framer(chunks, find.ambiguous)
+        frames = framer.read()
+        residue = [chunk.said for chunk in framer.residue]
+        verbs = any(chunk.kind == "verb" for chunk in chunks)
         composer = Composer(text, frames, find)
         beyond = _beyond(chunks, frames)
         try:
             goal = composer.goal()
             problem = contradiction(goal)
         except ReadingQuestion as doubt:
-            return GoalReading(question=doubt.question, residue=tuple(residue), beyond=beyond)
+            return GoalReading(question=doubt.question, residue=tuple(residue), beyond=beyond, verbs=verbs)
         except (ReadingError, SpecError, SelectionError) as error:
-            return GoalReading(problem=_sentence(text, error), residue=tuple(residue), beyond=beyond)
+            return GoalReading(problem=_sentence(text, error), residue=tuple(residue), beyond=beyond, verbs=verbs)
         residue += composer.unread
         if problem:
             return GoalReading(problem=f"{shortened(text)!r} contradicts itself: {problem}", residue=tuple(residue), beyond=beyond)
-        return GoalReading(goal, residue=tuple(filter(None, residue)), beyond=beyond, verbs=any(chunk.kind == "verb" for chunk in chunks), nouns=tuple(dict.fromkeys(find.nouns)), described=find.described, notes=tuple(dict.fromkeys(find.notes)))
+        return GoalReading(goal, residue=tuple(filter(None, residue)), beyond=beyond, verbs=verbs, corrected=corrections, nouns=tuple(dict.fromkeys(find.nouns)), described=find.described, notes=tuple(dict.fromkeys(find.notes)))
 
-    def _chunks(self, text: str, nouns: Vocabulary) -> list[Chunk]:
+    def chunks(self, text: str, nouns: Vocabulary) -> list[Chunk]:
+        """Divide an instruction into chunks, typing errors mended."""
         known: Collection[str] = self._encoder.whole_words if self._encoder is not None else ()
-        said: Words = split(text, lambda word: corrected(word, nouns, known))
+        said: Words = _possessives_apart(split(text, lambda word: corrected(word, nouns, known)))
         said, metres = with_lengths(said, lengths_of(said))
         return _without_reports(Chunker(said, metres, nouns).chunks(), said, nouns)
 
@@ -136,6 +153,10 @@ def _beyond(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
     """Return whether something was certainly said that one plain structure cannot hold."""
     if any(chunk.kind in _SIGNS or chunk.metres is not None for chunk in chunks):
         return True
+    for before, chunk, after in zip(chunks, chunks[1:], chunks[2:], strict=False):
+        # "... and wash the dishes": an act that is not known, with its object.
+        if chunk.kind == "unknown" and before.kind in ("and", "then") and after.kind == "noun phrase" and after.value.kind == "objects":
+            return True
     for frame in frames:
         shapes = [each.value.name for each in frame.get("shape")]
         if frame.verb in ("swap", "surround") and frame.objects or set(shapes) - set(_FOUR):
@@ -148,24 +169,58 @@ def _beyond(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
     return len(told) > 1 and len(nouns) > 1 and (len(shapes) > 1 or len({each.value for frame in told for each in frame.get("place")}) > 1)
 
 
+def _possessives_apart(said: Words) -> Words:
+    """Say "to the box's left" as "to the left of the box"."""
+    words, spans = list(said.words), list(said.spans)
+    for at in range(len(words) - 3):
+        owner = words[at + 2]
+        if words[at] in ("to", "on") and words[at + 1] in ("the", "my") and owner.endswith("'s") and words[at + 3] in ("left", "right"):
+            words[at : at + 4] = [words[at], "the", words[at + 3], "of", "the", owner.removesuffix("'s")]
+            spans[at : at + 4] = [spans[at], spans[at + 1], spans[at + 3], spans[at + 3], spans[at + 1], spans[at + 2]]
+    return joined(said.text, words, spans)
+
+
 def _known(phrases: Sequence[NounPhrase]) -> bool:
     return bool(phrases) and all(phrase.kind == "structure" or (phrase.mention is not None and phrase.mention.known) for phrase in phrases)
 
 
 def _without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> list[Chunk]:
-    """Drop what only reports something: "my sister is coming, so ...", if it says nothing that a goal could hold."""
+    """Drop what only reports something: "my guests arrive at eight, so ...", if it says nothing that a goal could hold."""
     narrated = Sentences(list(said.words), nouns.forms).narrated
     kept: list[Chunk] = []
     run: list[Chunk] = []
     for chunk in [*chunks, None]:
-        if chunk is not None and all(narrated[chunk.first : chunk.end]) and chunk.kind != "stop":
+        if chunk is not None and not _parts(chunk, run):
             run.append(chunk)
             continue
-        strange = any(one.kind == "unknown" for one in run)
-        asks = any(one.kind in PREDICATES and one.kind not in ("place", "size", "inner", "relation") for one in run)
-        asks = asks or any(one.kind == "relation" and other.kind == "noun phrase" and _known([other.value]) for one, other in zip(run, run[1:], strict=False))
-        kept += [] if strange and not asks else run
+        told = run and (all(all(narrated[one.first : one.end]) for one in run) or said.word(run[0].first) in _SUBJECTS)
+        kept += [] if told and _reports(run) else run
         run = []
         if chunk is not None:
             kept.append(chunk)
     return kept
+
+
+def _parts(chunk: Chunk, run: Sequence[Chunk]) -> bool:
+    """Return whether a new thought begins here."""
+    so = chunk.kind == "noise" and chunk.said.lower().split()[0] == "so" and bool(run) and run[-1].kind == "comma"
+    return chunk.kind == "stop" or chunk.said == ":" or so
+
+
+def _reports(run: Sequence[Chunk]) -> bool:
+    """Return whether these chunks have words that are not understood, and nothing that could ask for something."""
+    if not any(one.kind == "unknown" for one in run) or any(one.kind == "verb" for one in run):
+        return False
+    if any(one.value in _PAST for one in run if one.kind == "unknown"):
+        return True
+    asks = any(one.kind in PREDICATES and one.kind not in ("place", "size", "inner", "relation") for one in run)
+    return not asks and not any(
+        one.kind == "relation" and other.kind == "noun phrase" and _known([other.value]) for one, other in zip(run, run[1:], strict=False)
+    )
+
+
+_PAST = frozenset("came bought lost broke fell saw said got gave told cried brought belonged went won stood was were had wasn't weren't".split())
+_SUBJECTS = frozenset(
+    "i we my our he she they it it's i'm i've we're we've this that there there's today tonight yesterday tomorrow because since as when if the "
+    "his her their everyone someone guests people nobody mum mom dad grandma what".split()
+)

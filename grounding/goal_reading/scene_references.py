@@ -60,6 +60,8 @@ class SceneReferences:
             ReadingError: where none or too few fit, with what is there.
             ReadingQuestion: where several fit a phrase that speaks of one.
         """
+        if phrase.kind not in ("objects", "rest") or phrase.mention is None:
+            raise ReadingError(f"it is not clear which objects {phrase.text!r} means here; name them")
         if self.objects is None:
             return (_words(phrase),)
         found = self.fitting(phrase)
@@ -89,6 +91,15 @@ class SceneReferences:
         if (phrase.side is not None or phrase.ordinal is not None) and not self.catalogue:
             found = self._placed(phrase, found)
         return found
+
+    def ambiguous(self, phrase: NounPhrase) -> bool:
+        """Tell whether a phrase for one object fits several, as far as its noun and adjectives say."""
+        said = phrase.mention
+        if phrase.kind != "objects" or said is None or said.plural or not said.known or phrase.side or phrase.landmark:
+            return False
+        if self.candidates is None or self.catalogue:
+            return phrase.borrowed and not said.modifiers
+        return not self.candidates.superlative(said) and len(self._of_noun(phrase, said)) > 1
 
     def _remember(self, phrase: NounPhrase, mention: Mention) -> None:
         if not phrase.borrowed and mention.noun != ANY:
@@ -143,14 +154,16 @@ class SceneReferences:
 
     def _beside(self, phrase: NounPhrase, found: list[int]) -> list[int]:
         landmark = self.find(phrase.landmark)
-        kept = [i for i in found if i not in landmark and all(self._stands(i, phrase.relation, j) for j in landmark)]
+        others = [i for i in found if i not in landmark]
+        kept = [i for i in others if all(self._stands(i, phrase.relation, j) for j in landmark)]
+        kept = kept or [i for i in others if all(self._stands(i, phrase.relation, j, least=0.2) for j in landmark)]
         if len(kept) > 1 and phrase.mention is not None and not phrase.mention.plural:
             kept.sort(key=lambda i: math.dist(self.position(i), self.position(landmark[0])))
             if phrase.relation in ("next to",):
                 return kept[:1]
         return kept
 
-    def _stands(self, index: int, relation: str | None, landmark: int) -> bool:
+    def _stands(self, index: int, relation: str | None, landmark: int, least: float = 1.0) -> bool:
         (x, y), (to_x, to_y) = self.position(index), self.position(landmark)
         away, left = x - to_x, y - to_y
         if relation == "next to":
@@ -160,7 +173,7 @@ class SceneReferences:
             return size is not None and math.hypot(away, left) < max(size[:2]) / 2
         along = {"left of": left, "right of": -left, "behind": away, "in front of": -away}.get(relation or "")
         across = away if relation in ("left of", "right of") else left
-        return along is not None and along > 0 and along >= abs(across)
+        return along is not None and along > 0 and along >= least * abs(across)
 
     # Numbers
 

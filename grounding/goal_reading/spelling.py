@@ -9,6 +9,7 @@ from rapidfuzz import process
 from rapidfuzz.distance import OSA
 
 from grounding.goal_reading.goal_words import NOISE, PATTERN_WORDS, SHAPE_NOUNS, VERBS
+from grounding.goal_reading.measures import COUNTS, UNITS
 from grounding.parsers.spelling import SHORTHAND
 from grounding.references.attributes import TELLING_ADJECTIVES
 from grounding.references.function_words import FUNCTION_WORDS, NOT_OBJECTS
@@ -29,21 +30,21 @@ def corrected(word: str, nouns: Vocabulary, known: Collection[str]) -> str:
         nouns: the nouns that are known.
         known: further words that are spelled right.
     """
-    if word in SHORTHAND and word not in ("w", "n", "id", "si", "sm", "lg", "cas"):
+    if word in SHORTHAND and word not in ("id", "si", "sm", "lg", "cas"):
         return SHORTHAND[word]
-    if word in _words() or word in nouns.forms or word in known or len(word) < 4 or not word.isascii():
+    if word in _words() or word in nouns.forms or word in known or not 4 <= len(word) <= 24 or not word.isascii():
         return word
     return _nearest(word, frozenset(nouns.heads)) or word
 
 
 @lru_cache(maxsize=1)
 def _words() -> frozenset[str]:
-    return PATTERN_WORDS | NOISE | frozenset(VERBS) | FUNCTION_WORDS | NOT_OBJECTS | frozenset(TELLING_ADJECTIVES) | frozenset(FORMS) | _MORE
+    return frozenset(UNITS) | frozenset(COUNTS) | PATTERN_WORDS | NOISE | frozenset(VERBS) | FUNCTION_WORDS | NOT_OBJECTS | frozenset(TELLING_ADJECTIVES) | frozenset(FORMS) | _MORE
 
 
 @lru_cache(maxsize=8192)
 def _nearest(word: str, heads: frozenset[str]) -> str | None:
-    candidates = sorted((_MORE | frozenset(VERBS) | frozenset(SHAPE_NOUNS) | frozenset(TELLING_ADJECTIVES) | frozenset(FORMS) | heads) - {""})
+    candidates = sorted((_words() | frozenset(SHAPE_NOUNS) | heads) - {""})
     candidates = [each for each in candidates if " " not in each and len(each) > 3]
     stems = {word.removesuffix(ending) for ending in ("s", "ed", "ing", "es", "ly")}
     if stems & set(candidates):

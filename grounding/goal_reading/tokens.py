@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 _TOKEN = re.compile(
-    r"(?<![\w.,])[-−]\s?(?=\d|\.\d)|\d+(?:[.,]\d+)?|\.\d+|[½¼¾]|[^\W\d_]+(?:['’][^\W\d_]+)*|['’]{2}|[\"”“″'’′]"
+    r"(?<![\w.,])[-−]\s?(?=\d|\.\d)|\d+(?:[.,]\d+)?e\d+(?!\w)|\d+(?:[.,]\d+)?|\.\d+|[½¼¾]|[^\W\d_]+(?:['’][^\W\d_]+)*|['’]{2}|[\"”“″'’′]"
     r"|[.,;:!?()\n]|[–—]|(?<=\s)-+(?=\s)|[^\s\w-]"
 )
 _MINUS = frozenset("-−")

@@ -40,12 +40,15 @@ def verdict(parse: Parse, reading: GoalReading, plain_only: bool = False) -> Ver
         plain_only: whether only one structure can be built: a single object with a place then stays one.
     """
     if reading.complete:
-        if not more_than_plain(reading.goal) or _only_reported(parse, reading):
+        plain = parse.status != "refused" and not more_than_plain(reading.goal)
+        taken_back = reading.corrected and parse.spec == reading.goal.parts[0].spec if plain else False
+        if _only_reported(parse, reading) or (plain and not taken_back):
             return None
         if plain_only and parse.status != "refused" and _one_place(reading):
             return None
         return Verdict("ok")
-    if not reading.beyond or _asks_nothing(parse, reading):
+    refused = parse.status == "refused" and not (_idle(parse) and not reading.verbs) and not _ASKING.match(parse.text)
+    if not (reading.beyond or (refused and not reading.residue)) or _asks_nothing(parse, reading):
         return None
     if reading.residue:
         listed = " and ".join(repr(words) for words in dict.fromkeys(map(shortened, reading.residue)))

@@ -10,19 +10,20 @@ import base64
 import json
 import os
 import re
-from collections.abc import Collection
-from typing import Any
+from collections.abc import Callable, Collection
+from typing import Any, TypeVar
 from urllib.parse import parse_qsl, unquote, urlsplit, urlunsplit
 
 from grounding.parsers.llm_exchange import Exchange, ExchangeError
 from grounding.parsers.llm_reply import ANSWERS, NONE, IllegalReplyError, LLMError, Reply, certain
 
+_Read = TypeVar("_Read")
 KEY_VARIABLE = "STRUCTAGENT_LLM_KEY"
 # The other tools' key is sent where it belongs, and not to whatever address is tried out here.
 OPENAI_KEY_VARIABLE, OPENAI = "OPENAI_API_KEY", "https://api.openai.com"
 MAX_ANSWER_BYTES = 64 * 1024
 MAX_ANSWER_TOKENS = 200
-MAX_CONTENT = 4000  # characters of what the model says
+MAX_CONTENT = 12_000  # characters of what the model says
 TRIES = 2
 # Servers that do not know a JSON schema answer with one of these.
 _SCHEMA_REFUSED = (400, 404, 415, 422, 501)
@@ -76,35 +77,52 @@ class EndpointLLM:
             raise LLMError(f"the key in {variable} has characters that no key can have")
         headers = {"Accept-Encoding": "identity"} | ({"Authorization": f"Bearer {key}"} if key else {})
         self._exchange = Exchange(self._url, headers, connect_seconds, answer_seconds, MAX_ANSWER_BYTES)
-        self._secrets = _secrets(self._url, key)
+        self.secrets = _secrets(self._url, key)
         self._knows_schema = True
 
     def ask(self, prompt: str, text: str) -> Reply:
         """Ask the model about one instruction; an answer that is not legal is asked for once more."""
+        return self.ask_json(
+            f"{prompt.strip()}\n\n{_AS_JSON}", text, ("structure", SCHEMA), MAX_ANSWER_TOKENS,
+            lambda content: certain(read_answers(content, self.secrets)),
+        )  # fmt: skip
+
+    def ask_json(
+        self, task: str, text: str, schema: tuple[str, dict[str, Any]], most_tokens: int, read: Callable[[str], _Read]
+    ) -> _Read:
+        """Ask for JSON about one instruction; an answer that is not legal is asked for once more.
+
+        Args:
+            task: what the model is told first.
+            text: the instruction, as `quotable` gives it.
+            schema: a name, and the JSON schema for servers that take one.
+            most_tokens: of an answer.
+            read: reads the model's text, and raises a `ValueError` that says what is not legal in it.
+
+        Raises:
+            LLMError: for a server that cannot be used; an `IllegalReplyError` for answers that are not legal.
+        """
+        body = {
+            "model": self.model,
+            "messages": [{"role": "system", "content": task}, {"role": "user", "content": f'Instruction: "{text}"'}],
+            "temperature": 0,
+            "max_tokens": most_tokens,
+        }
         problem = ""
         for _ in range(TRIES):
-            content = self._answer(prompt, text)
+            content = self._answer(body, schema)
             try:
-                return certain(read_answers(content, self._secrets))
+                return read(content)
             except ValueError as error:
                 problem = str(error)
         raise IllegalReplyError(str(self._error(f"gave no legal answer in {TRIES} tries: {problem}")))
 
-    def _answer(self, prompt: str, text: str) -> str:
+    def _answer(self, body: dict[str, Any], schema: tuple[str, dict[str, Any]]) -> str:
         """Return the model's answer; retry without a JSON schema if the server does not support one."""
-        body: dict[str, Any] = {
-            "model": self.model,
-            "messages": [
-                {"role": "system", "content": f"{prompt.strip()}\n\n{_AS_JSON}"},
-                {"role": "user", "content": f'Instruction: "{text}"'},
-            ],
-            "temperature": 0,
-            "max_tokens": MAX_ANSWER_TOKENS,
-        }
-        schema = {"name": "structure", "strict": True, "schema": SCHEMA}
         if self._knows_schema:
+            described = {"name": schema[0], "strict": True, "schema": schema[1]}
             status, answer = self._post(
-                body | {"response_format": {"type": "json_schema", "json_schema": schema}}
+                body | {"response_format": {"type": "json_schema", "json_schema": described}}
             )
             if status == 200:
                 return self._content(answer)
@@ -176,15 +194,11 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def read_answers(content: str, secrets: Collection[str] = ()) -> dict[str, str]:
-    """Read question -> legal answer from a model's reply: one JSON object, whatever is around it.
-
-    Args:
-        content: what it said.
-        secrets: what no message may hold, in any spelling.
+def json_object(content: str) -> dict[str, Any]:
+    """Find the one JSON object in a model's reply, whatever is around it.
 
     Raises:
-        ValueError: for none or several objects, or anything in it that is not legal.
+        ValueError: for none or several, a key that is given twice, or a reply that is too long.
     """
     if len(content) > MAX_CONTENT:
         raise ValueError(f"it is {len(content)} characters long")
@@ -202,7 +216,20 @@ def read_answers(content: str, secrets: Collection[str] = ()) -> dict[str, str]:
         at = content.find("{", end)
     if len(found) != 1:
         raise ValueError(f"it holds {'several JSON objects' if found else 'no JSON object'}")
-    (said,) = found
+    return found[0]
+
+
+def read_answers(content: str, secrets: Collection[str] = ()) -> dict[str, str]:
+    """Read question -> legal answer from a model's reply: one JSON object, whatever is around it.
+
+    Args:
+        content: what it said.
+        secrets: what no message may hold, in any spelling.
+
+    Raises:
+        ValueError: for none or several objects, or anything in it that is not legal.
+    """
+    said = json_object(content)
     if set(said) != set(ANSWERS):
         wrong = sorted(set(said) ^ set(ANSWERS))[0]
         raise ValueError(f"{_brief(wrong, secrets)} is {'missing' if wrong in ANSWERS else 'no question'}")
@@ -220,13 +247,13 @@ def _brief(value: object, secrets: Collection[str]) -> str:
         return json.dumps(value)
     if isinstance(value, str):
         words = " ".join(value.split())
-        if re.fullmatch(r"[A-Za-z_ ]{1,30}", words) and not any(_shares(words, secret) for secret in secrets):
+        if re.fullmatch(r"[A-Za-z_ ]{1,30}", words) and not any(shares_secret(words, secret) for secret in secrets):
             return json.dumps(words)
         return f"a text of {len(value)} characters"
     return {list: "a list", dict: "an object"}.get(type(value), "a number")
 
 
-def _shares(words: str, secret: str) -> bool:
+def shares_secret(words: str, secret: str) -> bool:
     """Return whether the words have four letters in a row that the secret has too, forwards or backwards."""
     said, hidden = (re.sub(r"[^a-z]", "", text.lower()) for text in (words, secret))
     run = min(4, len(hidden))

@@ -23,7 +23,7 @@ from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
 from structdiffusion.protocol.goal_keys import EDGE_AXES, Grouping
 from structdiffusion.protocol.goal_semantic import only_placed
 from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
-from structdiffusion.structures.keys import StructureKeys
+from structdiffusion.structures.keys import structure_keys
 from structdiffusion.structures.structure import LIFT, LayoutError
 from structdiffusion.word_tokens import UnknownWordError
 
@@ -31,7 +31,7 @@ _CLEAR = 0.015  # m between the objects of a structure and what it is laid aroun
 _WIDER = 1.04  # factor by which a structure grows until it clears what it is laid around
 _MOST_WIDER = 60
 _GROUPS_APART = MIN_GROUP_GAP + 0.015  # m
-_TRIED_STACKS = 6  # stacks that are tried in physics, until two stand under every hypothesis
+_TRIED_STACKS = 10  # stacks that are tried in physics, until two stand under every hypothesis
 _ENOUGH_STACKS = 2
 _SIZES = (None, "medium", "small")  # of an open size, drawn in turn: a large structure may not fit
 
@@ -107,11 +107,13 @@ class StructureBlocks:
         reason: LayoutError | None = None
         for number in range(count):
             try:
-                size = part.size or _SIZES[number % len(_SIZES)]
-                spec = replace(part.spec, size=size, x_position=None, y_position=None)
+                spec = replace(part.spec, size=self._size(part, number), x_position=None, y_position=None)
                 if only_placed(part):
                     spec = StructureSpec("cluster") if len(members) > 1 else spec
-                motions = self._grouped(part, spec, members, rng) if part.group_by else self._drawn(part, spec, members, rng)
+                if part.group_by is not None:
+                    motions = self._grouped(part, spec, members, rng)
+                else:
+                    motions = self._drawn(part, spec, members, self._heading(part, number, rng), rng)
                 blocks.append(self._block(part, motions, 1.0))
             except LayoutError as error:
                 reason = reason or error
@@ -122,7 +124,12 @@ class StructureBlocks:
         return blocks
 
     def _drawn(
-        self, part: StructurePart, spec: StructureSpec, members: Sequence[int], rng: np.random.Generator
+        self,
+        part: StructurePart,
+        spec: StructureSpec,
+        members: Sequence[int],
+        heading: float,
+        rng: np.random.Generator,
     ) -> dict[int, np.ndarray]:
         """Draw one exact layout about the origin, and return the motion of each object."""
         if spec.shape is None and len(members) == 1:
@@ -131,7 +138,6 @@ class StructureBlocks:
         own = list(members) if listed else [members[i] for i in rng.permutation(len(members))]
         items = [self.state.items[i] for i in own]
         shape = spec.shape or self._open_shape(spec, items, rng)
-        heading = self._heading(part, rng)
         draft = STRUCTURES[shape].draft(
             [item.layout_item() for item in items], replace(spec, shape=shape), heading, rng, structure_keys(part)
         )
@@ -152,9 +158,20 @@ class StructureBlocks:
         return str(rng.choice(able))
 
     @staticmethod
-    def _heading(part: StructurePart, rng: np.random.Generator) -> float:
-        """Return the heading (rad) that a structure faces: a line along an edge faces that edge or away from it."""
-        headings = [HEADING_OF_ROTATION[part.rotation]] if part.rotation else [float(rng.uniform(-math.pi, math.pi))]
+    def _size(part: StructurePart, number: int) -> str | None:
+        """Return the size of the next layout: an open one changes, unless a length says how large the structure is."""
+        measured = part.gap is not None or part.radius is not None or part.length is not None
+        sized = part.shape is not None and "size" in STRUCTURES[part.shape].slots
+        return part.size if part.size or measured or not sized else _SIZES[number % len(_SIZES)]
+
+    @staticmethod
+    def _heading(part: StructurePart, number: int, rng: np.random.Generator) -> float:
+        """Return the heading (rad) that a structure faces: a line along an edge faces that edge or away from it.
+
+        Where it is open, every second one is square to the table, where more fits.
+        """
+        drawn = float(rng.uniform(-math.pi, math.pi)) if number % 2 else math.pi / 2 * float(rng.integers(4))
+        headings = [HEADING_OF_ROTATION[part.rotation]] if part.rotation else [drawn]
         if part.along is not None:
             across = [0.0, math.pi] if EDGE_AXES[part.along][0] == 0 else [math.pi / 2, -math.pi / 2]
             if part.rotation and not any(math.isclose(math.cos(headings[0] - yaw), 1.0) for yaw in across):
@@ -195,7 +212,7 @@ class StructureBlocks:
             if len(own) < least:
                 motions = {i: self.state.items[i].motion_to((0.3 * k, 0.0), 0.0, LIFT) for k, i in enumerate(own)}
             else:
-                motions = self._drawn(replace(part, group_by=None), spec, own, rng)
+                motions = self._drawn(replace(part, group_by=None), spec, own, float(rng.uniform(-math.pi, math.pi)), rng)
             blocks.append(Block.of({i: self.state.items[i] for i in own}, motions))
         rows = 1 + int(len(blocks) > 2)
         columns = math.ceil(len(blocks) / rows)
@@ -263,11 +280,8 @@ class StructureBlocks:
         return fits
 
 
-def structure_keys(part: StructurePart) -> StructureKeys:
-    """Return what layouts take of the keys of a structure; the others concern its place."""
-    return StructureKeys(part.order, part.gap, part.radius, part.length, part.rows, part.columns)
-
-
 def _tried(own: Scene, arrangements: Sequence[Arrangement], spec: StructureSpec) -> list[Arrangement]:
-    """Return stacks, best first, after physics rollouts of the first of them."""
-    return rerank_by_physics(PhysicsRollout(own), arrangements, spec, _TRIED_STACKS, enough=_ENOUGH_STACKS)
+    """Return the stacks that stand best in physics rollouts of the first of them, best first."""
+    ranked = rerank_by_physics(PhysicsRollout(own), arrangements, spec, _TRIED_STACKS, enough=_ENOUGH_STACKS)
+    best = max(arrangement.scores["imagined"] for arrangement in ranked)
+    return [arrangement for arrangement in ranked if arrangement.scores["imagined"] == best]

@@ -15,7 +15,7 @@ from grounding.parsers.llm_endpoint import MAX_ANSWER_BYTES, EndpointLLM, key_va
 from grounding.parsers.llm_exchange import THREAD
 from grounding.parsers.llm_model import default_gguf
 from grounding.parsers.llm_reply import ANSWERS, LLMError
-from grounding.spec import LEGAL_VALUES, SLOTS, StructureSpec
+from grounding.spec import FIRST_SHAPES, LEGAL_VALUES, SLOTS, StructureSpec
 
 CIRCLE = {
     "request": "build", "shape": "circle", "size": "small", "x_position": "left", "y_position": None,
@@ -119,7 +119,8 @@ def test_the_request_holds_the_prompt_the_quoted_text_and_a_schema_of_the_vocabu
     schema = body["response_format"]["json_schema"]["schema"]
     assert schema["additionalProperties"] is False
     for slot in SLOTS:
-        assert schema["properties"][slot]["enum"] == [*LEGAL_VALUES[slot], None]
+        legal = [value for value in LEGAL_VALUES[slot] if slot != "shape" or value in FIRST_SHAPES]
+        assert schema["properties"][slot]["enum"] == [*legal, None]
 
 
 def test_a_refusal_of_the_model_is_a_refusal():

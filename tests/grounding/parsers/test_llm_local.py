@@ -66,7 +66,7 @@ def test_one_pass_gives_what_the_plain_library_gives_for_every_question_alone(tm
     text = "build a small circle left"
     reply = model.ask(FEW, text)
     for question, legal in ANSWERS.items():
-        ids = model._tokens(f'{FEW}Instruction: "{text}"\nOutput: {question}')
+        ids = model.tokens(f'{FEW}Instruction: "{text}"\nOutput: {question}')
         with torch.inference_mode():
             logits = model.network(torch.tensor([ids])).logits[0, -1, model.first[question]]
         expected = dict(zip(legal, logits.double().softmax(dim=0).tolist(), strict=True))

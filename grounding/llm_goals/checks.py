@@ -1,0 +1,254 @@
+"""Check that a goal which a language model wrote leaves nothing of the instruction out and adds nothing to it.
+
+The instruction's chunks (`grounding.goal_reading.chunks`) say which nouns, lengths, shapes, places, relations and orders it has.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from grounding.goal_reading.chunks import Chunk
+from grounding.goals.comparison import SAME_LENGTH
+
+_LENGTH_KEYS = ("gap", "radius", "length", "distance")
+_IDLE_WORDS = frozenset(
+    "the a an my your our his her their this that these those all both each every of any some just only them it one ones "
+    "objects object things thing".split()
+)
+# What implies a shape besides its noun: verbs, keys and other words.
+_VERB_SHAPES: Mapping[str, tuple[str, ...]] = {
+    "stack": ("tower", "pyramid"), "line": ("line",), "cluster": ("cluster",), "sort": ("cluster", "line"),
+    "surround": ("circle", "arc"), "circle": ("circle",), "spread": ("line", "grid", "circle"),
+}  # fmt: skip
+_CHUNK_SHAPES: Mapping[str, tuple[str, ...]] = {
+    "stacked": ("tower",), "side by side": ("line", "cluster"), "grid": ("grid",), "rows": ("grid", "line"), "columns": ("grid",),
+    "table setting": ("table setting",), "together": ("cluster",), "group": ("cluster",), "order": ("line", "tower", "arc"),
+    "order end": ("line", "tower", "arc"), "along": ("line",), "length of": ("line",), "radius": ("circle", "arc"),
+    "diameter": ("circle", "arc"), "direction": ("line", "tower"), "listed": ("line", "tower"), "beside each other": ("line",),
+    "gap": ("line", "cluster"),
+}  # fmt: skip
+_SIDES = {"left of": ("x_position", "left"), "right of": ("x_position", "right"), "behind": ("y_position", "top"),
+          "in front of": ("y_position", "bottom")}  # fmt: skip
+
+
+def mismatch(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
+    """Say what a goal leaves out of an instruction, or adds to it; empty where nothing was found.
+
+    Args:
+        chunks: of the instruction, without what the speaker took back.
+        parts: of the goal, as JSON has them, with the instruction's words for objects and lengths in metres.
+    """
+    unread = any(chunk.kind == "unknown" for chunk in chunks)
+    structures = [part for part in parts if part["kind"] == "structure"]
+    relations = [part for part in parts if part["kind"] == "relation"]
+    return next(
+        filter(
+            None,
+            (
+                _lengths(chunks, parts), _nouns(chunks, parts), _shapes(chunks, structures, relations, unread),
+                _relations(chunks, structures, relations, unread), _places(chunks, parts, unread),
+                _keys(chunks, structures, unread),
+            ),
+        ),
+        "",
+    )  # fmt: skip
+
+
+def _lengths(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
+    said = [c.metres / (2 if c.kind == "diameter" else 1) for c in chunks if c.metres is not None]
+    held = [value for part in parts for key in _LENGTH_KEYS if isinstance(value := part.get(key), (int, float))]
+
+    def among(value: float, others: Sequence[float]) -> bool:
+        return any(math.isclose(abs(value), abs(other), rel_tol=SAME_LENGTH) for other in others)
+
+    for value in said:
+        if not among(value, held):
+            return f"leaves out the length {value * 100:.4g} cm"
+    for value in held:
+        if not among(value, said):
+            return f"has a length of {value * 100:.4g} cm that nobody said"
+    return ""
+
+
+def _nouns(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
+    """Compare what is named: each noun phrase as often as it was said, and once more for each pronoun at most."""
+    held = phrases_of(parts)
+    unused = [set(phrase.split()) for phrase in held]
+    untouched = set(range(len(held)))
+    everything = any(part["kind"] == "structure" and part.get("objects") is None for part in parts)
+    # A structure can be meant by the words for its objects: "the cups in a ring, the bowl left of the cups".
+    again = sum(isinstance(part.get(key), Mapping) for part in parts for key in ("objects", "reference"))
+    pronouns = 0
+    for place, chunk in enumerate(chunks):
+        if chunk.kind != "noun phrase" or _left_alone(chunks, place):
+            continue
+        words = {word for word in _plain(chunk.said) if word not in _IDLE_WORDS}
+        if chunk.value.kind in ("pronoun", "structure", "each other") or not words:
+            pronouns += 1
+            continue
+        holding = [i for i, left in enumerate(unused) if words <= left]
+        if holding:
+            best = min(holding, key=lambda i: len(unused[i]))
+            unused[best] -= words
+            untouched.discard(best)
+        elif chunk.value.kind in ("all", "rest") and everything:
+            continue
+        elif again:
+            again -= 1
+        else:
+            return f"leaves out {chunk.said!r}"
+    if len(untouched) > pronouns:
+        return f"names {held[min(untouched)]!r} once more than was said"
+    return ""
+
+
+def phrases_of(parts: Iterable[Mapping[str, Any]]) -> list[str]:
+    """List the noun phrases of a goal with words for objects."""
+    return [
+        " ".join(_plain(phrase)) for part in parts for key in ("objects", "reference", "around")
+        if isinstance(part.get(key), (list, tuple)) for phrase in part[key]
+    ]  # fmt: skip
+
+
+def _plain(said: str) -> list[str]:
+    return "".join(char if char.isalnum() or char in "'’.-" else " " for char in said.lower()).replace("-", " ").split()
+
+
+def _left_alone(chunks: Sequence[Chunk], place: int) -> bool:
+    """Return whether a noun phrase is what shall stay as it is, or is excepted."""
+    before = [chunk for chunk in chunks[:place] if chunk.kind not in ("noise", "noun phrase", "and", "comma")]
+    if before and (before[-1].kind in ("except", "negated") or (before[-1].kind == "verb" and before[-1].value == "leave")):
+        return True
+    after = [chunk for chunk in chunks[place + 1 :] if chunk.kind != "noise"]
+    return bool(after) and after[0].kind == "stays"
+
+
+def _shapes(
+    chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], relations: Sequence[Mapping[str, Any]], unread: bool
+) -> str:
+    held = Counter(part.get("shape") for part in structures)
+    named = Counter(c.value.name for c in chunks if c.kind == "shape" and not c.value.definite)
+    named.update("table setting" for c in chunks if c.kind == "table setting")
+    for shape, count in named.items():
+        if held[shape] < min(count, 1) and not (shape == "line" and held["grid"]):
+            return f"leaves out the {shape}"
+    implied = {c.value.name for c in chunks if c.kind == "shape"}
+    for chunk in chunks:
+        implied.update(_CHUNK_SHAPES.get(chunk.kind, ()))
+        implied.update(_VERB_SHAPES.get(chunk.value, ()) if chunk.kind == "verb" else ())
+        implied.update(("circle", "arc") if chunk.kind == "relation" and chunk.value == "around" else ())
+        implied.update(("table setting",) if chunk.kind == "table setting" else ())
+    for shape in held:
+        if shape is not None and shape not in implied and not unread:
+            return f"has a {shape} that nobody asked for"
+    swaps = sum(chunk.kind == "verb" and chunk.value == "swap" for chunk in chunks)
+    if swaps > sum(part["relation"] == "swapped" for part in relations):
+        return "leaves out a swap"
+    stacks = any(chunk.kind == "verb" and chunk.value == "stack" for chunk in chunks)
+    if stacks and not (held["tower"] or held["pyramid"] or held["cluster"] or any(p["relation"] == "on" for p in relations)):
+        return "leaves out the tower"
+    return ""
+
+
+def _relations(
+    chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], relations: Sequence[Mapping[str, Any]], unread: bool
+) -> str:
+    said = Counter(c.value for c in chunks if c.kind in ("relation", "relation it", "apart"))
+    said["moved"] = sum(chunk.kind == "move" for chunk in chunks)
+    held = Counter(part["relation"] for part in relations)
+    held["around"] += sum(part.get("around") is not None for part in structures)
+    if said["in the middle of"]:
+        said["in the middle of"], held["in the middle of"] = 0, 0
+    for relation, count in said.items():
+        if held[relation] < count:
+            return f"leaves out {relation!r}"
+    ways = Counter(chunk.value for chunk in chunks if chunk.kind == "move")
+    if ways and ways != Counter(part.get("direction") for part in relations if part["relation"] == "moved"):
+        return "has another direction of a move"
+    sides = {value for chunk in chunks if chunk.kind == "place" for value in (chunk.value.x_position, chunk.value.y_position)}
+    for relation, count in held.items():
+        if relation in ("at", "swapped") or unread:
+            continue
+        of_side = relation in _SIDES and _SIDES[relation][1] in sides
+        beside = relation == "next to" and any(chunk.kind == "beside each other" for chunk in chunks)
+        on_top = relation == "on" and any(chunk.kind == "verb" and chunk.value == "stack" for chunk in chunks)
+        inner = relation == "around" and any(chunk.kind in ("inner", "verb") for chunk in chunks)
+        if count > said[relation] and not (of_side or beside or on_top or inner):
+            return f"has {relation!r} once more than was said"
+    return ""
+
+
+def _places(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]], unread: bool) -> str:
+    held = {(key, part[key]) for part in parts for key in ("x_position", "y_position") if part.get(key) is not None}
+    spots = [chunk for chunk in chunks if chunk.kind == "place"]
+    said = {(key, value) for c in spots for key in ("x_position", "y_position") if (value := getattr(c.value, key)) is not None}
+    relations = {_SIDES[part["relation"]] for part in parts if part.get("relation") in _SIDES}
+    edges = {part["along"] for part in parts if part.get("along") is not None}
+    for key, value in sorted(said - held - relations):
+        if {"left": "left", "right": "right", "top": "far", "bottom": "near"}.get(value) not in edges:
+            return f"leaves out {key.replace('_', ' ')} {value}"
+    inner = any(chunk.kind == "inner" for chunk in chunks)
+    for key, value in sorted(held - said):
+        if not unread and not (inner and value in ("center", "middle")):
+            return f"has {key.replace('_', ' ')} {value}, which nobody asked for"
+    return ""
+
+
+def _keys(chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], unread: bool) -> str:
+    def held(key: str) -> set[Any]:
+        return {part[key] for part in structures if part.get(key) is not None}
+
+    shapes = [chunk.value for chunk in chunks if chunk.kind == "shape"]
+    said: dict[str, set[Any]] = {
+        "size": {c.value for c in chunks if c.kind == "size"} | {shape.size for shape in shapes if shape.size},
+        "rotation": {c.value for c in chunks if c.kind == "rotation"} | {shape.rotation for shape in shapes if shape.rotation},
+        "along": {chunk.value for chunk in chunks if chunk.kind == "along"},
+        "group_by": {chunk.value for chunk in chunks if chunk.kind == "group"},
+        "rows": {c.value[0] for c in chunks if c.kind == "grid"} | {c.value for c in chunks if c.kind == "rows" and c.value > 1},
+        "columns": {c.value[1] for c in chunks if c.kind == "grid"} | {c.value for c in chunks if c.kind == "columns" and c.value > 1},
+    }  # fmt: skip
+    said["rows"] |= {shape.grid[0] for shape in shapes if shape.grid[0]}
+    said["columns"] |= {shape.grid[1] for shape in shapes if shape.grid[1]}
+    spread = any(chunk.kind == "verb" and chunk.value == "spread" for chunk in chunks)
+    for key, values in said.items():
+        here = held(key)
+        if lost := values - here:
+            return f"leaves out {key.replace('_', ' ')} {sorted(map(str, lost))[0]}"
+        if (more := here - values) and not unread and not (key == "size" and spread):
+            return f"has {key.replace('_', ' ')} {sorted(map(str, more))[0]}, which nobody asked for"
+    return _orders(chunks, structures, unread)
+
+
+def _orders(chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], unread: bool) -> str:
+    said = [chunk.value for chunk in chunks if chunk.kind in ("order", "order end")]
+    orders = [part["order"] for part in structures if part.get("order") is not None]
+    if said and not orders:
+        return "leaves out the order"
+    keys = {value["by"] for value in said if "by" in value}
+    for order in orders:
+        if order["by"] == "listed" or unread:
+            continue
+        if order["by"] not in keys and not (keys & {"height", "volume"} and order["by"] in ("height", "volume")):
+            return f"has an order by {order['by']} that nobody asked for"
+    ways = {value["direction"] for value in said if value.get("direction") and value.get("from") is None}
+    if len(ways) == 1 and len(orders) == 1 and orders[0].get("from") is None and orders[0].get("direction") not in ways:
+        return "has another direction of the order"
+    return _order_ends(said, orders)
+
+
+def _order_ends(said: Sequence[Mapping[str, Any]], orders: Sequence[Mapping[str, Any]]) -> str:
+    """Compare the one order that has an end with the one that was said: "tallest on the left" can be said from both ends."""
+    ends = [(value["from"], value.get("direction")) for value in said if value.get("from")]
+    if len(orders) != 1 or not ends:
+        return ""
+    other = {"left": "right", "right": "left", "near": "far", "far": "near", "bottom": "top", "top": "bottom"}
+    turned = {"ascending": "descending", "descending": "ascending"}
+    start, way = orders[0].get("from"), orders[0].get("direction")
+    for end, direction in ends:
+        alike = [(end, direction), (other[end], turned.get(direction or "", direction))]
+        if (start, way) not in alike:
+            return f"has another order than {direction or 'one'} from {end}"
+    return ""

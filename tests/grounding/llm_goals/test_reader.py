@@ -1,0 +1,203 @@
+"""Goals of a language model in a scene: used where they are legal and say all that was said, else replaced by the grammar's."""
+
+import pytest
+
+from grounding.goal_reading.reader import GoalReader
+from grounding.goals.goal import Goal
+from grounding.goals.parts import PartReference
+from grounding.interpreter import Interpreter
+from grounding.llm_goals.reader import KEPT, LLMGoalReader, UnusableGoalError
+from grounding.parse_result import Parse
+from grounding.parsers.llm_reply import IllegalReplyError, LLMError
+from grounding.references.attributes import ObjectAttributes, SceneObject
+from grounding.spec import StructureSpec
+
+TABLE = [
+    SceneObject(name, ObjectAttributes((colour,)))
+    for name, colour in (("can", "red"), ("can 2", "blue"), ("can 3", "green"), ("cup", "red"), ("cup 2", "blue"), ("bowl", "white"))
+]
+SPOKEN = "stack the cans on the left and put the bowl 5 cm behind the red cup"
+PARTS = [
+    {"kind": "structure", "shape": "tower", "objects": ["the cans"], "x_position": "left"},
+    {"kind": "relation", "relation": "behind", "objects": ["the bowl"], "reference": ["the red cup"], "distance": 0.05},
+]
+
+
+class Saying:
+    """A language model that gives the same answers to all texts, one after the other."""
+
+    identity, knows_words = "a model", False
+
+    def __init__(self, *answers):
+        self.answers, self.asked = list(answers), []
+
+    def parts(self, text, chunks):
+        self.asked.append(text)
+        answer = self.answers[min(len(self.asked), len(self.answers)) - 1]
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+
+def reader(writer):
+    return LLMGoalReader(lambda: writer, GoalReader())
+
+
+def test_words_become_the_objects_of_the_scene():
+    reading = reader(Saying(PARTS)).read(SPOKEN, TABLE)
+    assert reading.complete and not reading.fallback
+    tower, relation = reading.goal.parts
+    assert (tower.shape, tower.objects, tower.x_position) == ("tower", (0, 1, 2), "left")
+    assert (relation.relation, relation.objects, relation.reference, relation.distance) == ("behind", (5,), (3,), 0.05)
+
+
+def test_without_a_scene_the_words_stand():
+    reading = reader(Saying(PARTS)).read(SPOKEN)
+    assert not reading.fallback and reading.goal.parts[0].objects == ("cans",)
+
+
+def test_an_answer_is_kept_until_the_scene_is_known():
+    model = Saying(PARTS)
+    asking = reader(model)
+    asking.read(SPOKEN)
+    asking.read(SPOKEN, TABLE)
+    assert model.asked == [SPOKEN]
+    for number in range(KEPT + 5):
+        asking.read(f"put mug {number} next to the bowl and swap the fork and the knife")
+    assert len(asking._kept) == KEPT
+
+
+def test_an_instruction_of_one_plain_structure_is_not_sent():
+    model = Saying(PARTS)
+    reader(model).read("put the cups in a small circle on the left", TABLE)
+    assert model.asked == []
+
+
+@pytest.mark.parametrize(
+    ("answer", "why"),
+    [
+        (PARTS[:1], "leaves out"),
+        ([PARTS[0], PARTS[1] | {"distance": 0.5}], "leaves out the length 5 cm"),
+        ([PARTS[0], PARTS[1] | {"relation": "in front of"}], "leaves out 'behind'"),
+        ([PARTS[0] | {"y_position": "top"}, PARTS[1]], "which nobody asked for"),
+        ([PARTS[0], PARTS[1] | {"objects": ["the bowl behind"]}], "no noun phrase"),
+        ([PARTS[0], PARTS[1], PARTS[1] | {"reference": {"part": 0}}], "once more"),
+        ("impossible", "is 'impossible', where every word is understood"),
+        (UnusableGoalError("has no end"), "has no end"),
+        (IllegalReplyError("the language model 'm' gave no legal answer"), "gave no legal answer"),
+    ],
+)
+def test_what_is_not_right_is_read_by_the_grammar_which_says_so(answer, why):
+    reading = reader(Saying(answer)).read(SPOKEN, TABLE)
+    expected = GoalReader().read(SPOKEN, TABLE)
+    assert reading.goal == expected.goal and len(reading.goal.parts) == 2
+    assert why in reading.fallback and reading.fallback.endswith("the grammar's reader read this")
+
+
+def test_a_model_that_cannot_be_used_is_not_asked_again():
+    model = Saying(LLMError("no server there"))
+    asking = reader(model)
+    for text in (SPOKEN, SPOKEN + " please", "swap the bowl and the red cup"):
+        reading = asking.read(text, TABLE)
+        assert "no server there" in reading.fallback and reading.goal.parts
+    assert len(model.asked) == 1
+
+    def missing():
+        raise LLMError("not installed")
+
+    asking = LLMGoalReader(missing, GoalReader())
+    assert "not installed" in asking.read(SPOKEN, TABLE).fallback
+
+
+def test_several_objects_that_fit_are_a_question_and_missing_ones_a_refusal():
+    two = "put the cup behind the bowl and stack the cans"
+    parts = [
+        {"kind": "relation", "relation": "behind", "objects": ["the cup"], "reference": ["the bowl"]},
+        {"kind": "structure", "shape": "tower", "objects": ["the cans"]},
+    ]
+    reading = reader(Saying(parts)).read(two, TABLE)
+    assert reading.question is not None and set(reading.question.options) == {"cup", "cup 2"} and not reading.goal.parts
+    yellow = "put the yellow cup behind the bowl and stack the cans"
+    parts[0] = parts[0] | {"objects": ["the yellow cup"]}
+    reading = reader(Saying(parts)).read(yellow, TABLE)
+    assert not reading.complete and "yellow" in reading.problem
+
+
+def test_contradictions_are_refused():
+    text = "put the bowl left of the red cup and the red cup left of the bowl"
+    parts = [
+        {"kind": "relation", "relation": "left of", "objects": ["the bowl"], "reference": ["the red cup"]},
+        {"kind": "relation", "relation": "left of", "objects": ["the red cup"], "reference": ["the bowl"]},
+    ]
+    reading = reader(Saying(parts)).read(text, TABLE)
+    assert not reading.complete and "contradicts itself" in reading.problem
+
+
+UNKNOWN = "put the bowl floofily behind the red cup and stack the cans"
+KNOWN_PARTS = [
+    {"kind": "relation", "relation": "behind", "objects": ["the bowl"], "reference": ["the red cup"]},
+    {"kind": "structure", "shape": "tower", "objects": ["the cans"]},
+]
+
+
+def test_unknown_words_are_left_only_to_models_that_know_words_and_then_it_is_said():
+    small = reader(Saying(KNOWN_PARTS)).read(UNKNOWN, TABLE)
+    assert not small.complete and "unknown words 'floofily'" in small.fallback and "floofily" in small.residue
+    large = Saying(KNOWN_PARTS)
+    large.knows_words = True
+    reading = reader(large).read(UNKNOWN, TABLE)
+    assert reading.complete and any("floofily" in note for note in reading.notes)
+
+
+def test_exceptions_groups_and_references_to_structures():
+    text = "put everything except the bowl in a ring around the bowl"
+    parts = [{"kind": "structure", "shape": "circle", "objects": ["everything except the bowl"], "around": ["the bowl"]}]
+    reading = reader(Saying(parts)).read(text, TABLE)
+    assert not reading.fallback and reading.goal.parts[0].objects == (0, 1, 2, 3, 4)
+    text = "line up the cans and put the bowl behind them"
+    parts = [
+        {"kind": "structure", "shape": "line", "objects": ["the cans"]},
+        {"kind": "relation", "relation": "behind", "objects": ["the bowl"], "reference": {"part": 0}},
+    ]
+    reading = reader(Saying(parts)).read(text, TABLE)
+    assert not reading.fallback and reading.goal.parts[1].reference == PartReference(0)
+
+
+def test_a_place_of_several_objects_is_a_structure_and_of_one_a_relation():
+    text = "the cups go on the left, and the bowl goes on the right"
+    parts = [
+        {"kind": "relation", "relation": "at", "objects": ["the cups"], "x_position": "left"},
+        {"kind": "structure", "shape": None, "objects": ["the bowl"], "x_position": "right"},
+    ]
+    reading = reader(Saying(parts)).read(text, TABLE)
+    assert not reading.fallback, reading.fallback
+    assert [getattr(part, "relation", "structure") for part in reading.goal.parts] == ["structure", "at"]
+
+
+class FiveSlots:
+    name = "llm"
+
+    def parse(self, text):
+        return Parse(text, StructureSpec(), "llm", "refused", "asks for more than one structure")
+
+    def parse_batch(self, texts):
+        return [self.parse(text) for text in texts]
+
+
+def test_an_interpretation_has_the_models_goal_and_its_fallback():
+    interpreter = Interpreter(FiveSlots, goal_reader=lambda grammar: LLMGoalReader(lambda: Saying(PARTS), grammar))
+    found = interpreter.interpret(SPOKEN, TABLE)
+    assert found.status == "ok" and found.goal.parts[0].objects == (0, 1, 2) and found.fallback == ""
+    interpreter = Interpreter(FiveSlots, goal_reader=lambda grammar: LLMGoalReader(lambda: Saying(PARTS[:1]), grammar))
+    found = interpreter.interpret(SPOKEN, TABLE)
+    assert found.status == "ok" and len(found.goal.parts) == 2 and "leaves out" in found.fallback
+    assert found.to_dict()["fallback"] == found.fallback
+
+
+def test_the_opposite_viewpoint_turns_the_goal():
+    made = Interpreter(
+        FiveSlots, viewpoint="opposite", goal_reader=lambda grammar: LLMGoalReader(lambda: Saying(PARTS), grammar, opposite=True)
+    )
+    found = made.interpret(SPOKEN, TABLE)
+    assert found.goal.parts[0].x_position == "right" and found.goal.parts[1].relation == "in front of"
+    assert isinstance(found.goal, Goal)
