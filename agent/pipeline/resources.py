@@ -46,7 +46,7 @@ class ResourceCache:
         with self._lock:
             interpreter = self._interpreters.get(options)
             if interpreter is None or interpreter.fallback:
-                interpreter = self._interpreters[options] = make_interpreter(options, self.encoder, plain_only=True)
+                interpreter = self._interpreters[options] = make_interpreter(options, self.encoder)
             return interpreter
 
     def planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> Planner:

@@ -1,8 +1,9 @@
-"""Draw tables for goals of several parts: all that the parts name is there, and a few other objects."""
+"""Draw tables for goals of several parts: all that the parts name is there, a few other objects, and room for the goal."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, RelationPart, StructurePart
 from grounding.interpreter import Interpretation
 from grounding.references.attributes import SceneObject
+from structdiffusion.benchmark.goal_references import NoReferenceError, ReferenceSearch
 from structdiffusion.data.scene_sampling import SceneError, eligible
 from structdiffusion.footprints import clear_gap, turned
 from structdiffusion.geometry import pose_from_xyz_yaw
@@ -77,6 +79,11 @@ def draw_several_parts(
         if not _means_just(there.goal, len(named)):
             reason = "the words mean others of the objects too"
             continue
+        try:
+            ReferenceSearch(models, poses, _with_shapes(there.goal), Table(), rng).motions()
+        except NoReferenceError as error:
+            reason = f"what is asked for cannot be laid out: {error}"
+            continue
         return models, poses
     raise SceneError(f"no scene in {_DRAWS} draws has the objects that the instruction means: {reason}")
 
@@ -92,6 +99,15 @@ def _means_just(goal: Goal, count: int) -> bool:
     if any(part.objects is None for part in goal.structures):
         return True
     return set(goal.named_objects()) == set(range(count))
+
+
+def _with_shapes(goal: Goal) -> Goal:
+    """Return the goal with a shape for every structure: an open one can be laid out where one shape of it can."""
+
+    def with_shape(part: StructurePart) -> StructurePart:
+        return replace(part, shape="cluster" if part.rotation is None else "line") if part.shape is None else part
+
+    return Goal(tuple(with_shape(part) if isinstance(part, StructurePart) else part for part in goal.parts))
 
 
 def _draw_named(library: Sequence[ObjectModel], goal: Goal, rng: np.random.Generator) -> list[ObjectModel]:

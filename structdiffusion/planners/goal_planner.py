@@ -15,6 +15,7 @@ import torch
 
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
+from grounding.spec import FIRST_SHAPES
 from structdiffusion.composition.contradictions import require_consistent
 from structdiffusion.composition.items import TableState
 from structdiffusion.composition.placement import NoPlaceError, Placement, Placer, Unit
@@ -80,7 +81,8 @@ class GoalPlanner:
     ) -> list[GoalArrangement]:
         """Propose arrangements, best first.
 
-        A goal of one plain structure gets exactly what the planner of structures proposes for it.
+        A goal of one plain structure gets exactly what the planner of structures proposes for it, if every network knows
+        its shape.
 
         Args:
             scene: what was perceived: all objects that the goal counts, on whatever they stand, and what else is there.
@@ -97,7 +99,7 @@ class GoalPlanner:
             GoalError: for a goal that does not fit the scene, or whose relations have no meaning.
         """
         resolved = require_indices(goal, len(scene.objects))
-        if goal.plain_spec is not None:
+        if goal.plain_spec is not None and goal.plain_spec.shape in (None, *FIRST_SHAPES):
             asked = StructureGoal(goal.plain_spec, sentence, embedding)
             return self._plain(scene, resolved, asked, count, generator, preview)
         bonds = bonds_of(resolved)
