@@ -26,6 +26,8 @@ from grounding.parse_result import OBJECT
 from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import StructureSpec
 
+# What an answer may say besides the words for a part.
+_POINTING = frozenset("the a an one part please i mean meant for only just it is that this with of".split())
 _STANDS = "what was built before stays as it stands"
 
 
@@ -125,10 +127,12 @@ class GoalTurns(BuildSession):
             return options[found[0]] if len(found) == 1 < len(options) else None
         if self.question.slot == PART:
             goal = self._spoken_goal()
-            targets = GoalText(text, goal, self.table.referents_of(self.table.original_names), self._cache.encoder).targets()
+            said = GoalText(text, goal, self.table.referents_of(self.table.original_names), self._cache.encoder)
+            spans = [one.span for one in (*said.parts, *said.mentions)]
+            targets = None if said.left_over(spans, _POINTING) else said.targets()
             number = None if targets is None or len(targets) != 1 else targets[0] + 1
-        said = [option for option in options if number is not None and option.startswith(f"part {number} ")]
-        return said[0] if len(said) == 1 else None
+        meant = [option for option in options if number is not None and option.startswith(f"part {number} ")]
+        return meant[0] if len(meant) == 1 else None
 
     def _propose_goal(self, revision: GoalRevision) -> None:
         began, reading, read = time.perf_counter(), self.options.reading, revision.read

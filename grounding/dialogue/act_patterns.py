@@ -125,6 +125,7 @@ WORDINGS: Mapping[str, str] = {
         (are you (done|finished)|have you (finished|done it))
         is (it|that|this) (done|finished|ready|built|standing)
         (what was that|what went wrong)
+        what you( (just|already|actually|have))* (did|done|built|made|moved|changed)<LATELY>
         why did (it|that|you|this) (fail|stop|not work)
         why didn't (it|that|this) work
         did (anything|something) go wrong
@@ -224,7 +225,8 @@ WORDINGS: Mapping[str, str] = {
         where (is|are|was|were|do you see|can you see|stands?|lies?) <THE><THING>( (now|standing|lying|located|gone\
             |at|placed))*
         where (did|have) you (put|see|find|leave|left|found|seen) <THE><THING>
-        where <THE><THING> (is|are|stands?|lies?)( (now|standing|lying))*
+        where <THE><THING> (is|are|stands?|lies?|went)( (now|standing|lying))*
+        where (did|has|have) <THE><THING> (go|gone|end up|got to|get to)( to)?
         (what is )?the (position|place|location) of <THE><THING>
         how far( away)? (is|are) <THE><THING>( away)?
     """,
@@ -235,6 +237,8 @@ WORDINGS: Mapping[str, str] = {
         ((do|can) you <SEE>|don't you (see|have)|have you (got|seen|found)) <THE><THING><PLACED>
         (is|are) <THE><THING> ((still|also|even|really) )*(there|here|gone|missing|on the table|in view|visible)
         (got|any) <THE><THING><PLACED>\?
+        ((is|are) there|do you <SEE>|can you see|is) (anything|something) (?P<about><COLOR>)<PLACED>
+        (anything|something) (?P<about><COLOR>)<PLACED>\?
         does <THE><THING> exist
     """,
     "holds": r"""

@@ -131,7 +131,9 @@ def _of_plain(
         return _Correction(last, text, said, reader, stands, built).anew(read)
     # What the reader of goals says of it is in none of the words of the parser of five slots.
     own_words = plain.status == "refused" and read.message != read.parse.message
-    if plain.kind == "new" and read.status != "ok" and (read.beyond or own_words):
+    whole_sentence = plain.kind == "new" or not last.parts
+    counts = (whole_sentence and (read.beyond or own_words)) or (own_words and read.status == "ask")
+    if read.status != "ok" and counts:
         return _new(last, read, text)
     return whole
 

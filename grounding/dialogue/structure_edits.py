@@ -77,7 +77,7 @@ def structure_change(
     except CannotApplyError as error:
         by_length, trouble = None, error
     if by_length is not None and not text.left_over([*spans, *subjects], FILLERS):
-        return StructureChange(by_length)  # type: ignore[arg-type]
+        return _sized_by_length(by_length)  # type: ignore[arg-type]
     said = _about_it(text, number)
     if _RELATED.search(said):
         return None
@@ -97,6 +97,14 @@ def structure_change(
     if by_length is not None:
         raise CannotApplyError(f"{' '.join(text.left_over([*spans, *subjects], FILLERS))!r} was not understood")
     return None
+
+
+def _sized_by_length(part: StructurePart) -> StructureChange:
+    """Return a structure with a new length, which says how large it is in place of its size."""
+    if part.size is None:
+        return StructureChange(part)
+    note = f"its {has_metric_size(part)} says how large it is now, in place of the size {part.size}"
+    return StructureChange(replace(part, size=None), note)
 
 
 def _about_it(text: GoalText, number: int) -> str:
