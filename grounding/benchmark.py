@@ -17,11 +17,17 @@ from typing import Any
 
 from grounding.corpus.grammar import all_sentences, split_of
 from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
 from grounding.parse_result import Parse
 from grounding.spec import FIRST_SHAPES, LEGAL_VALUES, SHAPES, SLOTS, StructureSpec
 
 CALIBRATION_BINS = 10
 _LATER_SHAPES = SHAPES[len(FIRST_SHAPES) :]
+# Edge of the table -> the slot and value of the side that it is on.
+_SIDE_OF_EDGE = {
+    "near": ("y_position", "bottom"), "far": ("y_position", "top"), "left": ("x_position", "left"),
+    "right": ("x_position", "right"),
+}  # fmt: skip
 # Bytes of a file of rows: a row has 250.
 MOST_BYTES = 50_000_000
 
@@ -152,7 +158,8 @@ def five_slots(parse: Parse, status: str, goal: Goal) -> Parse:
     """Return what a reading says in the five slots of part one of the evaluation protocol.
 
     A goal that these cannot hold (several parts, a relation, a further key, a shape beyond the first four) counts as
-    refused: rows that no plain structure satisfies must not be read as one, and may well be read as a larger goal.
+    refused: rows that no plain structure satisfies must not be read as one, and may well be read as a larger goal. A line
+    along an edge of the table is what five slots call a line on that side.
 
     Args:
         parse: what the parser made of the instruction.
@@ -160,12 +167,21 @@ def five_slots(parse: Parse, status: str, goal: Goal) -> Parse:
         goal: of the whole reading; empty where it is refused or asked about.
     """
     if status == "ok" and goal.parts:
-        spec = goal.plain_spec
+        spec = goal.plain_spec or _along_as_position(goal)
         if spec is None or spec.shape not in (*FIRST_SHAPES, None):
             return replace(parse, status="refused", spec=StructureSpec())
+        return replace(parse, status="ok", spec=spec)
     if status == "refused":
         return replace(parse, status="refused", spec=StructureSpec())
     return replace(parse, status=status)
+
+
+def _along_as_position(goal: Goal) -> StructureSpec | None:
+    """Return the slots of a single structure of which only the edge that it follows is asked besides; else `None`."""
+    if len(goal.parts) != 1 or not isinstance(part := goal.parts[0], StructurePart) or set(part.keys) != {"along"}:
+        return None
+    slot, value = _SIDE_OF_EDGE[str(part.along)]
+    return replace(part.spec, **{slot: value})
 
 
 def is_exact(row: Row, parse: Parse) -> bool:

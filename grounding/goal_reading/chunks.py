@@ -31,7 +31,7 @@ _SIZES = {
 _FILLERS = frozenset(
     "neat nice straight perfect tidy even single proper regular simple pretty good closed full complete beautiful lovely normal really "
     "very quite rather fairly clean exact standard equal solid hollow flat upright standing vertical plain round rectangular evenly spaced nicely properly"
-    " fully new parallel stable basic little equilateral symmetrical symmetric circular".split()
+    " separate different identical matching distinct fully new parallel stable basic little equilateral symmetrical symmetric circular".split()
 )
 _DIR = (
     r"(?:(?:to|toward|at|on|in|into) )?(?:the |my |your )?(?P<dir>left|right|north|south|east|west|me|us|you|robot|arm|front|back|rear|far side|far edge|near side|near edge|"
@@ -45,7 +45,7 @@ _HEADINGS = {
 }  # fmt: skip
 _FACING = re.compile(
     r"(?:(?:so that|so|and|with|which|that|it|they|is|are|have|having|make|has|,) )*"
-    r"(?:(?:the|its|their|a|one) (?:opening|gap|open side|open end|mouth|tip|point|apex|corner|top|front|ends|entrance|open part|bulge|hollow side|vertex|hollow) )?"
+    r"(?:(?:(?:the|its|their|a|one) )?(?:opening|gap|open side|open end|mouth|tip|point|apex|corner|top|front|ends|entrance|open part|bulge|hollow side|vertex|hollow) )?"
     rf"(?:(?:is|are) )?(?:facing|faces|face|pointing|points|point|looking|looks|oriented|turned|opening|opens|open|aimed|directed|to|toward|on|at) {_DIR}(?! of)"
 )
 _FACING_WORDS = re.compile(r"\b(?:fac(?:ing|es?)|point(?:ing|s)?|look(?:ing|s)|oriented|turned|open(?:ing|s)?|aimed|directed|gap|tip|apex|mouth|entrance|vertex|corner|ends|bulge|hollow)\b")

@@ -155,6 +155,11 @@ class Composer:
             frame.predicates, frame.verb, frame.verb_said, frame.also = list(before.predicates), before.verb, before.verb_said, False
             self._frame(frame)
             return True
+        verbs = before.get("verb shape")
+        many = len(frame.objects) > 1 or frame.objects[0].many
+        if verbs and many and frame.predicates and not frame.has("shape", "verb shape", "relation", "grid", "order") and frame.sentence == before.sentence:
+            frame.predicates.insert(0, verbs[0])  # "stack the red ones on the left and the blue ones on the right"
+            frame.verb, frame.verb_said = before.verb, before.verb_said
         spots = frame.get("place")
         if len(frame.predicates) == 1 and spots and frame.sentence == before.sentence:
             x, y = spots[0].value.x_position, spots[0].value.y_position
@@ -195,6 +200,13 @@ class Composer:
         bare = not frame.objects and not frame.verb and frame.predicates
         if not (pronoun or bare) or number is None or not frame.predicates or frame.verb in ("swap", "surround"):
             return False
+        several = frame.objects and frame.objects[0].text.lower().split()[0] in ("both", "all", "each")
+        numbers = [i for i in range(number + 1) if self.parts[i].values is not None] if several else [number]
+        for each in numbers[:-1]:
+            self._more(each, frame)
+        return self._more(number, frame)
+
+    def _more(self, number: int, frame: Frame) -> bool:
         part = self.parts[number]
         if part.values is None:
             return False
@@ -257,8 +269,10 @@ class Composer:
         if frame.has("beside each other") and values["shape"] is None:
             if count == 2 and objects is not None:
                 self._add_relation(frame, RelationPart("next to", objects[:1], objects[1:], keys.distance))
-                return
-            values["shape"] = "line"
+                if len(frame.predicates) == 1:
+                    return
+            else:
+                values["shape"] = "line"
         if values["shape"] is None and values.get("gap") is not None and count == 2 and not relations and objects is not None:
             self._add_relation(frame, RelationPart("next to", objects[:1], objects[1:], values["gap"]))
             return
@@ -272,15 +286,39 @@ class Composer:
             if not many and count == 1 and values["shape"] is not None:
                 raise ReadingError(f"a {values['shape']} needs several objects, and {shortened(self.text)!r} names one for it")
             found = self._references(frame)  # "behind it" is said of what came before
+            objects = self._without(objects, (values["around"], *found.values()))
             self._add_structure(frame, values, objects)
             own = PartReference(len(self.parts) - 1) if values["shape"] or objects is None else objects
             self._relations(frame, own, keys, found)
             return
+        if many and isinstance(objects, tuple):
+            objects = self._without(objects, tuple(self._references(frame).values()))
         if placed and objects is not None:
+            self._own(frame, objects)
             self._add_relation(frame, RelationPart("at", objects, x_position=values["x_position"], y_position=values["y_position"]))
         for move in frame.get("move"):
             self._add_relation(frame, RelationPart("moved", self._certain(objects, frame), distance=move.metres, direction=move.value))
         self._relations(frame, objects, keys)
+
+    def _without(self, objects: Any, others: tuple[Any, ...]) -> Any:
+        """Leave out what a structure is laid around, or stands by: "the blocks in a square around the orange block"."""
+        if not isinstance(objects, tuple) or isinstance(objects[0], str):
+            return objects
+        out = {one for other in others if isinstance(other, tuple) for one in other}
+        left = tuple(one for one in objects if one not in out)
+        return left if len(left) > 1 or (left and len(objects) == 2) else objects
+
+    def _own(self, frame: Frame, objects: tuple[Any, ...]) -> None:
+        """Refuse a place of one object within a structure ("with the red one at the bottom"), and take out of a structure
+        what is placed for itself ("and put the orange one at the front")."""
+        for part in self.parts:
+            if part.values is None or part.objects is None or not set(objects) & set(part.objects):
+                continue
+            left = tuple(one for one in part.objects if one not in objects)
+            if not frame.verb or len(left) < 2:
+                words = " ".join((frame.objects[0].text, frame.predicates[0].said)) if frame.objects else frame.predicates[0].said
+                raise ReadingError(f"{words!r} in {shortened(self.text)!r} asks for a place of one object within a structure, which cannot be built yet")
+            part.objects = left
 
     def _certain(self, objects: Any, frame: Frame) -> Any:
         if objects is None:

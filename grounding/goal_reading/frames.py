@@ -111,6 +111,7 @@ class Framer:
         self._frame = Frame()
         self._sentence = 0
         self._pending: str | None = None  # a joint, before what follows it is known
+        self._copies: tuple[Chunk, int] | None = None  # "two towers", and how many of them were said
 
     def read(self) -> list[Frame]:
         """Return the frames."""
@@ -118,6 +119,8 @@ class Framer:
         while at < len(self.chunks):
             at = self._step(at)
         self._close()
+        if self._copies is not None:
+            self.residue.append(self._copies[0])
         self._join_keys()
         return self.frames
 
@@ -176,7 +179,7 @@ class Framer:
     def _verb(self, at: int) -> int:
         chunk, frame = self.chunks[at], self._frame
         participle = chunk.said.lower().split()[0].endswith("ed") or chunk.said.lower() == "put"
-        if frame.objects and not frame.predicates and self._pending is None and (participle or not frame.verb):
+        if frame.objects and self._pending is None and (participle or not (frame.verb or frame.predicates)):
             return self._take_verb(at)
         if frame.verb == "place" and participle and frame.objects and not frame.predicates and self._pending is None:
             return self._take_verb(at)
@@ -231,6 +234,8 @@ class Framer:
         joint = self._pending
         if self._heading(phrases, end):
             return end
+        if self._copies is not None and phrases[0].kind in ("objects", "rest"):
+            return self._one_of(at)
         if phrases[0].kind == "each other":
             self.residue.append(chunk)
             return end
@@ -255,6 +260,19 @@ class Framer:
         self._pending = None
         self._extend(chunk)
         self._frame.end = self.chunks[end - 1].end
+        return end
+
+    def _one_of(self, at: int) -> int:
+        """Read the objects of one of "two towers": "one with the cans and one with the cups"."""
+        shape, left = self._copies
+        if any(each.kind == "shape" for each in self._frame.predicates) or self._frame.objects:
+            self._close()
+        phrase, end = self._modified(at, False)
+        self._frame.objects = [phrase]
+        self._frame.predicates.append(Predicate("shape", replace(shape.value, count=1), shape.said, shape.first, shape.end))
+        self._extend(self.chunks[at])
+        self._copies = (shape, left - 1) if left > 1 else None
+        self._pending = None
         return end
 
     def _heading(self, phrases: list[NounPhrase], end: int) -> bool:
@@ -401,6 +419,12 @@ class Framer:
                 self.residue.append(chunk)
                 return end
             chunk = replace(chunk, kind="shape", value=Shape(shapes[-1]))
+        if chunk.kind == "rows" and chunk.value > 1 and not frame.objects and self._copies is None and self._lists(end):
+            chunk = replace(chunk, kind="shape", value=Shape("line", count=chunk.value))
+        if chunk.kind == "shape" and chunk.value.count > 1 and not frame.objects and self._copies is None:
+            self._copies = (chunk, chunk.value.count)
+            self._extend(chunk)
+            return end
         if chunk.kind == "shape" and self._names_structure(chunk):
             return self._structure_objects(at)
         if chunk.kind == "shape" and frame.has("shape") and self._pending is not None:
@@ -416,6 +440,12 @@ class Framer:
         self._frame.end = self.chunks[end - 1].end
         self._frame.predicates.append(made)
         return end
+
+    def _lists(self, at: int) -> bool:
+        """Return whether objects are listed from here on: "two rows: the cans and the cups"."""
+        return [one.kind for one in self.chunks[at : at + 2]] == ["comma", "noun phrase"] or [
+            one.kind for one in self.chunks[at : at + 3]
+        ] == ["comma", "noise", "noun phrase"]
 
     def _gap_between(self, at: int) -> int:
         """Read "put 5 cm between the cans", which has a gap and its objects; return the place after it, or 0."""

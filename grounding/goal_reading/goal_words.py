@@ -49,7 +49,7 @@ VERB_PHRASES: Mapping[str, str] = {
 # Shape -> nouns beyond those of its own file.
 _MORE_NOUNS: Mapping[str, tuple[str, ...]] = {
     "circle": ("circle", "ring", "loop", "closed ring", "round circle", "full circle", "halo", "hoop"),
-    "line": ("line", "row", "queue", "straight line", "single file", "file", "chain", "single row", "line formation"),
+    "line": ("line", "row", "queue", "straight line", "single file", "file", "chain", "single row", "line formation", "column", "single column"),
     "tower": ("tower", "stack", "pile", "heap", "vertical stack", "pillar"),
     "table setting": ("table setting", "place setting", "setting", "dinner setting", "place for one"),
     "cluster": (
@@ -100,7 +100,7 @@ NOISE = _words(
     "ensure mind if possible anyway somehow meanwhile darling sweetheart sir pal bot machine assistant today tonight quick "
     "favor favour help wanna gonna gotta yes yeah yep alright fine cool perfect for like my your is are i've what "
     "appreciate appreciated grateful thats sits stands sit stand gets get end ends up pls need needs that grab "
-    "respectively accordingly finished ready arm jaco instead only just belong belongs lie lies basically honestly literally essentially next first second third then both each all of it's with from and "
+    "respectively accordingly finished ready arm jaco instead only just belong belongs lie lies say running stretching basically honestly literally essentially next first second third then both each all of it's with from and "
     "up out down over how're ya dude bro team everyone yet still still currently already them their its it simple basic regular proper"
 )
 # What may stand before or after a part and says nothing: phrases, longest first.
@@ -123,7 +123,7 @@ NOISE_PHRASES = (
     "i'd be glad if", "i would be grateful if you could", "i'd appreciate it if you could", "i'd appreciate it if you", "i would appreciate it if you could", "made of", "made up of", "made from", "made out of",
     "consisting of", "out of", "composed of", "built from", "built out of", "built of", "using", "with all", "with just", "with only", "only the", "to be", "if you please", "will you", "would you", "won't you",
     "on top of that", "in addition", "in addition to that", "for starters", "before that", "so that", "such that", "in such a way that", "and that's it",
-    "that's it", "that's all", "that is all", "nothing else", "everything else stays", "the rest stays", "it should be", "they should be",
+    "that's it", "that's all", "that is all", "nothing else", "it should be", "they should be",
     "it should", "they should", "should be", "should go", "has to be", "have to be", "needs to be", "need to be", "must be", "ought to be", "is to be",
     "are to be", "i'd love", "i would love", "i'd prefer", "i would prefer", "we should have", "there should be", "i should see",
     "with care", "very carefully", "and then", "and also", "but also", "then also", "on the other hand", "at last", "in one go",

@@ -49,6 +49,7 @@ _NO_NOUNS = frozenset("left right top bottom front back side order other rest pl
 _PLACE_NOUNS = frozenset("table tabletop desk surface workspace board edge corner side middle center".split())
 
 _SIDE_CLAUSE = re.compile(r"(?:on|at|to|in|over on) (?:the |my |your )?(?:far |very )?(?P<side>left|right|front|back|rear|middle)(?: hand)?(?: side)?(?: of the table)?(?! of)")
+_NEAREST = re.compile(r"(?:nearest|closest)(?: to)?(?= )(?! me\b)(?! to me\b)(?! the (?:robot|arm|edge|front|back)\b)")
 _NEAR_CLAUSE = re.compile(r"(?:closest|nearest|closer|nearer|farthest|furthest|far|farther|further)(?: away)?(?: (?:to|from) (?:me|you|us|the robot|the arm))?(?= |$)(?! to)(?! from)")
 _STANDS = {"left": "left of", "right": "right of", "behind": "behind", "in front": "in front of", "in ": "in", "on ": "on", "next": "next to", "beside": "next to", "near": "next to", "close": "next to"}
 _STANDS_CLAUSE = re.compile(r"(?:to the |on the |just |right )?(?:left of|right of|behind|in front of|next to|beside|nearest to|nearest|closest to|close to|near|in|on)(?= )")
@@ -372,7 +373,9 @@ class NounPhraseReader:
         """Read a phrase that leaves out its noun: "the red", "the tallest", "the two largest", "the leftmost"."""
         said = self.said
         telling = [word for word in modifiers if word in TELLING_ADJECTIVES or word in COMPARATIVES]
-        if not (telling or side or (ordinal and definite)) or not (definite or any(w in SUPERLATIVES for w in telling)):
+        joined = bool(telling) and said.word(at) in ("and", ",") and said.word(at - 1) == modifiers[-1]
+        certain = definite or any(word in SUPERLATIVES for word in telling)
+        if not (telling or side or (ordinal and definite)) or not (certain or joined):
             return None
         if said.word(at) in ("side", "corner", "edge", "end", "half", "hand", "part", "way", *SHAPE_WORDS):
             return None
@@ -393,6 +396,9 @@ class NounPhraseReader:
                 noun, known = other.mention.noun, other.mention.known
                 article = said.word(joint) in _DEFINITE
                 plural = plural or (other.mention.plural and (not article or other.mention.count is None))
+                certain = True
+        if not certain:
+            return None
         count = count or (None if plural else 1)
         mention = Mention(
             noun, tuple(modifiers), count, (count or 1) > 1, "target", known, plural, (), None,
@@ -440,6 +446,11 @@ class NounPhraseReader:
             at += 1
         elif said.word(at) in ("that", "which") and said.word(at + 1) in verbs:
             at += 2 + (said.word(at + 2) in ("standing", "sitting", "lying", "currently", "now"))
+        elif (near := said.match(_NEAREST, at)) is not None:
+            landmark = self.at(near[1])
+            if landmark is None or landmark.kind != "objects":
+                return phrase
+            return replace(phrase, relation="next to", landmark=landmark, end=landmark.end, text=said.quote(place, landmark.end))
         else:
             return phrase
         if said.word(at) in TELLING_ADJECTIVES and phrase.mention is not None:

@@ -170,7 +170,7 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ("relation", r"(?:right |directly |back )?on", lambda m: "on"),
     ("relation", r"(?:right |directly |back |down )?(?:in to|into|inside of|inside|within)", lambda m: "in"),
     ("relation", r"(?:right |directly |back )?in", lambda m: "in"),
-    ("relation", r"(?:all )?(?:around|round|surrounding|encircling|ringing|all round|about)(?: the outside of| the perimeter of)?", lambda m: "around"),
+    ("relation", r"(?:all )?(?:around|round|surrounding|encircling|ringing|all round)(?: the outside of| the perimeter of)?", lambda m: "around"),
     ("relation", r"(?:centered (?:on|around|at|about)|with (?:its|their|the) center (?:at|on))", lambda m: "around"),
     ("relation", r"(?:right |exactly |placed |standing )*(?:in|at|into) (?:the|its|their) (?:very |exact )?(?:middle|center|heart) of|amid|amidst", lambda m: "in the middle of"),
     ("inner", r"(?:(?:right|exactly|placed|standing|sitting|in|at|as) )*(?:in |at |as )(?:the|its|their) (?:very |exact |dead )?(?:middle|center|hub|heart)(?: of (?:it|them|that|everything|the (?:circle|ring|arc|square|rectangle|triangle)))?", lambda m: True),
@@ -181,7 +181,7 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ("away", r"(?:(?:by|with|at) )(?:about |exactly )?(?:a )?(?:(?:distance|gap|space|clearance) of )?LEN(?! from)", None),
     ("relation it", r"(?:right |directly )?on (?:the )?top(?! of)", lambda m: "on"),
     ("another", r"(?:in|into|as|to form|on) (?:another|a second|a separate|their own|its own|the other)(?: one| one too)?(?= [.,;!]|$| and)", lambda m: True),
-    ("relation?", r"(?:(?:just|directly|right) )*(?:over|above|below|under|underneath|beneath)", lambda m: m.group()),
+    ("relation?", r"(?:(?:just|directly|right) )*(?:over(?! (?:next|to|by|on|at|in|near|beside|behind|there|onto|into|here))|above|below|under|underneath|beneath)", lambda m: m.group()),
     # sizes of a structure
     ("size", r"(?:as )?(?:(?:nice and|very|quite|really|fairly|rather|more|packed|spaced|set|pushed|bunched|kept|squeezed|standing) )*(?:close together|close to each other|close to one another|closely together|tightly|tight|tightly together|closely|tightly packed|closely packed|packed|compactly|compact|densely|near each other|snugly|closer together)(?: together)?", lambda m: "small"),
     ("size", r"(?:as )?(?:(?:nice and|very|quite|really|fairly|rather|more|spaced|set|well|wide|widely|all) )*(?:far apart(?: from (?:each other|one another))?|spread out|spread apart|widely spaced|wide apart|well apart|further apart|farther apart|well spaced|with (?:big|large|wide|generous|plenty of|lots of|a lot of)(?: space| room)? ?(?:gaps|between them|in between)?|loosely|loose)(?: evenly| widely| from each other)?", lambda m: "large"),

@@ -19,7 +19,7 @@ Y_WORDS: Mapping[str, str] = {
     "front": "bottom", "near": "bottom", "nearest": "bottom", "closest": "bottom", "bottom": "bottom", "lower": "bottom",
     "south": "bottom", "close": "bottom", "nearer": "bottom", "closer": "bottom", "back": "top", "rear": "top", "far": "top",
     "farthest": "top", "furthest": "top", "farther": "top", "further": "top", "top": "top", "upper": "top", "north": "top",
-    "hind": "top", "middle": "middle", "opposite": "top",
+    "hind": "top", "middle": "middle",
 }  # fmt: skip
 _EDGES = {
     "front": "near", "near": "near", "nearest": "near", "closest": "near", "close": "near", "bottom": "near", "lower": "near",

@@ -146,11 +146,14 @@ def more_than_plain(goal: Goal) -> bool:
     return isinstance(part, RelationPart) or bool(part.keys) or part.shape not in (None, *_FOUR)
 
 
+_TELLING = frozenset("opposite colour height width alternate alternating alternately".split())
 _SIGNS = frozenset("grid rows columns gap radius diameter length apart order group".split()) | {"order end", "length of"}
 
 
 def _beyond(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
     """Return whether something was certainly said that one plain structure cannot hold."""
+    if any(chunk.kind == "unknown" and chunk.value in _TELLING for chunk in chunks):
+        return True
     if any(chunk.kind in _SIGNS or chunk.metres is not None for chunk in chunks):
         return True
     for before, chunk, after in zip(chunks, chunks[1:], chunks[2:], strict=False):

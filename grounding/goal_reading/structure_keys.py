@@ -48,6 +48,9 @@ class StructureKeys:
         for each in frame.predicates:
             self._key(each, values, frame)
         self._distances(frame)
+        single = [each for each in frame.predicates if each.kind in ("relation", "relation it") and each.value != "around"]
+        if values["gap"] is not None and values["shape"] is None and shape is None and single and not any(one.many for one in frame.objects):
+            self.distances[single[-1].first], values["gap"] = values["gap"], None  # "left of the can, 2 cm apart"
         self._implied(frame, values, shape)
         self._order(frame, values, shape)
         shape = values["shape"] or shape

@@ -48,7 +48,8 @@ def verdict(parse: Parse, reading: GoalReading, plain_only: bool = False) -> Ver
             return None
         return Verdict("ok")
     refused = parse.status == "refused" and not (_idle(parse) and not reading.verbs) and not _ASKING.match(parse.text)
-    if not (reading.beyond or (refused and not reading.residue)) or _asks_nothing(parse, reading):
+    goal = any(REFUSALS[reason] in parse.message for reason in ("several", "relation"))
+    if not (reading.beyond or (refused and (goal or not reading.residue))) or _asks_nothing(parse, reading):
         return None
     if reading.residue:
         listed = " and ".join(repr(words) for words in dict.fromkeys(map(shortened, reading.residue)))
@@ -57,6 +58,9 @@ def verdict(parse: Parse, reading: GoalReading, plain_only: bool = False) -> Ver
         return Verdict("ask", reading.question.text, reading.question)
     if reading.problem:
         return Verdict("refused", reading.problem)
+    if goal:
+        text = f"it is not clear what should go where in {shortened(parse.text)!r}; say each part plainly, as 'put the mug left of the bowl, then stack the cans'"
+        return Verdict("refused", text)
     return None
 
 

@@ -216,7 +216,7 @@ def _apart(pool: Sequence[ObjectModel], by: str, count: int, rng: Rng) -> list[O
         SceneError: when there are fewer than three.
     """
     found: list[ObjectModel] = []
-    for model in sorted(pool[: 4 * count], key=lambda model: measure(model, by)):
+    for model in sorted(pool[: 8 * count], key=lambda model: measure(model, by)):
         if not found or measure(model, by) - measure(found[-1], by) > _LEAST_STEP:
             found.append(model)
     if len(found) < 3:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -120,6 +120,11 @@ class TableState:
             items.append(Item(len(items), cloud, seen, model, pose, seen.hollow or shape.hollow))
         return cls(tuple(items), len(scene.objects), scene.table)
 
+    @property
+    def bodies(self) -> list[tuple[ObjectModel, np.ndarray]]:
+        """Return the completed bodies, each with its pose world_from_object (4, 4)."""
+        return [(item.model, item.pose) for item in self.items]
+
     @cached_property
     def carriers(self) -> Mapping[int, int]:
         """Return for each item that stands on another one the index of that."""
@@ -144,10 +149,15 @@ class TableState:
 
     def standing(self, bodies: Mapping[int, PlacedBody] | None = None) -> Standing:
         """Return the table with some items at other places than now."""
-        bodies = bodies or {}
+        if not bodies:
+            return self._as_it_is
+        there = tuple(bodies.get(i, body) for i, body in enumerate(self._as_it_is.bodies))
+        return replace(self._as_it_is, bodies=there)
+
+    @cached_property
+    def _as_it_is(self) -> Standing:
         there = tuple(
-            bodies.get(item.index)
-            or item.body_after(np.eye(4), (self.carriers[item.index],) if item.index in self.carriers else ())
+            item.body_after(np.eye(4), (self.carriers[item.index],) if item.index in self.carriers else ())
             for item in self.items
         )
         return Standing(there, np.array([item.centroid for item in self.items]), ((),) * len(there), self.table)

@@ -23,7 +23,7 @@ from structdiffusion.composition.items import TableState
 from structdiffusion.relations.bonds import Bond
 from structdiffusion.structures.bodies import PlacedBody
 
-_PER_BOND, _PER_PLACE, _ANYWHERE = 32, 32, 24  # candidates that are drawn for a block
+_PER_BOND, _PER_PLACE, _ANYWHERE = 20, 32, 24  # candidates that are drawn for a block
 _CLEAR = 0.01  # m of clear gap to everything that is not part of a block
 _COMFORTABLE = 0.03  # m of clear gap, from where on more is no better
 _WEIGHT_CLEAR, _WEIGHT_HIT = 0.5, 3.0  # of the clear gap, and of each thing in the way that would be set aside
@@ -153,7 +153,8 @@ class Placer:
         free = clear >= _CLEAR if unit.vessel is None else np.ones(len(origins), bool)
         able = (margins > 0) & free & on_table
         if not able.any():
-            raise NoPlaceError(_why_not(unit, wishes, on_table))
+            where = " and ".join(self.state.items[i].name for i in sorted(carriers))
+            raise NoPlaceError(_why_not(unit, wishes, on_table, f"the {where}" if where else "the table"))
         score = np.minimum(margins, 1.0) + _WEIGHT_CLEAR * np.minimum(clear / _COMFORTABLE, 1.0)
         score -= _WEIGHT_HIT * np.array([len(hit) for hit in hits])
         best = int(np.where(able, score, -np.inf).argmax())
@@ -247,7 +248,7 @@ def _into(state: TableState, vessel: int, block: Block, placement: Placement) ->
     return Block(bodies, motions, block.centre, block.quality)
 
 
-def _why_not(unit: Unit, wishes: Sequence[tuple[str, np.ndarray]], on_table: np.ndarray) -> str:
+def _why_not(unit: Unit, wishes: Sequence[tuple[str, np.ndarray]], on_table: np.ndarray, where: str) -> str:
     """Return what stands against a unit: wishes that hold nowhere or not together, the table's edge, or no room."""
     said = " and ".join(said for said, _ in wishes if said != unit.said) or unit.said
     held = [margins > 0 for _, margins in wishes]
@@ -259,4 +260,4 @@ def _why_not(unit: Unit, wishes: Sequence[tuple[str, np.ndarray]], on_table: np.
         return f"there is no place on the table for {unit.said} where {said} hold together"
     if not (together & on_table).any():
         return f"{said} would put {unit.said if said != unit.said else 'it'} beyond the edge of the table"
-    return f"there is no free place on the table for {unit.said}: something is in the way everywhere"
+    return f"there is no free place on {where} for {unit.said}: something is in the way everywhere"

@@ -24,7 +24,7 @@ from structdiffusion.protocol.goal_keys import EDGE_AXES, Grouping
 from structdiffusion.protocol.goal_semantic import only_placed
 from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
 from structdiffusion.structures.keys import structure_keys
-from structdiffusion.structures.structure import LIFT, LayoutError
+from structdiffusion.structures.structure import LIFT, LayoutError, a_structure
 from structdiffusion.word_tokens import UnknownWordError
 
 _CLEAR = 0.015  # m between the objects of a structure and what it is laid around
@@ -89,7 +89,7 @@ class StructureBlocks:
         own = replace(self.scene.on_the_table().select(members), distractors=())
         arrangements = self.planner.propose(own, StructureGoal(part.spec), count=count, generator=generator)
         if part.shape is not None and STRUCTURES[part.shape].stacks:
-            arrangements = _tried(own, arrangements, replace(part.spec, x_position=None, y_position=None))
+            arrangements = self._tried(own, members, arrangements, part)
         blocks = []
         for arrangement in arrangements:
             motions = {}
@@ -243,13 +243,30 @@ class StructureBlocks:
             rows = np.array([motions[i] for i in members])
             rows[:, 2, 3] += [self.state.items[i].bottom for i in members]
             raised.append(Arrangement(rows, {"total": block.quality}))
-        arrangements = _tried(own, raised, replace(part.spec, x_position=None, y_position=None))
+        arrangements = self._tried(own, members, raised, part)
         result = []
         for arrangement in arrangements:
             rows = arrangement.goal_from_initial.copy()
             rows[:, 2, 3] -= [self.state.items[i].bottom for i in members]
             result.append(self._block(part, dict(zip(members, rows, strict=True)), float(arrangement.scores["total"])))
         return result
+
+    def _tried(
+        self, own: Scene, members: Sequence[int], arrangements: Sequence[Arrangement], part: StructurePart
+    ) -> list[Arrangement]:
+        """Return the stacks that stand best in physics rollouts of the first of them, best first."""
+        bodies = []
+        for index in members:
+            item = self.state.items[index]
+            pose = item.pose.copy()
+            pose[2, 3] -= item.bottom
+            bodies.append((item.model, pose))
+        spec = replace(part.spec, x_position=None, y_position=None)
+        ranked = rerank_by_physics(
+            PhysicsRollout(own, bodies), arrangements, spec, _TRIED_STACKS, enough=_ENOUGH_STACKS
+        )
+        best = max(arrangement.scores["imagined"] for arrangement in ranked)
+        return [arrangement for arrangement in ranked if arrangement.scores["imagined"] == best]
 
     def _require_suitable(self, part: StructurePart, items: Sequence[Item]) -> None:
         """Raise a `LayoutError` for too few objects, or a stack of several that nothing can stand on."""
@@ -272,16 +289,9 @@ class StructureBlocks:
         fits = [block for block, size in zip(blocks, sizes) if (size <= room).all()]
         if not fits:
             size = min(sizes, key=lambda one: float((one - room).max()))
-            axis = int((size - room).argmax())
+            asked = f" {part.length * 100:.4g} cm long" if part.length is not None else ""
             raise LayoutError(
-                f"a {part.shape or 'structure'} of these objects is {size[axis]:.2f} m {('deep', 'wide')[axis]}, and the table "
-                f"only {room[axis]:.2f} m"
+                f"{a_structure(part.shape or 'structure')}{asked} of these objects takes at least {size[0]:.2f} m in depth and "
+                f"{size[1]:.2f} m in width, and the table has only {room[0]:.2f} m and {room[1]:.2f} m"
             )
         return fits
-
-
-def _tried(own: Scene, arrangements: Sequence[Arrangement], spec: StructureSpec) -> list[Arrangement]:
-    """Return the stacks that stand best in physics rollouts of the first of them, best first."""
-    ranked = rerank_by_physics(PhysicsRollout(own), arrangements, spec, _TRIED_STACKS, enough=_ENOUGH_STACKS)
-    best = max(arrangement.scores["imagined"] for arrangement in ranked)
-    return [arrangement for arrangement in ranked if arrangement.scores["imagined"] == best]

@@ -14,7 +14,7 @@ import numpy as np
 import torch
 
 from grounding.goals.goal import Goal
-from grounding.goals.parts import StructurePart
+from grounding.goals.parts import GoalError, StructurePart
 from grounding.spec import FIRST_SHAPES
 from structdiffusion.composition.contradictions import require_consistent
 from structdiffusion.composition.items import TableState
@@ -32,8 +32,9 @@ from structdiffusion.relations.bonds import bonds_of, require_indices
 from structdiffusion.structures.structure import LayoutError
 
 _BLOCKS = 16  # proposals for each structure of a goal of several parts
-_DRAWS = 48  # placements that are drawn at most,
-_WANTED = 10  # until so many have been found
+_DRAWS = 32  # placements that are drawn at most,
+_WANTED = 8  # until so many have been found,
+_HOPELESS = 10  # or, after so many draws, none
 _TRIED = 8  # placements that are tried in physics at most,
 _ENOUGH = 2  # until so many stand
 _HYPOTHESES = 3  # about what the camera did not see, for placements in which something stands on something
@@ -98,6 +99,8 @@ class GoalPlanner:
             LayoutError: when these objects cannot do this on this table; one sentence says why.
             GoalError: for a goal that does not fit the scene, or whose relations have no meaning.
         """
+        if not goal.parts:
+            raise GoalError("the goal has no parts: nothing is asked for")
         resolved = require_indices(goal, len(scene.objects))
         if goal.plain_spec is not None and goal.plain_spec.shape in (None, *FIRST_SHAPES):
             asked = StructureGoal(goal.plain_spec, sentence, embedding)
@@ -199,7 +202,7 @@ class _Composer:
                 found.append((placement, aside))
             except NoPlaceError as error:
                 reason = reason or str(error)
-            if len(found) >= _WANTED or (number >= _DRAWS // 3 and not found):
+            if len(found) >= _WANTED or (number + 1 >= _HOPELESS and not found):
                 break
         return found, reason
 
@@ -226,7 +229,7 @@ class _Composer:
 
     def _ranked(self, units: Units, found: Sequence[tuple[Placement, set[int]]]) -> list[GoalArrangement]:
         """Try the placements in physics, and return them as arrangements, best first."""
-        rollout = PhysicsRollout(self.scene)
+        rollout = PhysicsRollout(self.scene, self.state.bodies)
         rows = sorted(found, key=lambda row: (len(row[1]), -row[0].margin * row[0].quality))
         tried: list[tuple[float, GoalArrangement]] = []
         falls: list[Verdict] = []

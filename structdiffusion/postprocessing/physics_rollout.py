@@ -41,15 +41,21 @@ class PhysicsRollout:
 
     Args:
         scene: the observed scene.
+        bodies: the completed bodies of its objects, then of its distractors, each with its pose world_from_object (4, 4),
+            where they are known already.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
+    def __init__(self, scene: Scene, bodies: Sequence[tuple[ObjectModel, np.ndarray]] | None = None) -> None:
+        self.scene, self._given = scene, bodies
         self._assumed: dict[tuple[int, tuple[int, ...]], tuple[list[ObjectModel], np.ndarray]] = {}
 
     @cached_property
     def _bodies(self) -> tuple[list[ObjectModel], np.ndarray, list[tuple[ObjectModel, np.ndarray]]]:
-        return bodies_of_scene(self.scene)
+        if self._given is None:
+            return bodies_of_scene(self.scene)
+        own = self._given[: len(self.scene.objects)]
+        poses = np.array([pose for _, pose in own])
+        return [model for model, _ in own], poses, list(self._given[len(own) :])
 
     def _hypothesis(self, number: int, order: tuple[int, ...]) -> tuple[list[ObjectModel], np.ndarray]:
         """Return N bodies that vary the completed ones, and errors (N, 4, 4) of their landing poses.

@@ -6,6 +6,7 @@ Places go row by row from the bottom, and along the wall within a row.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,11 +21,16 @@ from structdiffusion.structures.bodies import LayoutItem, ObjectTraits, PlacedBo
 from structdiffusion.structures.checks import Check, count_check, position_checks
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.structure import LIFT, STANDING, TALLEST, Draft, LayoutError, Structure, Traits
-from structdiffusion.tableware import CUTLERY
+from structdiffusion.tableware import BASES, CUTLERY
 
 _TALLEST_OBJECT = 0.16  # m, as in a tower
+_SLENDER = 4.0  # height over radius of an object that falls when another is set down on its edge
 _CLEAR = 0.004  # m between neighbours of a row: what they carry has to reach both
-_LEVEL = 0.004  # m by which the heights of two objects may differ that carry one: a lean of 3 degrees over 8 cm
+_LEAN_DEGREES = 2.0  # by which an object may lean that lies on two of different heights
+# Gap between neighbours of the lowest row, over the breadth of the narrowest upper object. What an object carries presses on
+# its inner half: over a narrow gap, one of the two below would carry everything.
+_GAP_SHARE = 0.3
+_WIDER = 0.06  # m by which gaps may be wider, for broad upper objects
 _LEAST_HOLD = 0.15  # of the area of an object, that has to lie on each of the two that carry it
 
 
@@ -35,19 +41,22 @@ class Pyramid(Structure):
     least = MIN_PYRAMID_OBJECTS
     usual_counts = (3, 6)
     exact_count = False
-    requirement = f"{STANDING}, lower than {_TALLEST_OBJECT} m, able to carry, and no cutlery"
+    requirement = f"{STANDING}, lower than {_TALLEST_OBJECT} m, able to carry, not slender, and neither cutlery nor a plate or bowl"
     stacks = True
 
     def suits(self, thing: ObjectTraits) -> bool:
-        """Return whether an object stands, carries, is low and is no cutlery."""
+        """Return whether an object stands, carries and is low; cutlery lies, and plates and bowls are narrow at their feet."""
         return (
-            super().suits(thing) and thing.stackable and thing.height < _TALLEST_OBJECT and thing.category not in CUTLERY
+            super().suits(thing)
+            and thing.stackable
+            and thing.height < min(_TALLEST_OBJECT, _SLENDER * thing.radius)
+            and thing.category not in (*CUTLERY, *BASES)
         )
 
     def choose(
         self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool
     ) -> list[Traits]:
-        """Choose objects whose heights make level rows: one by which the others are chosen, and those nearest to it.
+        """Choose objects whose heights make level rows: one, and those nearest to it in size, of one noun where there are enough.
 
         Raises:
             LayoutError: when too few of them are alike.
@@ -55,9 +64,10 @@ class Pyramid(Structure):
         wanted = max((count for count in range(self.least, wanted + 1) if row_lengths(count)), default=self.least)
         if len(candidates) < wanted:
             return super().choose(candidates, wanted, rng, named)
-        first = candidates[0]
-        alike = sorted(candidates, key=lambda one: abs(one.height - first.height) + abs(one.radius - first.radius))
-        return alike[:wanted]
+        nouns = Counter(one.category for one in candidates)
+        first = next((one for one in candidates if nouns[one.category] >= wanted), candidates[0])
+        some = [one for one in candidates if one.category == first.category or nouns[first.category] < wanted]
+        return sorted(some, key=lambda one: abs(one.height - first.height) + abs(one.radius - first.radius))[:wanted]
 
     def draft(
         self,
@@ -78,13 +88,8 @@ class Pyramid(Structure):
         direction = np.array([math.sin(heading), -math.cos(heading)])
         turns = np.array([_flush_turn(item.footprint, heading - math.pi / 2) for item in items])
         outlines = [turned(item.footprint, turn) for item, turn in zip(items, turns)]
-        pitch = max(
-            separation_along(outlines[a], outlines[b], direction, _CLEAR) for row in rows for a, b in zip(row, row[1:])
-        )
         order = [item for row in rows for item in row]
-        offsets = np.array(
-            [(number - (len(row) - 1) / 2) * pitch * direction for row in rows for number in range(len(row))]
-        )
+        offsets = _along_wall(rows, outlines, direction)[:, None] * direction
         _require_hold([outlines[i] + at for i, at in zip(order, offsets)], rows, items)
         heights, bottoms = [0.0] * len(rows[0]), []
         for row in rows:
@@ -171,7 +176,7 @@ def _level_rows(items: Sequence[LayoutItem]) -> list[list[int]]:
     if rows is None:
         heights = ", ".join(f"{item.category} {item.height:.3f} m" for item in items)
         raise LayoutError(
-            f"a pyramid needs rows of objects that carry others and are equally high within {_LEVEL * 1000:g} mm; "
+            f"a pyramid needs rows of objects that carry others and are equally high within {_LEAN_DEGREES:g} degrees of lean; "
             f"these are not: {heights}"
         )
     return rows
@@ -186,11 +191,49 @@ def _rows_from(items: Sequence[LayoutItem], left: list[int], lengths: Sequence[i
     # The broadest row lowest.
     for start in sorted(starts, key=lambda s: -sum(np.ptp(items[i].footprint) for i in carriers[s : s + lengths[0]])):
         row = carriers[start : start + lengths[0]]
-        if items[row[-1]].height - items[row[0]].height <= _LEVEL:
+        if items[row[-1]].height - items[row[0]].height <= _lean(items, row):
             above = _rows_from(items, [i for i in left if i not in row], lengths[1:])
             if above is not None:
                 return [row, *above]
     return None
+
+
+def _along_wall(rows: Sequence[Sequence[int]], outlines: Sequence[np.ndarray], direction: np.ndarray) -> np.ndarray:
+    """Return where objects stand along a wall, (N,) by place, metres, about the middle of the lowest row.
+
+    Each upper object stands over the middle of the gap between the two that carry it, so that both do, however broad they
+    are. The gaps of the lowest row are as narrow as the balance and the breadth of the upper objects allow.
+    """
+    low = [float((outline @ direction).min()) for outline in outlines]
+    high = [float((outline @ direction).max()) for outline in outlines]
+    narrowest = min(high[i] - low[i] for row in rows[1:] for i in row)
+    first = max(_CLEAR, _GAP_SHARE * narrowest)
+    for gap in np.arange(first, first + _WIDER, _CLEAR):
+        base = rows[0]
+        steps = [separation_along(outlines[a], outlines[b], direction, gap) for a, b in zip(base, base[1:])]
+        along = [np.concatenate(([0.0], np.cumsum(steps)))]
+        for below, row in zip(rows, rows[1:]):
+            under = along[-1]
+            middles = [
+                (under[k] + high[a] + under[k + 1] + low[b]) / 2 for k, (a, b) in enumerate(zip(below, below[1:]))
+            ]
+            along.append(np.array([middle - (low[i] + high[i]) / 2 for middle, i in zip(middles, row)]))
+        apart = (
+            after - before >= separation_along(outlines[a], outlines[b], direction, _CLEAR) - 1e-9
+            for row, places in zip(rows[1:], along[1:])
+            for a, b, before, after in zip(row, row[1:], places, places[1:])
+        )
+        if all(apart):
+            break
+    else:
+        raise LayoutError("the upper objects of a pyramid are too broad to stand side by side on those below")
+    return np.concatenate(along) - along[0].mean()
+
+
+def _lean(items: Sequence[LayoutItem], row: Sequence[int]) -> float:
+    """Return by how much, metres, the heights of a row's objects may differ: the narrower they are, the less."""
+    narrowest = min(float(np.ptp(items[i].footprint, axis=0).min()) for i in row)
+    return math.tan(math.radians(_LEAN_DEGREES)) * narrowest
 
 
 def _flush_turn(footprint: np.ndarray, axis: float) -> float:

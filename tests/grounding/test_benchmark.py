@@ -26,7 +26,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart, StructurePart
 from grounding.parse_result import Parse, refusal
 from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
-from prompts import load_prompt, prompt_examples, prompt_names
+from prompts import load_prompt, prompt_lines, prompt_names
 
 OPEN = {slot: (None,) for slot in SLOTS}
 
@@ -74,7 +74,7 @@ def test_training_text_never_contains_a_sentence_of_the_benchmark():
     drawn = {_plain(paraphrase(rng).text) for _ in range(20_000)}
     assert not drawn & held_out
     assert not {_plain(text) for text, _ in all_sentences()} & held_out
-    shown = {_plain(text) for name in prompt_names() for text, _ in prompt_examples(load_prompt(name))}
+    shown = {_plain(text) for name in prompt_names() for text, _ in prompt_lines(load_prompt(name))}
     assert shown and not shown & held_out
 
 
@@ -194,6 +194,14 @@ def test_a_goal_that_five_slots_cannot_hold_counts_as_refused():
         assert found.status == "refused" and found.spec == StructureSpec()
         assert is_exact(row(refuse=True), found) and not is_exact(row(shape=("circle",)), found)
     assert not is_exact(row(refuse=True), five_slots(cups, "ok", plain))
+
+
+def test_a_line_along_an_edge_is_a_line_on_that_side():
+    line = Goal((StructurePart("line", size="large", along="far"),))
+    found = five_slots(Parse("t", StructureSpec("line"), "p"), "ok", line)
+    assert found.status == "ok" and found.spec == StructureSpec("line", "large", y_position="top")
+    spaced = Goal((StructurePart("line", along="far", gap=0.05),))
+    assert five_slots(Parse("t", StructureSpec("line"), "p"), "ok", spaced).status == "refused"
 
 
 def test_the_status_of_the_whole_reading_counts():

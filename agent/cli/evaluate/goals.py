@@ -20,7 +20,7 @@ from agent.cli.options import (
 )
 from agent.runtime.output_ownership import claim_folder
 from agent.runtime.stdio import import_pybullet_silently
-from structdiffusion.benchmark.goal_families import FAMILIES
+from structdiffusion.benchmark.goal_names import GOAL_FAMILIES
 
 
 def goals(
@@ -30,12 +30,16 @@ def goals(
     allow_unverified: UnverifiedOption = False,
     family: Annotated[
         list[str] | None,
-        typer.Option(metavar="|".join(FAMILIES), help="Family of goals to measure. Repeatable.  [default: all]"),
+        typer.Option(metavar="|".join(GOAL_FAMILIES), help="Family of goals to measure. Repeatable.  [default: all]"),
     ] = None,
     scenes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of scenes per family.")] = 50,
     seed: SeedOption = 0,
     candidates: CandidatesOption = 64,
     arm: Annotated[bool, typer.Option("--arm", help="Build with the arm too.")] = False,
+    disturbed: Annotated[
+        bool,
+        typer.Option("--disturbed", help="Judge the reference arrangements with every object moved by 4 cm, too."),
+    ] = False,
     workers: PoolOption = None,
     out: RowsOption = None,
     force: ForceOutOption = False,
@@ -45,7 +49,8 @@ def goals(
 
     Scenes are drawn so that a reference arrangement passes every check of the goal. The best-ranked arrangement of each
     scene is released in physics, object by object, and with --arm built by the arm too. The looser checks of two other
-    systems judge the same rows. All planners get the same scenes.
+    systems judge the same rows. All planners get the same scenes; --disturbed adds arrangements that are nearly right, to
+    compare the checks.
 
     \b
     DIR gets rows.jsonl with a row per planner and scene: the same command resumes an
@@ -62,5 +67,6 @@ def goals(
     from agent.evaluation.report import write_evaluation
 
     config = GoalsConfig(objects, weights, seed, candidates, arm, allow_unverified)
-    measure = partial(measure_goals, config, model or ["diffusion"], family, scenes, workers=workers, out=out)
+    options = {"disturbed": disturbed, "workers": workers, "out": out}
+    measure = partial(measure_goals, config, model or ["diffusion"], family, scenes, **options)
     finish(measure, print_goals, out, json_output, write_evaluation)

@@ -14,6 +14,7 @@ from agent.evaluation.report import command_line
 from agent.evaluation.result_store import fingerprint
 from structdiffusion.benchmark.goal_families import FAMILIES
 from structdiffusion.objects.model import ObjectModel
+from structdiffusion.planners.registry import PLANNERS
 
 
 @dataclass(frozen=True)
@@ -38,9 +39,11 @@ class GoalsConfig:
     allow_unverified: bool = False
 
     def command(self, models: Sequence[str], families: Sequence[str], scenes: int) -> str:
-        """Return the command that makes these rows."""
+        """Return the command that makes these rows; "disturbed reference" stands for a planner among them."""
+        planners = [name for name in models if name in PLANNERS]
         return command_line(
-            "goals", objects=self.objects, scenes=scenes, seed=self.seed, model=list(models),
+            "goals", objects=self.objects, scenes=scenes, seed=self.seed, model=planners,
+            disturbed=len(planners) < len(models),
             family=None if tuple(families) == tuple(FAMILIES) else list(families), weights=self.weights,
             candidates=self.candidates, arm=self.arm, allow_unverified=self.allow_unverified,
         )  # fmt: skip

@@ -8,9 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from agent.evaluation.goals.arm import build_goal_scene
 from agent.evaluation.goals.config import GoalsConfig, checked_families
 from agent.evaluation.goals.rates import rates_of
-from agent.evaluation.goals.solve import lost_rows, solve_goal_scene
+from agent.evaluation.goals.solve import DISTURBED, judge_disturbed, lost_rows, solve_goal_scene
 from agent.evaluation.report import REPORT, report_frame
 from agent.evaluation.result_store import ResultStore, store_folder
 from agent.evaluation.rows import LOST, Row, measured
@@ -51,6 +52,7 @@ def measure_goals(
     families: Sequence[str] | None,
     scenes: int,
     *,
+    disturbed: bool = False,
     workers: int | None = None,
     out: Path | None = None,
 ) -> dict[str, Any]:
@@ -61,6 +63,7 @@ def measure_goals(
         models: names of planners.
         families: of goals; `None` for all.
         scenes: number per family.
+        disturbed: judge the disturbed reference arrangements too (`judge_disturbed`), as if they came from a planner.
         workers: processes; `None` for one per core, 0 for this process alone.
         out: folder that stores the rows as they come: the same command resumes an evaluation that was stopped, and
             another one may add planners, families and scenes; the report is of all rows in it. `None` stores nothing.
@@ -83,7 +86,8 @@ def measure_goals(
     ):
         rows = {_key(row): row for row in measured(store.rows)}
         # Families in turn, so that the rows of an evaluation that was stopped are of all of them.
-        jobs = list(_missing(rows, models, [(family, number) for number in range(scenes) for family in chosen]))
+        named = (*models, DISTURBED) if disturbed else models
+        jobs = list(_missing(rows, named, [(family, number) for number in range(scenes) for family in chosen]))
         absolute = replace(config, weights=config.weights and config.weights.absolute())
         with progress("scenes of goals", len(jobs)) as advance:
             for result in force.do(partial(_solve_job, absolute), _Loaded, (library,), jobs):
@@ -117,7 +121,7 @@ class _Loaded:
 
     def planner(self, name: str, config: GoalsConfig) -> GoalPlanner:
         """Return the planner of goals that uses the planner of a name for its structures."""
-        return GoalPlanner(self._cache.planner(name, config.weights, config.allow_unverified))
+        return self._cache.goal_planner(name, config.weights, config.allow_unverified)
 
 
 def _solve_job(config: GoalsConfig, loaded: _Loaded, job: _Job) -> list[Row]:
@@ -128,7 +132,12 @@ def _solve_job(config: GoalsConfig, loaded: _Loaded, job: _Job) -> list[Row]:
         return lost_rows(job.models, job.family, job.number, config.seed, str(error), NO_SCENE)
     rows = []
     for name in job.models:
-        row, best = solve_goal_scene(loaded.planner(name, config), scene, config.candidates)
+        if name == DISTURBED:
+            rows.append({"model": name, **judge_disturbed(scene)})
+            continue
+        row, observed, arrangements = solve_goal_scene(loaded.planner(name, config), scene, config.candidates)
+        if config.arm:
+            row["arm"] = build_goal_scene(scene, observed, arrangements)
         rows.append({"model": name, **row})
     return rows
 

@@ -26,7 +26,8 @@ def print_goals(report: Mapping[str, Any], results: TextIO) -> None:
         print_table(arm, results, left=2)
     lost = sum(rates["all"]["lost"] for rates in report["aggregate"].values())
     left_out = report["left_out"]
-    undrawn = f"{left_out} rows are left out: no scene could be drawn for them from these objects" if left_out else ""
+    these, them = ("1 row is", "it") if left_out == 1 else (f"{left_out} rows are", "them")
+    undrawn = f"{these} left out: no scene could be drawn for {them} from these objects" if left_out else ""
     explanation = (
         "rates in percent, with 95 % Wilson intervals; s: median seconds of planning; rivals: accepted by their looser checks, "
         "ours on the same rows, and what they accept of what comes to rest and fails our checks"

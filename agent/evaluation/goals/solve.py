@@ -11,17 +11,23 @@ import torch
 
 from agent.event_base import json_value
 from grounding.goals.description import describe_part
-from grounding.goals.parts import GoalError, StructurePart
+from grounding.goals.parts import StructurePart
+from grounding.spec import SpecError
 from structdiffusion.benchmark.goals import GoalScene
 from structdiffusion.benchmark.success import NO_ARRANGEMENT
+from structdiffusion.observation import Scene
 from structdiffusion.planners.goal_planner import GoalArrangement, GoalPlanner
 from structdiffusion.protocol.physical_stability import Verdict
 from structdiffusion.structures.structure import LayoutError
 
 Row = dict[str, Any]
+DISTURBED = "disturbed reference"  # stands for a planner in the tables
+DISTURBED_BY = 0.04  # m
 
 
-def solve_goal_scene(planner: GoalPlanner, scene: GoalScene, candidates: int) -> tuple[Row, GoalArrangement | None]:
+def solve_goal_scene(
+    planner: GoalPlanner, scene: GoalScene, candidates: int
+) -> tuple[Row, Scene, list[GoalArrangement]]:
     """Let a planner solve one scene; scene and planner determine everything but the times.
 
     Args:
@@ -30,15 +36,15 @@ def solve_goal_scene(planner: GoalPlanner, scene: GoalScene, candidates: int) ->
         candidates: the number of arrangements that it proposes; the best-ranked one is tried.
 
     Returns:
-        The row without the planner's name, JSON-ready, and the best-ranked arrangement; `None` where there is none.
+        The row without the planner's name, JSON-ready; what was seen; and the arrangements, best first.
     """
     looked = time.perf_counter()
     observed, problem = scene.observed(), None
     generator = torch.Generator().manual_seed(scene.planning_seed)
     started = time.perf_counter()
     try:
-        arrangements = planner.propose(observed, scene.goal, count=candidates, generator=generator)
-    except (LayoutError, GoalError) as error:
+        arrangements = planner.propose(observed, scene.goal, count=candidates, generator=generator, colors=scene.colors)
+    except (LayoutError, SpecError) as error:
         arrangements, problem = [], str(error)
     planned = time.perf_counter()
     best = arrangements[0] if arrangements else None
@@ -56,7 +62,35 @@ def solve_goal_scene(planner: GoalPlanner, scene: GoalScene, candidates: int) ->
         "seconds": round(time.perf_counter() - looked, 3),
         "verdict": None if verdict is None else verdict.to_dict(),
     }
-    return json_value(row), best
+    return json_value(row), observed, arrangements
+
+
+def judge_disturbed(scene: GoalScene) -> Row:
+    """Judge the reference arrangement with every moved object put `DISTURBED_BY` off, in a random direction.
+
+    It says how strict the checks are, ours and the rivals': what stands so is near what was asked for, and not quite.
+    """
+    started = time.perf_counter()
+    rng = np.random.default_rng(scene.planning_seed)
+    motions = np.array(scene.reference)
+    moved = np.flatnonzero((motions != np.eye(4)).any(axis=(1, 2)))
+    angles = rng.uniform(-np.pi, np.pi, len(moved))
+    motions[moved, :2, 3] += DISTURBED_BY * np.column_stack((np.cos(angles), np.sin(angles)))
+    verdict = scene.verdict(motions)
+    row = scene_row(scene) | {
+        "success": verdict.success,
+        "failure": verdict.failure,
+        "failed_parts": failed_parts(scene, verdict),
+        "detail": verdict.detail,
+        "proposed": 1,
+        "moved": moved.tolist(),
+        "aside": [],
+        "rivals": rival_verdicts(scene, verdict),
+        "plan_seconds": 0.0,
+        "seconds": round(time.perf_counter() - started, 3),
+        "verdict": verdict.to_dict(),
+    }
+    return json_value(row)
 
 
 def scene_row(scene: GoalScene) -> Row:

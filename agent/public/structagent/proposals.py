@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from agent.errors import NOT_BUILDABLE
+from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 from grounding.spec import StructureSpec
@@ -105,8 +106,10 @@ class Proposals(Sequence[Proposal]):
 
     def __repr__(self) -> str:
         names = ", ".join(self.scene.names[index] for index in self.moved)
-        asked = self.goal if self.goal.plain_spec is None else self.spec
-        return f"Proposals({len(self)} of {self.proposed} by {self.model!r}: {asked}; {names}; {self.status})"
+        asked = f"{self.spec}; {names}"
+        if self.goal.plain_spec is None:
+            asked = "; ".join(describe_part(part, self.scene.names) for part in self.goal.parts)
+        return f"Proposals({len(self)} of {self.proposed} by {self.model!r}: {asked}; {self.status})"
 
     @property
     def best(self) -> Proposal:

@@ -40,7 +40,7 @@ def test_arguments_choices_switches_and_nested_commands():
     text = reference.reference()
     assert "structagent parse [OPTIONS] [TEXT...]\n" in text and "structagent run [OPTIONS] TEXT\n" in text
     assert "- `--execute, --no-execute`: " in section(text, "structagent run")
-    assert "- `--shape circle|line|tower|table setting`: " in section(text, "structagent scene new")
+    assert "- `--shape circle|line|tower|table setting|cluster|" in section(text, "structagent scene new")
     group, command = section(text, "structagent evaluate"), section(text, "structagent evaluate success")
     assert "- [`structagent evaluate arm`](#structagent-evaluate-arm): Measure how often" in group
     assert "`structagent models list` names all 43). Repeatable. Default: diffusion." in command

@@ -50,8 +50,8 @@ def test_table(data, capsys):
 
 def test_a_file_that_is_no_benchmark(tmp_path, capsys):
     path = tmp_path / "rows.jsonl"
-    path.write_text('{"text": "a row", "shape": ["square"]}\n')
+    path.write_text('{"text": "a row", "shape": ["star"]}\n')
     assert command_line(["evaluate", "parse", "--data", str(path)]) == 6
     error = capsys.readouterr().err
-    assert "line 1" in error and "'square'" in error and "circle, line, tower, table setting" in error
+    assert "line 1" in error and "'star'" in error and "circle, line, tower, table setting" in error
     assert command_line(["evaluate", "parse", "--data", str(tmp_path / "none.jsonl")]) == 6

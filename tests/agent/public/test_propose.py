@@ -383,3 +383,58 @@ def test_two_threads_get_the_same_as_one(clouds):
     assert not any(thread.is_alive() for thread in threads)
     assert all(np.array_equal(one, other) for one, other in zip(alone, results[1], strict=True))
     assert len(results[2]) == 2 and not np.allclose(results[1][0], results[2][0])
+
+
+# --- goals of several parts ------------------------------------------------------------------------
+
+LEFT_OF = {"kind": "relation", "relation": "left of", "objects": ["can"], "reference": ["bowl"]}
+NAMES = ["box", "can", "bowl", "jar"]
+
+
+def test_a_goal_moves_what_its_parts_place_and_leaves_the_rest(clouds):
+    found = structagent.propose(clouds, {"parts": [LEFT_OF]}, names=NAMES, seed=1, **FAST)
+    assert found.moved == (1,) and found.goal.parts[0].objects == (1,) and found.goal.parts[0].reference == (2,)
+    assert_rigid(found.best.goal_from_initial)
+    assert np.array_equal(found.best.goal_from_initial[[0, 2, 3]], np.tile(np.eye(4), (3, 1, 1)))
+    can, bowl = middles(found.clouds_after())[1:3]
+    along, across = (can - bowl)[1], (can - bowl)[0]
+    assert along > abs(across)  # left is +y, within 45 degrees
+    again = structagent.propose(clouds, structagent.Goal.from_dict({"parts": [LEFT_OF | {"objects": [1], "reference": [2]}]}),
+                                names=NAMES, seed=1, **FAST)  # fmt: skip
+    assert np.array_equal(found.best.goal_from_initial, again.best.goal_from_initial)
+
+
+def test_a_sentence_of_several_parts_is_parsed_and_proposed(clouds):
+    text = "put the can to the left of the bowl and the box behind the jar"
+    parsed, found = structagent.parse(text, NAMES), structagent.propose(clouds, text, names=NAMES, seed=0, **FAST)
+    assert [part.relation for part in parsed.goal.parts] == ["left of", "behind"]
+    assert parsed.goal == found.goal and found.moved == (0, 1)
+    assert "can left of bowl; box behind jar; ok" in repr(found)
+
+
+def test_the_goal_of_one_structure_is_that_structure(clouds):
+    part = {"kind": "structure", **CIRCLE, "objects": [0, 1, 3]}
+    whole = structagent.propose(clouds, {"parts": [part]}, seed=3, **FAST)
+    slots = structagent.propose(clouds, CIRCLE, objects=[0, 1, 3], seed=3, **FAST)
+    assert whole.goal == slots.goal and whole.moved == slots.moved == (0, 1, 3)
+    assert np.array_equal(whole.best.goal_from_initial, slots.best.goal_from_initial)
+
+
+@pytest.mark.parametrize(
+    ("goal", "exit_code", "message"),
+    [
+        ({"parts": []}, 2, "the goal has no parts"),
+        ({"parts": [LEFT_OF | {"objects": [9]}]}, 2, "an object of the goal cannot be 9"),
+        ({"parts": [LEFT_OF | {"objects": ["kettle"]}]}, 2, "names: box, can, bowl, jar"),
+        ({"parts": [LEFT_OF | {"relation": "beside"}]}, 3, "legal values: left of"),
+        ({"parts": [LEFT_OF | {"distance": -0.1}]}, 3, "distance cannot be -0.1 m"),
+        ({"parts": "line"}, 3, "the parts of a goal are a list"),
+        ({"parts": [LEFT_OF, LEFT_OF | {"relation": "right of"}]}, 4, "part 1"),
+    ],
+)
+def test_goals_that_cannot_be_used_are_refused(clouds, goal, exit_code, message):
+    assert message in refused(clouds, goal, names=NAMES, exit_code=exit_code)
+
+
+def test_objects_are_not_given_twice(clouds):
+    assert "a goal itself says which" in refused(clouds, {"parts": [LEFT_OF]}, names=NAMES, objects=[0], exit_code=2)

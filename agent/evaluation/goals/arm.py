@@ -1,0 +1,68 @@
+"""Build a scene of the benchmark of goals with the simulated arm."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from agent.arm.events import PickFailed, Placed, PlaceFailed, PlanFailed, Planned
+from agent.arm.executor import build_structure
+from agent.arm.kinematics import JacoArm
+from agent.arm.placement_rules import moving
+from agent.pipeline.table_goal import TableGoal
+from agent.pipeline.verdict import judge_goal
+from structdiffusion.benchmark.goals import GoalScene
+from structdiffusion.observation import Arrangement, Scene
+from structdiffusion.planners.goal_planner import GoalArrangement
+from structdiffusion.simulation.world import TabletopWorld
+
+Row = dict[str, Any]
+
+
+def build_goal_scene(scene: GoalScene, observed: Scene, arrangements: Sequence[GoalArrangement]) -> Row:
+    """Build the first arrangement that the arm finds a plan for, and judge what stands; return JSON values.
+
+    Args:
+        scene: the scene.
+        observed: what the camera saw of it.
+        arrangements: best first.
+
+    Returns:
+        "planned"; "to_place" and "placed", numbers of objects; "rank" of the arrangement that was built, from 1; "stands";
+        the failure class and the checks that failed; "trouble", a sentence for each; "seconds".
+    """
+    started = time.perf_counter()
+    row: Row = {"planned": False, "to_place": 0, "placed": 0, "rank": None, "stands": False, "trouble": []}
+    goal = scene.goal.resolved(len(scene.models))
+    wanted = TableGoal(goal, tuple(scene.names), scene.world_from_initial, scene.colors or ())
+    touched = sorted({*wanted.movable, *(index for one in arrangements for index in one.moved)})
+    part = observed.select(touched)
+    choices = [Arrangement(np.asarray(one.goal_from_initial)[touched], dict(one.scores)) for one in arrangements]
+    if not choices:
+        return row | {"trouble": ["no arrangement"], "seconds": round(time.perf_counter() - started, 1)}
+    order = [*touched, *(i for i in range(len(scene.models)) if i not in touched)]
+    rng = np.random.default_rng((scene.seed, scene.number, len(touched)))
+    with TabletopWorld(scene.models, list(scene.world_from_initial), scene.table) as world:
+        world.reorder(order)
+        names = [scene.names[index] for index in order]
+        rank, placed = 0, set()  # what was pushed away may be placed twice
+        work = build_structure(world, JacoArm(world.client), part, choices, rng=rng, rules=wanted.placement_rules(part))
+        for event in work:
+            if isinstance(event, Planned):
+                row["planned"], rank = True, event.arrangement
+            elif isinstance(event, Placed) and not event.aside:
+                placed.add(event.object)
+            elif isinstance(event, (PlanFailed, PickFailed, PlaceFailed)):
+                row["trouble"].append(f"{type(event).__name__}: {event.name}: {event.reason}")
+        motions = choices[rank].goal_from_initial
+        moved = moving(motions)
+        row |= {"to_place": len(moved), "placed": len(placed), "rank": rank + 1}
+        if row["planned"] and placed.issuperset(moved):
+            initial = scene.world_from_initial[touched]
+            failure, checks = judge_goal(world, names, moved, (motions @ initial)[moved], wanted)
+            failed = [f"{check.name}: {check.measured:.3g}, allowed {check.limit}" for check in checks if not check.passed]
+            row |= {"stands": failure is None, "failure": failure, "failed_checks": failed}
+    return row | {"seconds": round(time.perf_counter() - started, 1)}
