@@ -41,6 +41,8 @@ def mismatch(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str
         chunks: of the instruction, without what the speaker took back.
         parts: of the goal, as JSON has them, with the instruction's words for objects and lengths in metres.
     """
+    if denied := [chunk.said for chunk in chunks if chunk.kind in ("negated", "not")]:
+        return f"may do what {denied[0]!r} forbids"
     unread = any(chunk.kind == "unknown" for chunk in chunks)
     structures = [part for part in parts if part["kind"] == "structure"]
     relations = [part for part in parts if part["kind"] == "relation"]
