@@ -264,6 +264,12 @@ def test_hostile_sentences_get_one_sentence_and_change_nothing(say, last, text):
     assert revision.status in ("refused", "unchanged", "ask") and revision.goal == goal(last) and revision.message.strip()
 
 
+@pytest.mark.parametrize("text", ["and bigger", "and a bit bigger", "then make the circle bigger", "also bigger please"])
+def test_a_fragment_with_and_adds_nothing(say, text):
+    revision = say(TWO, text)
+    assert revision.status == "ok" and revision.goal == goal(with_(TWO, 1, size="large"))
+
+
 def test_parts_alone_and_without_others():
     assert only_parts(goal(ROW), [1]) == goal([relation("left of", [4], [0, 1, 2])])
     assert without_parts(goal(ROW), [0]) == (Goal(), (0, 1))
