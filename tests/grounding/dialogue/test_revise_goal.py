@@ -192,7 +192,7 @@ def test_additions(say, last, text, then):
 
 @pytest.mark.parametrize(
     "text",
-    ["bigger", "now a circle", "the other side", "add the bowl", "without the blue cup", "put the cans in a circle",
+    ["bigger", "now a circle", "the other side", "add the bowl", "without the blue cup", "put the plate, the bowl and the apple in a circle",
      "make it purple", "the same with the cans", "turn it by 90 degrees", "asdf qwer"],
 )  # fmt: skip
 def test_one_plain_structure_is_revised_as_before(say, parser, encoder, text):
