@@ -174,7 +174,8 @@ class Asides:
         after = self._person(place)
         if after is not None:
             words = self.said.words[after:end]
-            return not any(word in WANTING for word in words) and not self.wishes(after, end, facts=True)
+            nobody = self.said.word(place) in ("nobody", "everyone", "everybody")  # "so nobody sees the cups" is a wish
+            return not any(word in WANTING for word in words) and not self.wishes(after, end, facts=not nobody)
         return self._fact(place, end)
 
     def _fact(self, place: int, end: int) -> bool:

@@ -314,6 +314,8 @@ class Composer:
             return
         if objects is None and (relations or frame.has("move")) and values["shape"] is None and not keys.asks(values):
             self._need_objects(frame, "it")
+        if values["rotation"] is not None and values["shape"] is None and not many:
+            raise ReadingError(f"a single object cannot be turned to face somewhere, as {shortened(self.text)!r} asks")
         placed = values["x_position"] is not None or values["y_position"] is not None
         structure = keys.asks(values) or (placed and many)
         if structure:

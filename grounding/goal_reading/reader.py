@@ -209,7 +209,7 @@ def _without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> lis
             continue
         told = run and (all(all(narrated[one.first : one.end]) for one in run) or said.word(run[0].first) in _SUBJECTS)
         told = told and said.word(run[0].first) not in _CONDITIONS
-        kept += [] if told and _reports(run) and not asides.wishes(run[0].first, run[-1].end, facts=True) else run
+        kept += [] if told and _reports(run) and not asides.wishes(run[0].first, run[-1].end) else run
         run = []
         if chunk is not None:
             kept.append(chunk)
