@@ -60,6 +60,7 @@ _POLITE = tuple(
         r"|if i may(?: say so)?|if (?:i )?(?:may|might)|as i said|like i said|i(?:'d| would) (?:rather|sooner|much rather) (?:have|like|see)|rather have|kindly to|here we go|there we go|here goes|chop chop"
         r"|your mission(?: today)? is(?: simple)?|your task(?: today)?(?: is)?|so here's the (?:thing|deal|plan)|here's the (?:thing|deal|plan)|the plan is(?: this)?|this is what i(?:'d)? (?:want|need|like)|happy \w+|merry christmas)",
         r"(?:good (?:day|afternoon|morning|evening|night|job|work)|well done|bravo|goodbye|bye(?: bye)?|see you(?: later| soon)?|have a (?:nice|good|great|lovely) (?:day|one|time|weekend)|love you|god bless(?: you)?|bless you)",
+        r"(?:therefore|hence|thus|consequently)",
         r"(?:much obliged|all the best|best regards|kind regards|regards|yours truly|ta very much|that will be all|that would be all|over and out)",
     )
 )  # fmt: skip
