@@ -308,6 +308,8 @@ class Chunker:
             if place + length <= len(said.words) and (kind := VERB_PHRASES.get(phrase)) is not None:
                 return [Chunk("noise" if kind == "noise" else "verb", kind, place, place + length)]
         word = said.word(place)
+        if word in ("turn", "transform", "convert") and any(pair in (("into", "a"), ("into", "an"), ("into", "one")) for pair in zip(said.words[place : place + 9], said.words[place + 1 : place + 10], strict=False)):
+            return [Chunk("verb", "place", place, place + 1)]
         stem = word
         if word not in VERBS:
             for ending, instead in (("ing", ""), ("ing", "e"), ("ed", ""), ("ed", "e"), ("s", ""), ("es", "")):
@@ -345,6 +347,8 @@ class Chunker:
 
     def _joint(self, place: int) -> list[Chunk]:
         kind = _JOINTS.get(self.said.word(place))
+        if self.said.words[place : place + 3] == ("as", "well", "as"):
+            return [Chunk("and", True, place, place + 3)]
         if kind == "and" and self.said.word(place + 1) == "then":
             return [Chunk("then", True, place, place + 2)]
         return [Chunk(kind, True, place, place + 1)] if kind else []
@@ -354,6 +358,10 @@ class Chunker:
             if " ".join(self.said.words[place : place + length]) in _NOISE_PHRASES:
                 return [Chunk("noise", True, place, place + length)]
         word = self.said.word(place)
+        if word.isdecimal() and self.said.word(place + 1) in (".", ")", ":") and self.said.word(place - 1) in ("", ".", ",", ";", "and", "("):
+            return [Chunk("stop", True, place, place + 2)]  # "1. stack the cans 2. ..."
+        if len(word) > 4 and word.endswith("ly") and word not in _MANNERS_THAT_MATTER:
+            return [Chunk("noise", True, place, place + 1)]  # how it is done: "swiftly"
         if word == "if" and self.said.word(place + 1) not in ("you", "possible", "i", "we"):
             return [Chunk("unknown", "if", place, place + 1)]  # a condition
         if word in NOISE or word in "'\"()":
@@ -391,6 +399,12 @@ def _ordering(before: list[Chunk]) -> bool:
     )
 
 
+# Adverbs that say how objects lie, and not how the arm should work.
+_MANNERS_THAT_MATTER = frozenset(
+    "alternately alternatingly diagonally vertically horizontally alphabetically randomly circularly separately perpendicularly obliquely upwardly "
+    "widely closely tightly loosely randomly chronologically symmetrically radially individually repeatedly doubly only daily family jelly ugly "
+    "sparsely densely crosswisely spirally partly halfly internally externally outwardly inwardly".split()
+)
 _NOISE_PHRASES = frozenset(NOISE_PHRASES)
 
 

@@ -193,6 +193,9 @@ class Composer:
         if verbs and many and frame.predicates and not frame.has("shape", "verb shape", "relation", "grid", "order") and frame.sentence == before.sentence:
             frame.predicates.insert(0, verbs[0])  # "stack the red ones on the left and the blue ones on the right"
             frame.verb, frame.verb_said = before.verb, before.verb_said
+        bare = [each for each in frame.get("place") if each.said.lower() == "in front"]
+        if bare and (before.has("relation", "shape", "verb shape")) and not any(each.value.y_position for each in before.get("place")):
+            frame.predicates = [replace(each, kind="relation it", value="in front of") if each in bare else each for each in frame.predicates]
         last = [each for each in before.get("relation") if each.value in _OPPOSITES and each.reference]
         for number, each in enumerate(frame.predicates):
             if each.kind == "relation it" and last and _OPPOSITES[last[-1].value] == each.value:  # "... and the knife to its right"
@@ -288,6 +291,11 @@ class Composer:
     # Structures and relations
 
     def _placed(self, frame: Frame) -> None:
+        unused = self.known.unused
+        pronoun = len(frame.objects) == 1 and frame.objects[0].kind == "pronoun" and frame.objects[0].text.lower() not in ("it", "this", "that")
+        if unused is not None and unused.listed and len(unused.objects) > 1 and (pronoun or not frame.objects):
+            frame.objects, frame.listed = unused.objects, True  # "the box first, then the jar, all in a row"
+            self.known.unused = None
         keys = StructureKeys(self.text, self._reference_of(frame))
         values = keys.read(frame)
         self.unread += keys.unread

@@ -20,7 +20,7 @@ from grounding.goal_reading.tokens import Words, joined, split, with_lengths
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart
 from grounding.parse_result import Question, shortened
-from grounding.references.attributes import SceneObject
+from grounding.references.attributes import SUPERLATIVES, SceneObject
 from grounding.references.candidates import SelectionError
 from grounding.references.object_names import vocabulary
 from grounding.references.phrases import Vocabulary
@@ -153,33 +153,60 @@ _TELLING = frozenset("opposite colour height width alternate alternating alterna
 _SIGNS = frozenset("grid rows columns gap radius diameter length apart order group".split()) | {"order end", "length of"}
 
 
+_MOST_UNREAD = 2  # with more words that are not understood, two clauses are likelier a story than two wishes
+
+
 def _beyond(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
     """Return whether something was certainly said that one plain structure cannot hold."""
+    if _certain(chunks, frames):
+        return True
+    unread = sum(chunk.kind == "unknown" for chunk in chunks)
+    return unread <= _MOST_UNREAD and (_unknown_act(chunks) or _several(frames))
+
+
+def _certain(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
     if any(chunk.kind == "unknown" and chunk.value in _TELLING for chunk in chunks):
         return True
     if any(chunk.kind in _SIGNS or chunk.metres is not None for chunk in chunks):
         return True
-    for before, chunk, after in zip(chunks, chunks[1:], chunks[2:], strict=False):
-        # "... and wash the dishes": an act that is not known, with its object.
-        if chunk.kind == "unknown" and before.kind in ("and", "then") and after.kind == "noun phrase" and _known([after.value]):
-            return True
-    if sum(bool(frame.objects) for frame in frames) > 1 and any(
-        each.kind == "relation" and each.reference and each.reference[0].kind == "pronoun" for frame in frames for each in frame.predicates
+    if any(frame.has("shape", "verb shape", "stacked", "side by side") for frame in frames) and any(
+        word in SUPERLATIVES for chunk in chunks for word in chunk.said.lower().split()
     ):
         return True
-    for frame in frames:
-        shapes = [each.value.name for each in frame.get("shape")]
-        if frame.verb in ("swap", "surround") and frame.objects or set(shapes) - set(_FOUR):
-            return True
-        if frame.objects and any(each.kind == "relation" and _known(each.reference) for each in frame.predicates):
-            return True
+    return any(set(each.value.name for each in frame.get("shape")) - set(_FOUR) - {"cluster"} for frame in frames)
+
+
+def _unknown_act(chunks: Sequence[Chunk]) -> bool:
+    """Return whether an act is asked for that is not known, with its object: "... and wash the dishes"."""
+    return any(
+        chunk.kind == "unknown" and before.kind in ("and", "then") and after.kind == "noun phrase" and _known([after.value])
+        for before, chunk, after in zip(chunks, chunks[1:], chunks[2:], strict=False)
+    )
+
+
+def _several(frames: Sequence[Frame]) -> bool:
+    """Return whether several things are asked for, or one that is no structure."""
+    relations = [(frame, each) for frame in frames for each in frame.predicates if each.kind == "relation" and each.reference]
+    if any(frame.verb in ("swap", "surround") and frame.objects or frame.has("shape") and set(each.value.name for each in frame.get("shape")) - set(_FOUR) for frame in frames):
+        return True
+    if any(frame.objects and _known(each.reference) for frame, each in relations):
+        return True
+    if sum(bool(frame.objects) for frame in frames) > 1 and any(each.reference[0].kind == "pronoun" for _, each in relations):
+        return True
+    asked = [frame for frame in frames if frame.verb not in ("", "take", "leave", "make") and _known(frame.objects) and not frame.negated]
+    if len(asked) > 1 and len(_nouns(asked)) > 1:
+        return True
     told = [frame for frame in frames if frame.predicates and _known(frame.objects) and not frame.negated]
     rest = any(phrase.kind == "rest" for frame in frames if frame.has("shape", "verb shape") for phrase in frame.objects)
     if rest and any(frame.has("shape", "verb shape", "place") for frame in told):
         return True
     shapes = {each.value.name for frame in told for each in (*frame.get("shape"), *frame.get("verb shape"))}
-    nouns = {phrase.mention.noun for frame in told for phrase in frame.objects if phrase.mention is not None}
-    return len(told) > 1 and len(nouns) > 1 and (len(shapes) > 1 or len({each.value for frame in told for each in frame.get("place")}) > 1)
+    places = {each.value for frame in told for each in frame.get("place")}
+    return len(told) > 1 and len(_nouns(told)) > 1 and (len(shapes) > 1 or len(places) > 1)
+
+
+def _nouns(frames: Sequence[Frame]) -> set[str]:
+    return {phrase.mention.noun for frame in frames for phrase in frame.objects if phrase.mention is not None}
 
 
 def _possessives_apart(said: Words) -> Words:
