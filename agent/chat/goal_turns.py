@@ -140,7 +140,7 @@ class GoalTurns(BuildSession):
         goal, notes = revision.goal, [revision.message]
         if self.situation.built and revision.kind != "new":
             goal = self._still_to_build(revision)
-            notes.append(_STANDS)
+            notes.append(_STANDS if len(goal.parts) < len(revision.goal.parts) else "")
         fewer = len(goal.parts) < len(revision.goal.parts)
         for note in filter(None, notes):
             self.send(events.Noted(note))

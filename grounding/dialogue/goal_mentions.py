@@ -31,14 +31,15 @@ _NUMBERED = re.compile(rf"\(?\bparts? (?P<counts>(?:number )?(?:\d+|{_COUNT})(?:
 _ORDINAL = re.compile(rf"\b(?:the |that )?(?P<count>{_COUNT}|last) (?:part|one|structure|thing|goal)\b(?! of)")
 _ALL = re.compile(r"\b(?:both(?: of (?:them|these|those))?|all(?: of (?:them|these|those)| parts)|each(?: of them| part)?|all the "
                   r"parts|both parts|every part)\b")  # fmt: skip
-_NOUNS = {
+# Noun -> the shape that it names.
+SHAPE_OF_NOUN = {
     noun: shape
     for shape, words in STRUCTURES.items()
     for noun in (shape, *words.words.nouns, *words.words.never_objects)
 }  # fmt: skip
 _SHAPE = re.compile(
-    rf"(?:\b(?:the|that|this|my|your|its|no) (?:(?!one\b)\w+ )?|^)(?P<noun>{'|'.join(sorted(_NOUNS, key=len, reverse=True))})\b"
-    rf"(?: (?:made )?of(?= ))?(?! (?:of|shape) (?:a|an) )"
+    rf"(?:\b(?:the|that|this|my|your|its|no) (?:(?!one\b)\w+ )?|^)(?P<noun>{'|'.join(sorted(SHAPE_OF_NOUN, key=len, reverse=True))})\b"
+    rf"(?! (?:of|shape) (?:a|an) )"
 )
 _PLACED = re.compile(
     r"\bthe (?:(?:one|ones|part|structure) (?:(?:that (?:is|are) )?(?:on|at|in) the )?(?P<side>left|right)"
@@ -154,11 +155,13 @@ class GoalText:
                 side = match["side"] or match["before"]
                 note(match, [n for n, part in enumerate(self.goal.parts) if getattr(part, "x_position", "") == side])
         for match in _SHAPE.finditer(self.said):
-            shape = _NOUNS[match["noun"]]
-            note(match, [
+            shape = SHAPE_OF_NOUN[match["noun"]]
+            numbers = [
                 n for n, part in enumerate(self.goal.parts)
                 if isinstance(part, StructurePart) and part.shape == shape and self._fits(n, match.group())
-            ])  # fmt: skip
+            ]  # fmt: skip
+            if numbers or match.start("noun") > match.start():  # "circle of radius 15 cm" is a new one
+                note(match, numbers)
         return sorted(found, key=lambda one: one.span)
 
     def _fits(self, number: int, words: str) -> bool:

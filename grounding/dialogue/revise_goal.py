@@ -26,7 +26,6 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError, PartReference, RelationPart, StructurePart
 from grounding.parse_result import OBJECT, OPEN, Question, shortened
 from grounding.references.attributes import SceneObject
-from grounding.structure_words import words_of_all
 from grounding.spec import SLOTS, SpecError, StructureSpec
 
 PART = "part"  # what a question about which part is meant asks for, in place of a slot
@@ -43,12 +42,13 @@ _REPLACING = re.compile(
 _ALONE_INSTEAD = re.compile(r"[ ,]*\b(?:instead|rather)\b[ ,]*|^(?:(?:no|nope|actually|sorry|wait|hmm?|but|i meant?|i said)\b[ ,]+)+")
 _OF_WHAT_IS_THERE = re.compile(r"\b(?:it|its|them|they|their|that|this one|that one|other side|other way|opposite|swap sides|back)\b")
 _OTHER = re.compile(r"\b(?:other|opposite) (?:side|end|way|direction)\b")
+_THEM = re.compile(r"\b(?:them|these|those)\b", re.IGNORECASE)
+_ALL_THERE = re.compile(r"\b(?:everything|all|the rest|objects|things)\b", re.IGNORECASE)
 _PRONOUN = re.compile(r"\b(?:it|them|they|that)\b")
 _DROP_IT = re.compile(
     r"(?:(?:no|ok|okay|actually|please|just|now|then)[ ,]+)*(?:drop|remove|delete|lose|ditch|skip|scrap|leave out)"
     r"(?: (?:it|that|this|that one|this one|one(?: of (?:them|these|those))?))?"
 )
-_BUILDS = re.compile(rf"\b(?:{'|'.join(words_of_all('verbs'))}|put|place|arrange|build|form|lay|line up|set|move)\b")
 _QUOTED = re.compile(r"'(?P<phrase>[^']+)' can be each of")
 
 
@@ -126,9 +126,10 @@ def _of_plain(
         extended = _Correction(last, text, said, reader, stands, built).of_plain(plain)
         if extended is not None:
             return extended
-    read = reader.read(text)
+    correction = _Correction(last, text, said, reader, stands, built)
+    read = correction.read(text)
     if read.goal.parts and read.goal.plain_spec is None:
-        return _Correction(last, text, said, reader, stands, built).anew(read)
+        return correction.anew(read)
     # What the reader of goals says of it is in none of the words of the parser of five slots.
     own_words = plain.status == "refused" and read.message != read.parse.message
     whole_sentence = plain.kind == "new" or not last.parts
@@ -173,9 +174,23 @@ class _Correction:
                 return sum_
         if plain.status == "refused" and not self._is_new():
             edit = self._edited()
-            if edit is not None and edit.status in ("ok", "ask") and edit.goal.plain_spec is None:
+            if edit is not None and edit.status in ("ok", "ask"):
                 return edit
         return None
+
+    def read(self, text: str) -> SpokenReading:
+        """Read a whole instruction, in which "them" are the objects that were spoken of last, not everything."""
+        read = self.reader.read(text)
+        them = _THEM.search(text)
+        everything = any(part.objects is None for part in read.goal.structures)
+        if them is None or not everything or not self.last.parts or _ALL_THERE.search(text):
+            return read
+        spoken = next(iter(reversed(self.last.structures)), self.last.parts[-1])
+        names = [f"the {self.said.names[index]}" for index in objects_of(self.last, spoken.objects)]
+        if not names:
+            return read
+        listing = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+        return self.reader.read(f"{text[: them.start()]}{listing}{text[them.end() :]}")
 
     def _is_new(self) -> bool:
         """Return whether the sentence is an instruction of its own: it names its objects, and speaks of nothing else."""
@@ -202,7 +217,7 @@ class _Correction:
         edit = self._edited() if corrects else None
         if edit is not None and edit.status != "refused":
             return edit
-        read = self.reader.read(self._without_marker())
+        read = self.read(self._without_marker())
         if read.status == "ok" and read.goal.parts and (not corrects or self._whole(read)):
             replaced = self._merged(read.goal) or self._replaced(read)
             if replaced is not None:
@@ -227,7 +242,7 @@ class _Correction:
         return bool(
             said.parts or edits or _OF_WHAT_IS_THERE.search(said.said) or _REPLACING.search(said.said)
             or re.match(r"(?:swap|switch|reverse|make|with|without|bigger|smaller|gaps?|space)\b", said.said)
-            or not (said.mentions or any(VERBS.get(word, "leave") != "leave" for word in said.said.split()))
+            or not (said.mentions or self._orders())
         )  # fmt: skip
 
     def _whole(self, read: SpokenReading) -> bool:
@@ -237,7 +252,11 @@ class _Correction:
             return False
         if read.goal.plain_spec is None:
             return bool(read.goal.named_objects())
-        return any(one.indices for one in said.mentions) and _BUILDS.search(said.said) is not None
+        return any(one.indices for one in said.mentions) and self._orders()
+
+    def _orders(self) -> bool:
+        """Return whether the sentence has a verb that asks for something."""
+        return any(VERBS.get(word, "leave") != "leave" for word in self.said.said.split())
 
     def _without_marker(self) -> str:
         return _ALONE_INSTEAD.sub(" ", self.said.said).strip(" ,") if _REPLACING.search(self.said.said) else self.text

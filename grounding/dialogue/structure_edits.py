@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, fields, replace
 
 from grounding.dialogue.goal_changes import objects_of
-from grounding.dialogue.goal_mentions import GoalText, Span
+from grounding.dialogue.goal_mentions import SHAPE_OF_NOUN, GoalText, Span
 from grounding.dialogue.part_lengths import AlreadySoError, CannotApplyError, has_metric_size, length_change
 from grounding.dialogue.relation_edits import FILLERS
 from grounding.dialogue.revise import Revision
@@ -14,10 +14,19 @@ from grounding.dialogue.scene_reader import GoalReader
 from grounding.goals.parts import KEYS, SHAPES_OF_KEY, Order, StructurePart
 from grounding.parse_result import Question
 from grounding.references.selection import SelectionError, select_objects
-from grounding.spec import SLOTS, StructureSpec
+from grounding.spec import FIRST_SHAPES, SLOTS, SLOTS_OF_SHAPE, StructureSpec
 
 _RELATED = re.compile(
     r"\b(?:(?:to the |on the )?(?:left|right) of|next to|beside|behind|in front of|on top of|between|inside)\b(?! the table)"
+)
+# Of shapes that the parser of slots does not read in corrections.
+_OTHER_NOUNS = sorted((noun for noun, shape in SHAPE_OF_NOUN.items() if shape not in FIRST_SHAPES), key=len, reverse=True)
+_SIZES = {"small": "small", "tight": "small", "medium": "medium", "large": "large", "big": "large", "wide": "large"}
+_AS_SHAPE = re.compile(
+    r"(?:(?:no|now|ok|okay|actually|please|then|but|and|so|rather|i want|i'd like|make|turn|change|put|arrange|form|do|have|build|as"
+    r"|it|them|that|this|into|to|in|from)[ ,]+)*an? (?:(?P<size>small|tight|medium|large|big|wide) )?"
+    rf"(?P<noun>{'|'.join(map(re.escape, _OTHER_NOUNS))})(?: (?:shape|formation))?"
+    r"(?:[ ,]+(?:instead|please|now|then|rather|of (?:it|them)|out of (?:it|them)))*"
 )
 # A number that is no angle, no count of rows and no degree of more.
 _NUMBER = re.compile(r"(?<![\w.])\d[\d.]*+(?! ?(?:degrees?|deg|°|by|x|rows?|columns?|times|quarters?|more|fewer|less|objects?)\b)(?: \w+)?")
@@ -85,6 +94,8 @@ def structure_change(
     for match in _NUMBER.finditer(text.said):
         if not any(first <= match.start() < end for first, end in known):
             raise CannotApplyError(f"{match.group()!r} was not understood")
+    if (shaped := _with_another_shape(part, said)) is not None:
+        return shaped
     revision = reader.revise(part.spec, said, stands)
     if revision.kind == "edit" and revision.status in ("ok", "ask"):
         return _revised(part, revision, text, own)
@@ -97,6 +108,18 @@ def structure_change(
     if by_length is not None:
         raise CannotApplyError(f"{' '.join(text.left_over([*spans, *subjects], FILLERS))!r} was not understood")
     return None
+
+
+def _with_another_shape(part: StructurePart, said: str) -> StructureChange | None:
+    """Return the structure in a shape that the parser of slots was not taught: "now a triangle", "make it a square"."""
+    match = _AS_SHAPE.fullmatch(said)
+    if match is None or (shape := SHAPE_OF_NOUN[match["noun"]]) == part.shape:
+        return None
+    values = {"size": _SIZES[match["size"]]} if match["size"] else {}
+    lost = [slot for slot in SLOTS[1:] if getattr(part, slot) is not None and slot not in SLOTS_OF_SHAPE[shape]]
+    lost += [key for key in part.keys if shape not in SHAPES_OF_KEY[key]]
+    notes = f"a {shape} has no {' and no '.join(lost)}: dropped" if lost else ""
+    return StructureChange(replace(part, **(dict.fromkeys(lost) | {"shape": shape} | values)), notes)
 
 
 def _sized_by_length(part: StructurePart) -> StructureChange:

@@ -169,6 +169,10 @@ class StructureBlocks:
         for step in range(_MOST_WIDER):
             grown = offsets * _WIDER**step
             if all(clear_gap(outline + at, inner) >= _CLEAR for outline, at in zip(outlines, grown, strict=True)):
+                if step and part.gap is not None:
+                    raise LayoutError(
+                        f"a {part.shape} with gaps of {part.gap * 100:.3g} cm does not clear the {middle.name} in its middle"
+                    )
                 if step and part.radius is not None:
                     raise LayoutError(
                         f"a {part.shape} with a radius of {part.radius * 100:.3g} cm does not clear the {middle.name} in its middle"
