@@ -68,12 +68,14 @@ class Restored(EventBase):
         spec: the goal that holds now, `None` before the first.
         objects: the names of those that took part.
         moved: the names of the objects that were put back.
+        parts: one line for each part of a goal of several parts, which `spec` does not hold; empty otherwise.
     """
 
     how: str
     spec: StructureSpec | None
     objects: tuple[str, ...]
     moved: tuple[str, ...]
+    parts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -130,12 +130,12 @@ class Interpretation:
         if self._reader is None:
             return None
         reading = self._reader.read(self.parse.text, objects, catalogue)
-        found = verdict(self.parse, reading, self._plain_only)
+        found = verdict(self.parse, reading, self._plain_only, objects is not None and not catalogue)
         if found is None:
             return None
         seconds = self.seconds + time.perf_counter() - started
         fallback = reading.fallback or self.fallback
-        if found.status == "ok" and self._plain_only:
+        if found.status == "ok" and self._plain_only and reading.goal.plain_spec is None:
             text = f"{shortened(self.parse.text)!r} asks for more than one structure of five slots, which cannot be built yet: {reading.goal}"
             found = replace(found, status="refused", message=text)
         if found.status != "ok":

@@ -22,11 +22,11 @@ LAYERS = (
     ("grounding.corpus", "grounding.viewpoint", "structdiffusion.footprints"),
     ("grounding.benchmark", "grounding.parsers", "structdiffusion.objects", "structdiffusion.structures"),
     ("grounding.references", "structdiffusion.layouts", "structdiffusion.simulation"),
+    ("grounding.goal_reading",),
     (
         "grounding.dialogue",
         "grounding.foreign_languages",
         "grounding.goal_benchmark",
-        "grounding.goal_reading",
         "grounding.unsupported",
         "structdiffusion.relations",
     ),

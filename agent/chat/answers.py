@@ -60,17 +60,20 @@ def _identity(act: Act, known: Knowledge) -> str:
 
 def _abilities(act: Act, known: Knowledge) -> str:
     return (
-        f"I arrange the objects on the table into one structure: a {', a '.join(SHAPES[:-1])} or a {SHAPES[-1]}, of a "
-        "size, at a place and facing a way that you can name. Afterwards “bigger”, “now a line” or “the other side” "
-        "change it, and “undo” takes it back. You can ask what is on the table, where something is, and why I chose an "
-        f"arrangement. /help lists the commands. {next_step(known)}"
+        f"I arrange objects on the table: into {_with_articles(SHAPES)}, of a size, at a place and facing a way that you can "
+        "name, with gaps, a radius, rows or an order where you say them; and single objects left of, right of, in front of, "
+        "behind, next to, between, on or in others, in a corner, some centimetres from where they are, or in each other's "
+        "places. One sentence may ask for several of these parts. Afterwards “bigger”, “drop part 2”, “put the bowl on the "
+        "other side” or “5 cm more” change a part, “also …” adds one, and “undo” takes it back. You can ask what is on the "
+        "table, where something is, what is left to do, and why I chose an arrangement. /help lists the commands. "
+        f"{next_step(known)}"
     )
 
 
 def _working(act: Act, known: Knowledge) -> str:
     return (
-        "I read your sentence into a shape, a size, a position and a rotation, look at the table through a depth "
-        "camera, propose 64 arrangements of the objects that you named, and rank them by how well they fit and how "
+        "I read your sentence into one or more parts, structures and relations between objects, look at the table "
+        "through a depth camera, propose arrangements in which all parts hold, and rank them by how well they fit and how "
         "safely they stand. You decide, then the arm builds the best one and I check what stands. "
         f"{next_step(known)}"
     )
@@ -149,7 +152,7 @@ def _is_there(act: Act, known: Knowledge) -> str:
 
 
 def _count(act: Act, known: Knowledge) -> str:
-    if not act.about and known.situation.goal is not None:
+    if not act.about and known.situation.asked:
         found = known.matching("they")
     else:
         found = known.meant(act)

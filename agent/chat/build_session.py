@@ -108,7 +108,7 @@ class BuildSession(TableSession):
 
     def again(self) -> bool:
         """Propose other arrangements, from the next seed; returns as `say`."""
-        if self.situation.goal is None:
+        if not self.situation.asked:
             raise UsageError("nothing was asked for yet; say what to build")
         self.options = replace(self.options, seed=self.options.seed + 1)
         with self._turn.part("scene"):
@@ -121,11 +121,9 @@ class BuildSession(TableSession):
         if self.question is not None:
             self.send(events.Asked(self.question.slot, self.question.text, self.question.options))
             return False
-        if self.situation.goal is None:
+        if not self.situation.asked:
             raise UsageError("nothing was asked for yet; say what to build")
-        last = self.situation.builds[-1] if self.situation.builds else None
-        stands = last is not None and not last.trouble and last.moved
-        if stands and (last.goal, last.objects) == (self.situation.goal, self.situation.objects):
+        if self.situation.built:
             raise UsageError("it already stands as asked; say what to change, or what to build next")
         self._turn.begin()
         with self._turn.part("scene"):
@@ -177,8 +175,9 @@ class BuildSession(TableSession):
                 built = True
         finally:
             poses, goal, objects = self.table.poses(), self.situation.goal, self.situation.objects
+            parts, names = self.situation.parts, self.situation.names
             moved = tuple(name for name, pose in poses.items() if np.abs(pose - before[name]).max() > MOVED)
-            build = Build(goal or StructureSpec(), objects, before, moved, "" if built else self._turn.trouble)
+            build = Build(goal or StructureSpec(), objects, before, moved, "" if built else self._turn.trouble, parts, names)
             builds = (*self.situation.builds, build)
             self.situation = replace(self.situation, poses=poses, proposal=None, builds=builds)
         if built:

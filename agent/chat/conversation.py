@@ -11,7 +11,7 @@ from dataclasses import asdict, replace
 
 from agent import events
 from agent.chat.answers import answer, reply_to_unknown_question
-from agent.chat.build_session import BuildSession
+from agent.chat.goal_turns import GoalTurns
 from agent.chat.knowledge import Knowledge
 from agent.chat.participants import Participants, UnclearObjectError, select_participants
 from agent.chat.state import apply_answer, complete_spec, with_a_shape
@@ -26,8 +26,8 @@ from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import StructureSpec
 
 
-class Conversation(BuildSession):
-    """A table and what was said about it: instructions, corrections, answers and questions; as `BuildSession`.
+class Conversation(GoalTurns):
+    """A table and what was said about it: instructions, corrections, answers and questions; as `GoalTurns`.
 
     A goal is kept as the speaker put it, so that a correction is read in the speaker's own words.
     """
@@ -45,11 +45,15 @@ class Conversation(BuildSession):
         """Read an instruction or a correction, up to a proposal or a question; returns whether there is a proposal."""
         self._turn.begin()
         self.question = None
-        self._resolved = {}
+        self._resolved, self._asked_parts = {}, None
         self.send(events.Started(text, json_value(asdict(self.options))))
         with self._turn.part("parse"):
             last = self.situation.goal or StructureSpec()
-            revision = self._revised(last, text)
+            whole = self._revised_goal(text)
+            if whole.plain is None:
+                self._apply_goal(whole, text)
+                return self.question is None
+            revision = whole.plain
             if revision.status in ("refused", "unchanged"):
                 raise NotBuildable(revision.message)
             self._apply(with_a_shape(revision, last))
@@ -62,6 +66,8 @@ class Conversation(BuildSession):
 
     def answer(self, value: str | None) -> bool:
         """Take the answer to the question: one of the slot's values, `None` to leave it open; returns as `say`."""
+        if self.question is not None and self._asked_parts is not None:
+            return self._answer_about_parts(value)
         question, asked = self.question, self._asked
         if question is None or asked is None:
             raise UsageError("there is no question to answer")
@@ -86,6 +92,8 @@ class Conversation(BuildSession):
         The objects stay those of what was said before, unless the answer adds to them or changes them. The question
         stands where the words say nothing, or what cannot be done; a whole instruction takes its place.
         """
+        if self.question is not None and self._asked_parts is not None:
+            return self._answer_about_parts_in_words(text)
         question, asked = self.question, self._asked
         if question is None or asked is None:
             return self.say(text)
@@ -123,7 +131,7 @@ class Conversation(BuildSession):
         return names[found.indices[0]] if len(found.indices) == 1 else None
 
     def _ask(self, question: Question, revision: Revision, among: Participants | None) -> None:
-        self.question, self._asked = question, (revision, among)
+        self.question, self._asked, self._asked_parts = question, (revision, among), None
         self.send(events.Asked(question.slot, question.text, question.options))
 
     def _apply(self, revision: Revision, among: Participants | None = None) -> None:
@@ -153,7 +161,7 @@ class Conversation(BuildSession):
         reading = self.options.reading
         situation = replace(
             self.situation, goal=revision.spec, objects=taking.names, poses=self.table.poses(), proposal=None,
-            viewpoint=reading.viewpoint, missing=taking.missing,
+            viewpoint=reading.viewpoint, missing=taking.missing, parts=None, names=(),
         )  # fmt: skip
         self.send(
             events.Parsed(
@@ -185,10 +193,9 @@ class Conversation(BuildSession):
 
     def asks_for_nothing(self, text: str) -> bool:
         """Return whether the parser finds no goal in a line, so that it may be a question."""
-        reading = self.options.reading
-        last = self.situation.goal or StructureSpec()
-        revision = self._cache.interpreter(reading).revise(last, text)
-        return revision.status == "refused" and REFUSALS["idle"] in revision.message
+        revision = self._revised_goal(text)
+        understood = revision.read is not None or revision.plain is not None
+        return revision.status == "refused" and (not understood or REFUSALS["idle"] in revision.message)
 
     def _known(self) -> Knowledge:
         return Knowledge(

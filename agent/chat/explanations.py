@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from agent.chat.knowledge import DECIDE, Knowledge, next_step
-from agent.chat.state import Build
+from agent.chat.state import Build, Situation
 from agent.chat.table_facts import format_coordinates, join_words, place_in_words, with_article
 from agent.rendering.text import number
 from agent.reporting.event_text import shortcoming
 from grounding.dialogue.acts import Act
+from grounding.goals.description import describe_part
 from grounding.spec import StructureSpec
 
 _OTHERS_SHOWN = 3  # candidates that an explanation compares
@@ -20,6 +21,16 @@ def describe_goal(spec: StructureSpec, objects: Sequence[str]) -> str:
     values = [value for slot, value in spec.tokens() if slot not in ("shape", "size")]
     shape = " ".join(filter(None, (spec.size, spec.shape or "structure")))
     return f"a {shape} of {join_words(objects)}" + (f" ({', '.join(values)})" if values else "")
+
+
+def describe_wish(wish: Build | Situation) -> str:
+    """Return what is wanted or was built: one structure, or the parts with their numbers."""
+    if wish.parts is None:
+        return describe_goal(wish.goal or StructureSpec(), wish.objects)
+    parts = wish.spoken_parts if isinstance(wish, Situation) else wish.parts
+    assert parts is not None  # they are there where those of the robot's side are
+    lines = [describe_part(part, wish.names) for part in parts.parts]
+    return lines[0] if len(lines) == 1 else "; ".join(f"{number}. {line}" for number, line in enumerate(lines, start=1))
 
 
 def explain_choice(act: Act, known: Knowledge) -> str:
@@ -46,9 +57,10 @@ def explain_choice(act: Act, known: Knowledge) -> str:
 def describe_plan(act: Act, known: Knowledge) -> str:
     """Return what would be built, and where each object that is asked about, by default all, would go."""
     situation = known.situation
-    if known.question is not None or situation.proposal is None or situation.goal is None:
+    if known.question is not None or situation.proposal is None or not situation.asked:
         return next_step(known) if known.question is not None else f"Nothing is planned. {next_step(known)}"
-    lines = [f"I propose candidate {situation.proposal.rank}, {describe_goal(situation.goal, situation.objects)}:"]
+    joint = ", " if situation.parts is None else " for: "
+    lines = [f"I propose candidate {situation.proposal.rank}{joint}{describe_wish(situation)}:"]
     about = {fact.name for fact in known.matching(act.about)} if act.kind == "next" and act.about else set()
     for goal in situation.proposal.chosen.goals:
         if not about or goal["name"] in about:
@@ -74,13 +86,15 @@ def describe_builds(act: Act, known: Knowledge) -> str:
 def describe_remaining(act: Act, known: Knowledge) -> str:
     """Return what was asked for and does not stand yet."""
     situation = known.situation
-    if situation.goal is None:
+    if not situation.asked:
         return f"Nothing is left to do: you have asked for nothing so far. {next_step(known)}"
-    what = describe_goal(situation.goal, situation.objects)
+    what = describe_wish(situation)
     if known.question is not None or situation.proposal is not None:
         return f"Still to build: {what}. {next_step(known)}"
     last = situation.builds[-1] if situation.builds else None
-    if last is None or (last.goal, last.objects) != (situation.goal, situation.objects) or not last.moved:
+    if last is None or (last.goal, last.objects, last.parts) != (
+        situation.goal or StructureSpec(), situation.objects, situation.parts
+    ) or not last.moved:  # fmt: skip
         return f"Still to build: {what}. “continue” proposes it again."
     if last.trouble:
         return f"{describe_build(last)} “continue” proposes it again."
@@ -89,7 +103,7 @@ def describe_remaining(act: Act, known: Knowledge) -> str:
 
 def describe_build(build: Build) -> str:
     """Return what became of a build, in a sentence or two."""
-    what = describe_goal(build.goal, build.objects)
+    what = describe_wish(build)
     moved = f"I moved {join_words([with_article(name) for name in build.moved])}" if build.moved else "Nothing was moved"
     if build.trouble:
         return f"I tried to build {what}. {moved}. It is not as asked: {build.trouble}."
@@ -98,12 +112,21 @@ def describe_build(build: Build) -> str:
     return f"I built {what}, and it stands as asked. {moved}."
 
 
+def _part_asked_for(number: int, situation: Situation) -> str:
+    parts = situation.spoken_parts
+    if parts is None or not 1 <= number <= len(parts.parts):
+        return f"There is no part {number}. You asked for {describe_wish(situation)}."
+    return f"Part {number}: {describe_part(parts.parts[number - 1], situation.names)}."
+
+
 def requested(act: Act, known: Knowledge) -> str:
     """Return what was asked for last."""
     situation = known.situation
-    if situation.goal is None:
+    if not situation.asked:
         return f"You have asked for nothing so far. {next_step(known)}"
-    said = f"You asked for {describe_goal(situation.goal, situation.objects)}."
+    if act.value:
+        return _part_asked_for(int(act.value), situation)
+    said = f"You asked for {describe_wish(situation)}."
     if known.question is not None or situation.proposal is not None:
         return f"{said} {next_step(known)}"
     return f"{said} {describe_build(situation.builds[-1])}" if situation.builds else said

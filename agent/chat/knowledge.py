@@ -62,7 +62,7 @@ class Knowledge:
 
     def matching(self, about: str) -> list[Fact]:
         """Return the objects that some words mean; "it" and "they" are those that take part."""
-        if about in ("it", "they", "them", "those", "these") and self.situation.goal is not None:
+        if about in ("it", "they", "them", "those", "these") and self.situation.asked:
             return [fact for fact in self.facts if fact.name in self.situation.objects]
         return matching_facts(about, self.facts, self.encoder)
 

@@ -77,9 +77,9 @@ def select_participants(
     """
     gone = {*table.fallen, *table.out_of_reach}
     there = tuple(name for name in table.names if name not in gone)
-    before = tuple(name for name in (table.names if situation.goal is None else situation.objects) if name not in gone)
+    before = tuple(name for name in (table.names if not situation.asked else situation.objects) if name not in gone)
     finder = _ObjectFinder(table, there, before, encoder, resolved)
-    selected = tuple(dict.fromkeys(_select(revision, finder, situation.goal is not None)))
+    selected = tuple(dict.fromkeys(_select(revision, finder, situation.asked)))
     if not FEWEST_OBJECTS <= len(selected) <= MOST_OBJECTS:
         raise NotBuildable(_count_error(revision, selected, finder.missing))
     missing = finder.missing if revision.objects_text is not None else situation.missing

@@ -48,7 +48,7 @@ WORDINGS: Mapping[str, str] = {
         (stop|halt|abort|cancel|freeze)( (it|that|this|stop|halt|now|here|there|right|right there|right away|immediately|at once|the (build|building|arm|robot|proposal|plan|question)|what you are doing|moving|building))*
         (do not|don't) (move|do (it|that|this|anything)|build( (it|that|this))?|go on)( any ?more| now)?
         (never ?mind|nevermind)( (that|it|then|about (that|it)))?
-        hold (on|it)|leave it( (be|alone|at that))?|leave it as it is|(drop|skip) it
+        hold (on|it)|leave it( (be|alone|at that))?|leave it as it is
     """,
     "/clear": rf"""
         clear( ({_THAT}|(the|my|your) (goal|goals|request|instruction|plan|task|list)|all( the)? (goals|parts)))?

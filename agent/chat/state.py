@@ -87,6 +87,7 @@ class Build:
         before: name -> world_from_object (4, 4) of everything on the table before.
         moved: the names of the objects that stand elsewhere since.
         trouble: why it does not stand as asked; empty where it does.
+        parts, names: as of the situation.
     """
 
     goal: StructureSpec
@@ -94,6 +95,8 @@ class Build:
     before: Mapping[str, np.ndarray]
     moved: tuple[str, ...]
     trouble: str
+    parts: Goal | None = None
+    names: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -111,6 +114,7 @@ class Situation:
         builds: what was built up to here and not put back, the last one last.
         parts: a goal of several parts in the world's frame, its objects as indices into the table's `original_names`;
             `None` where what is wanted is the one structure of `goal`.
+        names: the table's `original_names`, where there are parts.
     """
 
     goal: StructureSpec | None
@@ -122,6 +126,25 @@ class Situation:
     missing: Mapping[str, str] = field(default_factory=dict)
     builds: tuple[Build, ...] = ()
     parts: Goal | None = None
+    names: tuple[str, ...] = ()
+
+    @property
+    def asked(self) -> bool:
+        """Whether anything was asked for."""
+        return self.goal is not None or self.parts is not None
+
+    @property
+    def built(self) -> bool:
+        """Whether what was asked for last stands, built by the arm."""
+        last = self.builds[-1] if self.builds else None
+        if last is None or last.trouble or not last.moved:
+            return False
+        return (last.goal, last.objects, last.parts) == (self.goal or StructureSpec(), self.objects, self.parts)
+
+    @property
+    def spoken_parts(self) -> Goal | None:
+        """A goal of several parts as it was spoken."""
+        return self.parts.turned() if self.parts is not None and self.viewpoint == "opposite" else self.parts
 
     @property
     def stands(self) -> StructureSpec | None:

@@ -16,6 +16,7 @@ from agent.event_base import Event, Listener, send
 from agent.pipeline.event_builders import perceived_event
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
+from grounding.goals.description import describe_part
 from grounding.parse_result import Question
 
 if TYPE_CHECKING:
@@ -112,7 +113,7 @@ class TableSession:
             UsageError: when everything is as at the start.
         """
         start = self._start
-        if self.situation.goal is None and self.question is None and not self.situation.builds:
+        if not self.situation.asked and self.question is None and not self.situation.builds:
             raise UsageError("everything is as it was at the start; say what to build")
         self._return_to("reset", replace(start, viewpoint=self.options.reading.viewpoint))
 
@@ -121,7 +122,7 @@ class TableSession:
         self.question = None
         moved = self.table.put_back(situation.poses)
         self.table.involve(situation.objects)
-        self.send(events.Restored(how, situation.goal, situation.objects, moved))
+        self.send(_restored(how, situation, moved))
 
     def forget(self) -> None:
         """Drop the goal, and what is proposed or asked; the table stays. Can be undone.
@@ -129,7 +130,7 @@ class TableSession:
         Raises:
             UsageError: when there is no goal.
         """
-        if self.situation.goal is None and self.question is None:
+        if not self.situation.asked and self.question is None:
             raise UsageError("there is no goal; say what to build")
         self.question = None
         start, viewpoint = self._start, self.options.reading.viewpoint
@@ -155,7 +156,7 @@ class TableSession:
         self.question = None
         moved = self.table.put_back(self.situation.poses)
         self.table.involve(self.situation.objects)
-        self.send(events.Restored(how, self.situation.goal, self.situation.objects, moved))
+        self.send(_restored(how, self.situation, moved))
 
     def drop(self) -> None:
         """Forget the proposal or the question; the goal stays, so that it can be corrected."""
@@ -209,3 +210,9 @@ class TableSession:
     def seed_with(self, seed: int) -> None:
         """Change the seed of proposals and plans from now on; the table stays."""
         self.options = replace(self.options, seed=seed)
+
+
+def _restored(how: str, situation: Situation, moved: tuple[str, ...]) -> events.Restored:
+    parts = situation.spoken_parts
+    lines = () if parts is None else tuple(describe_part(part, situation.names) for part in parts.parts)
+    return events.Restored(how, situation.goal, situation.objects, moved, lines)

@@ -273,8 +273,8 @@ class ChatScreen:
             self._text.line(f"  {place_}  {option}")
 
     def _restored(self, payload: Mapping[str, Any]) -> None:
-        goal, self._named = payload["spec"], payload["objects"]
-        what = ", ".join(value for value in goal.values() if value) if goal else ""
+        goal, self._named = payload["spec"] or payload.get("parts"), payload["objects"]
+        what = "; ".join(part_lines(payload)) or ", ".join(filter(None, (payload["spec"] or {}).values()))
         still = "still" if payload["how"] == "put back" else "again"
         said = f"the goal is {still}: {what or 'anything'}" if goal else "there is no goal"
         moved = f"; put back: {', '.join(payload['moved'])}" if payload["moved"] else ""

@@ -10,7 +10,7 @@ Every other line is an event (its payload, see `agent.event_base`) or a picture;
     {"seconds": 2.5, "picture": {"name": "scene-before", "caption": "...", "format": "webp", "data": "<base64>"}}
 
 An event `started` begins a turn. In version 1 the `display_name` of an object that was seen was its key `called`. Up to
-version 2 what was read was one structure: the event `parsed` had no `goal`, no `parts` and no `objects`.
+version 2 what was read was one structure: the event `parsed` had no `goal`, no `parts` and no `objects`, and `restored` no `parts`.
 """
 
 from __future__ import annotations
@@ -60,6 +60,8 @@ def upgrade_payload(payload: Any, schema_version: int) -> Any:
             return payload | {"objects": [_with_display_name(one) for one in payload["objects"]]}
         case "parsed":
             return {"goal": _goal_of_slots(payload.get("spec")), "parts": [], "objects": []} | payload
+        case "restored":
+            return {"parts": []} | payload
     return payload
 
 

@@ -29,6 +29,7 @@ _IN_A_GROUP = (2, 3)  # objects of one colour, or of one kind, that are sorted
 _DISTRACTORS = 2  # at most
 _GAP, _EDGE = 0.03, 0.015  # m between first places: room for a finger; from the table's edge
 _PLACES_TRIED = 300
+_REACH = 0.72  # m from the arm's base: farther off few grasps are left
 _WIDEST_DISTRACTOR = 0.08  # m: its radius
 
 
@@ -66,7 +67,8 @@ def draw_several_parts(
         if len(named) > MOST_OBJECTS:
             reason = f"they would be {len(named)} objects, and {MOST_OBJECTS} are the most on a drawn table"
             continue
-        others = _draw_distractors(library, named, goal.goal, rng) if attempt < _DRAWS // 2 else []
+        demanding = attempt < _DRAWS // 2  # at first
+        others = _draw_distractors(library, named, goal.goal, rng) if demanding else []
         models = [*named, *others]
         poses = scatter(models, rng)
         if poses is None:
@@ -80,9 +82,12 @@ def draw_several_parts(
             reason = "the words mean others of the objects too"
             continue
         try:
-            ReferenceSearch(models, poses, _with_shapes(there.goal), Table(), rng).motions()
+            motions = ReferenceSearch(models, poses, _with_shapes(there.goal), Table(), rng).motions()
         except NoReferenceError as error:
             reason = f"what is asked for cannot be laid out: {error}"
+            continue
+        if demanding and np.linalg.norm((motions @ poses)[:, :2, 3], axis=1).max() > _REACH:
+            reason = "it would be far from the arm"
             continue
         return models, poses
     raise SceneError(f"no scene in {_DRAWS} draws has the objects that the instruction means: {reason}")

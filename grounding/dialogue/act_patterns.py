@@ -68,6 +68,17 @@ WORDINGS: Mapping[str, str] = {
         explain how (it|this|you) works?
         explain (yourself|this)
     """,
+    "remaining": r"""
+        (what|how much)( <OBJECTS>| work| parts?| else)? (is|are|remains?)( still)?( left| to do| missing| to be done| to build\
+            | to be built| not done| not built| not finished| open| remaining| outstanding)+( (yet|now|still|to do|to build))*
+        (what|how much) (remains|is left over)( to be done| to do)?
+        what( else)? is left( over)?( now| then| still)?
+        what (do|must|should) you still( have to| need to)? (do|build|make)
+        what (do|have) you still( got)?( have)? to (do|build|make)
+        (is|are)( there)? (anything|something|any parts?|parts?)( still)? (left|missing|to do|open|remaining)( to (do|build|make\
+            |be done|be built))?
+        (is|was) (everything|all|it all|all of it) (done|finished|built|ready)
+    """,
     "objects": r"""
         (what|which)( all| else| kinds? of)*( <OBJECTS>)? ((do|can|could) you <SEE>|have you( got)?|(is|are)( there\
             | lying| standing)*|there (is|are)|lies|stands?|you (can )?<SEE>|can i use|i can use)<PLACED>
@@ -97,7 +108,7 @@ WORDINGS: Mapping[str, str] = {
     "next": r"""
         what (are|will|would|do) you( (going to|gonna|want to|plan to|intend to|about to))? (do|build|make|move\
             |propose|suggest|try)( (now|next|then|first|with (them|it|that)))*
-        what is (the|your)( current)? (plan|proposal|suggestion|idea|intention|next step|goal)
+        what is (the|your)( current)? (plan|proposal|suggestion|idea|intention|next step)
         what (is|comes|happens) next
         what happens( (now|next|then))*( (if|when) i (say|type|press|answer) (yes|y|no|n))?
         what are you (doing|planning|up to|working on|waiting for)
@@ -114,6 +125,7 @@ WORDINGS: Mapping[str, str] = {
         (are you (done|finished)|have you (finished|done it))
         is (it|that|this) (done|finished|ready|built|standing)
         (what was that|what went wrong)
+        what you( (just|already|actually|have))* (did|done|built|made|moved|changed)<LATELY>
         why did (it|that|you|this) (fail|stop|not work)
         why didn't (it|that|this) work
         did (anything|something) go wrong
@@ -124,16 +136,6 @@ WORDINGS: Mapping[str, str] = {
         (what|which)( <OBJECTS>|( of the)? (parts|structures))? (is|are|was|were|have been|has been)( already)? (built|made|done|finished)\
             <LATELY>
         what (stands|is standing)( already| now)*
-    """,
-    "remaining": r"""
-        (what|how much)( <OBJECTS>| work| parts?| else)? (is|are|remains?)( still)?( left| to do| missing| to be done| to build\
-            | to be built| not done| not built| not finished| open| remaining| outstanding)+( (yet|now|still|to do|to build))*
-        (what|how much) (remains|is left over)( to be done| to do)?
-        what (do|must|should) you still( have to| need to)? (do|build|make)
-        what (do|have) you still( got)?( have)? to (do|build|make)
-        (is|are)( there)? (anything|something|any parts?|parts?)( still)? (left|missing|to do|open|remaining)( to (do|build|make\
-            |be done|be built))?
-        (is|was) (everything|all|it all|all of it) (done|finished|built|ready)
     """,
     "wish": r"""
         what is (the|your|my|our)( current| present)? goal( now| again)?
@@ -223,7 +225,8 @@ WORDINGS: Mapping[str, str] = {
         where (is|are|was|were|do you see|can you see|stands?|lies?) <THE><THING>( (now|standing|lying|located|gone\
             |at|placed))*
         where (did|have) you (put|see|find|leave|left|found|seen) <THE><THING>
-        where <THE><THING> (is|are|stands?|lies?)( (now|standing|lying))*
+        where <THE><THING> (is|are|stands?|lies?|went)( (now|standing|lying))*
+        where (did|has|have) <THE><THING> (go|gone|end up|got to|get to)( to)?
         (what is )?the (position|place|location) of <THE><THING>
         how far( away)? (is|are) <THE><THING>( away)?
     """,
@@ -234,6 +237,8 @@ WORDINGS: Mapping[str, str] = {
         ((do|can) you <SEE>|don't you (see|have)|have you (got|seen|found)) <THE><THING><PLACED>
         (is|are) <THE><THING> ((still|also|even|really) )*(there|here|gone|missing|on the table|in view|visible)
         (got|any) <THE><THING><PLACED>\?
+        ((is|are) there|do you <SEE>|can you see|is) (anything|something) (?P<about><COLOR>)<PLACED>
+        (anything|something) (?P<about><COLOR>)<PLACED>\?
         does <THE><THING> exist
     """,
     "holds": r"""

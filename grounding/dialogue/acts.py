@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass
 
 from grounding.dialogue.act_patterns import WORDINGS
-from grounding.dialogue.act_words import NO_THING, PARTS, RELATIONS_SAID
+from grounding.dialogue.act_words import COLORS, NO_THING, PARTS, RELATIONS_SAID
 
 _LONGEST = 160  # characters: nobody takes more to ask what is on the table
 KINDS = tuple(WORDINGS)
@@ -157,6 +157,8 @@ def _act(said: str, asked: bool) -> Act | None:
             parts = {name: words or "" for name, words in found.groupdict().items()}
             if parts.get("about") and not parts.get("other") and (placed := _PLACED.fullmatch(parts["about"])):
                 parts |= placed.groupdict()  # "the thing on the plate"
+            if parts.get("about") in COLORS:
+                parts["about"] += " objects"
             relation = parts.get("relation", "")
             parts["relation"] = RELATIONS_SAID.get(relation, relation)
             if all(NO_THING.isdisjoint(re.split(r"[ -]", parts.get(name, ""))) for name in ("about", "other")):

@@ -9,12 +9,13 @@ from functools import lru_cache
 from typing import Any
 
 from grounding.corpus.templates import all_phrases
+from grounding.goal_reading.asides import Asides
 from grounding.goal_reading.goal_words import NOISE, NOISE_PHRASES, SHAPE_NOUNS, VERB_PHRASES, VERBS
 from grounding.goal_reading.noun_phrases import NounPhraseReader
 from grounding.goal_reading.patterns import PATTERNS, number_of
 from grounding.goal_reading.places import edge_at, place_at
 from grounding.goal_reading.tokens import LENGTH, Words
-from grounding.references.phrases import Vocabulary
+from grounding.references.phrases import ANY, Vocabulary
 from grounding.structure_words import STRUCTURES
 
 _DETERMINERS = frozenset("the a an my your our this that these those its their one".split())
@@ -56,7 +57,7 @@ _CORRECTION = re.compile(
 )
 _NOT = re.compile(r"(?:,? ?(?:and|but) )?(?:not|rather than|instead of|and not|no longer)(?= )")
 _EXCEPT = re.compile(
-    r"(?:, )?(?:except for|except|but not|apart from|aside from|other than|excluding|excepting|leaving out|not counting|not including|with the exception of|all but|save for|minus|without|but without|bar|barring|but)(?= )"
+    r"(?:, )?(?:except for|except|but not with|but not|and not|apart from|aside from|other than|excluding|excepting|leaving out|not counting|not including|with the exception of|all but|save for|minus|without|but without|bar|barring|but)(?= )"
 )
 _JOINTS: Mapping[str, str] = {
     ",": "comma", "and": "and", "&": "and", "plus": "and", "+": "and", ".": "stop", "!": "stop", "?": "stop", ";": "stop",
@@ -121,6 +122,7 @@ class Chunker:
     def __init__(self, said: Words, metres: Mapping[int, float], vocabulary: Vocabulary) -> None:
         self.said, self.metres = said, metres
         self.phrases = NounPhraseReader(said, vocabulary)
+        self.asides = Asides(said, vocabulary)
 
     def chunks(self) -> list[Chunk]:
         """Return the chunks, in the order of the text; each word is in one of them."""
@@ -134,12 +136,13 @@ class Chunker:
                 chunk = replace(chunk, metres=lengths[0])
             found.append(chunk)
             place = chunk.end
-        return found
+        return _postposed(found)
 
     def _chunk(self, place: int, before: list[Chunk]) -> Chunk:
         options = [
             *self._patterns(place, before), *self._special(place, before), *self._shape(place, before), *self._place(place),
             *self._verb(place, before), *self._noun_phrase(place), *self._joint(place), *self._noise(place),
+            *self._aside(place, before),
         ]  # fmt: skip
         if options:
             return max(options, key=lambda chunk: chunk.end)  # of equal length the first
@@ -150,7 +153,9 @@ class Chunker:
         for kind, pattern, value in PATTERNS:
             if match := self.said.match(pattern, place):
                 says = value(match[0]) if value is not None else True
-                if says is not None and not (kind == "order end" and not _ordering(before)):
+                if kind == "rows" and says == 1:  # "in one row" is a line
+                    found.append(Chunk("shape", Shape("line", linked=True), place, match[1]))
+                elif says is not None and not (kind == "order end" and not _ordering(before)):
                     found.append(Chunk(kind, says, place, match[1]))
         return found
 
@@ -170,10 +175,10 @@ class Chunker:
             found.append(Chunk("correction", match[0].group(), place, match[1]))
         if match := said.match(_NEGATED, place):
             found.append(Chunk("negated", True, place, match[1]))
-        if match := said.match(_NOT, place):
-            found.append(Chunk("not", True, place, match[1]))
         if (match := said.match(_EXCEPT, place)) and self._excepts(match[1], match[0].group(), before):
             found.append(Chunk("except", True, place, match[1]))
+        if match := said.match(_NOT, place):
+            found.append(Chunk("not", True, place, match[1]))
         if match := said.match(_THEN, place):
             found.append(Chunk("followed by" if "followed by" in match[0].group() else "then", True, place, match[1]))
         if (match := said.match(_STAYS, place)) and before:
@@ -194,6 +199,8 @@ class Chunker:
         phrase = self.phrases.at(end)
         if phrase is None:
             return False
+        if words.strip(" ,") in ("but not", "and not", "but not with"):
+            return any(chunk.kind == "noun phrase" and chunk.value.many for chunk in before)
         if words.strip(" ,") != "but":
             return True
         last = before[-1] if before else None
@@ -273,7 +280,7 @@ class Chunker:
         """Return whether a noun of a shape without an article is one: "circle of cups", "in row", "triangle, please"."""
         word, following = self.said.word(place), self.said.word(end)
         last = next((chunk for chunk in reversed(before) if chunk.kind != "noise"), None)
-        if last is not None and last.kind == "noun phrase" and VERBS.get(word) is None:
+        if last is not None and last.kind == "noun phrase" and (VERBS.get(word) is None or self.phrases.at(end) is None):
             return True
         opening = last is None or last.kind in ("and", "comma", "stop", "then", "verb", "correction", "not", "shape", "size")
         if word in VERBS and last is not None and last.kind not in ("verb", "correction"):
@@ -324,6 +331,18 @@ class Chunker:
         phrase = self.phrases.at(place)
         return [] if phrase is None else [Chunk("noun phrase", phrase, place, phrase.end)]
 
+    def _aside(self, place: int, before: list[Chunk]) -> list[Chunk]:
+        phrase = before[-1].value if before and before[-1].kind == "noun phrase" else None
+        if self.said.word(place) in ("was", "were") and any(one.kind == "noise" and one.said.lower().endswith(" if") for one in before):
+            return [Chunk("noise", True, place, place + 1)]  # "it would be nice if the spoon was in the bowl"
+        end = self.asides.at(place, phrase is not None, phrase is not None and phrase.many)
+        if end is None:
+            return []
+        opening = not before or before[-1].kind == "stop"
+        named = [phrase for at in range(place, end) if (phrase := self.phrases.at(at)) is not None and phrase.kind == "objects" and phrase.end <= end]
+        named = [phrase for phrase in named if phrase.mention.known and phrase.mention.noun != ANY]
+        return [Chunk("mentioned", named, place, end) if opening and named else Chunk("noise", True, place, end)]
+
     def _joint(self, place: int) -> list[Chunk]:
         kind = _JOINTS.get(self.said.word(place))
         if kind == "and" and self.said.word(place + 1) == "then":
@@ -335,11 +354,31 @@ class Chunker:
             if " ".join(self.said.words[place : place + length]) in _NOISE_PHRASES:
                 return [Chunk("noise", True, place, place + length)]
         word = self.said.word(place)
+        if word.isdecimal() and self.said.word(place + 1) in (".", ")", ":") and self.said.word(place - 1) in ("", ".", ",", ";", "and", "("):
+            return [Chunk("stop", True, place, place + 2)]  # "1. stack the cans 2. ..."
+        if len(word) > 4 and word.endswith("ly") and word not in _MANNERS_THAT_MATTER:
+            return [Chunk("noise", True, place, place + 1)]  # how it is done: "swiftly"
+        if word == "if" and self.said.word(place + 1) not in ("you", "possible", "i", "we"):
+            return [Chunk("unknown", "if", place, place + 1)]  # a condition
         if word in NOISE or word in "'\"()":
             return [Chunk("noise", True, place, place + 1)]
         if word == LENGTH:
             return [Chunk("length", True, place, place + 1)]
         return []
+
+
+def _postposed(chunks: list[Chunk]) -> list[Chunk]:
+    """Put "the box excluded" as "except the box"."""
+    kept: list[Chunk] = []
+    for chunk in chunks:
+        if chunk.said.lower() in ("excluded", "excepted", "omitted", "excluding") and kept and kept[-1].kind == "noun phrase":
+            phrase = kept.pop()
+            while kept and kept[-1].kind in ("comma", "and", "noise"):
+                kept.pop()
+            kept += [replace(chunk, kind="except", value=True), phrase]
+        else:
+            kept.append(chunk)
+    return kept
 
 
 def _ordering(before: list[Chunk]) -> bool:
@@ -356,6 +395,12 @@ def _ordering(before: list[Chunk]) -> bool:
     )
 
 
+# Adverbs that say how objects lie, and not how the arm should work.
+_MANNERS_THAT_MATTER = frozenset(
+    "alternately alternatingly diagonally vertically horizontally alphabetically randomly circularly separately perpendicularly obliquely upwardly "
+    "widely closely tightly loosely randomly chronologically symmetrically radially individually repeatedly doubly only daily family jelly ugly "
+    "sparsely densely crosswisely spirally partly halfly internally externally outwardly inwardly".split()
+)
 _NOISE_PHRASES = frozenset(NOISE_PHRASES)
 
 

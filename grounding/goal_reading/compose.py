@@ -6,16 +6,23 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from grounding.goal_reading.frames import Frame, Predicate
-from grounding.goal_reading.noun_phrases import NounPhrase
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.structure_keys import StructureKeys
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, Part, PartReference, RelationPart, StructurePart
 from grounding.parse_result import OBJECT, Question, shortened
 
-_ASK_CORNER = "corner"
-_CORNERS = ("front left", "front right", "back left", "back right")
+# How many objects a shape needs (evaluation protocol).
+_LEAST = {
+    "circle": 3, "line": 2, "tower": 2, "cluster": 2, "rectangle": 4, "square": 4, "triangle": 3, "arc": 3, "grid": 4, "cross": 5,
+    "pyramid": 3,
+}  # fmt: skip
 _OPPOSITES = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
+
+
+class ImpossibleError(ReadingError):
+    """A structure that these objects cannot form."""
 
 
 @dataclass
@@ -85,7 +92,20 @@ class Composer:
         objects = part.objects
         if objects is None and self.left_out and self.find.count is not None:
             objects = tuple(i for i in range(self.find.count) if i not in self.left_out and i not in self._named_elsewhere(part))
+        self._enough(values, objects)
         return StructurePart(**values, objects=objects)
+
+    def _enough(self, values: dict[str, Any], objects: Any) -> None:
+        """Refuse a shape that needs more objects than it gets, and a grid that they cannot fill."""
+        if self.find.count is None or self.find.catalogue or objects is None and self.find.count == 0:
+            return
+        count = len(objects) if objects is not None else self.find.count
+        shape, rows, columns = values.get("shape"), values.get("rows"), values.get("columns")
+        least = _LEAST.get(shape or "", 1)
+        if count < least:
+            raise ImpossibleError(f"a {shape} needs {least} objects or more, and {shortened(self.text)!r} has {count} for it")
+        if rows and columns and objects is not None and not (rows - 1) * columns < count <= rows * columns:
+            raise ImpossibleError(f"{rows} rows of {columns} need {rows * columns} objects, and {shortened(self.text)!r} has {count} for them")
 
     def _named_elsewhere(self, part: Composed) -> set[Any]:
         named: set[Any] = set()
@@ -104,6 +124,9 @@ class Composer:
     # One frame
 
     def _frame(self, frame: Frame) -> None:
+        if frame.verb == "mention":
+            self._mention(frame)
+            return
         if frame.stays or frame.verb == "leave":
             self._leave(frame)
             return
@@ -120,6 +143,16 @@ class Composer:
         else:
             self._placed(frame)
         self._previous = frame
+
+    def _mention(self, frame: Frame) -> None:
+        """Keep what only a comment names, for the "it" after it: "my sister gave me this bowl; put the banana in it"."""
+        for phrase in frame.objects:
+            try:
+                objects = self.find.find(phrase)
+            except ReadingError:
+                continue
+            self.known.mentioned.append((objects, phrase.many))
+            self.known.last, self.known.structure = objects, None
 
     def _leave(self, frame: Frame) -> None:
         for phrase in frame.objects:
@@ -160,12 +193,18 @@ class Composer:
         if verbs and many and frame.predicates and not frame.has("shape", "verb shape", "relation", "grid", "order") and frame.sentence == before.sentence:
             frame.predicates.insert(0, verbs[0])  # "stack the red ones on the left and the blue ones on the right"
             frame.verb, frame.verb_said = before.verb, before.verb_said
+        bare = [each for each in frame.get("place") if each.said.lower() == "in front"]
+        if bare and (before.has("relation", "shape", "verb shape")) and not any(each.value.y_position for each in before.get("place")):
+            frame.predicates = [replace(each, kind="relation it", value="in front of") if each in bare else each for each in frame.predicates]
+        last = [each for each in before.get("relation") if each.value in _OPPOSITES and each.reference]
+        for number, each in enumerate(frame.predicates):
+            if each.kind == "relation it" and last and _OPPOSITES[last[-1].value] == each.value:  # "... and the knife to its right"
+                frame.predicates[number] = replace(each, reference=last[-1].reference)
         spots = frame.get("place")
         if len(frame.predicates) == 1 and spots and frame.sentence == before.sentence:
             x, y = spots[0].value.x_position, spots[0].value.y_position
             wanted = {"left": "left of", "right": "right of"}.get(x or "") if y is None else {"top": "behind", "bottom": "in front of"}.get(y) if x is None else None
-            last = [each for each in before.get("relation") if each.value in _OPPOSITES]
-            if wanted and last and _OPPOSITES[last[-1].value] == wanted and last[-1].reference:
+            if wanted and last and _OPPOSITES[last[-1].value] == wanted:
                 frame.predicates = [replace(spots[0], kind="relation", value=wanted, reference=last[-1].reference)]
         return False
 
@@ -433,6 +472,8 @@ class Composer:
             if not rest:
                 raise ReadingError(f"nothing is left for {phrase.text!r} in {shortened(self.text)!r}")
             return rest
+        if phrase.left is not None and (others := self.find.rest(phrase, {one for part in self.parts for one in (*(part.objects or ()), *_tuple(part.relation))} | left_out)):
+            return others
         if not left_out:
             return None
         if self.find.count is None:

@@ -12,7 +12,7 @@ from typing import Any
 
 from grounding.goal_reading.chunks import Chunk, Shape
 from grounding.goal_reading.goal_words import SHAPES_OF_VERB
-from grounding.goal_reading.noun_phrases import NounPhrase
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.places import Place
 
 # Chunks that say something of objects.
@@ -159,6 +159,10 @@ class Framer:
             return at + 1
         if kind == "verb":
             return self._verb(at)
+        if kind == "mentioned":
+            self._close()
+            self.frames.append(Frame(verb="mention", objects=list(chunk.value), sentence=self._sentence))
+            return at + 1
         if kind == "negated":
             self._start(chunk)
             self._frame.negated = True
@@ -317,6 +321,8 @@ class Framer:
             # "next to the bowl and the spoon behind it": what comes next is said of other objects.
             if reference and self._opens_frame(after):
                 break
+            if self._frame.has("shape") and after < len(chunks) and chunks[after].kind == "shape" and not reference:
+                break
             phrase, at = self._modified(joint, reference)
             phrases.append(phrase)
             self._frame.listed = self._frame.listed or listed
@@ -397,6 +403,8 @@ class Framer:
         return end
 
     def _predicate(self, at: int) -> int:
+        if self._frame.stays:
+            self._close()
         chunk, frame = self.chunks[at], self._frame
         reference: list[NounPhrase] = []
         end = at + 1
@@ -421,6 +429,8 @@ class Framer:
             chunk = replace(chunk, kind="shape", value=Shape(shapes[-1]))
         if chunk.kind == "rows" and chunk.value > 1 and not frame.objects and self._copies is None and self._lists(end):
             chunk = replace(chunk, kind="shape", value=Shape("line", count=chunk.value))
+        if chunk.kind == "shape" and chunk.value.count > 1 and chunk.value.count == len(frame.objects):
+            return self._one_for_each(at)
         if chunk.kind == "shape" and chunk.value.count > 1 and not frame.objects and self._copies is None:
             self._copies = (chunk, chunk.value.count)
             self._extend(chunk)
@@ -440,6 +450,18 @@ class Framer:
         self._frame.end = self.chunks[end - 1].end
         self._frame.predicates.append(made)
         return end
+
+    def _one_for_each(self, at: int) -> int:
+        """Read "put the cups and the cans in two clusters": one for each noun phrase."""
+        chunk, phrases, verb = self.chunks[at], self._frame.objects, self._frame.verb
+        for number, phrase in enumerate(phrases):
+            self._frame.objects = [phrase]
+            self._extend(chunk)
+            self._frame.verb = self._frame.verb or verb
+            self._frame.predicates.append(Predicate("shape", replace(chunk.value, count=1), chunk.said, chunk.first, chunk.end))
+            if number + 1 < len(phrases):
+                self._close()
+        return at + 1
 
     def _lists(self, at: int) -> bool:
         """Return whether objects are listed from here on: "two rows: the cans and the cups"."""

@@ -15,12 +15,15 @@ def _words(text: str) -> frozenset[str]:
 _VERBS = {
     "place": "put place set position lay arrange organize organise move bring shift slide push pull drag transfer relocate stand "
     "sit drop keep want have get tuck pop stick park distribute display rearrange order nudge scoot rest deposit locate "
-    "shove plop stash store situate carry relocate reposition hang wedge plonk chuck configure fit insert dump slot need",
-    "make": "make build form create construct assemble produce draw design compose shape generate",
+    "shove plop stash store situate carry relocate reposition hang wedge plonk chuck configure fit insert dump slot need pose perch plunk nestle "
+    "squeeze balance mount prop throw toss send return lift scooch scoot shuffle swing steer roll lean lower raise install settle seat assign "
+    "allocate dispose station pitch hoist ease deliver direct fix pin sandwich tidy sweep rest lodge squash squish jam cram shimmy "
+    "budge jiggle edge guide load stuff bung whack slap bump dock anchor hide give flank centre center",
+    "make": "make build form create construct assemble produce draw design compose shape generate erect fashion craft do prepare establish",
     "take": "take grab fetch use choose select consider collect",
     "stack": "stack pile heap",
     "line": "align queue line string",
-    "cluster": "gather cluster bunch huddle clump crowd",
+    "cluster": "gather cluster bunch huddle clump crowd bundle herd",
     "sort": "sort group separate divide categorize categorise classify segregate",
     "swap": "swap switch exchange interchange trade",
     "spread": "spread space scatter",
@@ -135,7 +138,7 @@ NOISE_PHRASES = (
 )  # fmt: skip
 
 PATTERN_WORDS = NOISE | frozenset(VERBS) | _words(
-    "radius diameter gap gaps spacing apart rows columns height width size volume colour kind type corner edge rim border row column "
+    "consisting composed comprising made built formed arranged stacked lined piled total radius diameter gap gaps spacing apart rows columns height width size volume colour kind type corner edge rim border row column "
     "between around along tallest shortest biggest smallest order ascending descending increasing decreasing clockwise "
     "swap swapped wait sorry actually instead oops scratch correction mean neither nor except without but not no never "
     "side hand half third part area region zone section end wall letter word heart bridge house zigzag diagonal diagonally "

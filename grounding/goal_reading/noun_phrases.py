@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from grounding.goal_reading.goal_words import PATTERN_WORDS
 from grounding.goal_reading.measures import COUNTS, UNITS, count_at
+from grounding.goal_reading.noun_phrase import NounPhrase
+from grounding.goal_reading.place_clauses import with_clause
 from grounding.goal_reading.tokens import Words
-from grounding.references.attributes import COMPARATIVES, SUPERLATIVES, TELLING_ADJECTIVES
+from grounding.references.attributes import COLOR_WORDS, COMPARATIVES, SUPERLATIVES, TELLING_ADJECTIVES
 from grounding.references.function_words import (
     AMBIGUOUS,
     FUNCTION_WORDS,
@@ -17,7 +18,7 @@ from grounding.references.function_words import (
     NOT_OBJECTS,
     SHAPE_WORDS,
 )
-from grounding.references.lexicon import COLOURS, FILLINGS, STUFF
+from grounding.references.lexicon import COLOURS, FILLINGS, GROUPS, STUFF
 from grounding.references.phrases import ANY, Mention, Vocabulary
 from grounding.references.word_forms import singular
 
@@ -44,63 +45,15 @@ _ALONE = frozenset(
     "leftmost rightmost nearest closest farthest furthest frontmost foremost rearmost backmost hindmost nearmost".split()
 )
 _SIDES = {"left": "left", "right": "right", "front": "near", "back": "far", "rear": "far", "near": "near", "far": "far"}
+# "The roll of tape" is the tape, "a piece of fruit" a fruit.
+_PORTIONS = frozenset("roll reel spool stick bar piece pair item bit can box bottle".split()) - {"can", "box", "bottle"}
+COMPOUND_NOUNS: Mapping[tuple[str, str], str] = {
+    ("felt", "tip"): "marker", ("felt", "pen"): "marker", ("magic", "marker"): "marker", ("tea", "spoon"): "teaspoon", ("tin", "can"): "can",
+    ("rubber", "duck"): "duck", ("rubber", "ducky"): "duck", ("rubber", "duckie"): "duck", ("drinking", "glass"): "glass", ("coffee", "cup"): "cup",
+}  # fmt: skip
 _EVERYTHING = frozenset("everything anything".split())
 _NO_NOUNS = frozenset("left right top bottom front back side order other rest place space line row table edge".split())
 _PLACE_NOUNS = frozenset("table tabletop desk surface workspace board edge corner side middle center".split())
-
-_SIDE_CLAUSE = re.compile(r"(?:on|at|to|in|over on) (?:the |my |your )?(?:far |very )?(?P<side>left|right|front|back|rear|middle)(?: hand)?(?: side)?(?: of the table)?(?! of)")
-_NEAREST = re.compile(r"(?:nearest|closest)(?: to)?(?= )(?! me\b)(?! to me\b)(?! the (?:robot|arm|edge|front|back)\b)")
-_NEAR_CLAUSE = re.compile(r"(?:closest|nearest|closer|nearer|farthest|furthest|far|farther|further)(?: away)?(?: (?:to|from) (?:me|you|us|the robot|the arm))?(?= |$)(?! to)(?! from)")
-_STANDS = {"left": "left of", "right": "right of", "behind": "behind", "in front": "in front of", "in ": "in", "on ": "on", "next": "next to", "beside": "next to", "near": "next to", "close": "next to"}
-_STANDS_CLAUSE = re.compile(r"(?:to the |on the |just |right )?(?:left of|right of|behind|in front of|next to|beside|nearest to|nearest|closest to|close to|near|in|on)(?= )")
-
-
-@dataclass(frozen=True)
-class NounPhrase:
-    """One noun phrase for objects.
-
-    Attributes:
-        kind: "objects"; "pronoun"; "all" of what there is; "rest", what no other part names; "structure", one that was
-            asked for before; "each other".
-        first, end: its words.
-        text: as it was written.
-        mention: what it says of the objects, for the kinds "objects" and "rest"; `None` where it says no more.
-        borrowed: whether its noun is only "one" or is left out, so that a noun before it may be meant.
-        side: the side on which the object stands that is meant: "left", "right", "near", "far" or "middle".
-        half: whether the side says in which part of the table the objects stand, as in "the cups on the left".
-        ordinal: of "the second block from the left", counted from `side`; -1 for the last.
-        relation: how it stands to `landmark`: "behind" in "the one behind the plate".
-        landmark: the phrase for the object that it stands by.
-        without: phrases for what is left out of it.
-    """
-
-    kind: str
-    first: int
-    end: int
-    text: str
-    mention: Mention | None = None
-    borrowed: bool = False
-    side: str | None = None
-    half: bool = False
-    ordinal: int | None = None
-    relation: str | None = None
-    landmark: NounPhrase | None = None
-    without: tuple[NounPhrase, ...] = ()
-
-    @property
-    def many(self) -> bool:
-        """Return whether it can mean several objects."""
-        if self.kind in ("all", "rest"):
-            return True
-        if self.kind == "pronoun":
-            return self.text.lower() not in ("it", "this", "that", "itself")
-        return self.mention is not None and self.mention.plural
-
-    @property
-    def superlative(self) -> bool:
-        """Return whether it is "the tallest" or the like, without a noun or with a general one."""
-        said = self.mention
-        return said is not None and said.noun == ANY and any(word in SUPERLATIVES for word in said.modifiers)
 
 
 class NounPhraseReader:
@@ -173,7 +126,9 @@ class NounPhraseReader:
             if count is not None and at > place:  # "the other two"
                 of = self._phrase(count[1])
                 if of is None or of.first != count[1]:
-                    return self._rest_of(place, count[1])
+                    return replace(self._rest_of(place, count[1]), left=count[0])
+                if of.kind in ("objects", "all") and (of.mention is None or of.mention.noun == ANY and not of.mention.modifiers):
+                    return replace(self._made("rest", place, of.end), left=count[0])  # "the other six things"
             noun = self._phrase(at + 1)
             if noun is not None and noun.kind == "objects" and noun.many:
                 return replace(noun, kind="rest", first=place, text=said.quote(place, noun.end))
@@ -224,6 +179,7 @@ class NounPhraseReader:
         noun, many, end, known, extra, borrowed = head
         numbers, end = self._numbers(end)
         modifiers += extra
+        many = many and not (said.word(place) in ("a", "an") and start == place + 1 and count is None)
         plural = (many and (count or 2) > 1) or (count or 1) > 1 or len(numbers) > 1
         if count is None and not plural:
             count = 1
@@ -262,13 +218,18 @@ class NounPhraseReader:
                     break
                 count, at = number[0], number[1]
                 free = free or (said.word(at) == "of")
-            elif word in ORDINALS and definite and self._modified(at + 1):
+            elif word in ORDINALS and (definite or self._counted_from(at)) and self._modified(at + 1):
                 ordinal, at = ORDINALS[word], at + 1
             elif word == "of" and at > place and said.word(at - 1) not in _DEFINITE:
                 at += 1
             else:
                 break
         return count, ordinal, definite, free, at
+
+    def _counted_from(self, at: int) -> bool:
+        """Return whether "from the left" follows soon: "third cup from the left"."""
+        words = self.said.words[at + 1 : at + 6]
+        return any(words[i : i + 2] == ("from", "the") for i in range(1, len(words)))
 
     def _measured(self, place: int) -> bool:
         """Return whether the number before this place counts no objects: "5 cm", "3 by 3", "2 rows"."""
@@ -326,6 +287,15 @@ class NounPhraseReader:
             return None
         if word in ("one", "ones"):
             return (ANY, word == "ones", at + 1, True, [], True) if described or at > place else None
+        if (color := self._color_noun(at)) is not None:
+            return ANY, True, at + 1, True, [color], True
+        if (pair := (word, said.word(at + 1).removesuffix("s"))) in COMPOUND_NOUNS:
+            end = at + 2 + (said.word(at + 2) in ("pen", "pens"))
+            return COMPOUND_NOUNS[pair], said.word(end - 1).endswith("s"), end, True, [], False
+        if word.removesuffix("s") in _PORTIONS and said.word(at + 1) == "of" and said.word(at + 2) in self.forms:
+            noun, many = self.forms[said.word(at + 2)]
+            if noun in self.vocabulary.heads or not self.vocabulary.heads or noun in GROUPS:
+                return noun, word.endswith("s"), at + 3, True, [], False  # "the roll of tape"
         if word in STUFF and GENERIC.get(said.word(at + 1)) == "stuff":
             return STUFF[word], True, at + 2, True, [], False
         if word in GENERIC and word not in ("lot", "bits", "utensils") and word not in _EVERYTHING:
@@ -346,6 +316,15 @@ class NounPhraseReader:
             noun = singular(last)
             return noun, noun != last, end, False, list(said.words[at : end - 1]), False
         return None
+
+    def _color_noun(self, at: int) -> str | None:
+        """Return the colour of "the reds", "blues"; `None` for the fruit that is called like a colour."""
+        word = self.said.word(at)
+        color = word.removesuffix("s")
+        if color == word or color not in COLOR_WORDS or color in ("rose", "lime", "cream", "tan"):
+            return None
+        fruit = word in self.forms and (not self.vocabulary.heads or self.forms[word][0] in self.vocabulary.heads)
+        return None if fruit else color
 
     def _no_noun(self, at: int, place: int, determined: bool) -> bool:
         said, word = self.said, self.said.word(at)
@@ -434,36 +413,6 @@ class NounPhraseReader:
             return replace(phrase, side=side, end=end + 3, text=said.quote(place, end + 3))
         if phrase.ordinal is not None and words[:2] in (("on", "the"), ("at", "the")) and said.word(end + 2) in _SIDES:
             return replace(phrase, side=_SIDES[said.word(end + 2)], end=end + 3, text=said.quote(place, end + 3))
-        return self._clause(place, phrase)
-
-    def _clause(self, place: int, phrase: NounPhrase) -> NounPhrase:
-        """Add "that is red", "which are on the left", "that stands behind the plate"."""
-        said, at = self.said, phrase.end
-        if phrase.kind not in ("objects", "all"):
-            return phrase
-        verbs = ("is", "are", "stands", "stand", "sits", "sit", "lies", "lie")
-        if said.word(at) in ("that's", "who's"):
-            at += 1
-        elif said.word(at) in ("that", "which") and said.word(at + 1) in verbs:
-            at += 2 + (said.word(at + 2) in ("standing", "sitting", "lying", "currently", "now"))
-        elif (near := said.match(_NEAREST, at)) is not None:
-            landmark = self.at(near[1])
-            if landmark is None or landmark.kind != "objects":
-                return phrase
-            return replace(phrase, relation="next to", landmark=landmark, end=landmark.end, text=said.quote(place, landmark.end))
-        else:
-            return phrase
-        if said.word(at) in TELLING_ADJECTIVES and phrase.mention is not None:
-            words = [said.word(at)]
-            mention = replace(phrase.mention, modifiers=(*phrase.mention.modifiers, *words))
-            return replace(phrase, mention=mention, end=at + 1, text=said.quote(place, at + 1))
-        if (side := said.match(_SIDE_CLAUSE, at)) is not None:
-            found = {"front": "near", "back": "far", "rear": "far"}.get(side[0].group("side"), side[0].group("side"))
-            return replace(phrase, side=found, end=side[1], text=said.quote(place, side[1]))
-        if (near := said.match(_NEAR_CLAUSE, at)) is not None:
-            return replace(phrase, side="far" if near[0].group().startswith("f") else "near", end=near[1], text=said.quote(place, near[1]))
-        if (stands := said.match(_STANDS_CLAUSE, at)) is not None and (landmark := self.at(stands[1])) is not None:
-            if landmark.kind == "objects":
-                relation = next(value for word, value in _STANDS.items() if word in stands[0].group())
-                return replace(phrase, relation=relation, landmark=landmark, end=landmark.end, text=said.quote(place, landmark.end))
+        if phrase.kind in ("objects", "all"):
+            return with_clause(said, phrase, self.at)
         return phrase

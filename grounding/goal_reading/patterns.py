@@ -88,7 +88,7 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
         rf"(?:in )?(?:order of )?(?P<way>ascending|increasing|rising|growing|descending|decreasing|falling)(?: order)?(?: of| in| by)? (?P<key>{_KEY})",
         lambda m: {"by": _KEYS[m.group("key")], "direction": "ascending" if m.group("way") in ("ascending", "increasing", "rising", "growing") else "descending"},
     ),
-    ("order", rf"(?P<key>{_KEY}) order", lambda m: {"by": _KEYS[m.group("key")]}),
+    ("order", rf"(?:in |by )?(?:their )?(?P<key>{_KEY}) order", lambda m: {"by": _KEYS[m.group("key")]}),
     (
         "order",
         r"(?:in )?(?:an )?(?P<way>ascending|increasing|descending|decreasing)(?:ly| order)?",
@@ -119,11 +119,12 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ("gap", r"(?:with |leaving |leave |keep |keeping |and |have |having )*(?:a )?(?:clear )?(?:gaps?|spacing|spaces?|distances?|intervals?|clearance|separation) of LEN(?: (?:between|in between)(?: (?:them|each|each other|each of them|neighbou?rs|the objects|all of them|any two|every two|each pair|one another|adjacent ones|each one))?)?", None),
     ("gap", r"(?:with |leaving |leave |keep |keeping |at |and |have |having )*(?:a )?LEN(?: of)?(?: clear)? (?:gaps?|spacing|spaces?|distances?|intervals?|clearance|separation|room|space|air)(?: (?:between|in between)(?: (?:them|each|each other|each of them|neighbou?rs|the objects|all of them|any two|every two|each pair|one another|adjacent ones|each one))?)?", None),
     ("gap", r"(?:with |leaving |leave |keep |keeping |and |have |having |at )*(?:a )?LEN (?:between|in between) (?:them|each|each other|each of them|neighbou?rs|all of them|any two|every two|each pair|one another|adjacent ones|each one)", None),
+    ("gap", r"(?:with |leaving |leave |keep |keeping |and |have |having |at )*(?:a )?LEN (?:between|in between)(?= [.,;!]|$| and)", None),
     ("gap", r"(?:spaced|separated|spacing|with spacing)(?: by| at| of)? LEN", None),
     ("gap", r"(?:gap|spacing|spaces|intervals)(?: is| :| =)? LEN|(?:at )?intervals of LEN|every LEN|LEN from (?:each other|one another)|LEN (?:away )?from (?:each other|one another)", None),
     ("radius", r"(?:with |of |and |having )*(?:a |the )?radius(?: of| is| =| :|)? (?:about )?LEN|(?:with )?(?:a )?(?:about )?LEN(?: in)? radius", None),
     ("diameter", r"(?:with |of |and |having )*(?:a |the )?diameter(?: of| is| =| :|)? (?:about )?LEN|(?:with )?(?:a )?LEN(?: in)? diameter|LEN across", None),
-    ("length of", r"(?:that is |that's |which is |with |of |and |having )*(?:a |the )?length(?: of)? (?:about )?LEN|(?:that is |that's |which is )?LEN(?: in)? (?:long|length)", None),
+    ("length of", r"(?:that is |that's |which is |with |of |and |having )*(?:a |the )?(?:total |overall )?length(?: of)? (?:about )?LEN|(?:that is |that's |which is )?LEN(?: in)?(?: total| overall)? (?:long|length)(?: in total| overall)?", None),
     ("wide", r"(?:that is |that's |which is )?LEN wide", None),
     # grids
     ("grid", rf"(?:in |into |as |of |make |a )*{_N} (?:by|x) {_M}(?: grid| matrix| array| lattice| pattern| block| arrangement| formation)?", lambda m: (number_of(m.group("n")), number_of(m.group("m")))),

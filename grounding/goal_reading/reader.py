@@ -6,13 +6,14 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
+from grounding.goal_reading.asides import Asides
 from grounding.goal_reading.chunks import Chunk, Chunker
-from grounding.goal_reading.compose import Composer
+from grounding.goal_reading.compose import Composer, ImpossibleError
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
 from grounding.goal_reading.frames import PREDICATES, Frame, Framer
 from grounding.goal_reading.measures import lengths_of
-from grounding.goal_reading.noun_phrases import NounPhrase
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.spelling import corrected
 from grounding.goal_reading.tokens import Words, joined, split, with_lengths
@@ -117,6 +118,8 @@ class GoalReader:
             problem = contradiction(goal)
         except ReadingQuestion as doubt:
             return GoalReading(question=doubt.question, residue=tuple(residue), beyond=beyond, verbs=verbs)
+        except ImpossibleError as error:
+            return GoalReading(problem=str(error), residue=tuple(residue), beyond=True, verbs=verbs)
         except (ReadingError, SpecError, SelectionError) as error:
             return GoalReading(problem=_sentence(text, error), residue=tuple(residue), beyond=beyond, verbs=verbs)
         residue += composer.unread
@@ -150,26 +153,56 @@ _TELLING = frozenset("opposite colour height width alternate alternating alterna
 _SIGNS = frozenset("grid rows columns gap radius diameter length apart order group".split()) | {"order end", "length of"}
 
 
+_MOST_UNREAD = 2  # with more words that are not understood, two clauses are likelier a story than two wishes
+
+
 def _beyond(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
     """Return whether something was certainly said that one plain structure cannot hold."""
+    if _certain(chunks, frames):
+        return True
+    unread = sum(chunk.kind == "unknown" for chunk in chunks)
+    return unread <= _MOST_UNREAD and (_unknown_act(chunks) or _several(frames))
+
+
+def _certain(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
     if any(chunk.kind == "unknown" and chunk.value in _TELLING for chunk in chunks):
         return True
     if any(chunk.kind in _SIGNS or chunk.metres is not None for chunk in chunks):
         return True
-    for before, chunk, after in zip(chunks, chunks[1:], chunks[2:], strict=False):
-        # "... and wash the dishes": an act that is not known, with its object.
-        if chunk.kind == "unknown" and before.kind in ("and", "then") and after.kind == "noun phrase" and after.value.kind == "objects":
-            return True
-    for frame in frames:
-        shapes = [each.value.name for each in frame.get("shape")]
-        if frame.verb in ("swap", "surround") and frame.objects or set(shapes) - set(_FOUR):
-            return True
-        if frame.objects and any(each.kind == "relation" and _known(each.reference) for each in frame.predicates):
-            return True
+    return any(set(each.value.name for each in frame.get("shape")) - set(_FOUR) - {"cluster"} for frame in frames)
+
+
+def _unknown_act(chunks: Sequence[Chunk]) -> bool:
+    """Return whether an act is asked for that is not known, with its object: "... and wash the dishes"."""
+    return any(
+        chunk.kind == "unknown" and before.kind in ("and", "then") and after.kind == "noun phrase" and _known([after.value])
+        for before, chunk, after in zip(chunks, chunks[1:], chunks[2:], strict=False)
+    )
+
+
+def _several(frames: Sequence[Frame]) -> bool:
+    """Return whether several things are asked for, or one that is no structure."""
+    relations = [(frame, each) for frame in frames for each in frame.predicates if each.kind == "relation" and each.reference]
+    if any(frame.verb in ("swap", "surround") and frame.objects or frame.has("shape") and set(each.value.name for each in frame.get("shape")) - set(_FOUR) for frame in frames):
+        return True
+    if any(frame.objects and _known(each.reference) for frame, each in relations):
+        return True
+    if sum(bool(frame.objects) for frame in frames) > 1 and any(each.reference[0].kind == "pronoun" for _, each in relations):
+        return True
+    asked = [frame for frame in frames if frame.verb not in ("", "take", "leave", "make") and _known(frame.objects) and not frame.negated]
+    if len(asked) > 1 and len(_nouns(asked)) > 1:
+        return True
     told = [frame for frame in frames if frame.predicates and _known(frame.objects) and not frame.negated]
+    rest = any(phrase.kind == "rest" for frame in frames if frame.has("shape", "verb shape") for phrase in frame.objects)
+    if rest and any(frame.has("shape", "verb shape", "place") for frame in told):
+        return True
     shapes = {each.value.name for frame in told for each in (*frame.get("shape"), *frame.get("verb shape"))}
-    nouns = {phrase.mention.noun for frame in told for phrase in frame.objects if phrase.mention is not None}
-    return len(told) > 1 and len(nouns) > 1 and (len(shapes) > 1 or len({each.value for frame in told for each in frame.get("place")}) > 1)
+    places = {each.value for frame in told for each in frame.get("place")}
+    return len(told) > 1 and len(_nouns(told)) > 1 and (len(shapes) > 1 or len(places) > 1)
+
+
+def _nouns(frames: Sequence[Frame]) -> set[str]:
+    return {phrase.mention.noun for frame in frames for phrase in frame.objects if phrase.mention is not None}
 
 
 def _possessives_apart(said: Words) -> Words:
@@ -190,6 +223,7 @@ def _known(phrases: Sequence[NounPhrase]) -> bool:
 def _without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> list[Chunk]:
     """Drop what only reports something: "my guests arrive at eight, so ...", if it says nothing that a goal could hold."""
     narrated = Sentences(list(said.words), nouns.forms).narrated
+    asides = Asides(said, nouns)
     kept: list[Chunk] = []
     run: list[Chunk] = []
     for chunk in [*chunks, None]:
@@ -197,7 +231,8 @@ def _without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> lis
             run.append(chunk)
             continue
         told = run and (all(all(narrated[one.first : one.end]) for one in run) or said.word(run[0].first) in _SUBJECTS)
-        kept += [] if told and _reports(run) else run
+        told = told and said.word(run[0].first) not in _CONDITIONS
+        kept += [] if told and _reports(run) and not asides.wishes(run[0].first, run[-1].end, facts=True) else run
         run = []
         if chunk is not None:
             kept.append(chunk)
@@ -223,6 +258,7 @@ def _reports(run: Sequence[Chunk]) -> bool:
 
 
 _PAST = frozenset("came bought lost broke fell saw said got gave told cried brought belonged went won stood was were had wasn't weren't".split())
+_CONDITIONS = frozenset("if when whenever once unless until provided".split())  # what depends on them is not passed over
 _SUBJECTS = frozenset(
     "i we my our he she they it it's i'm i've we're we've this that there there's today tonight yesterday tomorrow because since as when if the "
     "his her their everyone someone guests people nobody mum mom dad grandma what".split()

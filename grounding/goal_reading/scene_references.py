@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from grounding.goal_reading.noun_phrases import NounPhrase
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.parse_result import OBJECT, Question
 from grounding.references.attributes import SUPERLATIVES, SceneObject
 from grounding.references.candidates import Candidates, SelectionError
@@ -46,7 +46,7 @@ class SceneReferences:
         self.notes: list[str] = []
         self.nouns: list[str] = []
         self._chosen: dict[str, tuple[int, ...]] = {}
-        self._noun: Mention | None = None  # the last noun that was said, for "the blue one"
+        self._nouns: list[Mention] = []  # that were said, the last one last, for "the blue one"
 
     @property
     def count(self) -> int | None:
@@ -103,15 +103,41 @@ class SceneReferences:
 
     def _remember(self, phrase: NounPhrase, mention: Mention) -> None:
         if not phrase.borrowed and mention.noun != ANY:
-            self._noun = mention
+            self._nouns.append(mention)
 
     def _of_noun(self, phrase: NounPhrase, mention: Mention) -> list[int]:
+        """Find the objects of the noun and its adjectives; "the blue one" has the last noun of which there are several."""
         assert self.candidates is not None
-        if phrase.borrowed and self._noun is not None:
-            borrowed = replace(mention, noun=self._noun.noun, known=self._noun.known)
-            if found := self.candidates.matching(borrowed):
+        several: list[int] = []
+        for noun in reversed(self._nouns) if phrase.borrowed else ():
+            borrowed = replace(mention, noun=noun.noun, known=noun.known)
+            kinds = self.candidates.kinds_of(borrowed)
+            found = self.candidates.matching(borrowed)
+            if found and len(kinds) > 1:
                 return found
-        return self.candidates.matching(mention)
+            several = several or found
+        return several or self.candidates.matching(mention)
+
+    def rest(self, phrase: NounPhrase, taken: set[int]) -> tuple[int, ...] | None:
+        """Find what "the other three" means: those of the last noun that are left, or else all that is left.
+
+        Args:
+            phrase: with the number of objects that it speaks of.
+            taken: objects of other parts.
+
+        Raises:
+            ReadingError: where another number is left.
+        """
+        if self.objects is None or phrase.left is None or self.catalogue:
+            return None
+        left = [i for i in range(len(self.objects)) if i not in taken]
+        for noun in reversed(self._nouns):
+            same = [i for i in self.candidates.kinds_of(replace(noun, count=None)) if i in left]
+            if len(same) == phrase.left:
+                return tuple(same)
+        if len(left) != phrase.left:
+            raise ReadingError(f"{phrase.text!r} speaks of {phrase.left} objects, and {len(left)} are left: {'; '.join(self._descriptions(left)) or 'none'}")
+        return tuple(left)
 
     # Places
 
@@ -136,12 +162,12 @@ class SceneReferences:
             return found[-1:] if place < 0 else found[place - 1 : place]
         if any(word in SUPERLATIVES for word in mention.modifiers):
             return found
-        order = sorted(found, key=lambda i: self._along(side, i))
-        if phrase.ordinal is not None:
-            return order[-1:] if phrase.ordinal < 0 else order[phrase.ordinal - 1 : phrase.ordinal]
         if side == "middle":
             middle = sorted(found, key=lambda i: self.position(i)[1])
             return [middle[len(middle) // 2]] if len(middle) % 2 else middle[len(middle) // 2 - 1 : len(middle) // 2 + 1]
+        order = sorted(found, key=lambda i: self._along(side, i))
+        if phrase.ordinal is not None:
+            return order[-1:] if phrase.ordinal < 0 else order[phrase.ordinal - 1 : phrase.ordinal]
         if not mention.plural or (mention.count or 0) > 0:
             return order[: mention.count or 1]
         steps = [self._along(side, b) - self._along(side, a) for a, b in zip(order, order[1:], strict=False)]
@@ -150,11 +176,19 @@ class SceneReferences:
 
     def _along(self, side: str, index: int) -> float:
         away, left = self.position(index)
-        return {"left": -left, "right": left, "near": away, "far": -away}[side]
+        away_from_robot = self._sign * away
+        return {
+            "left": -left, "right": left, "near": away, "far": -away, "robot near": away_from_robot, "robot far": -away_from_robot,
+        }[side]  # fmt: skip
 
     def _beside(self, phrase: NounPhrase, found: list[int]) -> list[int]:
         landmark = self.find(phrase.landmark)
         others = [i for i in found if i not in landmark]
+        if phrase.relation in ("nearest", "farthest"):
+            sign = 1 if phrase.relation == "nearest" else -1
+            others.sort(key=lambda i: sign * min(math.dist(self.position(i), self.position(j)) for j in landmark))
+            count = phrase.mention.count or 1
+            return others if phrase.mention.plural and phrase.mention.count is None else others[:count]
         kept = [i for i in others if all(self._stands(i, phrase.relation, j) for j in landmark)]
         kept = kept or [i for i in others if all(self._stands(i, phrase.relation, j, least=0.2) for j in landmark)]
         if len(kept) > 1 and phrase.mention is not None and not phrase.mention.plural:

@@ -10,7 +10,7 @@ from grounding.goals.parts import RelationPart
 from grounding.parse_result import REFUSALS, Parse, Question, shortened
 
 _ASKING = re.compile(
-    r"\s*(?:(?:is|are|was|were|am|does|did|has|how|what|what's|where|where's|when|which|who|whose|why)\b(?! about\b)|do (?:the|they|we|i|you (?:see|know|think|have))\b)",
+    r"\s*(?:(?:is|are|was|were|am|does|did|has|how|what|what's|where|where's|when|which|who|whose|why)\b(?! (?:about|an?)\b)|do (?:the|they|we|i|you (?:see|know|think|have))\b)",
     re.IGNORECASE,
 )
 _STATED = re.compile(r"\b(?:is|are|was|were)\b", re.IGNORECASE)
@@ -31,17 +31,18 @@ class Verdict:
     question: Question | None = None
 
 
-def verdict(parse: Parse, reading: GoalReading, plain_only: bool = False) -> Verdict | None:
+def verdict(parse: Parse, reading: GoalReading, plain_only: bool = False, known: bool = False) -> Verdict | None:
     """Decide about an instruction; `None` where the five slots of the parse count.
 
     Args:
         parse: what the parser of the five slots made of it.
         reading: what the reader of goals made of it.
+        known: whether it is known what stands on the table: the reader of goals then says which objects are meant.
         plain_only: whether only one structure can be built: a single object with a place then stays one.
     """
     if reading.complete:
         plain = parse.status != "refused" and not more_than_plain(reading.goal)
-        taken_back = reading.corrected and parse.spec == reading.goal.parts[0].spec if plain else False
+        taken_back = plain and (reading.corrected or known) and parse.status == "ok" and parse.spec == reading.goal.parts[0].spec
         if _only_reported(parse, reading) or (plain and not taken_back):
             return None
         if plain_only and parse.status != "refused" and _one_place(reading):
@@ -50,6 +51,8 @@ def verdict(parse: Parse, reading: GoalReading, plain_only: bool = False) -> Ver
     refused = parse.status == "refused" and not (_idle(parse) and not reading.verbs) and not _ASKING.match(parse.text)
     goal = any(REFUSALS[reason] in parse.message for reason in ("several", "relation"))
     if not (reading.beyond or (refused and (goal or not reading.residue))) or _asks_nothing(parse, reading):
+        return None
+    if reading.residue and reading.question is not None and parse.status == "ok":
         return None
     if reading.residue:
         listed = " and ".join(repr(words) for words in dict.fromkeys(map(shortened, reading.residue)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,7 @@ from grounding.goal_reading.chunks import Chunk
 from grounding.goal_reading.measures import count_at, lengths_of
 from grounding.goal_reading.tokens import split
 from grounding.goals.parts import MAX_ROWS
+from grounding.llm_goals.checks import mismatch
 from grounding.llm_goals.lines import Said, goal_line
 from grounding.llm_goals.reader import UnusableGoalError
 from grounding.parsers.llm_local import INSTRUCTION, LocalLLM
@@ -24,6 +25,23 @@ if TYPE_CHECKING:
 GOAL_ADAPTER = Path(__file__).parents[1] / "weights" / "llm_goal_adapter.safetensors"
 PROMPT = "parse_goal_lines"
 MOST_PIECES = 160  # of a line; more is a model that goes round in circles
+RETRIES = 3  # other lines that are tried where the likeliest says something else than the instruction
+_STOP = -1  # the decision to end a piece that begins other pieces
+
+
+@dataclass(frozen=True)
+class Decision:
+    """A choice between tokens.
+
+    Attributes:
+        token: the one that was chosen; -1 ends the piece.
+        second: the second best, or `None`.
+        share: probability of the chosen one among the legal ones.
+    """
+
+    token: int
+    second: int | None
+    share: float
 
 
 @dataclass(frozen=True)
@@ -34,12 +52,17 @@ class Written:
         line: the line.
         parts: as JSON has them, with words of the instruction for objects and lengths, or a word of `NO_GOAL`; `None`
             for a line without an end.
-        certainty: product of the probabilities of all choices among the legal pieces.
+        decisions: in their order.
     """
 
     line: str
     parts: list[dict[str, Any]] | str | None
-    certainty: float
+    decisions: tuple[Decision, ...]
+
+    @property
+    def certainty(self) -> float:
+        """Return the product of the probabilities of all choices among the legal tokens."""
+        return math.prod(decision.share for decision in self.decisions)
 
 
 class LocalGoals:
@@ -65,40 +88,71 @@ class LocalGoals:
         """Return a text without typing errors, as far as the model knows words."""
         return self.model.mended(text)
 
-    def write(self, said: Said) -> Written:
-        """Write the line of an instruction."""
+    def write(self, said: Said, forced: Sequence[int] = ()) -> Written:
+        """Write the line of an instruction.
+
+        Args:
+            said: the instruction.
+            forced: the first decisions, where they are given.
+        """
         continuation = self.model.continuation(self.prompt, INSTRUCTION.format(text=said.text))
-        steps, line, certainty = goal_line(said), "", 0.0
+        steps, line = goal_line(said), ""
+        decisions: list[Decision] = []
         legal = next(steps)
         for _ in range(MOST_PIECES):
-            piece, log_share = self._choose(continuation, legal)
-            line, certainty = line + piece, certainty + log_share
+            piece = self._choose(continuation, legal, forced, decisions)
+            line += piece
             try:
                 legal = steps.send(piece)
             except StopIteration as end:
-                return Written(line, end.value, math.exp(certainty))
-        return Written(line, None, 0.0)
+                return Written(line, end.value, tuple(decisions))
+        return Written(line, None, tuple(decisions))
 
-    def _choose(self, continuation: Continuation, legal: Sequence[str]) -> tuple[str, float]:
-        """Choose a piece token by token; return it with the logarithm of its probability among the legal ones."""
+    def lines(self, said: Said) -> Iterator[Written]:
+        """Write the likeliest line, and then others: each takes the second best at one of the least certain decisions."""
+        first = self.write(said)
+        yield first
+        doubtful = sorted(
+            (i for i, decision in enumerate(first.decisions) if decision.second is not None),
+            key=lambda i: first.decisions[i].share,
+        )
+        for i in doubtful[:RETRIES]:
+            second = first.decisions[i].second
+            assert second is not None
+            yield self.write(said, [*(decision.token for decision in first.decisions[:i]), second])
+
+    def _choose(
+        self, continuation: Continuation, legal: Sequence[str], forced: Sequence[int], decisions: list[Decision]
+    ) -> str:
+        """Choose a piece token by token, and note the decisions."""
         left = {piece: self.model.tokens(piece) for piece in legal}
-        depth, log_share = 0, 0.0
+        depth = 0
         while True:
             done = [piece for piece, tokens in left.items() if len(tokens) == depth]
             options = sorted({tokens[depth] for tokens in left.values() if len(tokens) > depth})
             if done and not options:
-                return done[0], log_share
+                return done[0]
             token = options[0]
             if len(options) > 1 or done:
-                scores, likely = continuation.scores(options)
-                if done and not likely:  # a piece that begins others ends where none goes on
-                    return done[0], log_share
-                shares = scores.double().log_softmax(dim=0)
-                best = int(shares.argmax())
-                token, log_share = options[best], log_share + float(shares[best])
+                if len(decisions) < len(forced):
+                    decisions.append(Decision(forced[len(decisions)], None, 1.0))
+                else:
+                    decisions.append(self._decide(continuation, options, bool(done)))
+                token = decisions[-1].token
+                if token == _STOP:
+                    return done[0]
             continuation.add(token)
             left = {piece: tokens for piece, tokens in left.items() if len(tokens) > depth and tokens[depth] == token}
             depth += 1
+
+    def _decide(self, continuation: Continuation, options: Sequence[int], may_stop: bool) -> Decision:
+        scores, likely = continuation.scores(options)
+        shares = scores.double().softmax(dim=0)
+        order = shares.argsort(descending=True).tolist()
+        if may_stop and not likely:  # a piece that begins others ends where none of them goes on
+            return Decision(_STOP, None, 1.0)
+        second = options[order[1]] if len(order) > 1 else None
+        return Decision(options[order[0]], second, float(shares[order[0]]))
 
 
 class LocalGoalWriter:
@@ -117,17 +171,26 @@ class LocalGoalWriter:
     def parts(self, text: str, chunks: Sequence[Chunk]) -> list[dict[str, Any]] | str:
         """Write the parts of a goal; lengths are read by the grammar of lengths.
 
+        Of several lines the first that leaves nothing out and adds nothing is taken, else the likeliest.
+
         Raises:
-            UnusableGoalError: for a line without an end, or one of which the model is too unsure.
+            UnusableGoalError: for a line without an end.
         """
         mended = quotable(self.goals.mended(text))
-        lengths, counts = said_lengths(mended), said_counts(mended)
-        written = self.goals.write(Said.of(mended, tuple(lengths), counts))
-        if written.parts is None:
+        lengths = said_lengths(mended)
+        first: list[dict[str, Any]] | str | None = None
+        for written in self.goals.lines(Said.of(mended, tuple(lengths), said_counts(mended))):
+            parts = written.parts
+            if isinstance(parts, list):
+                parts = [_in_metres(part, lengths) for part in parts]
+                if not mismatch(chunks, parts):
+                    return parts
+            first = parts if first is None else first
+            if isinstance(first, str):
+                break
+        if first is None:
             raise UnusableGoalError("has no end")
-        if isinstance(written.parts, str):
-            return written.parts
-        return [_in_metres(part, lengths) for part in written.parts]
+        return first
 
 
 def said_lengths(text: str) -> dict[str, float]:

@@ -100,14 +100,14 @@ class LLMGoalReader:
             there = [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]
         nouns = Vocabulary(FORMS) if there is None else vocabulary([each.name for each in there])
         chunks = without_corrections(self._grammar.chunks(text, nouns))
+        unread = [chunk.said for chunk in chunks if chunk.kind == "unknown"]
+        if unread and not self.writer.knows_words:
+            raise UnusableGoalError(f"was not asked for, because the words {unread[0]!r} are unknown")
         parts = self._parts(text, chunks)
         if isinstance(parts, str):
             if known.complete:
                 raise UnusableGoalError(f"is {parts!r}, where every word is understood")
             return replace(known, fallback=f"the language model's answer is {parts!r}; the grammar's reader read this")
-        unread = [chunk.said for chunk in chunks if chunk.kind == "unknown"]
-        if unread and not self.writer.knows_words:
-            raise UnusableGoalError(f"may have missed the unknown words {unread[0]!r}")
         if problem := mismatch(chunks, parts):
             raise UnusableGoalError(problem)
         find = SceneReferences(there, self._encoder, catalogue, self._opposite)

@@ -73,7 +73,6 @@ OTHER_WORDS: Mapping[str, tuple[str, ...]] = {
     "saucer": ("plate",),
     "plate": ("saucer",),
     "platter": ("plate", "tray"),
-    "carton": ("box",),
     "package": ("box", "parcel"),
     "packet": ("box",),
     "parcel": ("box", "package"),
@@ -130,6 +129,10 @@ OTHER_WORDS: Mapping[str, tuple[str, ...]] = {
     "pebble": ("stone", "rock"),
     "canister": ("can", "jar"),
     "basin": ("bowl",),
+    "teaspoon": ("spoon",), "tablespoon": ("spoon",), "pen": ("biro", "marker"), "sharpie": ("marker",),
+    "highlighter": ("marker",), "sellotape": ("tape",), "shears": ("scissors",), "vise": ("clamp",), "vice": ("clamp",),
+    "mallet": ("hammer",), "duckling": ("duck",), "ducky": ("duck",), "duckie": ("duck",), "sphere": ("ball",), "orb": ("ball",),
+    "tinny": ("can",), "carton": ("box",), "racecar": ("car",),
 }
 _DISHES = ("plate", "bowl", "saucer", "platter", "dish")
 GROUPS: Mapping[str, tuple[str, ...]] = {

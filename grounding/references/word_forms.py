@@ -11,7 +11,7 @@ _IRREGULAR = {
     "mouse": "mice",
     "tomato": "tomatoes", "potato": "potatoes", "mango": "mangoes", "box": "boxes", "domino": "dominoes",
     "dish": "dishes", "pliers": "pliers", "tongs": "tongs", "lego": "legos", "aircraft": "aircraft",
-    "electronics": "electronics", "glasses": "glasses", "tweezers": "tweezers", "pants": "pants",
+    "electronics": "electronics", "glasses": "glasses", "shears": "shears", "tweezers": "tweezers", "pants": "pants",
 }  # fmt: skip
 
 
@@ -43,6 +43,7 @@ def _known_forms() -> dict[str, tuple[str, bool]]:
     for noun in (*KINDS, *OTHER_WORDS, *sorted(others), *GROUPS):
         forms.setdefault(plural(noun), (noun, True))
         forms.setdefault(noun, (noun, noun in MASS_NOUNS))
+    forms["shears"] = ("shears", False)
     forms["scissors"], forms["dice"], forms["pliers"] = ("scissors", False), ("dice", True), ("plier", False)
     return forms
 

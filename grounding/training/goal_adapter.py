@@ -21,35 +21,25 @@ from grounding.llm_goals.local import GOAL_ADAPTER, PROMPT
 from grounding.parsers.llm_local import ADAPTER, INSTRUCTION
 from grounding.parsers.llm_reply import ANSWERS
 from grounding.training.goal_sentences import GoalSentence, GoalSentences
-from grounding.training.llm_adapter import Trainer
+from grounding.training.llm_adapter import AdapterTraining, Trainer
 from prompts import load_prompt
 
 BATCH, BUCKET = 16, 16
 FROZEN_LAYERS = 10
-LEARNING_RATE = 1.5e-3
-MOST_TOKENS = 170  # of an instruction with its line: longer ones are not trained
+MOST_TOKENS = 100  # of an instruction with its line: longer ones are not trained
 
 
 @dataclass(frozen=True)
-class GoalTraining:
+class GoalTraining(AdapterTraining):
     """How to train the goal adapter.
 
     Attributes:
-        out: file for the adapter.
-        steps: batches of `BATCH` sentences.
-        start: adapter to start from.
-        rate: highest learning rate.
-        seed: of the sentences.
-        threads: of torch.
-        frozen: layers from below whose weights stay.
+        out, steps, start, rate, seed, threads: as for the adapter of the five slots, from which it starts by default.
+        frozen: how many of the lowest layers keep their weights.
     """
 
     out: Path = GOAL_ADAPTER
-    steps: int = 400
-    start: Path = ADAPTER
-    rate: float = LEARNING_RATE
-    seed: int = 0
-    threads: int = 1
+    start: Path | None = ADAPTER
     frozen: int = FROZEN_LAYERS
 
 
@@ -61,7 +51,8 @@ def train(options: GoalTraining, report: Callable[[str], None] = lambda line: No
     """
     torch.set_num_threads(options.threads)
     trainer = GoalTrainer(options.seed)
-    trainer.start_from(options.start)
+    if options.start is not None:
+        trainer.start_from(options.start)
     trainer.freeze(options.frozen)
     weights = [weight for weight in trainer.weights() if weight.requires_grad]
     optimiser = torch.optim.AdamW(weights, weight_decay=0.01, betas=(0.9, 0.98))

@@ -7,7 +7,6 @@ are joined as people join wishes: with "and", "then", full stops, pronouns, left
 from __future__ import annotations
 
 import re
-import tomllib
 from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib import resources
@@ -17,25 +16,9 @@ import numpy as np
 from grounding.goals.parts import EDGES
 from grounding.llm_goals.lines import Said, pieces_of
 from grounding.spec import SLOTS_OF_SHAPE
+from grounding.training.goal_phrases import COLOURS, GoalPhrases, phrases
 
-_NOUNS = (
-    "mug cup bowl plate can bottle box block jar spoon fork knife glass apple banana orange lemon pear peach ball cube brick tin "
-    "candle book pen marker sponge scissors hammer wrench screwdriver phone remote marble toy car brush vase basket tray pot pan "
-    "lid teapot saucer cone cylinder disc coin battery tomato potato egg cookie pitcher drill clamp timer camera soda shaker"
-).split()
-_FLAT = {"scissors", "soda"}
-_IRREGULAR = {"knife": "knives", "glass": "glasses", "box": "boxes", "brush": "brushes", "peach": "peaches", "tomato": "tomatoes",
-              "potato": "potatoes", "battery": "batteries", "wrench": "wrenches"}  # fmt: skip
-_COLOURS = "red blue green yellow white black orange purple pink brown grey turquoise".split()
-_LOOKS = "big small tall short large little wooden plastic metal round square thin wide long shiny old empty".split()
-_SUPERLATIVES = "tallest shortest biggest smallest largest widest longest".split()
-_PLACED_NOUNS = "leftmost rightmost nearest farthest closest middle left right".split()
-_COUNTS = {2: ("two", "2"), 3: ("three", "3"), 4: ("four", "4"), 5: ("five", "5"), 6: ("six", "6")}
 _GRID = {2: ("two", "2"), 3: ("three", "3"), 4: ("four", "4"), 5: ("five", "5"), 6: ("six", "6"), 1: ("one", "1")}
-_WHOLE = "one two three four five six seven eight nine ten twelve fifteen twenty thirty".split()
-_UNITS = ("cm", "cm", "cm", "centimeters", "centimetres", "centimeter", "mm", "millimetres", "inches", "inch", "in", "m")
-_LENGTHS = ("half a metre", "half a meter", "an inch", "a foot", "half a foot", "a couple of centimetres", "a couple of inches",
-            "one and a half inches", "a quarter of a metre", "half an inch", "a hand and a half cm", "a metre")[:10]  # fmt: skip
 _EDGE_WORDS = {"near": ("near", "front", "closest", "bottom"), "far": ("far", "back", "rear", "farthest", "top"),
                "left": ("left", "left-hand"), "right": ("right", "right-hand")}  # fmt: skip
 _IMPOSSIBLE = ("spell {w} with {G}", "write the letter {c} with {G}", "arrange {G} as a heart", "build a bridge out of {G}",
@@ -101,25 +84,13 @@ def _additions() -> dict[str, list[tuple[str, str]]]:
     return found
 
 
-@lru_cache(maxsize=1)
-def _phrases() -> dict[str, dict[str, list[str]]]:
-    return tomllib.loads(resources.files("grounding").joinpath("language/phrases.toml").read_text(encoding="utf-8"))
-
-
 def _lines(name: str) -> list[str]:
     text = resources.files("grounding").joinpath("language", name).read_text(encoding="utf-8")
     return [line for line in text.splitlines() if line and not line.startswith("#")]
 
 
-class GoalSentences:
-    """Instructions of several parts, drawn one after the other.
-
-    Args:
-        rng: draws them.
-    """
-
-    def __init__(self, rng: np.random.Generator) -> None:
-        self.rng = rng
+class GoalSentences(GoalPhrases):
+    """Instructions of several parts, drawn one after the other."""
 
     def draw(self) -> GoalSentence:
         """Draw one instruction whose line is legal: phrases that run together by chance can make it ambiguous."""
@@ -148,15 +119,16 @@ class GoalSentences:
         for after in texts[1:]:
             text += str(self.rng.choice([" and ", ", ", ", and "] if not after.split()[0] in _VERBS else _JOINS)) + after
         text = self._framed(text)
-        return GoalSentence(text, " " + "; ".join(parts) + ".", tuple(dict.fromkeys(drawn.lengths)), tuple(drawn.counts))
+        lengths = tuple(length for length in dict.fromkeys(drawn.lengths) if length in text)
+        return GoalSentence(text, " " + "; ".join(parts) + ".", lengths, tuple(drawn.counts))
 
     def _no_goal(self) -> GoalSentence:
         drawn = _Drawn()
         if self.rng.random() < 0.4:
-            text, answer = self._one(_phrases()["idle"]["any"]), "nothing"
+            text, answer = self.one(phrases()["idle"]["any"]), "nothing"
         else:
-            text, answer = self._one(_IMPOSSIBLE), "impossible"
-            text = text.replace("{w}", self._one(("hello", "love", "yes", "hi"))).replace("{c}", self._one("abcdefhkst"))
+            text, answer = self.one(_IMPOSSIBLE), "impossible"
+            text = text.replace("{w}", self.one(("hello", "love", "yes", "hi"))).replace("{c}", self.one("abcdefhkst"))
             text, _ = self._filled(text, drawn)
             if self.rng.random() < 0.3:
                 clause, _ = self._clause(drawn, False)
@@ -184,7 +156,7 @@ class GoalSentences:
         return self._relation(label, text, drawn)
 
     def _untouched(self, drawn: _Drawn) -> str:
-        text, _ = self._filled(self._one([text for _, label, text in _clauses() if label == "none"]), drawn)
+        text, _ = self._filled(self.one([text for _, label, text in _clauses() if label == "none"]), drawn)
         return text
 
     def _shape(self, putting: bool) -> str:
@@ -199,8 +171,8 @@ class GoalSentences:
         added: list[tuple[str, str]] = []
         wide = _NOUN.search(text) if "size" in SLOTS_OF_SHAPE.get(shape, ()) and self.rng.random() < 0.15 else None
         if wide:
-            size = self._one(("small", "large"))
-            adjective = self._one(_phrases()["size_adj"][size])
+            size = self.one(("small", "large"))
+            adjective = self.one(phrases()["size_adj"][size])
             article = "an" if adjective[0] in "aeiou" else "a"
             text = f"{text[: wide.start()]}{article} {adjective} {wide.group(1)}{text[wide.end() :]}"
             keys = [*keys, size]
@@ -220,16 +192,16 @@ class GoalSentences:
         line = ", ".join([f"{shape} of {head}", *sorted(filter(None, filled), key=_rank)])
         drawn.last = own
         lines = [line]
-        ones = re.match(rf"(the|all|my) ({'|'.join(_COLOURS)}) \w+$", head)
+        ones = re.match(rf"(the|all|my) ({'|'.join(COLOURS)}) \w+$", head)
         if ones and self.rng.random() < 0.35:
-            other = f"the {self._one(_COLOURS)} ones"
+            other = f"the {self.one(COLOURS)} ones"
             drawn.structures.append(shape)
-            text += self._one((f", and {other} too", f" and {other} as well", f", then {other}", f", and the same with {other}"))
+            text += self.one((f", and {other} too", f" and {other} as well", f", then {other}", f", and the same with {other}"))
             return text, [line, f"{shape} of {other}"]
         if self.rng.random() < 0.14 and shape != "table setting" and "{AT}" not in label:
-            relation = self._one(("left of", "right of", "in front of", "behind", "next to"))
-            place, spoken = self._object(), self._one(_SPOKEN[relation])
-            text = f"{text} {spoken} {place}" if self.rng.random() < 0.75 else f"{spoken} {place}{self._one((', ', ' '))}{text}"
+            relation = self.one(("left of", "right of", "in front of", "behind", "next to"))
+            place, spoken = self.object(), self.one(_SPOKEN[relation])
+            text = f"{text} {spoken} {place}" if self.rng.random() < 0.75 else f"{spoken} {place}{self.one((', ', ' '))}{text}"
             lines.append(f"place of {own}, {relation} {place}")
         return text, lines
 
@@ -244,7 +216,7 @@ class GoalSentences:
             if old is not None:
                 correction = _RELATION_ENDS[old]
                 keys[0] = correction + keys[0].removeprefix(old)
-                text += self._one((", no, ", ", sorry, ", " - actually ", ", wait, ", ", I mean ")) + f"{correction} it"
+                text += self.one((", no, ", ", sorry, ", " - actually ", ", wait, ", ", I mean ")) + f"{correction} it"
         line = f"{head} of {objects}, " + ", ".join(k.replace("in ", "inside ", 1) if k.startswith("in ") and not
                                                       k.startswith("in front") else k for k in keys)  # fmt: skip
         if head == "swap":
@@ -256,7 +228,7 @@ class GoalSentences:
 
     def _filled(self, text: str, drawn: _Drawn) -> tuple[str, dict[str, str]]:
         """Fill the choices and holes of a text; return what the label says for each hole."""
-        text = _CHOICE.sub(lambda match: self._one(match.group(1).split("|")), text)
+        text = _CHOICE.sub(lambda match: self.one(match.group(1).split("|")), text)
         values: dict[str, str] = {}
 
         def fill(match: re.Match[str]) -> str:
@@ -267,34 +239,34 @@ class GoalSentences:
 
     def _hole(self, hole: str, drawn: _Drawn) -> tuple[str, str]:
         if hole == "G":
-            return self._group()
+            return self.group()
         if hole == "T":
-            a, b, c = (self._object() for _ in range(3))
-            said = self._one((f"{a}, {b}, then {c}", f"first {a}, then {b}, then {c}", f"{a}, then {b} and then {c}",
+            a, b, c = (self.object() for _ in range(3))
+            said = self.one((f"{a}, {b}, then {c}", f"first {a}, then {b}, then {c}", f"{a}, then {b} and then {c}",
                               f"{a}, {b}, {c}", f"first {a}, then {b} and last {c}", f"{a}, {b} and {c}"))  # fmt: skip
             return said, f"{a} + {b} + {c}"
         if hole == "O" and self.rng.random() < 0.07:
-            return self._group_of_one_kind()
+            return self.group_of_one_kind()
         if hole in ("O", "R1"):
-            said = self._object()
+            said = self.object()
             return said, said
         if hole == "R":
             return self._reference(drawn)
         if hole == "P":
-            first, second = self._object(), self._object()
+            first, second = self.object(), self.object()
             return f"{first} and {second}", f"{first} + {second}"
         if hole == "L":
-            drawn.lengths.append(self._length())
+            drawn.lengths.append(self.length())
             return drawn.lengths[-1], drawn.lengths[-1]
         if hole in ("N", "M"):
             count = int(self.rng.integers(2, 6))
             drawn.counts.append(count)
-            return self._one(_GRID[count]), str(count)
+            return self.one(_GRID[count]), str(count)
         if hole == "E":
-            edge = self._one(EDGES)
-            return self._one(_EDGE_WORDS[edge]), edge
+            edge = self.one(EDGES)
+            return self.one(_EDGE_WORDS[edge]), edge
         if hole == "AT":
-            return self._place_on_table()
+            return self.place_on_table()
         raise ValueError(f"no hole {hole!r}")
 
     def _label(self, key: str, values: dict[str, str]) -> str:
@@ -304,7 +276,7 @@ class GoalSentences:
         slots = SLOTS_OF_SHAPE.get(shape, SLOTS_OF_SHAPE["line"])
         kinds = [kind for kind in ("x_position", "y_position", "xy", "size", "rotation", "key", "key", "key") if kind in
                  (*slots, "xy", "key")]  # fmt: skip
-        kind = self._one(kinds)
+        kind = self.one(kinds)
         if kind == "key":
             options = _additions().get(shape, [])
             if not options:
@@ -313,117 +285,35 @@ class GoalSentences:
             text, values = self._filled(text, drawn)
             return self._label(label, values), text
         if kind == "xy":
-            said, label = self._place_on_table()
+            said, label = self.place_on_table()
             return label.replace(" ", ", "), said
         name = {"x_position": "x", "y_position": "y", "size": "size_adv", "rotation": "rot"}[kind]
-        value = self._one([v for v in _phrases()[name] if kind != "size" or v != "medium" or self.rng.random() < 0.3])
-        said = self._one(_phrases()[name][value][:40])
+        value = self.one([v for v in phrases()[name] if kind != "size" or v != "medium" or self.rng.random() < 0.3])
+        said = self.one(phrases()[name][value][:40])
         return (f"facing {value}" if kind == "rotation" else value), said
-
-    def _place_on_table(self) -> tuple[str, str]:
-        x, y = self._one(("left", "center", "right")), self._one(("top", "middle", "bottom"))
-        draw = self.rng.random()
-        if draw < 0.35:
-            return self._one(_phrases()["x"][x][1:40]), x
-        if draw < 0.6:
-            return self._one(_phrases()["y"][y][:30]), y
-        x = self._one(("left", "right"))
-        y = self._one(("top", "bottom"))
-        depth = {"top": ("back", "far", "top", "upper", "rear"), "bottom": ("front", "near", "bottom", "lower")}[y]
-        frame = self._one(("in the {y} {x} corner", "in the {y} {x}", "at the {y} {x}", "in the {y}-{x} corner of the table",
-                           "into the {y} {x} corner", "to the {y} {x}", "on the {x} at the {y}"))  # fmt: skip
-        return frame.format(x=x, y=self._one(depth)), f"{x} {y}"
-
-    def _group(self) -> tuple[str, str]:
-        draw = self.rng.random()
-        plural = _plural(self._noun())
-        if draw < 0.34:
-            said = f"{self._one(('the', 'the', 'the', 'all the', 'all', 'my', 'these', 'those', 'your', 'both', 'all of the'))} {plural}"
-        elif draw < 0.5:
-            said = f"{self._one(('the', 'the', 'all the', 'all', 'my'))} {self._adjective()} {plural}"
-        elif draw < 0.62:
-            count = self._one(_COUNTS[int(self.rng.integers(2, 6))])
-            said = f"{self._one(('the ', '', 'these ', 'all '))}{count} {self._one(('', self._adjective() + ' '))}{plural}"
-        elif draw < 0.68:
-            said = f"the {self._one(('two', 'three', '3', 'four'))} {self._one(_SUPERLATIVES)} {self._one((plural, 'objects', 'things'))}"
-        elif draw < 0.76:
-            a, b = f"the {plural}", f"the {_plural(self._noun())}"
-            return f"{a} and {b}", f"{a} + {b}"
-        elif draw < 0.84:
-            a, b, c = (self._object() for _ in range(3))
-            return self._one((f"{a}, {b} and {c}", f"{a}, {b}, and {c}", f"{a}, {b}, {c}")), f"{a} + {b} + {c}"
-        elif draw < 0.89:
-            a, b = self._object(), self._object()
-            return f"{a} and {b}", f"{a} + {b}"
-        elif draw < 0.94:
-            whole = self._one(("everything", "all the objects", "them all", "the rest", "everything else", "them", "all of them",
-                               "the others", "all the other things", "the objects", "the remaining things"))  # fmt: skip
-            return whole, "(all)"
-        elif draw < 0.97:
-            said = f"{self._one(('everything', 'all objects', 'all'))} {self._one(('except', 'but', 'except for', 'apart from'))} {self._object()}"
-        else:
-            said = f"{self._one(('everything', 'all things'))} {self._one(('red', 'blue', 'green', 'that is red', 'that is not blue'))}"
-        return said, said
-
-    def _group_of_one_kind(self) -> tuple[str, str]:
-        said = f"{self._one(('the', 'both', 'all the', 'my', 'the two', 'the three'))} {_plural(self._noun())}"
-        return said, said
-
-    def _object(self) -> str:
-        draw = self.rng.random()
-        noun = self._noun()
-        if draw < 0.5:
-            return f"{self._one(('the', 'the', 'the', 'the', 'my', 'that', 'this'))} {noun}"
-        if draw < 0.82:
-            return f"the {self._adjective()} {noun}"
-        if draw < 0.9:
-            return f"the {self._one(_SUPERLATIVES)} {self._one((noun, 'object', 'one', 'thing'))}"
-        if draw < 0.95:
-            return f"the {self._one(_PLACED_NOUNS)} {noun}"
-        return self._one((f"the {noun} on the left", f"the second {noun} from the left", f"a {noun}", f"one of the {_plural(noun)}",
-                          f"the {noun} nearest to me", f"the {self._adjective()} {self._adjective()} {noun}", noun))  # fmt: skip
 
     def _reference(self, drawn: _Drawn) -> tuple[str, str]:
         if drawn.last is not None and self.rng.random() < 0.4:
             if drawn.last.startswith("structure "):
                 shape = drawn.structures[int(drawn.last.split()[1]) - 1]
                 nouns = [f"the {noun}" for noun in _SHAPE_NOUNS.get(shape, (shape,)) if shape != "structure"]
-                return self._one(["it", "them", "that", *nouns]), drawn.last
-            return self._one(("it", "it", "that", "that one")), drawn.last
-        said = self._object()
+                return self.one(["it", "them", "that", *nouns]), drawn.last
+            return self.one(("it", "it", "that", "that one")), drawn.last
+        said = self.object()
         return said, said
-
-    def _length(self) -> str:
-        draw = self.rng.random()
-        if draw < 0.12:
-            return self._one(_LENGTHS)
-        unit = self._one(_UNITS)
-        if draw < 0.3 and unit not in ("in", "m", "inch", "centimeter"):
-            return f"{self._one(_WHOLE[1:])} {unit}"
-        if unit == "m":
-            return f"0.{self.rng.integers(1, 6)} m"
-        number = self.rng.integers(1, 41) * (10 if unit.startswith("m") else 1)
-        return f"{number}.5 {unit}" if self.rng.random() < 0.1 else f"{number} {unit}"
-
-    def _adjective(self) -> str:
-        return self._one(_COLOURS if self.rng.random() < 0.7 else _LOOKS)
-
-    def _noun(self) -> str:
-        return self._one(_NOUNS)
 
     def _framed(self, text: str) -> str:
         """Return the text with what people say around it."""
         draw = self.rng.random()
         if draw < 0.12:
-            text = f"{self._one(_phrases()['opening']['any'])} {text}"
+            text = f"{self.one(phrases()['opening']['any'])} {text}"
         elif draw < 0.2:
-            text = f"{self._one(('please', 'could you', 'can you', 'would you', 'I want you to', 'now', 'kindly'))} {text}"
+            text = f"{self.one(('please', 'could you', 'can you', 'would you', 'I want you to', 'now', 'kindly'))} {text}"
         elif draw < 0.28:
-            text = f"{text}{self._one((', ', ' '))}{self._one(_phrases()['closing']['any'])}"
-        return f"{text}{self._one(('', '', '.', '!'))}".lower()
+            text = f"{text}{self.one((', ', ' '))}{self.one(phrases()['closing']['any'])}"
+        return f"{text}{self.one(('', '', '.', '!'))}".lower()
 
-    def _one(self, options: object) -> str:
-        return str(options[self.rng.integers(len(options))])  # type: ignore[index, arg-type]
+
 
 
 _SPOKEN = {
@@ -459,7 +349,3 @@ def _clash(label: str, others: list[str]) -> bool:
     if {"gap", "size"} <= own | kinds or {"length", "gap"} <= own | kinds or {"radius", "gap"} <= own | kinds:
         return True
     return bool(own & kinds) or ({"radius", "length"} & own | {"radius", "length"} & kinds and "size" in own | kinds)
-
-
-def _plural(noun: str) -> str:
-    return noun if noun in _FLAT else _IRREGULAR.get(noun, f"{noun}s")

@@ -27,6 +27,8 @@ _WALL_NOISE = 0.002  # m: the same for a vessel, whose rim has few points; a tow
 _NEAR_TOP, _BELOW_TOP, _CELL, _LEVEL_SHARE = 0.0055, 0.012, 0.004, 0.82
 _INNER = 0.5  # share of the outline's smallest radius within which a vessel is lower than its rim
 _ON_TABLE = 0.008  # m: objects that are lifted less stand on the table
+# m: two objects side by side whose estimated tops differ by less may carry one together.
+_EQUALLY_HIGH = 0.012
 # m: outlines that overlap less belong to neighbours that touch, not to objects on top of each other.
 OVERLAP = 0.005
 
@@ -173,7 +175,14 @@ def imagined_bodies(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> l
             for lower in order[:rank]
             if overlap_depth(bodies[upper].footprint, bodies[lower].footprint) > OVERLAP
         ]
-        if below:  # it rests on the highest of them
+        if below:  # it rests on the highest of them, and on those beside it that are about as high
             carrier = max(below, key=lambda lower: bodies[lower].z_top)
-            bodies[upper] = replace(bodies[upper], rests_on=(carrier,))
+            beside = (
+                lower
+                for lower in below
+                if lower != carrier
+                and bodies[lower].z_top > bodies[carrier].z_top - _EQUALLY_HIGH
+                and lower not in bodies[carrier].rests_on
+            )
+            bodies[upper] = replace(bodies[upper], rests_on=(carrier, *beside))
     return bodies

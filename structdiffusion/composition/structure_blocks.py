@@ -14,13 +14,13 @@ from grounding.goals.parts import StructurePart
 from grounding.spec import StructureSpec
 from structdiffusion.composition.blocks import Block
 from structdiffusion.composition.items import Item, TableState
+from structdiffusion.composition.layout_choices import heading_of, in_another_order, size_of
 from structdiffusion.evaluation_protocol import MIN_GROUP_GAP
 from structdiffusion.footprints import clear_gap, turned
-from structdiffusion.geometry import HEADING_OF_ROTATION
 from structdiffusion.observation import Arrangement, Scene, StructureGoal
 from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
-from structdiffusion.protocol.goal_keys import EDGE_AXES, Grouping
+from structdiffusion.protocol.goal_keys import Grouping
 from structdiffusion.protocol.goal_semantic import only_placed
 from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
 from structdiffusion.structures.keys import structure_keys
@@ -33,7 +33,6 @@ _MOST_WIDER = 60
 _GROUPS_APART = MIN_GROUP_GAP + 0.015  # m
 _TRIED_STACKS = 10  # stacks that are tried in physics, until two stand under every hypothesis
 _ENOUGH_STACKS = 2
-_SIZES = (None, "medium", "small")  # of an open size, drawn in turn: a large structure may not fit
 
 
 class StructurePlanner(Protocol):
@@ -107,13 +106,14 @@ class StructureBlocks:
         reason: LayoutError | None = None
         for number in range(count):
             try:
-                spec = replace(part.spec, size=self._size(part, number), x_position=None, y_position=None)
+                spec = replace(part.spec, size=size_of(part, number), x_position=None, y_position=None)
                 if only_placed(part):
                     spec = StructureSpec("cluster") if len(members) > 1 else spec
                 if part.group_by is not None:
                     motions = self._grouped(part, spec, members, rng)
                 else:
-                    motions = self._drawn(part, spec, members, self._heading(part, number, rng), rng)
+                    ordered = in_another_order(part, self.state, number, rng)
+                    motions = self._drawn(ordered, spec, ordered.objects, heading_of(part, number, rng), rng)
                 blocks.append(self._block(part, motions, 1.0))
             except LayoutError as error:
                 reason = reason or error
@@ -157,28 +157,6 @@ class StructureBlocks:
             raise LayoutError(f"no shape can be built with {len(items)} objects")
         return str(rng.choice(able))
 
-    @staticmethod
-    def _size(part: StructurePart, number: int) -> str | None:
-        """Return the size of the next layout: an open one changes, unless a length says how large the structure is."""
-        measured = part.gap is not None or part.radius is not None or part.length is not None
-        sized = part.shape is not None and "size" in STRUCTURES[part.shape].slots
-        return part.size if part.size or measured or not sized else _SIZES[number % len(_SIZES)]
-
-    @staticmethod
-    def _heading(part: StructurePart, number: int, rng: np.random.Generator) -> float:
-        """Return the heading (rad) that a structure faces: a line along an edge faces that edge or away from it.
-
-        Where it is open, every second one is square to the table, where more fits.
-        """
-        drawn = float(rng.uniform(-math.pi, math.pi)) if number % 2 else math.pi / 2 * float(rng.integers(4))
-        headings = [HEADING_OF_ROTATION[part.rotation]] if part.rotation else [drawn]
-        if part.along is not None:
-            across = [0.0, math.pi] if EDGE_AXES[part.along][0] == 0 else [math.pi / 2, -math.pi / 2]
-            if part.rotation and not any(math.isclose(math.cos(headings[0] - yaw), 1.0) for yaw in across):
-                raise LayoutError(f"a line that faces {part.rotation} cannot run along the {part.along} edge")
-            headings = headings if part.rotation else [across[int(rng.integers(2))]]
-        return headings[0]
-
     def _widened(
         self, part: StructurePart, items: Sequence[Item], order: Sequence[int], offsets: np.ndarray, turns: np.ndarray
     ) -> np.ndarray:
@@ -191,6 +169,10 @@ class StructureBlocks:
         for step in range(_MOST_WIDER):
             grown = offsets * _WIDER**step
             if all(clear_gap(outline + at, inner) >= _CLEAR for outline, at in zip(outlines, grown, strict=True)):
+                if step and part.gap is not None:
+                    raise LayoutError(
+                        f"a {part.shape} with gaps of {part.gap * 100:.3g} cm does not clear the {middle.name} in its middle"
+                    )
                 if step and part.radius is not None:
                     raise LayoutError(
                         f"a {part.shape} with a radius of {part.radius * 100:.3g} cm does not clear the {middle.name} in its middle"

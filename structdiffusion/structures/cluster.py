@@ -31,7 +31,7 @@ _DIRECTIONS = 14  # from which an object is pushed to those that are there
 _MARGIN = 0.9  # of the limits of the evaluation protocol that layouts keep
 # Extent over tightest extent, the widest first, that are tried for each size: a wide cluster may fall apart.
 _RATIOS = {
-    "small": (1.15, 1.05, 1.01), "medium": (1.55, 1.47, 1.4), "large": (2.05, 1.95, 1.9), None: (1.2, 1.1, 1.02)
+    "small": (1.15, 1.05, 1.01), "medium": (1.55, 1.45, 1.36), "large": (2.05, 1.95, 1.9), None: (1.2, 1.1, 1.02)
 }  # fmt: skip
 
 
@@ -41,7 +41,7 @@ class Cluster(SpreadStructure):
     name = "cluster"
     least = MIN_CLUSTER_OBJECTS
     usual_counts = (2, 7)
-    sizes = ("small", "medium")  # with more than 4 cm between two objects of 6 cm, nothing joins them
+    sizes = ("small",)  # in a medium cluster, nothing joins objects that are wider than 7 cm: its gaps are over 4 cm
 
     def draft(
         self,

@@ -26,7 +26,9 @@ from structdiffusion.tableware import BASES, CUTLERY
 _TALLEST_OBJECT = 0.16  # m, as in a tower
 _SLENDER = 4.0  # height over radius of an object that falls when another is set down on its edge
 _CLEAR = 0.004  # m between neighbours of a row: what they carry has to reach both
-_LEAN_DEGREES = 2.0  # by which an object may lean that lies on two of different heights
+# Degrees by which an object may lean that lies on two of different heights: rows are as level as they can be, up to the last.
+# Heights that were estimated from clouds are off by some millimetres.
+_LEAN_DEGREES = (2.0, 4.0, 8.0)
 # Gap between neighbours of the lowest row, over the breadth of the narrowest upper object. What an object carries presses on
 # its inner half: over a narrow gap, one of the two below would carry everything.
 _GAP_SHARE = 0.3
@@ -172,18 +174,25 @@ def _level_rows(items: Sequence[LayoutItem]) -> list[list[int]]:
         )
     if not all(item.flat_bottom for item in items):
         raise LayoutError("a pyramid needs objects with a level bottom")
-    rows = _rows_from(items, sorted(range(len(items)), key=lambda i: items[i].height), lengths)
+    by_height = sorted(range(len(items)), key=lambda i: items[i].height)
+    tried = (_rows_from(items, by_height, lengths, math.tan(math.radians(lean))) for lean in _LEAN_DEGREES)
+    rows = next((found for found in tried if found is not None), None)
     if rows is None:
         heights = ", ".join(f"{item.category} {item.height:.3f} m" for item in items)
         raise LayoutError(
-            f"a pyramid needs rows of objects that carry others and are equally high within {_LEAN_DEGREES:g} degrees of lean; "
+            f"a pyramid needs rows of objects that carry others and are equally high within {_LEAN_DEGREES[-1]:g} degrees of lean; "
             f"these are not: {heights}"
         )
     return rows
 
 
-def _rows_from(items: Sequence[LayoutItem], left: list[int], lengths: Sequence[int]) -> list[list[int]] | None:
-    """Return rows of these lengths of the objects left, sorted by height; `None` where there are none."""
+def _rows_from(
+    items: Sequence[LayoutItem], left: list[int], lengths: Sequence[int], lean: float
+) -> list[list[int]] | None:
+    """Return rows of these lengths of the objects left, sorted by height; `None` where there are none.
+
+    `lean` is by how much the heights of a row's objects may differ, over the breadth of the narrowest.
+    """
     if len(lengths) == 1:
         return [left]  # nothing stands on the highest row
     carriers = [i for i in left if items[i].stackable]
@@ -191,8 +200,8 @@ def _rows_from(items: Sequence[LayoutItem], left: list[int], lengths: Sequence[i
     # The broadest row lowest.
     for start in sorted(starts, key=lambda s: -sum(np.ptp(items[i].footprint) for i in carriers[s : s + lengths[0]])):
         row = carriers[start : start + lengths[0]]
-        if items[row[-1]].height - items[row[0]].height <= _lean(items, row):
-            above = _rows_from(items, [i for i in left if i not in row], lengths[1:])
+        if items[row[-1]].height - items[row[0]].height <= lean * _narrowest(items, row):
+            above = _rows_from(items, [i for i in left if i not in row], lengths[1:], lean)
             if above is not None:
                 return [row, *above]
     return None
@@ -230,10 +239,9 @@ def _along_wall(rows: Sequence[Sequence[int]], outlines: Sequence[np.ndarray], d
     return np.concatenate(along) - along[0].mean()
 
 
-def _lean(items: Sequence[LayoutItem], row: Sequence[int]) -> float:
-    """Return by how much, metres, the heights of a row's objects may differ: the narrower they are, the less."""
-    narrowest = min(float(np.ptp(items[i].footprint, axis=0).min()) for i in row)
-    return math.tan(math.radians(_LEAN_DEGREES)) * narrowest
+def _narrowest(items: Sequence[LayoutItem], row: Sequence[int]) -> float:
+    """Return the breadth (m) of the narrowest object of a row."""
+    return min(float(np.ptp(items[i].footprint, axis=0).min()) for i in row)
 
 
 def _flush_turn(footprint: np.ndarray, axis: float) -> float:

@@ -17,6 +17,7 @@ from agent.event_base import kind_of
 from agent.reporting.event_schema import payload_error
 from agent.reporting.event_text import remark_sentence
 from agent.reporting.run_report import RunRecord
+from grounding.spec import SHAPES
 
 
 def assert_stands_at(conversation, poses):
@@ -48,8 +49,8 @@ def test_a_decision_needs_a_proposal(chat_of, line):
 
 
 def test_answers(chat_of, conversation):
-    shown, _ = chat_of("put the cups", "7", "yes", "n", "put the cups", "line")
-    assert "'7' is not an answer; legal: 1 to 4, or say it differently" in shown
+    shown, _ = chat_of("put the cups", "70", "yes", "n", "put the cups", "line")
+    assert f"'70' is not an answer; legal: 1 to {len(SHAPES)}, or say it differently" in shown
     assert "'yes' is not an answer" in shown and "the question is dropped" in shown
     assert conversation.situation.goal.shape == "line"
 

@@ -204,3 +204,18 @@ def test_an_evaluation_keeps_its_rows_in_a_folder(report, tmp_path):
 def test_options_of_an_evaluation_are_checked(options, part):
     message = refused(structagent.evaluate, **options, exit_code=2)
     assert part in message
+
+
+def test_the_goal_of_a_run_speaks_of_the_objects_that_were_seen():
+    result = structagent.run("put the bowl in the top right corner", seed=1, **FAST)
+    (part,) = result.goal.parts
+    assert result.success and part.relation == "at" and (part.x_position, part.y_position) == ("right", "top")
+    assert [result.names[i] for i in part.objects] == ["bowl"] and result.moved == part.objects
+    assert len(result.names) == 3 == len(result.goal_from_initial)
+    assert json.dumps(result.goal.to_dict())
+
+
+def test_the_goal_of_a_run_of_one_structure_is_that_structure():
+    result = structagent.run(CUPS, seed=2, **FAST)
+    (part,) = result.goal.parts
+    assert part.spec == result.spec and part.objects == result.moved and not part.keys

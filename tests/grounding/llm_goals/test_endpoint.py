@@ -6,12 +6,13 @@ import fastjsonschema
 import pytest
 
 from grounding.goals.goal import Goal
+from grounding.llm_goals import endpoint
 from grounding.llm_goals.endpoint import SCHEMA, EndpointGoals, read_goal
 from grounding.llm_goals.reader import UnusableGoalError
 from grounding.parsers.llm_endpoint import EndpointLLM
 from grounding.parsers.llm_reply import IllegalReplyError
 from prompts import load_prompt, prompt_lines
-from tests.grounding.parsers.test_llm_endpoint import KEY, says, serving
+from tests.grounding.parsers.test_llm_endpoint import KEY, llama_url, says, serving  # noqa: F401
 
 SPOKEN = "stack the cans on the left and put the mug behind it"
 PARTS = [
@@ -147,3 +148,15 @@ def test_a_text_that_is_too_long_is_not_sent():
         with pytest.raises(UnusableGoalError, match="too long"):
             EndpointGoals(EndpointLLM(server.url, "some-model")).parts("put the mug on the plate " * 100, [])
     assert server.requests == []
+
+
+def test_a_real_server_takes_the_schema_and_keeps_to_it(llama_url, monkeypatch):  # noqa: F811
+    """The small model fills the schema with nonsense, but it is JSON of the schema as far as it comes."""
+    monkeypatch.setattr(endpoint, "MAX_ANSWER_TOKENS", 40)
+    goals = EndpointGoals(EndpointLLM(llama_url, "smollm2", answer_seconds=120))
+    goals.prompt = "Read."
+    said = []
+    monkeypatch.setattr(endpoint, "read_goal", lambda content, secrets: said.append(content) or "unclear")
+    assert goals.parts(SPOKEN, []) == "unclear"
+    assert said[0].replace(" ", "").replace("\n", "").startswith('{"request":"')
+    assert goals.endpoint._knows_schema  # it was not asked without

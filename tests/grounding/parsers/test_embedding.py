@@ -9,7 +9,7 @@ import pytest
 from grounding.benchmark import development_rows, free_rows, score, templated_rows
 from grounding.parse_result import STATUSES
 from grounding.parsers.embedding import WEIGHTS, EmbeddingParser, ParserWeightsError
-from grounding.spec import SHAPES, SLOTS, StructureSpec
+from grounding.spec import FIRST_SHAPES, SHAPES, SLOTS, StructureSpec
 
 # Measured when the weights were made, less what another machine's arithmetic may cost.
 FREE_EXACT = 0.94
@@ -189,6 +189,21 @@ def test_weights_that_do_not_fit_are_told(copy, encoder):
         EmbeddingParser.from_pretrained(copy, encoder)
     (copy / "model.safetensors").unlink()
     with pytest.raises(ParserWeightsError, match="model.safetensors is missing"):
+        EmbeddingParser.from_pretrained(copy, encoder)
+
+
+def test_a_parser_answers_the_shapes_that_it_was_taught_and_no_other(copy, encoder):
+    config = json.loads((copy / "config.json").read_text())
+    assert tuple(config["shapes"]) == FIRST_SHAPES != SHAPES
+    parser = EmbeddingParser.from_pretrained(copy, encoder)
+    assert parser.reader.answers["shape"] == (*FIRST_SHAPES, None)
+    asked = parser.parse_batch(["put the cups in a grid", "a large pyramid on the left", "build a cross", "an arc of mugs"])
+    assert all(parse.spec.shape in (*FIRST_SHAPES, None) for parse in asked)
+    without = {key: value for key, value in config.items() if key != "shapes"}  # of a parser of before
+    (copy / "config.json").write_text(json.dumps(without))
+    assert EmbeddingParser.from_pretrained(copy, encoder).reader.answers == parser.reader.answers
+    (copy / "config.json").write_text(json.dumps(config | {"shapes": ["circle", "line", "tower", "heart"]}))
+    with pytest.raises(ParserWeightsError, match="unknown shape 'heart'; legal values: circle, line, .*, pyramid"):
         EmbeddingParser.from_pretrained(copy, encoder)
 
 

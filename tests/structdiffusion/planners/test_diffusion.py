@@ -25,6 +25,7 @@ from structdiffusion.planners.samples import encode_scene, place_orders
 from structdiffusion.postprocessing.ranking import Ranker
 from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.simulation.world import TabletopWorld
+from structdiffusion.structures import STRUCTURES
 from structdiffusion.structures.structure import LayoutError
 
 pytestmark = pytest.mark.usefixtures("one_cache")
@@ -80,7 +81,7 @@ def test_the_geometric_planner_imagines_what_passes_the_checks(library, shape):
         outlines = [thing.outline_after(motion) for thing, motion in zip(objects, best)]
         if shape == "tower":
             assert np.diff(np.sort(best[:, 2, 3])).min() > 0.003
-        else:
+        elif not STRUCTURES[shape].stacks:
             assert min(clear_gap(a, b) for a, b in itertools.combinations(outlines, 2)) > 0.009
             assert (best[:, 2, 3] == 0).all()
         assert scene.table.overhang(np.concatenate(outlines)) == 0.0

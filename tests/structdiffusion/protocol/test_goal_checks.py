@@ -188,3 +188,23 @@ def test_carriers_come_first_even_where_their_bottoms_are_level():
 def test_goals_that_cannot_be_checked_are_refused(goal, message):
     with pytest.raises(GoalError, match=message):
         failed(goal, (0.4, 0.0), (0.4, 0.1), (0.4, 0.2))
+
+
+@pytest.mark.parametrize("by", ["kind", "colour"])
+def test_groups_hold_by_themselves_and_are_six_centimetres_apart(by):
+    models = [block(), block(category="can"), block(), block(category="can")]
+    goal = Goal((StructurePart("cluster", objects=(0, 1, 2, 3), group_by=by, x_position="center"),))
+    more = {"models": models, "colors": ("red", "blue", "red", "blue")}
+
+    def places(apart, within=0.07):
+        return [(0.4, -0.05), (0.4 + 0.05 + apart, -0.05), (0.4, -0.05 + within), (0.4 + 0.05 + apart, -0.05 + within)]
+
+    assert failed(goal, *places(0.0602), **more) == []
+    assert failed(goal, *places(0.0598), **more) == ["clear gap between groups (m)"]
+    names = failed(goal, *places(0.0602, within=0.0902), **more)
+    assert len(names) >= 2 and all(name.startswith(("red: ", "blue: ", "block: ", "can: ")) for name in names)
+    mixed = places(0.0602)
+    assert failed(goal, *[mixed[i] for i in (0, 2, 1, 3)], **more) != []
+    if by == "colour":
+        with pytest.raises(GoalError, match="their colours are not known"):
+            failed(goal, *places(0.0602), models=models)

@@ -74,7 +74,7 @@ def carriers(index, outlines, bottoms, tops):
     return tuple(
         j
         for j, (outline, top) in enumerate(zip(outlines, tops))
-        if j != index and abs(bottoms[index] - top) < 0.006 and overlap_depth(outlines[index], outline) > 0.002
+        if j != index and abs(bottoms[index] - top) < 0.011 and overlap_depth(outlines[index], outline) > 0.002
     )
 
 

@@ -1,0 +1,118 @@
+"""Drop parts of a goal, or objects from them: "drop the circle", "only the tower", "leave the cups where they are"."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from dataclasses import replace
+
+from grounding.dialogue.goal_changes import listed, objects_of
+from grounding.dialogue.goal_mentions import GoalText, Span
+from grounding.dialogue.part_lengths import CannotApplyError
+from grounding.dialogue.relation_edits import FILLERS
+from grounding.goals.goal import Goal
+from grounding.goals.parts import Part
+
+_POLITE = r"(?:(?:please|now|ok|okay|so|then|just|actually|no|yes|well|sorry|wait|and|but|let's|can you|could you|i want to)[ ,]+)*"
+_DROP = re.compile(
+    rf"^{_POLITE}(?:drop|remove|delete|forget(?: about)?|lose|ditch|cancel|skip|scrap|undo|without|never ?mind|not|no(?: more)?"
+    r"|omit|leave (?:out|off)|get rid of|take (?:away|out|off)|i (?:do not|don't) (?:want|need)|we (?:do not|don't) need)\b"
+)
+_DROPPED = re.compile(r"\b(?:can go|has to go|must go|is not needed|are not needed|isn't needed|away|out)$")
+_LEFT = re.compile(
+    rf"^{_POLITE}(?:leave|keep|let)\b(?=.* (?:where (?:it|they|that) (?:is|are|was|were)|(?:as|like) (?:it|they) (?:is|are)|alone"
+    r"|in peace|be|out(?: of it)?|there|in place)$)"
+)
+_UNTOUCHED = re.compile(rf"^{_POLITE}(?:do not|don't|never) (?:touch|move|use|take|build|make|do)\b")
+_KEEP = re.compile(rf"^{_POLITE}(?:(?P<only>only|just|nothing but)|(?:but )?(?:keep|leave)(?P<also> only| just)?)\b")
+_ONLY_BEHIND = re.compile(r"\b(?:only|alone|nothing else)$")
+_MORE_THAN_DROPS = re.compile(r"\b(?:with|instead|add|plus|but)\b")
+_FILLERS = FILLERS | frozenset(
+    "drop remove delete forget about lose ditch cancel skip scrap undo without never mind nevermind no more omit leave out off get "
+    "rid take away don't do not want need we keep only just nothing alone where was were as like touch use build else peace needed "
+    "isn't go can completely entirely altogether again after all too either anymore any more nor neither".split()
+)
+# Between two clauses that each drop or keep something.
+_CLAUSE = re.compile(
+    r"[,;.]+ *(?:and |but )?|\b(?:and|but)\b (?=(?:keep|leave|drop|remove|forget|only|just|skip|delete|cancel|without|don't|do not)\b)"
+)
+
+
+def dropped(text: GoalText) -> tuple[Goal, frozenset[int]] | None:
+    """Find what a sentence drops from a goal.
+
+    Returns:
+        The goal with fewer objects in its parts, and the numbers of the parts that go; `None` where the sentence is
+        none that drops or keeps.
+
+    Raises:
+        CannotApplyError: where it drops what the goal does not have, or what a part cannot be without.
+    """
+    clauses = [clause.strip() for clause in _CLAUSE.split(text.said) if clause and clause.strip()]
+    if not all(_drops(clause) or _KEEP.match(clause) for clause in clauses):
+        return None
+    goal, gone, any_drop = text.goal, set[int](), False
+    kept: set[int] = set()
+    for clause in clauses:
+        piece = GoalText(clause, goal, text.objects, text.encoder)
+        keep = _KEEP.match(clause)
+        untouched = _LEFT.match(clause) or _UNTOUCHED.match(clause)
+        if _drops(clause):
+            if not piece.parts and not any(said.indices for said in piece.mentions):
+                return None
+            goal, numbers = _without(piece, gone, untouched is not None)
+            gone |= numbers
+            any_drop = True
+        elif keep is not None:
+            targets = piece.targets()
+            if not targets or piece.left_over(_spans(piece), _FILLERS):
+                return None
+            kept |= set(targets)
+            if keep["only"] or keep["also"] or _ONLY_BEHIND.search(clause):
+                gone |= set(range(len(goal.parts))) - kept
+                any_drop = True
+    if kept and not any_drop:
+        raise CannotApplyError(f"nothing is dropped; say “only …” to drop all others. The goal is: {listed(text.goal, text.names)}")
+    return (goal, frozenset(gone - kept)) if any_drop else None
+
+
+def _drops(clause: str) -> bool:
+    if _MORE_THAN_DROPS.search(clause):
+        return False
+    return any(pattern.search(clause) for pattern in (_LEFT, _UNTOUCHED, _DROP, _DROPPED))
+
+
+def _spans(text: GoalText) -> list[Span]:
+    return [one.span for one in (*text.parts, *(said for said in text.mentions if said.indices))]
+
+
+def _without(text: GoalText, gone: Collection[int], untouched: bool) -> tuple[Goal, set[int]]:
+    if left := text.left_over(_spans(text), _FILLERS):
+        raise CannotApplyError(f"{' '.join(left)!r} was not understood")
+    if text.parts:
+        if missing := [one.words for one in text.parts if not one.numbers]:
+            raise CannotApplyError(f"the goal has no {missing[0].removeprefix('the ')!r}; it is: {listed(text.goal, text.names)}")
+        several = [one for one in text.parts if len(one.numbers) > 1 and not re.match(r"part|both|all|each|every", one.words)]
+        targets = text.targets()
+        if several and targets is not None and len(targets) > 1:
+            raise CannotApplyError(f"{several[0].words!r} can be each of: {listed(text.goal, text.names)}")
+        return text.goal, set(targets or ())
+    meant = {index for said in text.mentions for index in said.indices}
+    goal, numbers = text.goal, set[int]()
+    for number, part in enumerate(goal.parts):
+        own = objects_of(goal, part.objects)
+        if number in gone or not meant & set(own):
+            continue
+        if set(own) <= meant:
+            numbers.add(number)
+        elif isinstance(part.objects, tuple):
+            rest = tuple(index for index in part.objects if index not in meant)
+            goal = Goal((*goal.parts[:number], _with(part, rest), *goal.parts[number + 1 :]))
+    if goal == text.goal and not numbers:
+        what = ", ".join(text.names[index] for index in sorted(meant))
+        raise CannotApplyError(f"no part of the goal moves {what}" if untouched else f"no part of the goal has {what} to drop")
+    return goal, numbers
+
+
+def _with(part: Part, objects: tuple[int | str, ...]) -> Part:
+    return replace(part, objects=objects)  # type: ignore[arg-type]

@@ -1,0 +1,76 @@
+"""Read instructions about the objects of one scene, in the words of the speaker."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from grounding.dialogue.revise import Revision
+from grounding.goals.goal import Goal
+from grounding.parse_result import Parse, Question
+from grounding.references.attributes import SceneObject
+from grounding.spec import StructureSpec
+
+
+class _Interpreter(Protocol):
+    """What is needed of `grounding.interpreter.Interpreter`."""
+
+    viewpoint: str
+
+    def interpret(self, text: str, objects: Sequence[SceneObject | str | None] | None = None) -> Any: ...
+
+    def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision: ...
+
+
+@dataclass(frozen=True)
+class SpokenReading:
+    """An interpretation whose goal is in the speaker's frame.
+
+    Attributes:
+        goal: as spoken; empty where it is refused or asked about.
+        status, message, question, parse: of the interpretation.
+        beyond: whether it asks for more than one structure of five slots, as far as it was understood.
+    """
+
+    goal: Goal
+    status: str
+    message: str
+    question: Question | None
+    parse: Parse
+    beyond: bool
+
+
+class GoalReader(Protocol):
+    """Reads what the corrections of a goal are made of."""
+
+    def read(self, text: str) -> SpokenReading:
+        """Read a whole instruction about the objects of the scene."""
+
+    def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision:
+        """Revise one structure; see `grounding.dialogue.revise.revise`."""
+
+
+class SceneReader:
+    """Reads instructions about the objects of one scene.
+
+    Args:
+        interpreter: of texts.
+        objects: of the scene.
+    """
+
+    def __init__(self, interpreter: _Interpreter, objects: Sequence[SceneObject | str | None]) -> None:
+        self._interpreter, self._objects = interpreter, objects
+
+    def read(self, text: str) -> SpokenReading:
+        """Read a whole instruction."""
+        found = self._interpreter.interpret(text, self._objects)
+        goal = found.goal.turned() if self._interpreter.viewpoint == "opposite" else found.goal
+        # Where the slots were read and are not what counts, the instruction holds more than they can.
+        unused = any(found.parse.spec.to_dict().values()) and not any(found.spec.to_dict().values())
+        beyond = goal.plain_spec is None if goal.parts else unused and found.status != "ok"
+        return SpokenReading(goal, found.status, found.message, found.question, found.parse, beyond)
+
+    def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision:
+        """Revise one structure; see `grounding.dialogue.revise.revise`."""
+        return self._interpreter.revise(last, text, stands)
