@@ -125,7 +125,7 @@ def chosen_event(
 def describe_aside(chosen: events.Chosen) -> str:
     """Say which objects a choice for a goal of several parts sets aside; empty where there are none."""
     names = ", ".join(goal["name"] for goal in chosen.goals if goal.get("aside"))
-    return f"no part of the goal names what stands in its way, and the arm sets it aside: {names}" if names else ""
+    return f"set aside, because it stands in the way: {names}" if names else ""
 
 
 def turns_about_z(motions: np.ndarray) -> tuple[float, ...]:

@@ -41,6 +41,8 @@ def mismatch(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str
         chunks: of the instruction, without what the speaker took back.
         parts: of the goal, as JSON has them, with the instruction's words for objects and lengths in metres.
     """
+    if denied := [chunk.said for chunk in chunks if chunk.kind in ("negated", "not")]:
+        return f"may do what {denied[0]!r} forbids"
     unread = any(chunk.kind == "unknown" for chunk in chunks)
     structures = [part for part in parts if part["kind"] == "structure"]
     relations = [part for part in parts if part["kind"] == "relation"]
@@ -49,7 +51,7 @@ def mismatch(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str
             None,
             (
                 _lengths(chunks, parts), _nouns(chunks, parts), _shapes(chunks, structures, relations, unread),
-                _relations(chunks, structures, relations, unread), _places(chunks, parts, unread),
+                _relations(chunks, structures, relations, unread), _references(chunks, parts), _places(chunks, parts, unread),
                 _keys(chunks, structures, unread),
             ),
         ),
@@ -179,6 +181,37 @@ def _relations(
         if count > said[relation] and not (of_side or beside or on_top or inner):
             return f"has {relation!r} once more than was said"
     return ""
+
+
+def _references(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
+    """Compare which way round relations are: what is named behind "left of" is the reference."""
+    relations = [part for part in parts if part["kind"] == "relation"]
+    seen: list[tuple[Any, ...]] = []
+    for part in relations:
+        objects, reference = part.get("objects"), part.get("reference")
+        if isinstance(objects, Mapping) and isinstance(reference, Mapping) and objects["part"] <= reference["part"]:
+            return f"has {part['relation']!r} the other way round"
+        if (same := (part["relation"], str(objects), str(reference))) in seen:
+            return f"has {part['relation']!r} twice of the same objects"
+        seen.append(same)
+    spoken = [chunk for chunk in chunks if chunk.kind != "noise"]
+    for chunk, after in zip(spoken, spoken[1:], strict=False):
+        if chunk.kind not in ("relation", "apart") or chunk.value not in (*_SIDES, "next to", "on", "in") or after.kind != "noun phrase":
+            continue
+        words = {word for word in _plain(after.said) if word not in _IDLE_WORDS}
+        if after.value.kind != "objects" or not words:
+            continue
+        held = [_reference_words(part, parts) for part in relations if part["relation"] == chunk.value]
+        if held and not any(words <= one for one in held):
+            return f"does not place anything {chunk.value!r} {after.said!r}"
+    return ""
+
+
+def _reference_words(part: Mapping[str, Any], parts: Sequence[Mapping[str, Any]]) -> set[str]:
+    reference = part.get("reference")
+    if isinstance(reference, Mapping):
+        reference = parts[reference["part"]].get("objects") if reference["part"] < len(parts) else None
+    return {word for phrase in reference or () for word in _plain(phrase)}
 
 
 def _places(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]], unread: bool) -> str:

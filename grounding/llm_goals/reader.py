@@ -21,7 +21,7 @@ from grounding.parsers.llm_reply import IllegalReplyError, LLMError
 from grounding.references.attributes import SceneObject
 from grounding.references.candidates import SelectionError
 from grounding.references.object_names import vocabulary
-from grounding.references.phrases import Vocabulary
+from grounding.references.phrases import ANY, Vocabulary
 from grounding.references.word_forms import FORMS
 from grounding.spec import SpecError
 
@@ -188,6 +188,8 @@ class _Resolution:
         found: list[Any] = []
         for text in phrases:
             for phrase in self._phrases(text):
+                if phrase.kind in ("all", "rest") and phrase.mention is not None and phrase.mention.noun != ANY:
+                    raise UnusableGoalError(f"does not say which {text!r} are")
                 if phrase.kind in ("all", "rest"):
                     left_out = [one for each in phrase.without for one in self.find.find(each)]
                     if len(phrases) > 1:

@@ -56,6 +56,19 @@ def test_all_parts_of_a_goal_are_told_planned_and_checked(cache, desk):
     assert only(events.Finished, happened).success
 
 
+def test_what_stands_in_the_way_is_set_aside_and_told(cache, tmp_path):
+    places = {"024_bowl": (0.45, -0.05), "005_tomato_soup_can": (0.45, 0.13), "065-b_cups": (0.3, -0.3)}
+    rows = "".join(f"- {{mesh: ycb/{mesh}, x: {x}, y: {y}}}\n" for mesh, (x, y) in places.items())
+    (tmp_path / "way.yaml").write_text(f"version: 1\nobjects:\n{rows}")
+    happened = run_events(cache, "move the bowl 15 cm to the left", scene=str(tmp_path / "way.yaml"))
+    taking = [[one.name for one in e.objects if one.takes_part] for e in happened if isinstance(e, events.Perceived)]
+    assert taking == [["bowl"], ["bowl", "can"]]
+    goals = {each["name"]: each for each in only(events.Chosen, happened).goals}
+    assert goals["can"]["aside"] and goals["can"]["parts"] == [] and not goals["bowl"]["aside"]
+    assert events.Noted("set aside, because it stands in the way: can") in happened
+    assert only(events.Checked, happened).success
+
+
 def test_a_part_that_cannot_be_laid_out_ends_the_run_with_a_sentence(cache, desk):
     failed = only(events.Failed, run_events(cache, "move the bowl 80 cm to the left", scene=desk))
     assert failed.exit_code == 4 and failed.message.endswith(

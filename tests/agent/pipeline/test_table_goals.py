@@ -143,7 +143,7 @@ def test_what_any_arrangement_moves_takes_part_and_stays_where_an_arrangement_le
     chosen = [chosen_event(1, each, imagined.scene, wanted) for each in (first, second)]
     assert [goal["stays"] for goal in chosen[0].goals] == [False, False, True] and not describe_aside(chosen[0])
     assert [goal["aside"] for goal in chosen[1].goals] == [False, False, True]
-    assert describe_aside(chosen[1]).endswith("the arm sets it aside: block 3")
+    assert describe_aside(chosen[1]) == "set aside, because it stands in the way: block 3"
     assert [goal["parts"] for goal in chosen[1].goals] == [[1], [1], []]
 
 

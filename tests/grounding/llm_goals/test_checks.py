@@ -89,6 +89,19 @@ def test_a_goal_that_says_what_was_said_has_no_mismatch(text, parts):
         ("arrange the blocks in a 3 by 2 grid", [structure("grid", ["the blocks"], rows=2, columns=3)], "leaves out rows 3"),
         ("line up the cans along the front edge", [structure("line", CANS)], "leaves out along near"),
         ("put the mug and the fork in the bowl", [relation("in", MUG, BOWL)], "leaves out 'the fork'"),
+        ("don't put the mug on the bowl", [relation("on", MUG, BOWL)], "forbids"),
+        ("stack the cans, and never put the mug on the bowl", [structure("tower", CANS), relation("on", MUG, BOWL)], "forbids"),
+        ("put the mug left of the bowl", [relation("left of", BOWL, MUG)], "anything 'left of' 'the bowl'"),
+        ("put the mug on the plate and move it next to the bowl", [relation("on", MUG, BOWL), relation("next to", MUG, ["the plate"])], "'on' 'the plate'"),
+        (
+            "a circle of cups; a row of cans in front of it",
+            [structure("circle", ["cups"]), structure("line", ["cans"]), relation("in front of", {"part": 0}, {"part": 1})],
+            "the other way round",
+        ),
+        (
+            "put the mug next to the bowl and keep it 6 cm from it",
+            [relation("next to", MUG, BOWL), relation("next to", MUG, BOWL, distance=0.06)], "twice of the same",
+        ),
         (
             "put the bowl on the plate and the spoon in the bowl",
             [relation("on", ["the spoon"], ["the plate"]), relation("in", ["the spoon"], BOWL)], "leaves out 'the bowl'",
