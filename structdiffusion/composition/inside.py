@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from structdiffusion.completion.estimate import front_yaw
 from structdiffusion.composition.items import Item
 from structdiffusion.evaluation_protocol import MIN_DEPTH_INSIDE
 from structdiffusion.footprints import outline_centroid
@@ -20,7 +21,7 @@ from structdiffusion.simulation.world import TabletopWorld
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.structures.structure import LayoutError
 
-_TILTS = tuple(math.radians(degrees) for degrees in (0, 75, -75, 55, -55, 35, -35))  # tried in turn
+_TILTS = tuple(math.radians(degrees) for degrees in (0, 75, 55, 35, -75, -55, -35))  # tried in turn; the wider end goes down first
 _YAWS = (0.0, math.pi / 2, math.pi / 4, -math.pi / 4)  # about the vertical, tried for each tilt
 _DEEPER = 0.005  # m below the protocol's depth: the rim is known to a few millimetres
 _OPENING = 0.85  # of a vessel's outline; what is to stand upright in it must be narrower
@@ -97,11 +98,12 @@ def _falls_in(
 
 
 def _along_x(thing: Item) -> np.ndarray:
-    """Return the rotation (4, 4) that lays the long axis of an object along x, about its middle."""
+    """Return the motion (4, 4) that brings an object's middle to the origin and its wider end along x.
+
+    The wider end is mostly the heavier one: down in a vessel, it stays there.
+    """
     points = np.concatenate(thing.model.hulls)
-    flat = points[:, :2] - points[:, :2].mean(axis=0)
-    axis = np.linalg.svd(flat, full_matrices=False)[2][0]
-    turn = pose_from_xyz_yaw(0, 0, 0, -math.atan2(axis[1], axis[0]))
+    turn = pose_from_xyz_yaw(0, 0, 0, -front_yaw(thing.model.surface_points))
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     turn[:3, 3] = -turn[:3, :3] @ middle
     return turn

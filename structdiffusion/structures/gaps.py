@@ -26,7 +26,8 @@ def require_size(name: str, size: str | None, ratio: float, why: str) -> None:
     low, high = SIZE_BANDS[size]
     if not low <= ratio < high:
         raise LayoutError(
-            f"{a_structure(f'{size} {name}')} cannot have {why} with these objects: it would be {ratio:.2f} times as wide as the "
+            f"{a_structure(f'{size} {name}')} cannot have {why} with these objects: it would be {ratio:.2f} "
+            "times as wide as the "
             f"tightest one; {size} is {low:g}{f' to {high:g}' if math.isfinite(high) else ' or more'}"
         )
 
@@ -103,7 +104,10 @@ def separations(outlines: Sequence[np.ndarray], direction: np.ndarray, gap: floa
     """Return the distances (N, N), metres, from outline i to j along a direction (2,) at which they leave a gap."""
     count = len(outlines)
     return np.array(
-        [[separation_along(outlines[i], outlines[j], direction, gap) if i != j else 0.0 for j in range(count)] for i in range(count)]
+        [
+            [separation_along(outlines[i], outlines[j], direction, gap) if i != j else 0.0 for j in range(count)]
+            for i in range(count)
+        ]
     )
 
 
@@ -137,6 +141,7 @@ def best_order(
     if least > KEPT * max_gap_off(gap):
         reason = f"their gaps would be up to {least:.3f} m off" if math.isfinite(least) else "their sizes do not match"
         raise LayoutError(
-            f"{a_structure(name)} of these objects cannot have even gaps of {gap:.3g} m: {reason}; legal: {max_gap_off(gap):.3f} m"
+            f"{a_structure(name)} of these objects cannot have even gaps of {gap:.3g} m: {reason}; "
+            f"legal: {max_gap_off(gap):.3f} m"
         )
     return best

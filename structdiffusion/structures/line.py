@@ -98,7 +98,8 @@ class Line(Structure):
             spread = np.array(wide) - tight
             if keys.length is not None and abs(sum(wide) - keys.length) > KEPT * MAX_LENGTH_OFF:
                 raise LayoutError(
-                    f"a line of these objects with {why} is {sum(wide):.3f} m long, not {keys.length:.3g} m: leave one of them open"
+                    f"a line of these objects with {why} is {sum(wide):.3f} m long, not {keys.length:.3g} m: "
+                    "leave one of them open"
                 )
         require_size(self.name, spec.size, float((tight + spread).sum() / tight.sum()), why)
         return spread

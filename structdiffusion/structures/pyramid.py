@@ -43,7 +43,9 @@ class Pyramid(Structure):
     least = MIN_PYRAMID_OBJECTS
     usual_counts = (3, 6)
     exact_count = False
-    requirement = f"{STANDING}, lower than {_TALLEST_OBJECT} m, able to carry, not slender, and neither cutlery nor a plate or bowl"
+    requirement = (
+        f"{STANDING}, lower than {_TALLEST_OBJECT} m, able to carry, not slender, and neither cutlery nor a plate or bowl"
+    )
     stacks = True
 
     def suits(self, thing: ObjectTraits) -> bool:
@@ -58,7 +60,9 @@ class Pyramid(Structure):
     def choose(
         self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool
     ) -> list[Traits]:
-        """Choose objects whose heights make level rows: one, and those nearest to it in size, of one noun where there are enough.
+        """Choose objects whose heights make level rows: one, and those nearest to it in size.
+
+        They are of one noun where there are enough.
 
         Raises:
             LayoutError: when too few of them are alike.
@@ -99,7 +103,9 @@ class Pyramid(Structure):
             tops = [bottom + items[i].height + LIFT for bottom, i in zip(heights, row)]
             heights = [max(pair) for pair in zip(tops, tops[1:])]
         if max(bottoms) > TALLEST:
-            raise LayoutError(f"a pyramid of these objects would be built up to {max(bottoms):.2f} m, and the arm reaches {TALLEST} m")
+            raise LayoutError(
+                f"a pyramid of these objects would be built up to {max(bottoms):.2f} m, and the arm reaches {TALLEST} m"
+            )
         return Draft(tuple(order), offsets, np.array(bottoms), turns[order], heading)
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
@@ -110,7 +116,8 @@ class Pyramid(Structure):
         rows = _rows_of(bodies)
         lengths = [len(row) for row in rows]
         shorter = sum(upper == lower - 1 for lower, upper in zip(lengths, lengths[1:]))
-        checks.append(Check("rows shorter by one than the row below", shorter == len(rows) - 1 >= 1, shorter, f"{max(len(rows) - 1, 1)}"))
+        narrows = shorter == len(rows) - 1 >= 1
+        checks.append(Check("rows shorter by one than the row below", narrows, shorter, f"{max(len(rows) - 1, 1)}"))
         held = sum(
             len(bodies[i].rests_on) == 2 and set(bodies[i].rests_on) <= set(below)
             for below, row in zip(rows, rows[1:])
@@ -180,7 +187,8 @@ def _level_rows(items: Sequence[LayoutItem]) -> list[list[int]]:
     if rows is None:
         heights = ", ".join(f"{item.category} {item.height:.3f} m" for item in items)
         raise LayoutError(
-            f"a pyramid needs rows of objects that carry others and are equally high within {_LEAN_DEGREES[-1]:g} degrees of lean; "
+            f"a pyramid needs rows of objects that carry others and are equally high within "
+            f"{_LEAN_DEGREES[-1]:g} degrees of lean; "
             f"these are not: {heights}"
         )
     return rows
