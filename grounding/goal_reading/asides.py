@@ -60,6 +60,7 @@ _POLITE = tuple(
         r"|if i may(?: say so)?|if (?:i )?(?:may|might)|as i said|like i said|i(?:'d| would) (?:rather|sooner|much rather) (?:have|like|see)|rather have|kindly to|here we go|there we go|here goes|chop chop"
         r"|your mission(?: today)? is(?: simple)?|your task(?: today)?(?: is)?|so here's the (?:thing|deal|plan)|here's the (?:thing|deal|plan)|the plan is(?: this)?|this is what i(?:'d)? (?:want|need|like)|happy \w+|merry christmas)",
         r"(?:good (?:day|afternoon|morning|evening|night|job|work)|well done|bravo|goodbye|bye(?: bye)?|see you(?: later| soon)?|have a (?:nice|good|great|lovely) (?:day|one|time|weekend)|love you|god bless(?: you)?|bless you)",
+        r"(?:therefore|hence|thus|consequently)",
         r"(?:much obliged|all the best|best regards|kind regards|regards|yours truly|ta very much|that will be all|that would be all|over and out)",
     )
 )  # fmt: skip
@@ -174,7 +175,8 @@ class Asides:
         after = self._person(place)
         if after is not None:
             words = self.said.words[after:end]
-            return not any(word in WANTING for word in words) and not self.wishes(after, end, facts=True)
+            nobody = self.said.word(place) in ("nobody", "everyone", "everybody")  # "so nobody sees the cups" is a wish
+            return not any(word in WANTING for word in words) and not self.wishes(after, end, facts=not nobody)
         return self._fact(place, end)
 
     def _fact(self, place: int, end: int) -> bool:

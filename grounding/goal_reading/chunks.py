@@ -308,6 +308,8 @@ class Chunker:
             if place + length <= len(said.words) and (kind := VERB_PHRASES.get(phrase)) is not None:
                 return [Chunk("noise" if kind == "noise" else "verb", kind, place, place + length)]
         word = said.word(place)
+        if word in ("turn", "transform", "convert") and any(pair in (("into", "a"), ("into", "an"), ("into", "one")) for pair in zip(said.words[place : place + 9], said.words[place + 1 : place + 10], strict=False)):
+            return [Chunk("verb", "place", place, place + 1)]
         stem = word
         if word not in VERBS:
             for ending, instead in (("ing", ""), ("ing", "e"), ("ed", ""), ("ed", "e"), ("s", ""), ("es", "")):
@@ -345,6 +347,8 @@ class Chunker:
 
     def _joint(self, place: int) -> list[Chunk]:
         kind = _JOINTS.get(self.said.word(place))
+        if self.said.words[place : place + 3] == ("as", "well", "as"):
+            return [Chunk("and", True, place, place + 3)]
         if kind == "and" and self.said.word(place + 1) == "then":
             return [Chunk("then", True, place, place + 2)]
         return [Chunk(kind, True, place, place + 1)] if kind else []

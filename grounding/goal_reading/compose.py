@@ -291,6 +291,11 @@ class Composer:
     # Structures and relations
 
     def _placed(self, frame: Frame) -> None:
+        unused = self.known.unused
+        pronoun = len(frame.objects) == 1 and frame.objects[0].kind == "pronoun" and frame.objects[0].text.lower() not in ("it", "this", "that")
+        if unused is not None and unused.listed and len(unused.objects) > 1 and (pronoun or not frame.objects):
+            frame.objects, frame.listed = unused.objects, True  # "the box first, then the jar, all in a row"
+            self.known.unused = None
         keys = StructureKeys(self.text, self._reference_of(frame))
         values = keys.read(frame)
         self.unread += keys.unread
@@ -317,6 +322,8 @@ class Composer:
             return
         if objects is None and (relations or frame.has("move")) and values["shape"] is None and not keys.asks(values):
             self._need_objects(frame, "it")
+        if values["rotation"] is not None and values["shape"] is None and not many:
+            raise ReadingError(f"a single object cannot be turned to face somewhere, as {shortened(self.text)!r} asks")
         placed = values["x_position"] is not None or values["y_position"] is not None
         structure = keys.asks(values) or (placed and many)
         if structure:

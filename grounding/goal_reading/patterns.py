@@ -13,9 +13,10 @@ _N = r"(?P<n>\d+|one|two|three|four|five|six|seven|eight|nine|ten)"
 _M = r"(?P<m>\d+|one|two|three|four|five|six|seven|eight|nine|ten)"
 _NUMBERS = dict(zip("one two three four five six seven eight nine ten".split(), range(1, 11), strict=True))
 _MOST = any_of(SUPERLATIVES)
-_SIDE = r"(?P<side>left|right|front|back|near end|far end|near side|far side|bottom|top|rear|near|far|lowest|highest|first|last|end|beginning|start|closest|nearest|farthest|furthest)"
+_MORE = any_of(COMPARATIVES)
+_SIDE = r"(?P<side>leftmost|rightmost|left|right|front|base|back|near end|far end|near side|far side|bottom|top|rear|near|far|lowest|highest|first|last|end|beginning|start|closest|nearest|farthest|furthest)"
 _STARTS = {
-    "left": "left", "right": "right", "front": "near", "near": "near", "near end": "near", "near side": "near",
+    "leftmost": "left", "rightmost": "right", "base": "bottom", "left": "left", "right": "right", "front": "near", "near": "near", "near end": "near", "near side": "near",
     "closest": "near", "nearest": "near", "back": "far", "rear": "far", "far": "far", "far end": "far", "far side": "far",
     "farthest": "far", "furthest": "far", "bottom": "bottom", "top": "top", "lowest": "bottom", "highest": "top",
 }  # fmt: skip
@@ -72,8 +73,15 @@ def _order_growing(match: re.Match[str]) -> dict[str, Any] | None:
     return {"by": said[0], "direction": "ascending" if said[1] > 0 else "descending", "from": start}
 
 
+def _order_along(match: re.Match[str]) -> dict[str, Any]:
+    growing = match.group("way") in ("increasing", "rising", "growing", "going up")
+    ends = {"left": "right", "right": "left"}
+    start = match.group("side") if match.group("other") else ends[match.group("side")]
+    return {"by": _KEYS[match.group("key")], "direction": "ascending" if growing else "descending", "from": start}
+
+
 _END_PLACE = (
-    r"(?: (?:one|object|item|thing|block|can|cup|mug|box|bottle|jar|book|piece|of them))?(?: (?:goes|go|comes|come|being|is|are|to be|should be|should go|must be|at|standing|stands|placed|put))*"
+    r"(?: (?:ones|objects|things|one|object|item|thing|block|can|cup|mug|box|bottle|jar|book|piece|of them))?(?: (?:goes|go|comes|come|being|is|are|to be|should be|should go|must be|at|standing|stands|placed|put))*"
     rf"(?: (?:on|at|to|in|toward|the|very|far|nearest|closest))* {_SIDE}(?: (?:side|end|hand side|most|hand end|edge))?(?: (?:to|of|from) (?:me|you|us|the robot|the arm|the row|the line))?"
 )
 _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
@@ -99,10 +107,17 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
         rf"(?:in order )?(?:sorted |ordered |ranked |arranged |going )?(?:from )?(?:the )?(?P<first>{_DEGREE})(?: one| object| first)? (?:to|up to|down to|through to|through) (?:the )?(?P<second>{_DEGREE})(?: one| object| last)?(?! of)",
         _order_range,
     ),
-    ("order end", rf"(?:with |and |having |where |keeping )*(?:the )?(?P<most>{_MOST}){_END_PLACE}", _order_end),
+    ("order end", rf"(?:with |and |having |where |keeping |starting |beginning |so that |so )*(?:the )?(?P<most>{_MOST}){_END_PLACE}", _order_end),
+    ("order end", rf"(?:with |and |having |where |keeping |so that |so )*(?:the )?(?P<most>{_MORE})(?= (?:ones|objects|things)){_END_PLACE}", _order_end),
+    ("order", r"by how (?P<more>tall|high|big|large|wide|thick) (?:they|the objects|these|those) are", lambda m: {"by": _BY[m.group("more")][0]}),
     (
         "order",
-        r"(?:getting|growing|becoming|get|grow) (?P<more>taller|bigger|larger|smaller|shorter|wider|narrower) (?:toward |to |as you go )(?:the )?(?P<side>left|right|front|back|top|bottom)",
+        rf"(?P<key>{_KEY}) (?P<way>increasing|rising|growing|decreasing|falling|going up|going down|shrinking) (?:toward|to|from) (?:the )?(?P<side>left|right)(?: to (?:the )?(?P<other>left|right))?",
+        _order_along,
+    ),
+    (
+        "order",
+        r"(?:getting|growing|becoming|get|grow) (?P<more>taller|bigger|larger|smaller|shorter|wider|narrower) (?:toward |to |as you go )(?:the )?(?P<side>leftmost|rightmost|left|right|front|base|back|top|bottom)",
         _order_growing,
     ),
     ("direction", r"(?:going |running |reading |starting )?(?:from )?(?:the )?left(?: hand side)? (?:to|through to) (?:the )?right", lambda m: "left"),

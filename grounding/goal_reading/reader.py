@@ -20,7 +20,7 @@ from grounding.goal_reading.tokens import Words, joined, split, with_lengths
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart
 from grounding.parse_result import Question, shortened
-from grounding.references.attributes import SceneObject
+from grounding.references.attributes import SUPERLATIVES, SceneObject
 from grounding.references.candidates import SelectionError
 from grounding.references.object_names import vocabulary
 from grounding.references.phrases import Vocabulary
@@ -169,6 +169,10 @@ def _certain(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
         return True
     if any(chunk.kind in _SIGNS or chunk.metres is not None for chunk in chunks):
         return True
+    if any(frame.has("shape", "verb shape", "stacked", "side by side") for frame in frames) and any(
+        word in SUPERLATIVES for chunk in chunks for word in chunk.said.lower().split()
+    ):
+        return True
     return any(set(each.value.name for each in frame.get("shape")) - set(_FOUR) - {"cluster"} for frame in frames)
 
 
@@ -232,7 +236,7 @@ def _without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> lis
             continue
         told = run and (all(all(narrated[one.first : one.end]) for one in run) or said.word(run[0].first) in _SUBJECTS)
         told = told and said.word(run[0].first) not in _CONDITIONS
-        kept += [] if told and _reports(run) and not asides.wishes(run[0].first, run[-1].end, facts=True) else run
+        kept += [] if told and _reports(run) and not asides.wishes(run[0].first, run[-1].end) else run
         run = []
         if chunk is not None:
             kept.append(chunk)

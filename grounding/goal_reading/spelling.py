@@ -18,7 +18,8 @@ from grounding.references.word_forms import FORMS
 
 _MORE = frozenset(
     "behind beside next between above below near front left right corner middle center bottom swap space together line stack "
-    "circle triangle rectangle square pyramid cross grid arc row column height colour order tallest shortest biggest smallest largest".split()
+    "circle triangle rectangle square pyramid cross grid arc row column height colour order tallest shortest biggest smallest largest "
+    "closest nearest farthest furthest nearer closer farther further leftmost rightmost present remaining".split()
 )
 
 
