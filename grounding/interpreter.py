@@ -76,7 +76,6 @@ class Interpretation:
     named: tuple[str, ...] = ()
     goal: Goal = Goal()
     _reader: ReadsGoals | None = field(default=None, repr=False, compare=False)
-    _plain_only: bool = field(default=False, repr=False, compare=False)
     _encoder: SentenceEncoder | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -130,14 +129,11 @@ class Interpretation:
         if self._reader is None:
             return None
         reading = self._reader.read(self.parse.text, objects, catalogue)
-        found = verdict(self.parse, reading, self._plain_only, objects is not None and not catalogue)
+        found = verdict(self.parse, reading, objects is not None and not catalogue)
         if found is None:
             return None
         seconds = self.seconds + time.perf_counter() - started
         fallback = reading.fallback or self.fallback
-        if found.status == "ok" and self._plain_only and reading.goal.plain_spec is None:
-            text = f"{shortened(self.parse.text)!r} asks for more than one structure of five slots, which cannot be built yet: {reading.goal}"
-            found = replace(found, status="refused", message=text)
         if found.status != "ok":
             return replace(
                 self, spec=StructureSpec(), status=found.status, message=found.message, question=found.question,
@@ -191,7 +187,6 @@ class Interpreter:
         fallback: makes the one that is used instead; `None` raises the error.
         viewpoint: one of `VIEWPOINTS`.
         encoder: finds what nouns mean that the selection's tables do not know; `None` does without.
-        plain_only: refuse goals that are not one structure of five slots, where no more can be built.
         goal_reader: makes the reader of goals of several parts from the grammar's, which it falls back to; `None` for
             the grammar's own.
 
@@ -205,7 +200,6 @@ class Interpreter:
         fallback: Callable[[], Parser] | None = None,
         viewpoint: str = "robot",
         encoder: SentenceEncoder | None = None,
-        plain_only: bool = False,
         goal_reader: Callable[[GoalReader], ReadsGoals] | None = None,
     ) -> None:
         if viewpoint not in VIEWPOINTS:
@@ -214,7 +208,7 @@ class Interpreter:
             )
         self.viewpoint = viewpoint
         self._make_parser, self._make_fallback = parser, fallback
-        self._encoder, self._plain_only = encoder, plain_only
+        self._encoder = encoder
         grammar = GoalReader(encoder, viewpoint == "opposite")
         self._reader = grammar if goal_reader is None else goal_reader(grammar)
         self._parser: Parser | None = None
@@ -328,7 +322,7 @@ class Interpreter:
         found = Interpretation(
             parse, spec, parse.status, parse.message, self.viewpoint, words or None, seconds, fallback,
             parse.question, words=words, named=words, goal=_plain_goal(parse, spec, words), _reader=self._reader,
-            _plain_only=self._plain_only, _encoder=self._encoder,
+            _encoder=self._encoder,
         )  # fmt: skip
         if objects is not None:
             return found.among(objects)

@@ -44,7 +44,7 @@ class ReadingOptions:
 
 
 def make_interpreter(
-    options: ReadingOptions, encoder: SentenceEncoder | None = None, strict: bool = False, plain_only: bool = False
+    options: ReadingOptions, encoder: SentenceEncoder | None = None, strict: bool = False
 ) -> Interpreter:
     """Make the interpreter for the options; nothing is loaded before its first use.
 
@@ -52,7 +52,6 @@ def make_interpreter(
         options: how instructions are interpreted.
         encoder: share a loaded built-in one.
         strict: raise the LLM's errors instead of falling back to the embedding parser.
-        plain_only: refuse goals that are not one structure of five slots.
     """
     from grounding.parsers.sentence_encoder import SentenceEncoder
 
@@ -105,5 +104,5 @@ def make_interpreter(
         return LLMGoalReader(goals, grammar, encoder, options.viewpoint == "opposite")
 
     if options.parser == "embedding":
-        return Interpreter(embedding, None, options.viewpoint, encoder, plain_only)
-    return Interpreter(llm, None if strict else embedding, options.viewpoint, encoder, plain_only, goal_reader)
+        return Interpreter(embedding, None, options.viewpoint, encoder)
+    return Interpreter(llm, None if strict else embedding, options.viewpoint, encoder, goal_reader)

@@ -43,7 +43,7 @@ _ALONE_INSTEAD = re.compile(r"[ ,]*\b(?:instead|rather)\b[ ,]*|^(?:(?:no|nope|ac
 _OF_WHAT_IS_THERE = re.compile(r"\b(?:it|its|them|they|their|that|this one|that one|other side|other way|opposite|swap sides|back)\b")
 _OTHER = re.compile(r"\b(?:other|opposite) (?:side|end|way|direction)\b")
 _THEM = re.compile(r"\b(?:them|these|those)\b", re.IGNORECASE)
-_ALL_THERE = re.compile(r"\b(?:everything|all|the rest|objects|things)\b", re.IGNORECASE)
+_ALL_THERE = re.compile(r"\b(?:everything|all|rest|others?|remaining|objects|things|items)\b", re.IGNORECASE)
 _PRONOUN = re.compile(r"\b(?:it|them|they|that)\b")
 _DROP_IT = re.compile(
     r"(?:(?:no|ok|okay|actually|please|just|now|then)[ ,]+)*(?:drop|remove|delete|lose|ditch|skip|scrap|leave out)"
@@ -209,7 +209,8 @@ class _Correction:
             return GoalRevision(self.last, "refused", message=f"that cannot be dropped: {error}")
         if self._adds():
             more = self._addition()
-            if more is not None and (more.status in ("ok", "ask") or (more.read is not None and more.read.status == "ok")):
+            answerable = more is not None and (more.status == "ok" or (more.status == "ask" and bool(more.choices)))
+            if more is not None and (answerable or (more.read is not None and more.read.status == "ok")):
                 return more
             edit = self._edited()
             return edit if edit is not None and edit.status != "refused" else more or edit or self._refused(None)
@@ -318,6 +319,8 @@ class _Correction:
             found = _new(self.last, read, rest)
             return replace(found, kind="add", choices=tuple(f"also {text}" for text in found.choices))
         new = read.goal
+        if any(part.objects is None for part in new.structures) and not _ALL_THERE.search(rest):
+            return None  # "and a bit to the left" is said of a part that is there
         merged = self._merged(new)
         if merged is not None:
             return merged

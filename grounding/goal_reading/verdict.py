@@ -6,7 +6,6 @@ import re
 from dataclasses import dataclass
 
 from grounding.goal_reading.reader import GoalReading, more_than_plain
-from grounding.goals.parts import RelationPart
 from grounding.parse_result import REFUSALS, Parse, Question, shortened
 
 _ASKING = re.compile(
@@ -31,21 +30,18 @@ class Verdict:
     question: Question | None = None
 
 
-def verdict(parse: Parse, reading: GoalReading, plain_only: bool = False, known: bool = False) -> Verdict | None:
+def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict | None:
     """Decide about an instruction; `None` where the five slots of the parse count.
 
     Args:
         parse: what the parser of the five slots made of it.
         reading: what the reader of goals made of it.
         known: whether it is known what stands on the table: the reader of goals then says which objects are meant.
-        plain_only: whether only one structure can be built: a single object with a place then stays one.
     """
     if reading.complete:
         plain = parse.status != "refused" and not more_than_plain(reading.goal)
         taken_back = plain and (reading.corrected or known) and parse.status == "ok" and parse.spec == reading.goal.parts[0].spec
         if _only_reported(parse, reading) or (plain and not taken_back):
-            return None
-        if plain_only and parse.status != "refused" and _one_place(reading):
             return None
         return Verdict("ok")
     refused = parse.status == "refused" and not (_idle(parse) and not reading.verbs) and not _ASKING.match(parse.text)
@@ -82,8 +78,3 @@ def _asks_nothing(parse: Parse, reading: GoalReading) -> bool:
 
 def _idle(parse: Parse) -> bool:
     return REFUSALS["idle"] in parse.message
-
-
-def _one_place(reading: GoalReading) -> bool:
-    part = reading.goal.parts[0]
-    return len(reading.goal.parts) == 1 and isinstance(part, RelationPart) and part.relation == "at"

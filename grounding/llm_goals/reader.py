@@ -82,8 +82,9 @@ class LLMGoalReader:
     ) -> GoalReading:
         """Read an instruction; see `GoalReader.read`."""
         known = self._grammar.read(text, objects, catalogue)
-        if not known.beyond or known.question is not None:
-            return known  # a doubt of the grammar is the user's to settle
+        refused = bool(known.problem) and not known.residue
+        if not known.beyond or known.question is not None or refused:
+            return known  # doubts are the user's to settle, and what was understood and cannot be built stays refused
         try:
             return self._read(text, objects, catalogue, known)
         except (UnusableGoalError, LLMError) as error:

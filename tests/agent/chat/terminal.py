@@ -15,7 +15,7 @@ import pyte
 
 ROOT = Path(__file__).parents[3]
 LONGEST = 600.0  # s, until a test that waits in vain is given up; nothing is asked to be quick
-PROMPT = re.compile(r"(?:>|build it\? \[y/n\] >|1-\d>)")
+PROMPT = re.compile(r"(?:>|build it\? \[y/n\] >|1-\d+>)")
 
 
 class Terminal:

@@ -192,7 +192,7 @@ def test_additions(say, last, text, then):
 
 @pytest.mark.parametrize(
     "text",
-    ["bigger", "now a circle", "the other side", "add the bowl", "without the blue cup", "put the cans in a circle",
+    ["bigger", "now a circle", "the other side", "add the bowl", "without the blue cup", "put the plate, the bowl and the apple in a circle",
      "make it purple", "the same with the cans", "turn it by 90 degrees", "asdf qwer"],
 )  # fmt: skip
 def test_one_plain_structure_is_revised_as_before(say, parser, encoder, text):
@@ -262,6 +262,12 @@ def test_from_across_the_table_left_is_the_speakers(say):
 def test_hostile_sentences_get_one_sentence_and_change_nothing(say, last, text):
     revision = say(last, text)
     assert revision.status in ("refused", "unchanged", "ask") and revision.goal == goal(last) and revision.message.strip()
+
+
+@pytest.mark.parametrize("text", ["and bigger", "and a bit bigger", "then make the circle bigger", "also bigger please"])
+def test_a_fragment_with_and_adds_nothing(say, text):
+    revision = say(TWO, text)
+    assert revision.status == "ok" and revision.goal == goal(with_(TWO, 1, size="large"))
 
 
 def test_parts_alone_and_without_others():

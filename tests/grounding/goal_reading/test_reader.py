@@ -106,13 +106,6 @@ def test_a_library_offers_any_of_several(interpreter):
     assert found.status == "ok" and found.selection.indices == (0, 2, 3)
 
 
-def test_only_plain_structures_where_no_more_can_be_built(parser, encoder):
-    plain = Interpreter(lambda: parser, encoder=encoder, plain_only=True)
-    refused = plain.interpret("put the mugs in a line and the bowl to the left of it")
-    assert refused.status == "refused" and not refused.goal.parts and "cannot be built yet" in refused.message
-    assert plain.interpret("put the mugs in a line").goal.plain_spec.shape == "line"
-
-
 def test_odd_instructions_get_a_short_answer():
     generator = random.Random(5)
     words = (
