@@ -1,5 +1,5 @@
 """Define what people say instead of a slash command: one wording per line, as a regular expression that must match the
-whole line as `grounding.dialogue.acts.bare` leaves it.
+whole line as `grounding.dialogue.acts.bare` leaves it. A backslash at the end of a line joins it with the next one.
 """
 
 from __future__ import annotations
@@ -28,11 +28,13 @@ WORDINGS: Mapping[str, str] = {
         undo (the|that|your) undo
         (go|one|a) (one|a)? ?(step )?forward
     """,
-    "/again": """
+    "/again": r"""
         (try|do|propose|suggest)( (it|that|this|them))?( once| one time)? (again|more|anew)
         again|once( more| again)|one more time|another time|another try|retry|(give|have) it another (try|go|shot)
-        (show|give|propose|suggest|try|make)( me)? (another|a (different|new|second|fresh))( (one|arrangement|proposal|suggestion|way|option|idea))?
-        (show|give|propose|suggest|try)( me)? (some )?(other|others|different|new|more)( (ones?|arrangements?|proposals?|suggestions?|options?|ideas?))?
+        (show|give|propose|suggest|try|make)( me)? (another|a (different|new|second|fresh))( (one|arrangement\
+            |proposal|suggestion|way|option|idea))?
+        (show|give|propose|suggest|try)( me)? (some )?(other|others|different|new|more)( (ones?|arrangements?\
+            |proposals?|suggestions?|options?|ideas?))?
         another (one|arrangement|proposal|suggestion|option|idea)
         (show|give|propose|suggest|try)( me)? something (else|different|new)
         (a )?(different|new) (one|arrangement|proposal|suggestion|option)
@@ -40,23 +42,28 @@ WORDINGS: Mapping[str, str] = {
     "/help": r"""
         help( me)?( out)?|\?|i need help|show( me)?( the)? help|show( me)?( all)?( the)? commands
     """,
-    "/quit": """
-        quit|exit|bye( bye| now)?|good ?bye|see you( later| soon)?|(quit|exit|end|close|leave)( the| this) (chat|program|session|conversation|game)
+    "/quit": r"""
+        quit|exit|bye( bye| now)?|good ?bye|see you( later| soon)?|(quit|exit|end|close|leave)( the| this) (chat\
+            |program|session|conversation|game)
         that is all|that was all|that is it for (now|today)|i am (done|finished)
     """,
     "/stop": rf"""
-        (stop|halt|abort|cancel|freeze)( (it|that|this|stop|halt|now|here|there|right|right there|right away|immediately|at once|the (build|building|arm|robot|proposal|plan|question)|what you are doing|moving|building))*
+        (stop|halt|abort|cancel|freeze)( (it|that|this|stop|halt|now|here|there|right|right there|right away\
+            |immediately|at once|the (build|building|arm|robot|proposal|plan|question)|what you are doing|moving\
+            |building))*
         (do not|don't) (move|do (it|that|this|anything)|build( (it|that|this))?|go on)( any ?more| now)?
         (never ?mind|nevermind)( (that|it|then|about (that|it)))?
         hold (on|it)|leave it( (be|alone|at that))?|leave it as it is
     """,
     "/clear": rf"""
         clear( ({_THAT}|(the|my|your) (goal|goals|request|instruction|plan|task|list)|all( the)? (goals|parts)))?
-        (forget|scrap|discard|dismiss|cancel|abandon)( about)? (it|that|this|everything|all|all of (it|that)|the whole thing|the (goal|plan|request|task)|my (goal|request|instruction)s?)( (i|we|that i) (have )?(said|asked( for)?|told you|wanted|want))?
+        (forget|scrap|discard|dismiss|cancel|abandon)( about)? (it|that|this|everything|all|all of (it|that)\
+            |the whole thing|the (goal|plan|request|task)|my (goal|request|instruction)s?)( (i|we\
+            |that i) (have )?(said|asked( for)?|told you|wanted|want))?
         (forget|scrap|drop) what i (said|asked( for)?|told you|wanted)( so far| before)?
         (drop|delete|remove) (the|all|all the) (goal|goals|plan|parts|request)
     """,
-    "/continue": """
+    "/continue": r"""
         continue( (with (it|that|this)|building|please|then|now|the (build|building|work)))*
         (go|carry|move) on( (with (it|that|this)|building|then|now))*|keep (going|building|on)|carry on building
         proceed( (with (it|that|this)|then|now))*|resume( (it|that|building|the build|work))?
@@ -65,16 +72,27 @@ WORDINGS: Mapping[str, str] = {
     """,
     "/reset": rf"""
         reset( (it|that|this|everything|all|all of it|the (table|scene|whole thing|whole table|lot)))?
-        {_AGAIN_START}|(start|begin)( (it|this|everything|all( over)?))?( again)? from( the)? (scratch|start|beginning|very beginning|top|zero)
-        restart( (it|this|everything|from scratch))?|(back|go back|return|take (it|us|me) back) to {_BACK_TO}|from scratch|from the (top|beginning)
-        (put|bring|set|restore) everything( back)? (to {_BACK_TO}|as (it was )?(at|in) {_BACK_TO}|to how it (was|began|started))
+        {_AGAIN_START}|(start|begin)( (it|this|everything|all( over)?))?( again)? from( the)? (scratch|start\
+            |beginning|very beginning|top|zero)
+        restart( (it|this|everything|from scratch))?|(back|go back|return|take (it|us|me) back) to {_BACK_TO}\
+            |from scratch|from the (top|beginning)
+        (put|bring|set|restore) everything( back)? (to {_BACK_TO}|as (it was )?(at|in) {_BACK_TO}|to how it (was\
+            |began|started))
     """,
     "/back": r"""
-        (put|move) (it|that|this|them|these|things|the things|the objects|all the objects|everything|it all|all of it|them all|all of them|all|everything on the table) back
+        (put|move) (it|that|this|them|these|things|the things|the objects|all the objects|everything|it all\
+            |all of it|them all|all of them|all|everything on the table) back
     """,
 }
+
+
+def _joined(lines: str) -> list[str]:
+    """Return the wordings, with lines joined that a backslash divides."""
+    return re.sub(r"\\\n\s*", "", lines).splitlines()
+
+
 SPOKEN = tuple(
-    (name, re.compile("|".join(f"(?:{line.strip()})" for line in lines.splitlines() if line.strip())))
+    (name, re.compile("|".join(f"(?:{line.strip()})" for line in _joined(lines) if line.strip())))
     for name, lines in WORDINGS.items()
 )
 

@@ -24,6 +24,7 @@ from structdiffusion.structures import STRUCTURES
 MOST_OBJECTS = 10  # on a drawn table
 _DRAWS = 60
 _OF_A_STRUCTURE = (3, 4)  # objects where the words give no number
+_OF_A_STACK = (2, 3)  # a higher one has to share its time and its room with the other parts
 _OF_A_RELATION = (1, 2)
 _IN_A_GROUP = (2, 3)  # objects of one colour, or of one kind, that are sorted
 _DISTRACTORS = 2  # at most
@@ -169,7 +170,8 @@ def _numbers(part: StructurePart, rng: np.random.Generator) -> tuple[int, int]:
         least = max(least, rows * columns)
     if part.order is not None and part.order.by == "listed":
         return least, len(part.objects or ())
-    return least, max(least, int(rng.integers(_OF_A_STRUCTURE[0], _OF_A_STRUCTURE[1] + 1)))
+    low, high = _OF_A_STACK if part.shape is not None and STRUCTURES[part.shape].stacks else _OF_A_STRUCTURE
+    return least, max(least, int(rng.integers(low, high + 1)))
 
 
 def _draw_groups(pool: Sequence[ObjectModel], group_by: str, rng: np.random.Generator) -> list[ObjectModel]:

@@ -45,7 +45,7 @@ ACTIVITIES = _words(
 )
 # Some of them are purposes only with one of these words after them.
 LOOSE: Mapping[str, frozenset[str]] = {
-    "make": _words("room space way life things someone people everyone my him her me us"),
+    "make": _words("some room space way life things someone people everyone my him her me us"),
     "save": _words("space room time money energy"), "free": _words("up some space"), "clear": _words("up some the space"),
     "gain": _words("space room time some"), "give": _words("me us him her my people everyone"),
     "keep": _words("me us him her my people everyone busy calm"), "get": _words("ready to started some more it them my some"),
