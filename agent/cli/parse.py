@@ -27,6 +27,7 @@ from agent.runtime.stdio import (
     lines_as_they_come,
     results_stream,
 )
+from grounding.goals.description import describe_part
 from grounding.spec import SLOTS
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ def parse(
     llm_url: LLMUrlOption = None,
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object per line.")] = False,
 ) -> None:
-    """Parse instructions into the five slots.
+    """Parse instructions into the five slots, or the parts of a goal.
 
     Each slot gets a confidence. An instruction that is unclear gets a question, and one that cannot be built is refused.
 
@@ -112,7 +113,7 @@ def parse_instructions(
                 if goal.fallback and goal.fallback != fallback:
                     fallback = goal.fallback
                     on_problem(fallback)
-                print(json.dumps(goal.to_dict(), ensure_ascii=False) if as_json else _as_text(goal), file=results)
+                print(json.dumps(goal.to_dict(), ensure_ascii=False) if as_json else _as_text(goal, names), file=results)
                 count += 1
                 if goal.status == "refused":
                     refused += 1
@@ -121,11 +122,14 @@ def parse_instructions(
     return count, refused
 
 
-def _as_text(goal: Interpretation) -> str:
+def _as_text(goal: Interpretation, names: Sequence[str] | None = None) -> str:
     lines = [f"“{goal.parse.text}”"]
     if goal.status == "refused":
         return "\n".join([*lines, "  refused"])
-    for slot in SLOTS:
+    several = bool(goal.goal.parts) and goal.goal.plain_spec is None
+    if several:
+        lines += [f"  {f'part {number}':<11} {describe_part(part, names)}" for number, part in enumerate(goal.goal.parts, start=1)]
+    for slot in () if several else SLOTS:
         value = getattr(goal.spec, slot)
         sure = goal.parse.confidence.get(slot)
         words = goal.parse.evidence.get(slot, ())

@@ -451,6 +451,8 @@ class Composer:
             if phrase.kind == "structure":
                 return PartReference(self._structure_of(phrase))
             if phrase.kind == "pronoun":
+                if found and phrase.many:
+                    continue  # "the cups, all of them, in a row"
                 meant = self._pronoun(phrase, reference, pairs)
                 if isinstance(meant, PartReference) or meant is None:
                     if meant is None and phrase.text.lower() in ("it", "itself", "that", "this"):

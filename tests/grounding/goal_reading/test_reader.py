@@ -120,3 +120,9 @@ def test_odd_instructions_get_a_short_answer():
         reading = reader.read(text, SCENES["breakfast"] if number % 2 else None)
         assert time.perf_counter() - started < 1.0, text
         assert "\n" not in reading.problem and reading.complete == (bool(reading.goal.parts) and not reading.residue)
+
+
+def test_what_stands_in_for_a_list_adds_nothing():
+    assert part("put the cups, all of them, in a row", "cans and cups")["objects"] == [3, 4, 5, 6]
+    found = part("the box first, then the bottle, then the jar, all in a row", "tall and short")
+    assert found["objects"] == [4, 0, 3] and found["order"]["by"] == "listed"
