@@ -115,7 +115,7 @@ class GoalReader:
         beyond = _beyond(chunks, frames)
         try:
             goal = composer.goal()
-            problem = contradiction(goal)
+            problem = contradiction(goal, None if there is None else [each.name for each in there])
         except ReadingQuestion as doubt:
             return GoalReading(question=doubt.question, residue=tuple(residue), beyond=beyond, verbs=verbs)
         except ImpossibleError as error:
