@@ -68,7 +68,10 @@ class Composer:
         self.known = Antecedents()
         self.left_out: set[Any] = set()
         self.unread: list[str] = []
+        self.notes: list[str] = []
+        self.unused: list[NounPhrase] = []  # that are named, and of which nothing is said
         self._previous: Frame | None = None
+        self._owner: Objects = None  # what "its left" was said of last
 
     def goal(self) -> Goal:
         """Compose the goal.
@@ -120,6 +123,7 @@ class Composer:
     def _unread(self, frame: Frame) -> None:
         words = " ".join(phrase.text for phrase in frame.objects) or " ".join(each.said for each in frame.predicates)
         self.unread.append(words or frame.verb_said)
+        self.unused += frame.objects
 
     # One frame
 
@@ -258,6 +262,7 @@ class Composer:
                 raise ReadingError(f"{shortened(self.text)!r} contradicts itself: {key.replace('_', ' ')} {part.values[key]} and {value}")
             part.values[key] = value
         self.unread += keys.unread
+        self.notes += keys.notes
         self._relations(frame, PartReference(number), keys)
         return True
 
@@ -284,8 +289,11 @@ class Composer:
         values["shape"] = values.get("shape") or "circle"
         if not isinstance(center, tuple):
             raise ReadingError(f"{shortened(self.text)!r} does not say what is to be surrounded")
+        if values["around"] is not None and ring is None:  # "circle the blue cups around the can"
+            center, ring = values["around"], center
         values["around"] = center
         self.unread += keys.unread
+        self.notes += keys.notes
         self._add_structure(frame, values, ring)
 
     # Structures and relations
@@ -299,6 +307,7 @@ class Composer:
         keys = StructureKeys(self.text, self._reference_of(frame))
         values = keys.read(frame)
         self.unread += keys.unread
+        self.notes += keys.notes
         objects = self._objects(frame, frame.objects) if frame.objects else self._unnamed(frame)
         if isinstance(objects, PartReference):
             number, objects = objects.part, None
@@ -433,7 +442,11 @@ class Composer:
     def _reference(self, frame: Frame, predicate: Predicate) -> Objects:
         phrases = predicate.reference
         if not phrases:
+            before = self._previous
+            if predicate.kind == "relation it" and self._owner is not None and before is not None and before.has("relation it") and before.sentence == frame.sentence:
+                return self._owner  # "the fork to its left, the knife to its right"
             found = self._pronoun(NounPhrase("pronoun", 0, 0, "them" if predicate.value == "between" else "it"), reference=True)
+            self._owner = found if predicate.kind == "relation it" else self._owner
         else:
             found = self._objects(frame, list(phrases), reference=True, pairs=predicate.value == "between")
         if found is None:
