@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
 from grounding.goals.parts import PartReference, RelationPart, StructurePart
@@ -9,8 +11,13 @@ from grounding.goals.parts import PartReference, RelationPart, StructurePart
 _OPPOSITE = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
 
 
-def contradiction(goal: Goal) -> str:
-    """Name two parts of a goal that exclude each other; "" where there are none."""
+def contradiction(goal: Goal, names: Sequence[str] | None = None) -> str:
+    """Name two parts of a goal that exclude each other; "" where there are none.
+
+    Args:
+        goal: the goal.
+        names: of the scene's objects, by index.
+    """
     facts: dict[tuple[object, str, object], int] = {}
     places: dict[object, int] = {}
     for number, part in enumerate(goal.parts):
@@ -19,13 +26,13 @@ def contradiction(goal: Goal) -> str:
         for one in _each(part.objects):
             for other in _each(part.reference):
                 if (clash := _clash(facts, one, part.relation, other)) is not None:
-                    return _both(goal, clash, number)
+                    return _both(goal, clash, number, names)
                 facts[one, part.relation, other] = number
             if part.relation in ("at", "moved", "swapped"):
                 if one in places and not _same_place(goal, places[one], number):
-                    return _both(goal, places[one], number)
+                    return _both(goal, places[one], number, names)
                 places[one] = number
-    return _in_own_structure(goal)
+    return _in_own_structure(goal, names)
 
 
 def _each(objects: object) -> tuple[object, ...]:
@@ -57,11 +64,11 @@ def _same_place(goal: Goal, one: int, other: int) -> bool:
     return all(a is None or b is None or a == b for a, b in ((first.x_position, second.x_position), (first.y_position, second.y_position)))
 
 
-def _both(goal: Goal, one: int, other: int) -> str:
-    return f"{describe_part(goal.parts[one])!r} and {describe_part(goal.parts[other])!r}"
+def _both(goal: Goal, one: int, other: int, names: Sequence[str] | None) -> str:
+    return f"{describe_part(goal.parts[one], names)!r} and {describe_part(goal.parts[other], names)!r}"
 
 
-def _in_own_structure(goal: Goal) -> str:
+def _in_own_structure(goal: Goal, names: Sequence[str] | None) -> str:
     """Name an object that a structure is laid around, or stands by, and that is one of its own."""
     for number, part in enumerate(goal.parts):
         if not isinstance(part, RelationPart):
@@ -70,5 +77,5 @@ def _in_own_structure(goal: Goal) -> str:
             if isinstance(mine, PartReference) and isinstance(others, tuple):
                 structure = goal.parts[mine.part]
                 if isinstance(structure, StructurePart) and structure.objects and set(structure.objects) & set(others):
-                    return _both(goal, mine.part, number)
+                    return _both(goal, mine.part, number, names)
     return ""

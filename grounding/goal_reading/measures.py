@@ -119,7 +119,7 @@ def lengths_of(said: Words) -> dict[int, tuple[float, int]]:
     while place < len(said.words):
         length = length_at(said, place)
         if length is not None:
-            found[place] = length
+            found[place] = round(length[0], 6), length[1]  # to the micrometre: three inches are 0.0762 m
             place = length[1]
         else:
             place += 1

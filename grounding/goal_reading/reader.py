@@ -120,7 +120,7 @@ class GoalReader:
         lost = _lost(framer, composer, known)
         try:
             goal = composer.goal()
-            problem = contradiction(goal)
+            problem = contradiction(goal, None if there is None else [each.name for each in there])
             lost = _lost(framer, composer, known)
         except ReadingQuestion as doubt:
             return GoalReading(question=doubt.question, residue=tuple(residue), beyond=beyond, verbs=verbs, lost=lost)

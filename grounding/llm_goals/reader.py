@@ -113,7 +113,7 @@ class LLMGoalReader:
             raise UnusableGoalError(problem)
         find = SceneReferences(there, self._encoder, catalogue, self._opposite)
         goal = _Resolution(parts, find, nouns).goal()
-        if problem := contradiction(goal):
+        if problem := contradiction(goal, None if there is None else [each.name for each in there]):
             raise UnusableGoalError(f"contradicts itself: {problem}")
         notes = [f"the language model alone understood {shortened(words)!r}" for words in dict.fromkeys(unread)]
         return GoalReading(
