@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -19,6 +20,9 @@ _LEAST = {
     "pyramid": 3,
 }  # fmt: skip
 _OPPOSITES = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
+
+
+_SOME_OF = re.compile(r"(?:\d+|one|two|three|four|five|six|some|a few|a couple) of\b", re.IGNORECASE)
 
 
 class ImpossibleError(ReadingError):
@@ -95,6 +99,10 @@ class Composer:
         objects = part.objects
         if objects is None and self.left_out and self.find.count is not None:
             objects = tuple(i for i in range(self.find.count) if i not in self.left_out and i not in self._named_elsewhere(part))
+        elif isinstance(objects, tuple) and self.left_out & set(objects):  # "line up the cups but keep the red one where it is"
+            objects = tuple(one for one in objects if one not in self.left_out)
+            if not objects:
+                raise ImpossibleError(f"{shortened(self.text)!r} leaves alone all the objects that it asks to move")
         self._enough(values, objects)
         return StructurePart(**values, objects=objects)
 
@@ -481,6 +489,8 @@ class Composer:
     def _everything(self, phrase: NounPhrase) -> Any:
         left_out: set[Any] = set()
         for without in phrase.without:
+            if _SOME_OF.match(without.text):  # which two, and whether the rest is of the same kind, is not said
+                raise ImpossibleError(f"it is not clear which objects {without.text!r} leaves out in {shortened(self.text)!r}; name them")
             out = self._objects(Frame(objects=[without]), [without])
             if isinstance(out, PartReference):
                 out = self.parts[out.part].objects

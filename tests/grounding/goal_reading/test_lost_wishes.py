@@ -78,3 +78,23 @@ def test_its_keeps_its_owner(interpreter):  # noqa: F811
 def test_what_is_circled_stays_part_of_the_circle(interpreter):  # noqa: F811
     found = interpreter.interpret("circle the blue cups around the bowl", SCENES["party"]).goal.parts[0]
     assert (found.objects, found.around) == ((3, 4, 5), (6,))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "put the cups in a circle without moving the red one",
+        "line up the cups but keep the red one where it is",
+        "leave the red cup alone and line up the cups",
+    ],
+)
+def test_what_should_stay_is_in_no_structure(interpreter, text):  # noqa: F811
+    found = interpreter.interpret(text, SCENES["cans and cups"])
+    assert found.status == "ok" and found.goal.parts[0].objects == (4, 5, 6)
+
+
+@pytest.mark.parametrize(
+    "text", ["stack all but two of the cups", "leave the cans where they are and line up the cans"]
+)
+def test_unclear_and_impossible_exceptions_are_refused(interpreter, text):  # noqa: F811
+    assert interpreter.interpret(text, SCENES["cans and cups"]).status == "refused"
