@@ -63,7 +63,7 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
             return _not_understood(parse, reading.lost or reading.residue)
     if not (reading.beyond or (refused and (goal or not reading.residue))) or _asks_nothing(parse, reading):
         return None
-    if reading.residue and reading.question is not None and parse.status == "ok":
+    if reading.residue and reading.question is not None and parse.status == "ok" and not known:
         return None
     if reading.residue:
         return _not_understood(parse, reading.residue)
