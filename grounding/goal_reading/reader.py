@@ -219,7 +219,8 @@ def _several(frames: Sequence[Frame]) -> bool:
         return True
     shapes = {each.value.name for frame in told for each in (*frame.get("shape"), *frame.get("verb shape"))}
     places = {each.value for frame in told for each in (*frame.get("place"), *frame.get("inner"))}
-    return len(told) > 1 and len(_nouns(told)) > 1 and (len(shapes) > 1 or len(places) > 1 or (bool(shapes) and bool(places)))
+    related = any(each.reference and each.value != "in" for frame in told for each in frame.get("relation"))
+    return len(told) > 1 and len(_nouns(told)) > 1 and (len(shapes) > 1 or len(places) > 1 or (bool(shapes) and (bool(places) or related)))
 
 
 def _nouns(frames: Sequence[Frame]) -> set[str]:

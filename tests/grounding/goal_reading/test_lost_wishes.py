@@ -24,6 +24,7 @@ from tests.grounding.goal_reading.test_reader import SCENES, interpreter  # noqa
         ("put the cups in a circle, twice as big as before", "twice"),
         ("stack the cups but never the red one", "must not"),
         ("put a cup in each corner", "corner"),
+        ("arrange the cups in a circle, one of the cans beside the glorp", "glorp"),
     ],
 )
 def test_a_wish_that_is_not_understood_is_refused(interpreter, text, words):  # noqa: F811
