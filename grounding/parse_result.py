@@ -23,8 +23,8 @@ REFUSALS: Mapping[str, str] = {
 _SAY_INSTEAD = {
     "idle": f"say a shape ({', '.join(SHAPES)}), a size, a position or a rotation",
     "unbuildable": f"shapes that can be built: {', '.join(SHAPES)}",
-    "several": f"ask for one at a time; shapes that can be built: {', '.join(SHAPES)}",
-    "relation": f"say which structure they should form: {', '.join(SHAPES)}",
+    "several": f"say each of them plainly, with its objects; shapes that can be built: {', '.join(SHAPES)}",
+    "relation": f"say which object goes where, or which structure they should form: {', '.join(SHAPES)}",
 }
 # Below this the best answer is as likely wrong as right, and asking costs less than building it.
 LEAST_CERTAINTY = 0.5

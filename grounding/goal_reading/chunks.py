@@ -29,13 +29,14 @@ _SIZES = {
     **dict.fromkeys(("medium", "medium sized", "mid sized", "moderate", "medium size", "average sized"), "medium"),
     **dict.fromkeys("large big wide huge broad long loose spacious giant roomy".split(), "large"),
 }
+_SIZE_ONE = re.compile(rf"(?:a |an )?(?:(?:nice|really|very|pretty|quite) )*(?P<size>{'|'.join(word for word in _SIZES if ' ' not in word)}) one(?= [,.;!]|$)")  # "a row, a long one"
 _FILLERS = frozenset(
     "neat nice straight perfect tidy even single proper regular simple pretty good closed full complete beautiful lovely normal really "
     "very quite rather fairly clean exact standard equal solid hollow flat upright standing vertical plain round rectangular evenly spaced nicely properly"
     " separate different identical matching distinct fully new parallel stable basic little equilateral symmetrical symmetric circular".split()
 )
 _DIR = (
-    r"(?:(?:to|toward|at|on|in|into) )?(?:the |my |your )?(?P<dir>left|right|north|south|east|west|me|us|you|robot|arm|front|back|rear|far side|far edge|near side|near edge|"
+    r"(?:(?:to|toward|at|on|in|into) )?(?:the |my |your |its )?(?P<dir>left|right|north|south|east|west|me|us|you|robot|arm|front|back|rear|far side|far edge|near side|near edge|"
     r"away from me|away from you|away from us|away from the robot|away from the arm|away|camera)(?: (?:side|edge|hand side|hand|end))?(?: of the (?:table|desk))?"
 )
 _HEADINGS = {
@@ -46,7 +47,7 @@ _HEADINGS = {
 }  # fmt: skip
 _FACING = re.compile(
     r"(?:(?:so that|so|and|with|which|that|it|they|is|are|have|having|make|has|,) )*"
-    r"(?:(?:(?:the|its|their|a|one) )?(?:opening|gap|open side|open end|mouth|tip|point|apex|corner|top|front|ends|entrance|open part|bulge|hollow side|vertex|hollow) )?"
+    r"(?:(?:(?:the|its|their|a|one) )?(?:opening|gap|open side|open bit|open end|mouth|tip|point|apex|corner|top|front|ends|entrance|open part|bulge|hollow side|vertex|hollow) )?"
     rf"(?:(?:is|are) )?(?:facing|faces|face|pointing|points|point|looking|looks|oriented|turned|opening|opens|open|aimed|directed|to|toward|on|at) {_DIR}(?! of)"
 )
 _FACING_WORDS = re.compile(r"\b(?:fac(?:ing|es?)|point(?:ing|s)?|look(?:ing|s)|oriented|turned|open(?:ing|s)?|aimed|directed|gap|tip|apex|mouth|entrance|vertex|corner|ends|bulge|hollow)\b")
@@ -163,6 +164,8 @@ class Chunker:
         said, found = self.said, []
         if match := said.match(_POSSESSIVE, place):
             found.append(Chunk("relation it", f"{match[0].group('side')} of", place, match[1]))
+        if (match := said.match(_SIZE_ONE, place)) and before and before[-1].kind in ("comma", "stop") and any(one.kind == "shape" for one in before):
+            found.append(Chunk("size", _SIZES[match[0].group("size")], place, match[1]))
         if match := said.match(_TABLE_SETTING, place):
             found.append(Chunk("table setting", "table setting", place, match[1]))
         if (match := said.match(_FACING, place)) and _FACING_WORDS.search(match[0].group()):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -19,6 +20,9 @@ _LEAST = {
     "pyramid": 3,
 }  # fmt: skip
 _OPPOSITES = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
+
+
+_SOME_OF = re.compile(r"(?:\d+|one|two|three|four|five|six|some|a few|a couple) of\b", re.IGNORECASE)
 
 
 class ImpossibleError(ReadingError):
@@ -68,7 +72,10 @@ class Composer:
         self.known = Antecedents()
         self.left_out: set[Any] = set()
         self.unread: list[str] = []
+        self.notes: list[str] = []
+        self.unused: list[NounPhrase] = []  # that are named, and of which nothing is said
         self._previous: Frame | None = None
+        self._owner: Objects = None  # what "its left" was said of last
 
     def goal(self) -> Goal:
         """Compose the goal.
@@ -92,6 +99,10 @@ class Composer:
         objects = part.objects
         if objects is None and self.left_out and self.find.count is not None:
             objects = tuple(i for i in range(self.find.count) if i not in self.left_out and i not in self._named_elsewhere(part))
+        elif isinstance(objects, tuple) and self.left_out & set(objects):  # "line up the cups but keep the red one where it is"
+            objects = tuple(one for one in objects if one not in self.left_out)
+            if not objects:
+                raise ImpossibleError(f"{shortened(self.text)!r} leaves alone all the objects that it asks to move")
         self._enough(values, objects)
         return StructurePart(**values, objects=objects)
 
@@ -120,6 +131,7 @@ class Composer:
     def _unread(self, frame: Frame) -> None:
         words = " ".join(phrase.text for phrase in frame.objects) or " ".join(each.said for each in frame.predicates)
         self.unread.append(words or frame.verb_said)
+        self.unused += frame.objects
 
     # One frame
 
@@ -258,6 +270,7 @@ class Composer:
                 raise ReadingError(f"{shortened(self.text)!r} contradicts itself: {key.replace('_', ' ')} {part.values[key]} and {value}")
             part.values[key] = value
         self.unread += keys.unread
+        self.notes += keys.notes
         self._relations(frame, PartReference(number), keys)
         return True
 
@@ -284,8 +297,11 @@ class Composer:
         values["shape"] = values.get("shape") or "circle"
         if not isinstance(center, tuple):
             raise ReadingError(f"{shortened(self.text)!r} does not say what is to be surrounded")
+        if values["around"] is not None and ring is None:  # "circle the blue cups around the can"
+            center, ring = values["around"], center
         values["around"] = center
         self.unread += keys.unread
+        self.notes += keys.notes
         self._add_structure(frame, values, ring)
 
     # Structures and relations
@@ -299,6 +315,7 @@ class Composer:
         keys = StructureKeys(self.text, self._reference_of(frame))
         values = keys.read(frame)
         self.unread += keys.unread
+        self.notes += keys.notes
         objects = self._objects(frame, frame.objects) if frame.objects else self._unnamed(frame)
         if isinstance(objects, PartReference):
             number, objects = objects.part, None
@@ -433,7 +450,11 @@ class Composer:
     def _reference(self, frame: Frame, predicate: Predicate) -> Objects:
         phrases = predicate.reference
         if not phrases:
+            before = self._previous
+            if predicate.kind == "relation it" and self._owner is not None and before is not None and before.has("relation it") and before.sentence == frame.sentence:
+                return self._owner  # "the fork to its left, the knife to its right"
             found = self._pronoun(NounPhrase("pronoun", 0, 0, "them" if predicate.value == "between" else "it"), reference=True)
+            self._owner = found if predicate.kind == "relation it" else self._owner
         else:
             found = self._objects(frame, list(phrases), reference=True, pairs=predicate.value == "between")
         if found is None:
@@ -468,6 +489,8 @@ class Composer:
     def _everything(self, phrase: NounPhrase) -> Any:
         left_out: set[Any] = set()
         for without in phrase.without:
+            if _SOME_OF.match(without.text):  # which two, and whether the rest is of the same kind, is not said
+                raise ImpossibleError(f"it is not clear which objects {without.text!r} leaves out in {shortened(self.text)!r}; name them")
             out = self._objects(Frame(objects=[without]), [without])
             if isinstance(out, PartReference):
                 out = self.parts[out.part].objects

@@ -47,6 +47,9 @@ def _clash(facts: dict, one: object, relation: str, other: object) -> int | None
             if clash in facts:
                 return facts[clash]
     if relation in ("on", "in"):
+        for (mine, held, place), number in facts.items():  # nothing stands on two things
+            if mine == one and held in ("on", "in") and place != other:
+                return number
         for clash in ((other, "on", one), (other, "in", one)):
             if clash in facts:
                 return facts[clash]

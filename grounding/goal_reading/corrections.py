@@ -56,7 +56,7 @@ def _denied(kept: list[Chunk], chunks: list[Chunk], at: int) -> int:
         kept.append(Chunk("unknown", "not", chunks[at].first, chunks[at].end, said=chunks[at].said))
         return end
     kind = chunks[end].kind
-    if kind in ("place", "shape", "size", "rotation", "along", "order", "noun phrase", "gap", "grid"):
+    if kind in ("place", "inner", "shape", "size", "rotation", "along", "order", "noun phrase", "gap", "grid"):
         end += 1
     elif kind == "relation" and end + 1 < len(chunks) and chunks[end + 1].kind == "noun phrase":
         end += 2
@@ -75,6 +75,11 @@ def _denied(kept: list[Chunk], chunks: list[Chunk], at: int) -> int:
         return following
     if joined and not replaced:
         kept.pop()
+    if not replaced and kind == "noun phrase" and last is not None and kept[last].value.kind in ("all", "rest"):
+        kept += [replace(chunks[at], kind="except", value=True), chunks[end - 1]]  # "everything, not the cans"
+    elif not replaced and _last(kept, ("place", "inner", "along")) is None and kind in ("place", "inner", "along"):
+        said = f"{chunks[at].said} {chunks[end - 1].said}"  # where it should not be, and not where it should
+        kept.append(Chunk("unknown", "not", chunks[at].first, chunks[end - 1].end, said=said.strip(" ,")))
     return following if replaced else end
 
 

@@ -46,7 +46,7 @@ _PERSONAL: tuple[tuple[re.Pattern[str], Mapping[str, str]], ...] = tuple(
     for pattern, values in (
         (
             rf"{_ADVERBS}(?:(?:very )?(?:close|closer|closest|near|nearer|nearest|next)(?: to| by)?|toward|in front of|before|within (?:easy )?reach of|by|at the side of) "
-            r"(?:where )?(?:me|you|us|the robot|the arm|the gripper|the robot arm|robot|yourself|myself|your base|my (?:hand|side|end|seat|place|belly|chest)(?: of the (?:table|desk))?|where i(?: am|'m)? (?:sit|sitting|stand|standing))",
+            r"(?:where )?(?:me|you|us|the robot|the arm|the gripper|the robot arm|robot|yourself|myself|(?:your|the robot's|its) (?:own )?base|the base of the (?:robot|arm)|my (?:hand|side|end|seat|place|belly|chest)(?: of the (?:table|desk))?|where i(?: am|'m)? (?:sit|sitting|stand|standing))",
             {"y_position": "bottom"},
         ),
         (rf"(?:in|to|at|into|toward) the corner (?:that is |that's |which is )?(?:closest|nearest|near|next|close)(?: to)? (?:me|you|us|the robot|the arm){_OF_TABLE}", {"y_position": "bottom"}),

@@ -12,6 +12,7 @@ from grounding.goal_reading.compose import Composer, ImpossibleError
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
 from grounding.goal_reading.frames import PREDICATES, Frame, Framer
+from grounding.goal_reading.lost_wishes import lost_wishes
 from grounding.goal_reading.measures import lengths_of
 from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
@@ -50,6 +51,7 @@ class GoalReading:
         corrected: whether the speaker took something back.
         described: whether a colour, a size or a place chose objects.
         notes: what has to be said about the choice of objects, a sentence each.
+        lost: those of the residue's words that surely ask for something, also of one plain structure.
         fallback: why this reader was used in place of the configured one, or "".
     """
 
@@ -63,6 +65,7 @@ class GoalReading:
     corrected: bool = False
     nouns: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    lost: tuple[str, ...] = ()
     fallback: str = ""
 
     @property
@@ -113,19 +116,22 @@ class GoalReader:
         verbs = any(chunk.kind == "verb" for chunk in chunks)
         composer = Composer(text, frames, find)
         beyond = _beyond(chunks, frames)
+        known = None if catalogue else there
+        lost = _lost(framer, composer, known)
         try:
             goal = composer.goal()
             problem = contradiction(goal, None if there is None else [each.name for each in there])
+            lost = _lost(framer, composer, known)
         except ReadingQuestion as doubt:
-            return GoalReading(question=doubt.question, residue=tuple(residue), beyond=beyond, verbs=verbs)
+            return GoalReading(question=doubt.question, residue=tuple(residue), beyond=beyond, verbs=verbs, lost=lost)
         except ImpossibleError as error:
-            return GoalReading(problem=str(error), residue=tuple(residue), beyond=True, verbs=verbs)
+            return GoalReading(problem=str(error), residue=tuple(residue), beyond=True, verbs=verbs, lost=lost)
         except (ReadingError, SpecError, SelectionError) as error:
-            return GoalReading(problem=_sentence(text, error), residue=tuple(residue), beyond=beyond, verbs=verbs)
+            return GoalReading(problem=_sentence(text, error), residue=tuple(residue), beyond=beyond, verbs=verbs, lost=lost)
         residue += composer.unread
         if problem:
             return GoalReading(problem=f"{shortened(text)!r} contradicts itself: {problem}", residue=tuple(residue), beyond=beyond)
-        return GoalReading(goal, residue=tuple(filter(None, residue)), beyond=beyond, verbs=verbs, corrected=corrections, nouns=tuple(dict.fromkeys(find.nouns)), described=find.described, notes=tuple(dict.fromkeys(find.notes)))
+        return GoalReading(goal, residue=tuple(filter(None, residue)), beyond=beyond, verbs=verbs, corrected=corrections, nouns=tuple(dict.fromkeys(find.nouns)), described=find.described, notes=tuple(dict.fromkeys((*find.notes, *composer.notes))), lost=lost)
 
     def chunks(self, text: str, nouns: Vocabulary) -> list[Chunk]:
         """Divide an instruction into chunks, typing errors mended."""
@@ -133,6 +139,14 @@ class GoalReader:
         said: Words = _possessives_apart(split(text, lambda word: corrected(word, nouns, known)))
         said, metres = with_lengths(said, lengths_of(said))
         return _without_reports(Chunker(said, metres, nouns).chunks(), said, nouns)
+
+
+def _lost(framer: Framer, composer: Composer, there: Sequence[SceneObject] | None) -> tuple[str, ...]:
+    """Return the words that no frame or no part took and that surely ask for something."""
+    objects = [one.said for one in framer.residue if there and one.kind == "noun phrase" and _known([one.value])]
+    objects += [phrase.text for phrase in composer.unused if there and _known([phrase])]
+    colours = {colour for each in there or () if each.attributes is not None for colour in each.attributes.colors}
+    return lost_wishes(composer.text, [*(one.said for one in framer.residue), *(phrase.text for phrase in composer.unused)], objects, colours)
 
 
 def _sentence(text: str, error: Exception) -> str:
@@ -196,13 +210,17 @@ def _several(frames: Sequence[Frame]) -> bool:
     asked = [frame for frame in frames if frame.verb not in ("", "take", "leave", "make") and _known(frame.objects) and not frame.negated]
     if len(asked) > 1 and len(_nouns(asked)) > 1:
         return True
-    told = [frame for frame in frames if frame.predicates and _known(frame.objects) and not frame.negated]
+    ends = {frame.end for frame in frames}  # "screws boxes" are not two things
+    told = [frame for frame in frames if frame.predicates and _known(frame.objects) and not frame.negated and (not frame.first or frame.first not in ends)]
+    if told and any(frame.negated and _known(frame.objects) for frame in frames):
+        return True
     rest = any(phrase.kind == "rest" for frame in frames if frame.has("shape", "verb shape") for phrase in frame.objects)
     if rest and any(frame.has("shape", "verb shape", "place") for frame in told):
         return True
     shapes = {each.value.name for frame in told for each in (*frame.get("shape"), *frame.get("verb shape"))}
-    places = {each.value for frame in told for each in frame.get("place")}
-    return len(told) > 1 and len(_nouns(told)) > 1 and (len(shapes) > 1 or len(places) > 1)
+    places = {each.value for frame in told for each in (*frame.get("place"), *frame.get("inner"))}
+    related = any(each.reference and each.value != "in" for frame in told for each in frame.get("relation"))
+    return len(told) > 1 and len(_nouns(told)) > 1 and (len(shapes) > 1 or len(places) > 1 or (bool(shapes) and (bool(places) or related)))
 
 
 def _nouns(frames: Sequence[Frame]) -> set[str]:

@@ -24,6 +24,7 @@ class StructureKeys:
 
     Attributes:
         unread: words of the frame that no key could take.
+        notes: what has to be said about what was left out, a sentence each.
         distances: the first word of a relation -> its distance, metres.
         distance: a distance that belongs to no relation yet.
         verb_shape_only: whether only the verb says the shape.
@@ -32,6 +33,7 @@ class StructureKeys:
     def __init__(self, text: str, reference: Callable[[Predicate], Any]) -> None:
         self.text, self._reference = text, reference
         self.unread: list[str] = []
+        self.notes: list[str] = []
         self.distances: dict[int, float | None] = {}
         self.distance: float | None = None
         self.verb_shape_only = False
@@ -56,6 +58,7 @@ class StructureKeys:
         shape = values["shape"] or shape
         if values["size"] is not None and shape is not None and "size" not in SLOTS_OF_SHAPE.get(shape, ("size",)):
             values["size"] = None
+            self.notes.append(f"a {shape} has no size; what {shortened(self.text)!r} says of it is left out")
         if values["rotation"] is not None and shape is not None and "rotation" not in SLOTS_OF_SHAPE.get(shape, ("rotation",)):
             raise ReadingError(f"a {shape} has no direction in which it faces, and {shortened(self.text)!r} asks for one")
         return values

@@ -5,13 +5,20 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from grounding.goal_reading.goal_words import SHAPE_NOUNS
 from grounding.goal_reading.reader import GoalReading, more_than_plain
 from grounding.parse_result import REFUSALS, Parse, Question, shortened
+from grounding.spec import LEGAL_VALUES
 
 _ASKING = re.compile(
     r"\s*(?:(?:is|are|was|were|am|does|did|has|how|what|what's|where|where's|when|which|who|whose|why)\b(?! (?:about|an?)\b)|do (?:the|they|we|i|you (?:see|know|think|have))\b)",
     re.IGNORECASE,
 )
+_DENIED = re.compile(r"[\s,]*(?:and |but )?(?:not|rather than|instead of|no longer) (?:on|in|at|to|near|along|against|by|left|right|far|the|close|too)\b", re.IGNORECASE)
+_DEPTHS = {
+    **dict.fromkeys(("near", "front", "me", "close", "you"), "bottom"), **dict.fromkeys(("far", "back", "rear"), "top"),
+    "centre": "center",
+}  # fmt: skip
 _STATED = re.compile(r"\b(?:is|are|was|were)\b", re.IGNORECASE)
 
 
@@ -46,13 +53,20 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
         return Verdict("ok")
     refused = parse.status == "refused" and not (_idle(parse) and not reading.verbs) and not _ASKING.match(parse.text)
     goal = any(REFUSALS[reason] in parse.message for reason in ("several", "relation"))
+    if parse.status != "refused" and not _ASKING.match(parse.text):
+        denied = [question for words in reading.residue if _DENIED.match(words) and (question := _elsewhere(parse, words)) is not None]
+        if denied:
+            return denied[0]
+        shapes = {SHAPE_NOUNS.get(words.lower(), "") for words in reading.residue}
+        another = bool(shapes) and not shapes & {"", parse.spec.shape}  # beside it only noise: "cups: circle; cans: pillar"
+        if reading.lost or another:
+            return _not_understood(parse, reading.lost or reading.residue)
     if not (reading.beyond or (refused and (goal or not reading.residue))) or _asks_nothing(parse, reading):
         return None
-    if reading.residue and reading.question is not None and parse.status == "ok":
+    if reading.residue and reading.question is not None and parse.status == "ok" and not known:
         return None
     if reading.residue:
-        listed = " and ".join(repr(words) for words in dict.fromkeys(map(shortened, reading.residue)))
-        return Verdict("refused", f"{listed} in {shortened(parse.text)!r} is not understood; nothing is built before every part of it is clear")
+        return _not_understood(parse, reading.residue)
     if reading.question is not None:
         return Verdict("ask", reading.question.text, reading.question)
     if reading.problem:
@@ -61,6 +75,22 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
         text = f"it is not clear what should go where in {shortened(parse.text)!r}; say each part plainly, as 'put the mug left of the bowl, then stack the cans'"
         return Verdict("refused", text)
     return None
+
+
+def _elsewhere(parse: Parse, words: str) -> Verdict | None:
+    """Ask for the place where an instruction says only where not ("but not on the left"); `None` where it says it."""
+    slot = "x_position" if re.search(r"\b(?:left|right)", words.lower()) else "y_position"
+    denied = {_DEPTHS.get(word, word) for word in words.lower().split()}
+    if getattr(parse.spec, slot) not in (None, *denied):
+        return None
+    options = tuple(value for value in LEGAL_VALUES[slot] if value not in denied)
+    text = f"{words!r} in {shortened(parse.text)!r} says only where it should not be; where should it be: {', '.join(options)}?"
+    return Verdict("ask", text, Question(slot, text, options))
+
+
+def _not_understood(parse: Parse, words: tuple[str, ...]) -> Verdict:
+    listed = " and ".join(repr(each) for each in dict.fromkeys(map(shortened, words)))
+    return Verdict("refused", f"{listed} in {shortened(parse.text)!r} is not understood; nothing is built before every part of it is clear")
 
 
 def _only_reported(parse: Parse, reading: GoalReading) -> bool:
