@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from grounding.dialogue.act_patterns import WORDINGS
 from grounding.dialogue.act_words import COLORS, NO_THING, PARTS, RELATIONS_SAID
+from grounding.references.word_forms import FORMS
 
 _LONGEST = 160  # characters: nobody takes more to ask what is on the table
 KINDS = tuple(WORDINGS)
@@ -157,7 +158,7 @@ def _act(said: str, asked: bool) -> Act | None:
             parts = {name: words or "" for name, words in found.groupdict().items()}
             if parts.get("about") and not parts.get("other") and (placed := _PLACED.fullmatch(parts["about"])):
                 parts |= placed.groupdict()  # "the thing on the plate"
-            if parts.get("about") in COLORS:
+            if parts.get("about") in COLORS and parts["about"] not in FORMS:  # an orange is a fruit
                 parts["about"] += " objects"
             relation = parts.get("relation", "")
             parts["relation"] = RELATIONS_SAID.get(relation, relation)

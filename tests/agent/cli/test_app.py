@@ -15,6 +15,7 @@ import trimesh
 from agent import __version__
 from agent.cli import app as cli
 from agent.cli.app import command_line
+from grounding.spec import SHAPES
 
 ROOT = Path(__file__).parents[3]
 EXACT = ("--model", "geometric")
@@ -245,7 +246,7 @@ def test_reading_options_that_are_wrong(arguments, parts, capsys):
 def test_parse_asks_where_nothing_but_a_wish_is_said(capsys):
     assert command_line(["parse", "make something nice with the cups", "--json"]) == 0
     row = json.loads(capsys.readouterr().out)
-    assert row["status"] == "ask" and row["question"]["options"] == ["circle", "line", "tower", "table setting"]
+    assert row["status"] == "ask" and row["question"]["options"] == list(SHAPES)
 
 
 def test_an_unusable_llm_is_told_and_the_other_parser_speaks(capsys):

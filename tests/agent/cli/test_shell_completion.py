@@ -30,7 +30,7 @@ def words(program, *line: str) -> list[str]:
     ("line", "offered"),
     [
         (["ev"], ["evaluate"]),
-        (["evaluate", ""], ["success", "arm", "recordings", "completion", "parse", "language", "discriminators",
+        (["evaluate", ""], ["success", "goals", "arm", "recordings", "completion", "parse", "language", "discriminators",
                             "coverage", "chat"]),
         (["evaluate", "a"], ["arm"]),
         (["bulid", ""], []),
@@ -46,7 +46,7 @@ def words(program, *line: str) -> list[str]:
         (["evaluate", "parse", "--parser", "llm", "--pars"], ["--parser"]),
         (["run", "--json", ""], []),  # a switch takes no value
         (["run", "--seed", ""], []),
-        (["scene", "new", "--shape", "t"], ["tower", "table setting"]),
+        (["scene", "new", "--shape", "t"], ["tower", "table setting", "triangle"]),
         (["train", "structu"], ["structure"]),
         (["train", "structure", ""], []),
         (["run", "--model", "geo"], ["geometric", "geometric+imagined"]),

@@ -218,7 +218,9 @@ def test_installed_files_are_held_to_their_checksums(tmp_path, monkeypatch):
 
 
 def prompt_check(root):
-    return next(check for check in examine(root=root) if check.name == "prompt")
+    """The check of the prompt of slots, among those of all prompts."""
+    checks = [check for check in examine(root=root) if check.name == "prompt"]
+    return next(check for check in checks if "parse_structure.txt" in check.detail)
 
 
 @pytest.mark.parametrize("parser", ["embedding", "llm"])

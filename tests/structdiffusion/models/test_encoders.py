@@ -4,13 +4,14 @@ import pytest
 import torch
 
 from grounding.corpus.grammar import legal_specs
-from grounding.spec import StructureSpec
+from grounding.spec import FIRST_SHAPES, SHAPES, StructureSpec
 from structdiffusion.models.encoders import PointEncoder, TimeEmbedding, outline_features
 from structdiffusion.word_tokens import VOCABULARY, word_ids
 
 
 def test_word_ids_tell_every_spec_apart_and_no_slot_shares_one():
-    rows = [tuple(word_ids(spec)) for spec in legal_specs()]
+    later = [StructureSpec(shape) for shape in SHAPES if shape not in FIRST_SHAPES]
+    rows = [tuple(word_ids(spec)) for spec in (*legal_specs(), *later)]
     assert len(set(rows)) == len(rows)
     slots = [{row[slot] for row in rows} - {0} for slot in range(5)]
     assert set.union(*slots) == set(range(1, VOCABULARY))

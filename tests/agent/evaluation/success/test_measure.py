@@ -20,6 +20,7 @@ from agent.evaluation.success.measure import measure_success
 from agent.evaluation.success.report import print_success, write_success
 from agent.pipeline.resources import ResourceCache
 from agent.runtime.output_ownership import mark
+from grounding.spec import SHAPES
 from structdiffusion.observation import Arrangement
 from structdiffusion.simulation.world import TabletopWorld
 
@@ -226,7 +227,7 @@ def test_the_command(objects, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("option", "said"),
     [
-        (("--structure", "square"), "--structure cannot be 'square'; legal values: circle, line, tower, table setting"),
+        (("--structure", "heart"), f"--structure cannot be 'heart'; legal values: {', '.join(SHAPES)}"),
         (("--camera", "below"), "--camera cannot be 'below'"),
         (("--model", "best"), "--model cannot be 'best'"),
         (("--ray", "here"), "--ray cannot be 'here'"),
