@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from agent.arm.containers import WALLS, walls_of
 from agent.arm.grasps import Grasp, grasps_of, is_round
 from agent.arm.motion_planner import PlanningScene, solid_hull
-from agent.arm.containers import WALLS, walls_of
 from agent.arm.placement_order import asides, bottom_at, precedence
 from agent.arm.placement_rules import ObstacleKey, PlacementRules, moving
 from agent.arm.trajectories import interpolate, straight_line

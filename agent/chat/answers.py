@@ -17,8 +17,8 @@ from agent.chat.relation_answers import MEASURES, RELATION_ANSWERS, measure_of, 
 from agent.chat.table_facts import Fact, capitalized, join_words, unknown_adjectives, with_article
 from agent.rendering.text import aligned
 from grounding.dialogue.acts import Act
-from grounding.references.word_forms import plural, singular
 from grounding.dialogue.revise import OTHER_SHAPES
+from grounding.references.word_forms import plural, singular
 from grounding.spec import SHAPES
 
 _STRUCTURES = frozenset(

@@ -95,9 +95,14 @@ class GoalTurns(BuildSession):
                 last = self._spoken_goal().parts
                 changed = tuple(n for n, part in enumerate(choice.parts) if n >= len(last) or part != last[n])
                 gone = tuple(n for n, part in enumerate(last) if part not in choice.parts and n >= len(choice.parts))
-                self._propose_goal(replace(revision, goal=choice, status="ok", message="", changed=changed, dropped=gone))
+                self._propose_goal(
+                    replace(revision, goal=choice, status="ok", message="", changed=changed, dropped=gone)
+                )
             return self.question is None
-        self.question, self._asked_parts = question, (revision, text)  # it stands where the answer cannot be carried out
+        self.question, self._asked_parts = (
+            question,
+            (revision, text),
+        )  # it stands where the answer cannot be carried out
         return False
 
     def _answer_about_parts_in_words(self, text: str) -> bool:

@@ -43,7 +43,9 @@ MEASURES: Mapping[str, tuple[Callable[[Fact], float], Callable[[Fact], str]]] = 
 def measure_of(word: str) -> tuple[str, bool]:
     """Return what a superlative, a comparative or "as tall as" compares, and whether it means the most of it."""
     if word.startswith("as "):
-        return {"tall": "height", "high": "height", "wide": "width", "long": "width"}.get(word.split()[1], "volume"), True
+        return {"tall": "height", "high": "height", "wide": "width", "long": "width"}.get(
+            word.split()[1], "volume"
+        ), True
     return SUPERLATIVES[COMPARATIVES.get(word, word)]
 
 
@@ -126,7 +128,9 @@ def _where_they_are(these: Sequence[Fact], act: Act, known: Knowledge) -> str:
         else:
             side = direction_from(near, one, known.situation.viewpoint)
             gap = 100 * clear_gap(one, near)
-            said.append(f"{with_article(one.name)} is {_SAID.get(side, side)} {with_article(near.name)}, {gap:.0f} cm away")
+            said.append(
+                f"{with_article(one.name)} is {_SAID.get(side, side)} {with_article(near.name)}, {gap:.0f} cm away"
+            )
     return "; ".join(said)
 
 

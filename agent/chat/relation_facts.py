@@ -9,7 +9,12 @@ import numpy as np
 
 from agent.chat.table_facts import Fact
 from grounding.dialogue.act_words import REGIONS
-from structdiffusion.evaluation_protocol import BETWEEN_SHARES, MAX_NEXT_TO_GAP, MAX_OFF_BETWEEN, MAX_RELATION_OFF_DEGREES
+from structdiffusion.evaluation_protocol import (
+    BETWEEN_SHARES,
+    MAX_NEXT_TO_GAP,
+    MAX_OFF_BETWEEN,
+    MAX_RELATION_OFF_DEGREES,
+)
 
 _DIRECTIONS = {"left of": (0.0, 1.0), "right of": (0.0, -1.0), "behind": (1.0, 0.0), "in front of": (-1.0, 0.0)}
 _HEADINGS = ("left of", "behind", "right of", "in front of")

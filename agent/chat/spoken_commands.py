@@ -47,7 +47,7 @@ WORDINGS: Mapping[str, str] = {
             |program|session|conversation|game)
         that is all|that was all|that is it for (now|today)|i am (done|finished)
     """,
-    "/stop": rf"""
+    "/stop": r"""
         (stop|halt|abort|cancel|freeze)( (it|that|this|stop|halt|now|here|there|right|right there|right away\
             |immediately|at once|the (build|building|arm|robot|proposal|plan|question)|what you are doing|moving\
             |building))*

@@ -37,7 +37,7 @@ from structdiffusion.data.scene_sampling import layout_item
 from structdiffusion.geometry import yaw_of
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.observation import Arrangement, StructureGoal, Scene
+from structdiffusion.observation import Arrangement, Scene, StructureGoal
 from structdiffusion.parallel import in_parallel
 from structdiffusion.planners.factory import Planner
 from structdiffusion.protocol.slot_measurement import distinct_values, evenness, fitting_values, realised_spec

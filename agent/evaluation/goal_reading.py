@@ -42,7 +42,9 @@ def measure_goal_reading(
         objects = None if scene is None else goal_scenes()[scene]
         for start in range(0, len(own), 64):
             chunk = own[start : start + 64]
-            for i, reading in zip(chunk, interpreter.interpret_many([rows[i].text for i in chunk], objects), strict=True):
+            for i, reading in zip(
+                chunk, interpreter.interpret_many([rows[i].text for i in chunk], objects), strict=True
+            ):
                 readings[i] = reading
             done += len(chunk)
             progress(done)
@@ -65,7 +67,13 @@ def print_goal_reading(evaluations: Sequence[Mapping[str, Any]], results: TextIO
         keys = ("false_fills", "wrong_keys", "false_parts", "dropped_parts")
         rates = [found[key] for key in keys] + [found["refusal"]["precision"], found["refusal"]["recall"]]
         rates += [found["wrongly_refused"], found["wrongly_asked"], found["built_wrongly"]]
-        cells = [found["parser"], Path(found["data"]).name, str(found["rows"]), percent(exact["rate"], 1), interval(exact, 1)]
+        cells = [
+            found["parser"],
+            Path(found["data"]).name,
+            str(found["rows"]),
+            percent(exact["rate"], 1),
+            interval(exact, 1),
+        ]
         rows.append([*cells, *(percent(one["rate"], 1) for one in rates), number(1000 * found["seconds_warm"], 1)])
     print_table(rows, results, left=2)
     strata = [["parser", "goals", "stratum", "n", "exact", "95 %"]]

@@ -12,8 +12,8 @@ from grounding.interpreter import Interpreter
 if TYPE_CHECKING:
     from grounding.goal_reading.reader import GoalReader
     from grounding.llm_goals.reader import GoalWriter, LLMGoalReader
-    from grounding.parsers.llm_endpoint import EndpointLLM
     from grounding.parse_result import Parser
+    from grounding.parsers.llm_endpoint import EndpointLLM
     from grounding.parsers.llm_reply import Backend
     from grounding.parsers.sentence_encoder import SentenceEncoder
 

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from grounding.interpreter import Interpretation
     from grounding.parsers.sentence_encoder import SentenceEncoder
     from grounding.spec import StructureSpec
-    from structdiffusion.observation import Arrangement, StructureGoal, Scene
+    from structdiffusion.observation import Arrangement, Scene, StructureGoal
 
 
 @dataclass(frozen=True)

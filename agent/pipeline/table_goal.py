@@ -146,7 +146,9 @@ def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
     clouds = {cloud.name: cloud for cloud in (*scene.objects, *scene.distractors)}
     seen = [name for name in everything if name in clouds]
     if len(seen) > MOST_OBJECTS:
-        raise SceneError(f"there are {len(seen)} objects on the table, and a goal of several parts takes {MOST_OBJECTS} at most")
+        raise SceneError(
+            f"there are {len(seen)} objects on the table, and a goal of several parts takes {MOST_OBJECTS} at most"
+        )
     place = {everything.index(name): number for number, name in enumerate(seen)}
     color_of = dict(zip(table.names, table.color_names, strict=True))
     wanted = TableGoal(

@@ -216,9 +216,7 @@ def _listed(objects: Objects | None) -> tuple[int, ...]:
     return objects if isinstance(objects, tuple) else ()  # type: ignore[return-value]
 
 
-def scatter(
-    models: Sequence[ObjectModel], rng: np.random.Generator, table: Table = Table()
-) -> np.ndarray | None:
+def scatter(models: Sequence[ObjectModel], rng: np.random.Generator, table: Table = Table()) -> np.ndarray | None:
     """Draw poses (M, 4, 4) on a table, clear of each other; `None` where there is no room."""
     taken: list[np.ndarray] = []
     poses: list[np.ndarray] = [np.eye(4)] * len(models)

@@ -27,7 +27,9 @@ _COUNTS = {word: number for number, words in enumerate(
      "7 seven seventh 7th", "8 eight eighth 8th", "9 nine ninth 9th", "10 ten tenth", "11 eleven", "12 twelve")
 ) for word in words.split()}  # fmt: skip
 _COUNT = "|".join(sorted(_COUNTS, key=len, reverse=True))
-_NUMBERED = re.compile(rf"\(?\bparts? (?P<counts>(?:number )?(?:\d+|{_COUNT})(?:(?:,| and|, and) (?:\d+|{_COUNT}))*)\b\)?")
+_NUMBERED = re.compile(
+    rf"\(?\bparts? (?P<counts>(?:number )?(?:\d+|{_COUNT})(?:(?:,| and|, and) (?:\d+|{_COUNT}))*)\b\)?"
+)
 _ORDINAL = re.compile(rf"\b(?:the |that )?(?P<count>{_COUNT}|last) (?:part|one|structure|thing|goal)\b(?! of)")
 _ALL = re.compile(r"\b(?:both(?: of (?:them|these|those))?|all(?: of (?:them|these|those)| parts)|each(?: of them| part)?|all the "
                   r"parts|both parts|every part)\b")  # fmt: skip
@@ -124,7 +126,9 @@ class GoalText:
         found = read_mentions(self.said, vocabulary(self.names)).mentions
         kept = []
         for mention in found:
-            telling = mention.numbers or mention.ordinal or any(word in TELLING_ADJECTIVES for word in mention.modifiers)
+            telling = (
+                mention.numbers or mention.ordinal or any(word in TELLING_ADJECTIVES for word in mention.modifiers)
+            )
             inside = any(first <= mention.span[0] < end for first, end in (part.span for part in self.parts))
             if (mention.noun != ANY or telling) and not inside:
                 kept.append(ObjectsSaid(tuple(self._candidates.matching(mention)), mention.span, mention))

@@ -72,7 +72,9 @@ def dropped(text: GoalText) -> tuple[Goal, frozenset[int]] | None:
                 gone |= set(range(len(goal.parts))) - kept
                 any_drop = True
     if kept and not any_drop:
-        raise CannotApplyError(f"nothing is dropped; say “only …” to drop all others. The goal is: {listed(text.goal, text.names)}")
+        raise CannotApplyError(
+            f"nothing is dropped; say “only …” to drop all others. The goal is: {listed(text.goal, text.names)}"
+        )
     return (goal, frozenset(gone - kept)) if any_drop else None
 
 
@@ -91,8 +93,12 @@ def _without(text: GoalText, gone: Collection[int], untouched: bool) -> tuple[Go
         raise CannotApplyError(f"{' '.join(left)!r} was not understood")
     if text.parts:
         if missing := [one.words for one in text.parts if not one.numbers]:
-            raise CannotApplyError(f"the goal has no {missing[0].removeprefix('the ')!r}; it is: {listed(text.goal, text.names)}")
-        several = [one for one in text.parts if len(one.numbers) > 1 and not re.match(r"part|both|all|each|every", one.words)]
+            raise CannotApplyError(
+                f"the goal has no {missing[0].removeprefix('the ')!r}; it is: {listed(text.goal, text.names)}"
+            )
+        several = [
+            one for one in text.parts if len(one.numbers) > 1 and not re.match(r"part|both|all|each|every", one.words)
+        ]
         targets = text.targets()
         if several and targets is not None and len(targets) > 1:
             raise CannotApplyError(f"{several[0].words!r} can be each of: {listed(text.goal, text.names)}")
@@ -110,7 +116,9 @@ def _without(text: GoalText, gone: Collection[int], untouched: bool) -> tuple[Go
             goal = Goal((*goal.parts[:number], _with(part, rest), *goal.parts[number + 1 :]))
     if goal == text.goal and not numbers:
         what = ", ".join(text.names[index] for index in sorted(meant))
-        raise CannotApplyError(f"no part of the goal moves {what}" if untouched else f"no part of the goal has {what} to drop")
+        raise CannotApplyError(
+            f"no part of the goal moves {what}" if untouched else f"no part of the goal has {what} to drop"
+        )
     return goal, numbers
 
 

@@ -10,7 +10,9 @@ from grounding.goal_reading.measures import lengths_of
 from grounding.goal_reading.tokens import split
 from grounding.goals.parts import SHAPES_OF_KEY, WITH_DISTANCE, Part, RelationPart, StructurePart
 
-_MORE = re.compile(r"\b(?:more|further|farther|extra|additional(?:ly)?|longer|bigger|larger|wider|greater|another|add)\b")
+_MORE = re.compile(
+    r"\b(?:more|further|farther|extra|additional(?:ly)?|longer|bigger|larger|wider|greater|another|add)\b"
+)
 _LESS = re.compile(r"\b(?:less|closer|nearer|shorter|smaller|tighter|narrower|fewer|too (?:much|far|long|wide|big))\b")
 _SCALED = re.compile(
     r"\b(?:(?P<double>twice|double)|(?P<half>half)|(?P<three>three times|triple))(?: (?:as|the|that))*"
@@ -81,7 +83,7 @@ def _amount(text: GoalText, spans: list[Span]) -> tuple[float, str] | None:
         raise CannotApplyError("it speaks of several lengths")
     sign = 1 if _MORE.search(text.said) else -1 if _LESS.search(text.said) else 0
     if lengths:
-        (place, (metres, end)), = lengths.items()
+        ((place, (metres, end)),) = lengths.items()
         spans.append((said.spans[place][0], said.spans[end - 1][1]))
         spans += [match.span() for pattern in (_MORE, _LESS) for match in pattern.finditer(text.said)]
         return (sign * metres, "add") if sign else (metres, "set")
@@ -101,7 +103,9 @@ def _key(part: Part, text: GoalText, spans: list[Span]) -> str | None:
             spans += [match.span() for match in pattern.finditer(text.said)]
         return "distance" if part.relation in WITH_DISTANCE else None
     keys = [key for key in ("gap", "radius", "length") if part.shape in SHAPES_OF_KEY[key]]
-    named = [key for key in keys if _KEY_WORDS[key].search(text.said) or (key == "radius" and _DIAMETER.search(text.said))]
+    named = [
+        key for key in keys if _KEY_WORDS[key].search(text.said) or (key == "radius" and _DIAMETER.search(text.said))
+    ]
     for key in named:
         spans += [match.span() for pattern in (_KEY_WORDS[key], _DIAMETER) for match in pattern.finditer(text.said)]
     if len(named) == 1:

@@ -38,14 +38,18 @@ def swapped(text: GoalText) -> Goal | None:
     numbers = text.targets() or tuple(range(len(goal.parts)))
     if len(numbers) == 1 and isinstance(part := goal.parts[numbers[0]], RelationPart):
         return _turned_over(goal, numbers[0], part)
-    placed = [n for n in numbers if getattr(goal.parts[n], "x_position", None) or getattr(goal.parts[n], "y_position", None)]
+    placed = [
+        n for n in numbers if getattr(goal.parts[n], "x_position", None) or getattr(goal.parts[n], "y_position", None)
+    ]
     if len(numbers) == 2 and len(placed) == 2:
         one, other = numbers
         return Goal(tuple(
             _with_place(part, goal.parts[other if n == one else one]) if n in (one, other) else part
             for n, part in enumerate(goal.parts)
         ))  # fmt: skip
-    raise CannotApplyError(f"it is not clear which two places should be exchanged; the goal is: {listed(goal, text.names)}")
+    raise CannotApplyError(
+        f"it is not clear which two places should be exchanged; the goal is: {listed(goal, text.names)}"
+    )
 
 
 def _objects_exchanged(text: GoalText, said: list[tuple[int, ...]]) -> Goal | None:
@@ -68,7 +72,9 @@ def _turned_over(goal: Goal, number: int, part: RelationPart) -> Goal:
     legal = (*DIRECTIONAL, "next to", "on", "in")
     if part.relation not in legal or part.reference is None or isinstance(part.objects, PartReference):
         raise CannotApplyError(f"“{part.relation}” has no two places that could be exchanged")
-    return Goal((*goal.parts[:number], replace(part, objects=part.reference, reference=part.objects), *goal.parts[number + 1 :]))
+    return Goal(
+        (*goal.parts[:number], replace(part, objects=part.reference, reference=part.objects), *goal.parts[number + 1 :])
+    )
 
 
 def _with_place(part: Part, other: Part) -> Part:

@@ -75,7 +75,9 @@ def relation_change(part: RelationPart, number: int, text: GoalText, built: bool
         changed = _with_relation(changed, relation, reference if not exchange else None)
     elif (flipped := _OTHER_SIDE.search(text.said)) is not None:
         references = [one.span for one in text.parts] + [
-            said.span for said in text.mentions if said.indices and set(said.indices) <= set(objects_of(text.goal, part.reference))
+            said.span
+            for said in text.mentions
+            if said.indices and set(said.indices) <= set(objects_of(text.goal, part.reference))
         ]
         spans += [flipped.span(), *(span for span in references if text.said[: span[0]].endswith((" of ", " of the ")))]
         changed = _flipped(changed)
@@ -111,8 +113,12 @@ def _relation_said(
     """Return the relation that the text asks for, and the reference where it names another one."""
     for match in _PHRASE.finditer(text.said):
         after = match.end()
-        behind = [said for said in text.mentions if said.span[0] >= after and said.indices and said.mention.role != "left out"]
-        behind = [said for said in behind if re.fullmatch(r"[ ,]*(?:the |a |an |my |that )?", text.said[after:said.span[0]])]
+        behind = [
+            said for said in text.mentions if said.span[0] >= after and said.indices and said.mention.role != "left out"
+        ]
+        behind = [
+            said for said in behind if re.fullmatch(r"[ ,]*(?:the |a |an |my |that )?", text.said[after : said.span[0]])
+        ]
         parts = [one for one in text.parts if one.span[0] in (after, after + 1) and len(one.numbers) == 1]
         pronoun = _PRONOUN.match(text.said, after + 1)
         relation = _SAID[match["relation"]]
@@ -216,7 +222,9 @@ def objects_exchanged(part: RelationPart, number: int, text: GoalText, spans: li
         return {}
     if len(said[0].indices) == 1 and said[0].indices[0] in own:
         raise AlreadySoError(f"it is {text.names[said[0].indices[0]]} already")
-    candidates = [(index, one) for index in said[0].indices if index not in own for one in own if _alike(text, one, index)]
+    candidates = [
+        (index, one) for index in said[0].indices if index not in own for one in own if _alike(text, one, index)
+    ]
     if len(candidates) != 1:
         return {}
     spans.append((0, len(text.said)))

@@ -36,11 +36,13 @@ _ADDING = re.compile(
     r"(?: that)?|furthermore|moreover|on top of that|in addition|as well as that|when (?:that|this) is done|now also)[ ,]+"
 )
 _ADDED = re.compile(r"[ ,]+(?:too|as well|also|in addition|on top of that|afterwards|after that)$")
-_REPLACING = re.compile(
-    r"\b(?:instead|rather|i meant?|i said)\b|^(?:no|nope|not|actually|sorry|wait|hmm?|but)\b[ ,]"
+_REPLACING = re.compile(r"\b(?:instead|rather|i meant?|i said)\b|^(?:no|nope|not|actually|sorry|wait|hmm?|but)\b[ ,]")
+_ALONE_INSTEAD = re.compile(
+    r"[ ,]*\b(?:instead|rather)\b[ ,]*|^(?:(?:no|nope|actually|sorry|wait|hmm?|but|i meant?|i said)\b[ ,]+)+"
 )
-_ALONE_INSTEAD = re.compile(r"[ ,]*\b(?:instead|rather)\b[ ,]*|^(?:(?:no|nope|actually|sorry|wait|hmm?|but|i meant?|i said)\b[ ,]+)+")
-_OF_WHAT_IS_THERE = re.compile(r"\b(?:it|its|them|they|their|that|this one|that one|other side|other way|opposite|swap sides|back)\b")
+_OF_WHAT_IS_THERE = re.compile(
+    r"\b(?:it|its|them|they|their|that|this one|that one|other side|other way|opposite|swap sides|back)\b"
+)
 _OTHER = re.compile(r"\b(?:other|opposite) (?:side|end|way|direction)\b")
 _THEM = re.compile(r"\b(?:them|these|those)\b", re.IGNORECASE)
 _ALL_THERE = re.compile(r"\b(?:everything|all|rest|others?|remaining|objects|things|items)\b", re.IGNORECASE)
@@ -144,7 +146,15 @@ def _new(last: Goal, read: SpokenReading, text: str = "") -> GoalRevision:
     if read.status == "ok" and read.goal.parts:
         return GoalRevision(read.goal, "ok", "new", read.message, tuple(range(len(read.goal.parts))), read=read)
     if read.status == "ask" and read.question is not None:
-        return GoalRevision(last, "ask", "new", read.question.text, question=read.question, choices=_texts(read.question, text), read=read)
+        return GoalRevision(
+            last,
+            "ask",
+            "new",
+            read.question.text,
+            question=read.question,
+            choices=_texts(read.question, text),
+            read=read,
+        )
     return GoalRevision(last, "refused", "new", read.message, read=read)
 
 
@@ -161,7 +171,13 @@ class _Correction:
     """A sentence that may change a goal; as `revise_goal`."""
 
     def __init__(
-        self, last: Goal, text: str, said: GoalText, reader: GoalReader, stands: Sequence[StructureSpec | None], built: bool
+        self,
+        last: Goal,
+        text: str,
+        said: GoalText,
+        reader: GoalReader,
+        stands: Sequence[StructureSpec | None],
+        built: bool,
     ) -> None:
         self.last, self.text, self.said, self.reader = last, text, said, reader
         self.stands, self.built = stands, built
@@ -390,7 +406,9 @@ class _Correction:
     def _same(self, goal: Goal, number: int) -> bool:
         """Return whether the first part of a goal has the kind and the objects of a part of the last goal."""
         mine, read = self.last.parts[number], goal.parts[0]
-        return type(read) is type(mine) and set(objects_of(goal, read.objects)) == set(objects_of(self.last, mine.objects))
+        return type(read) is type(mine) and set(objects_of(goal, read.objects)) == set(
+            objects_of(self.last, mine.objects)
+        )
 
     def anew(self, read: SpokenReading) -> GoalRevision:
         """Return an instruction that takes the place of the whole goal, and say so."""
@@ -471,7 +489,9 @@ class _Correction:
             return GoalRevision(exchange, "ok", "edit", "", changed)
         if missing := [one for one in said.parts if not one.numbers]:
             words = re.sub(r"^(?:the|that|this) ", "", missing[0].words)
-            return GoalRevision(self.last, "refused", message=f"the goal has no {words!r}; it is: {listed(self.last, said.names)}")
+            return GoalRevision(
+                self.last, "refused", message=f"the goal has no {words!r}; it is: {listed(self.last, said.names)}"
+            )
         targets = said.targets()
         numbers = targets if targets is not None else tuple(range(len(self.last.parts)))
         applied, asked, reasons, failed, already = [], [], [], [], []
@@ -552,7 +572,9 @@ class _Correction:
                 choices.append(with_part(self.last, number, replace(part, **{question.slot: value})))
             except (SpecError, TypeError):
                 return GoalRevision(self.last, "refused", message=question.text)
-        named = Question(question.slot, f"{numbered(self.last, number, self.said.names)}: {question.text}", question.options)
+        named = Question(
+            question.slot, f"{numbered(self.last, number, self.said.names)}: {question.text}", question.options
+        )
         return GoalRevision(self.last, "ask", "edit", named.text, question=named, choices=tuple(choices))
 
 

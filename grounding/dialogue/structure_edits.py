@@ -20,7 +20,9 @@ _RELATED = re.compile(
     r"\b(?:(?:to the |on the )?(?:left|right) of|next to|beside|behind|in front of|on top of|between|inside)\b(?! the table)"
 )
 # Of shapes that the parser of slots does not read in corrections.
-_OTHER_NOUNS = sorted((noun for noun, shape in SHAPE_OF_NOUN.items() if shape not in FIRST_SHAPES), key=len, reverse=True)
+_OTHER_NOUNS = sorted(
+    (noun for noun, shape in SHAPE_OF_NOUN.items() if shape not in FIRST_SHAPES), key=len, reverse=True
+)
 _SIZES = {"small": "small", "tight": "small", "medium": "medium", "large": "large", "big": "large", "wide": "large"}
 _AS_SHAPE = re.compile(
     r"(?:(?:no|now|ok|okay|actually|please|then|but|and|so|rather|i want|i'd like|make|turn|change|put|arrange|form|do|have|build|as"
@@ -29,7 +31,9 @@ _AS_SHAPE = re.compile(
     r"(?:[ ,]+(?:instead|please|now|then|rather|of (?:it|them)|out of (?:it|them)))*"
 )
 # A number that is no angle, no count of rows and no degree of more.
-_NUMBER = re.compile(r"(?<![\w.])\d[\d.]*+(?! ?(?:degrees?|deg|°|by|x|rows?|columns?|times|quarters?|more|fewer|less|objects?)\b)(?: \w+)?")
+_NUMBER = re.compile(
+    r"(?<![\w.])\d[\d.]*+(?! ?(?:degrees?|deg|°|by|x|rows?|columns?|times|quarters?|more|fewer|less|objects?)\b)(?: \w+)?"
+)
 _REVERSED = re.compile(
     r"\b(?:(?:reverse|flip|invert|turn (?:a)?round)(?: (?:the|its|their))? order|(?:in )?(?:the )?(?:reverse[d]?|opposite|other) order"
     r"|the other way (?:a)?round|reverse (?:it|them|that))\b"
@@ -157,7 +161,9 @@ def _revised(part: StructurePart, revision: Revision, text: GoalText, own: set[i
     values = {slot: getattr(spec, slot) for slot in SLOTS} | dict.fromkeys(lost)
     objects = _objects_then(part, revision, text, own)
     if revision.objects_about and not own <= set(_selected(text, revision.objects_about)):
-        raise CannotApplyError(f"{revision.objects_about!r} are not all of its objects, and only the whole structure can be changed")
+        raise CannotApplyError(
+            f"{revision.objects_about!r} are not all of its objects, and only the whole structure can be changed"
+        )
     question = revision.question if revision.status == "ask" else None
     changed = replace(part, **values, objects=objects)
     if changed == part and question is None:
@@ -165,9 +171,7 @@ def _revised(part: StructurePart, revision: Revision, text: GoalText, own: set[i
     return StructureChange(changed, "; ".join(filter(None, notes)) if question is None else "", question)
 
 
-def _objects_then(
-    part: StructurePart, revision: Revision, text: GoalText, own: set[int]
-) -> tuple[int, ...] | None:
+def _objects_then(part: StructurePart, revision: Revision, text: GoalText, own: set[int]) -> tuple[int, ...] | None:
     """Return the objects of the structure after a revision that may add, remove or exchange some."""
     before = objects_of(text.goal, part.objects)
     how = revision.objects_how
@@ -175,7 +179,9 @@ def _objects_then(
         return part.objects  # type: ignore[return-value]
     if part.objects is None and how in ("add", "remove", "exchange", "swap"):
         raise CannotApplyError("it takes all objects that no other part names; say which ones it should take")
-    comes = [] if how == "remove" else _selected(text, revision.objects_text or "", outside=own if how == "add" else None)
+    comes = (
+        [] if how == "remove" else _selected(text, revision.objects_text or "", outside=own if how == "add" else None)
+    )
     if how == "others":
         raise CannotApplyError("say which objects it should take")
     if how == "replace":
@@ -189,9 +195,7 @@ def _objects_then(
     return tuple(dict.fromkeys((*kept, *comes)))
 
 
-def _selected(
-    text: GoalText, words: str, inside: set[int] | None = None, outside: set[int] | None = None
-) -> list[int]:
+def _selected(text: GoalText, words: str, inside: set[int] | None = None, outside: set[int] | None = None) -> list[int]:
     """Return the objects that some words choose, among all, those of the structure, or first those that are in none."""
     pools = [sorted(inside)] if inside is not None else [list(range(len(text.names)))]
     if outside:
@@ -212,7 +216,11 @@ def _composed(part: StructurePart, said: str, text: GoalText, reader: GoalReader
         return None
     names = [text.names[index] for index in objects_of(text.goal, part.objects)]
     base = f"put the {', the '.join(names[:-1])} and the {names[-1]} in a {part.shape}"
-    fragment = re.sub(r"^(?:(?:please|now|but|and|no|actually|instead|make (?:it|them|that)|put (?:it|them)|with it|it)[ ,]+)+", "", said)
+    fragment = re.sub(
+        r"^(?:(?:please|now|but|and|no|actually|instead|make (?:it|them|that)|put (?:it|them)|with it|it)[ ,]+)+",
+        "",
+        said,
+    )
     fragment = re.sub(r"[ ,]+(?:instead|please|now)$", "", fragment)
     for sentence in (f"{base}, {fragment}", f"{base} {fragment}", f"{base}, with {fragment}"):
         goal = reader.read(sentence).goal

@@ -45,7 +45,12 @@ _PLACES: tuple[tuple[str, dict[str, str]], ...] = (
     (" in the front left corner", {"x_position": "left", "y_position": "bottom"}),
     (" in the back right corner", {"x_position": "right", "y_position": "top"}),
 )
-_SIDES = (("to the left of", "left of"), ("to the right of", "right of"), ("in front of", "in front of"), ("behind", "behind"))
+_SIDES = (
+    ("to the left of", "left of"),
+    ("to the right of", "right of"),
+    ("in front of", "in front of"),
+    ("behind", "behind"),
+)
 _BESIDE = (*_SIDES, ("next to", "next to"))
 _LENGTHS = (("5 cm", 0.05), ("80 mm", 0.08), ("2 inches", 0.0508), ("three centimetres", 0.03), ("0.1 m", 0.1))
 _LONG = (("40 cm", 0.4), ("half a metre", 0.5), ("a foot", 0.3048))
@@ -79,7 +84,9 @@ def templated_goal_rows() -> list[GoalRow]:
     rows: list[GoalRow] = []
     for family, make in zip(FAMILIES, makers, strict=True):
         found = [
-            GoalRow(text, scene, family, "ok" if isinstance(made, Goal) else made, (made,) if isinstance(made, Goal) else ())
+            GoalRow(
+                text, scene, family, "ok" if isinstance(made, Goal) else made, (made,) if isinstance(made, Goal) else ()
+            )
             for scene, objects in goal_scenes().items()
             for text, made in make(objects)
         ]
@@ -153,8 +160,12 @@ def _two_structures(objects: tuple[SceneObject, ...]) -> Iterator[tuple[str, Goa
             continue
         (where, place), (there, elsewhere) = (_PLACES[k % 6], _PLACES[(k // 6 + 2) % 6])
         text = f"{one[0]}{where}{joins[k % 4]}{other[0]}{there}"
-        yield text, _goal(
-            StructurePart(one[1], objects=one[2].indices, **place), StructurePart(other[1], objects=other[2].indices, **elsewhere)
+        yield (
+            text,
+            _goal(
+                StructurePart(one[1], objects=one[2].indices, **place),
+                StructurePart(other[1], objects=other[2].indices, **elsewhere),
+            ),
         )
 
 
@@ -175,8 +186,9 @@ def _relations(objects: tuple[SceneObject, ...]) -> Iterator[tuple[str, Goal]]:
         phrase, relation = _BESIDE[k % 5]
         first = RelationPart(relation, a.indices, b.indices)
         if k % 3 == 0:
-            yield f"put {a.text} between {b.text} and {c.text}", _goal(
-                RelationPart("between", a.indices, (*b.indices, *c.indices))
+            yield (
+                f"put {a.text} between {b.text} and {c.text}",
+                _goal(RelationPart("between", a.indices, (*b.indices, *c.indices))),
             )
         elif k % 3 == 1:
             phrase2, relation2 = _BESIDE[(k // 5) % 5]
@@ -194,9 +206,15 @@ def _metric(objects: tuple[SceneObject, ...]) -> Iterator[tuple[str, Goal]]:
     for k, group in enumerate(_groups(objects)):
         words, gap = _LENGTHS[k % 5]
         yield f"put {group.text} in a row, {words} apart", _goal(StructurePart("line", objects=group.indices, gap=gap))
-        yield f"line up {group.text} with {words} between them", _goal(StructurePart("line", objects=group.indices, gap=gap))
+        yield (
+            f"line up {group.text} with {words} between them",
+            _goal(StructurePart("line", objects=group.indices, gap=gap)),
+        )
         words, length = _LONG[k % 3]
-        yield f"make a line {words} long out of {group.text}", _goal(StructurePart("line", objects=group.indices, length=length))
+        yield (
+            f"make a line {words} long out of {group.text}",
+            _goal(StructurePart("line", objects=group.indices, length=length)),
+        )
     for k, group in enumerate(_groups(objects, 3)):
         for words, radius in (("15 cm", 0.15), ("six inches", 0.1524), ("120 mm", 0.12)):
             structure = StructurePart("circle", objects=group.indices, radius=radius)
@@ -253,13 +271,19 @@ def _new_shapes(objects: tuple[SceneObject, ...]) -> Iterator[tuple[str, Goal]]:
                 yield phrase.format("everything"), _goal(StructurePart(shape))
     for rows, columns in ((3, 3), (2, 4), (4, 2), (2, 3), (3, 2)):
         if rows * columns <= len(objects):
-            yield f"arrange all objects in a {rows} by {columns} grid", _goal(StructurePart("grid", rows=rows, columns=columns))
+            yield (
+                f"arrange all objects in a {rows} by {columns} grid",
+                _goal(StructurePart("grid", rows=rows, columns=columns)),
+            )
 
 
 def _edges_and_groups(objects: tuple[SceneObject, ...]) -> Iterator[tuple[str, Goal]]:
     for group in _groups(objects):
         for side, edge in _EDGES:
-            yield f"line up {group.text} along the {side} edge", _goal(StructurePart("line", objects=group.indices, along=edge))
+            yield (
+                f"line up {group.text} along the {side} edge",
+                _goal(StructurePart("line", objects=group.indices, along=edge)),
+            )
     for side, edge in _EDGES:
         yield f"put everything in a row along the {side} edge of the table", _goal(StructurePart("line", along=edge))
     for text, key in (("colour", "colour"), ("color", "colour"), ("kind", "kind"), ("type", "kind")):
@@ -277,9 +301,15 @@ def _single_objects(objects: tuple[SceneObject, ...]) -> Iterator[tuple[str, Goa
     singles = _singles(objects)
     for one in singles:
         for words, x, y in _CORNERS:
-            yield f"put {one.text} in the {words} corner", _goal(RelationPart("at", one.indices, x_position=x, y_position=y))
+            yield (
+                f"put {one.text} in the {words} corner",
+                _goal(RelationPart("at", one.indices, x_position=x, y_position=y)),
+            )
         yield f"put {one.text} on the left side of the table", _goal(RelationPart("at", one.indices, x_position="left"))
-        yield f"move {one.text} to the right side of the table", _goal(RelationPart("at", one.indices, x_position="right"))
+        yield (
+            f"move {one.text} to the right side of the table",
+            _goal(RelationPart("at", one.indices, x_position="right")),
+        )
     for k, (one, other) in enumerate(combinations(singles, 2)):
         verb = ("swap {} and {}", "swap the places of {} and {}")[k % 2]
         yield verb.format(one.text, other.text), _goal(RelationPart("swapped", (*one.indices, *other.indices)))

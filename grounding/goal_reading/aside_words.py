@@ -52,7 +52,9 @@ LOOSE: Mapping[str, frozenset[str]] = {
     "avoid": _words("accidents trouble clutter chaos confusion stress"),
 }  # fmt: skip
 # Of these a scene's object may be the object: "so that I can reach the cups".
-HANDLING = _words("reach see find grab access use admire get count photograph film clean wash wipe show fill eat drink remember know paint")
+HANDLING = _words(
+    "reach see find grab access use admire get count photograph film clean wash wipe show fill eat drink remember know paint"
+)
 # What must not happen to objects in any case: "so that nothing falls over".
 STABLE = _words(
     "fall falls roll rolls tip tips break breaks slip slips spill spills topple topples drop drops burn burns lost broken knocked drown away over "

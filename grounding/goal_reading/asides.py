@@ -35,10 +35,14 @@ from grounding.references.phrases import Vocabulary
 _STOPS = frozenset((".", "!", "?", ";", "\n"))
 _ENDS = _STOPS | {",", ":", "(", ")"}
 _JOINTS = frozenset("and then but so plus &".split())
-_COPULAS = frozenset("is are was were isn't aren't wasn't weren't looks look feels feel seems seem smells has had gets".split())
+_COPULAS = frozenset(
+    "is are was were isn't aren't wasn't weren't looks look feels feel seems seem smells has had gets".split()
+)
 _PRONOUNS = frozenset("it it's they they're this that that's these those there there's".split())
 _SPATIAL = frozenset("on in into onto of to at near by with from inside beside behind left right next".split())
-_BEFORE_VERBS = frozenset("i we you he she they to not can can't could will would should never always don't doesn't didn't won't must may might cannot who just".split())
+_BEFORE_VERBS = frozenset(
+    "i we you he she they to not can can't could will would should never always don't doesn't didn't won't must may might cannot who just".split()
+)
 _POLITE = tuple(
     re.compile(pattern)
     for pattern in (
@@ -64,10 +68,18 @@ _POLITE = tuple(
         r"(?:much obliged|all the best|best regards|kind regards|regards|yours truly|ta very much|that will be all|that would be all|over and out)",
     )
 )  # fmt: skip
-_THANKS = re.compile(r"(?:many |much |a thousand |huge )?(?:thanks|thank you|thx|thank u|ty|merci|gracias|danke|grazie|cheers)(?: a (?:lot|bunch|million|ton|heap))?")
-_TAG = re.compile(r"(?:would|will|could|can|won't|shall|can't|couldn't) (?:you|we)(?: please)?|(?:ok|okay|right|yeah|yes|eh|huh|alright|deal|got it|got that|understood|you know|if you please)")
-_CONDITION = re.compile(r"(?:if|when|whenever|as soon as|once) (?:you(?:'re|'ve| are| have| can| could| would| will| get| find| feel| don't| may| want to help| please| do me| happen| know| manage)|it(?:'s| is| isn't|'s not| is not| pleases) (?:not |no |n't )?(?:too|to|at all|a|any|much|ok|okay|all right|alright|possible|you)|that(?:'s| is) (?:ok|okay|all right|alright|possible|fine))(?= |$)")
-_REASON = frozenset("because cause cuz coz since as seeing given considering due owing thanks whereas although though".split())
+_THANKS = re.compile(
+    r"(?:many |much |a thousand |huge )?(?:thanks|thank you|thx|thank u|ty|merci|gracias|danke|grazie|cheers)(?: a (?:lot|bunch|million|ton|heap))?"
+)
+_TAG = re.compile(
+    r"(?:would|will|could|can|won't|shall|can't|couldn't) (?:you|we)(?: please)?|(?:ok|okay|right|yeah|yes|eh|huh|alright|deal|got it|got that|understood|you know|if you please)"
+)
+_CONDITION = re.compile(
+    r"(?:if|when|whenever|as soon as|once) (?:you(?:'re|'ve| are| have| can| could| would| will| get| find| feel| don't| may| want to help| please| do me| happen| know| manage)|it(?:'s| is| isn't|'s not| is not| pleases) (?:not |no |n't )?(?:too|to|at all|a|any|much|ok|okay|all right|alright|possible|you)|that(?:'s| is) (?:ok|okay|all right|alright|possible|fine))(?= |$)"
+)
+_REASON = frozenset(
+    "because cause cuz coz since as seeing given considering due owing thanks whereas although though".split()
+)
 _GIVEN = re.compile(
     r"(?:(?:i|we|he|she|you|my \w+|our \w+|his \w+|her \w+|somebody|someone)(?: (?:have|has|had|just|once|always|never|really|'ve))* "
     r"(?:gave|given|bought|got|brought|made|found|inherited|stole|stolen|painted|love|loves|loved|like|likes|liked|use|uses|used|hate|hates|adore|adores|borrowed|received|won|sent|lent|knitted|built|baked|picked)"
@@ -123,8 +135,23 @@ class Asides:
         """
         for place in range(first, end):
             word, before = self.said.word(place), self.said.word(place - 1)
-            body = word in ("hand", "hands", "handed", "back", "foot", "feet", "face", "second", "minute", "minutes") and before in (*OWNERS, "left", "right")
-            if (word in WISHES and not body) or word == LENGTH or (word in SHAPE_NOUNS and word not in ("file", "plus", "group", "setting")):
+            body = word in (
+                "hand",
+                "hands",
+                "handed",
+                "back",
+                "foot",
+                "feet",
+                "face",
+                "second",
+                "minute",
+                "minutes",
+            ) and before in (*OWNERS, "left", "right")
+            if (
+                (word in WISHES and not body)
+                or word == LENGTH
+                or (word in SHAPE_NOUNS and word not in ("file", "plus", "group", "setting"))
+            ):
                 return True
             if self._object(place) and (not facts or before in _SPATIAL or self.said.word(place - 2) in _SPATIAL):
                 return True
@@ -146,12 +173,29 @@ class Asides:
         said, word = self.said, self.said.word(at)
         if word in _JOINTS:
             following = said.word(at + 1 + (said.word(at + 1) in ("then", "also", "please", "just", "now")))
-            named = any(self._object(at + i) for i in (1, 2, 3)) and (following in OWNERS or following in COLOR_WORDS or self._object(at + 1))
-            return following in VERBS or following == "please" or named or said.word(at + 1) in ("then", "please", "can", "could", "also")
+            named = any(self._object(at + i) for i in (1, 2, 3)) and (
+                following in OWNERS or following in COLOR_WORDS or self._object(at + 1)
+            )
+            return (
+                following in VERBS
+                or following == "please"
+                or named
+                or said.word(at + 1) in ("then", "please", "can", "could", "also")
+            )
         if word == "please":
             return True
         if word in VERBS and said.word(at - 1) not in _BEFORE_VERBS and said.word(at - 1) not in OWNERS:
-            return said.word(at + 1) in ("the", "my", "all", "both", "these", "those", "them", "it", "up") or self._object(at + 1)
+            return said.word(at + 1) in (
+                "the",
+                "my",
+                "all",
+                "both",
+                "these",
+                "those",
+                "them",
+                "it",
+                "up",
+            ) or self._object(at + 1)
         return False
 
     def _person(self, place: int) -> int | None:
@@ -182,18 +226,41 @@ class Asides:
     def _fact(self, place: int, end: int) -> bool:
         """Return whether the words say only how something is: "it is raining", "the cans are empty"."""
         words = self.said.words[place:end]
-        copula = next((i for i, word in enumerate(words) if word in _COPULAS or word in ("it's", "they're", "that's", "there's") or word in ("belong", "belongs", "came", "cost", "costs")), None)
+        copula = next(
+            (
+                i
+                for i, word in enumerate(words)
+                if word in _COPULAS
+                or word in ("it's", "they're", "that's", "there's")
+                or word in ("belong", "belongs", "came", "cost", "costs")
+            ),
+            None,
+        )
         if copula is None or copula > 5:
             return False
         pronoun = words[0] in _PRONOUNS and copula < 2
-        named = any(self._object(place + i) for i in range(copula + 1)) or (words[0] in ("they", "they're", "these", "those", "it", "it's") and place > 0)
+        named = any(self._object(place + i) for i in range(copula + 1)) or (
+            words[0] in ("they", "they're", "these", "those", "it", "it's") and place > 0
+        )
         rest = words[copula + 1 :]
-        subject = words[0] in OWNERS or words[0] in _PRONOUNS or words[0] in ("all", "both") or self._object(place) or words[0] in COLOR_WORDS
-        if not subject or any(word in WANTING or word in ("not", "no", "never") or word.endswith("n't") for word in words) or self.wishes(place, end, facts=True):
+        subject = (
+            words[0] in OWNERS
+            or words[0] in _PRONOUNS
+            or words[0] in ("all", "both")
+            or self._object(place)
+            or words[0] in COLOR_WORDS
+        )
+        if (
+            not subject
+            or any(word in WANTING or word in ("not", "no", "never") or word.endswith("n't") for word in words)
+            or self.wishes(place, end, facts=True)
+        ):
             return False
         if named:
             name = any(word in ("called", "named", "from") for word in rest)
-            return bool(rest) and (name or all(word in FACTS or word in PERSONS or word in COLOR_WORDS for word in rest))
+            return bool(rest) and (
+                name or all(word in FACTS or word in PERSONS or word in COLOR_WORDS for word in rest)
+            )
         return bool(rest) and (pronoun or words[0] in OWNERS)
 
     # Clauses
@@ -204,7 +271,9 @@ class Asides:
         if word not in _REASON or said.word(place - 1) in ("same", "such", "soon", "well", "as", "far", "long"):
             return None
         first = place + 1
-        while said.word(first) in ("that", "of", "to", "the", "fact") and not (said.word(first) == "the" and said.word(first + 1) != "fact"):
+        while said.word(first) in ("that", "of", "to", "the", "fact") and not (
+            said.word(first) == "the" and said.word(first + 1) != "fact"
+        ):
             first += 1
         noun = said.word(place + 1) in ("of", "to")
         if word in ("thanks", "due", "owing") and not noun:
@@ -231,13 +300,38 @@ class Asides:
             stable = said.word(first) in ("it", "they", "nothing", "everything", "nobody") and bool(rest) and all(
                 word in STABLE or word in ("don't", "doesn't", "won't", "can't", "cannot", "not", "will", "do", "does", "it", "could", "might", "may") for word in rest
             )  # fmt: skip
-            negated = any(word.endswith("n't") or word in ("cannot", "not") for word in rest) or said.word(first) == "nothing"
+            negated = (
+                any(word.endswith("n't") or word in ("cannot", "not") for word in rest) or said.word(first) == "nothing"
+            )
             return end if stable and negated and any(word in STABLE for word in rest) else None
         first = place + 3 if words == ("in", "order", "to") or words == ("so", "as", "to") else None
-        first = place + 1 + (words[0] in ("just", "simply", "only")) if first is None and (words[:1] == ("to",) or words[1:2] == ("to",) and words[0] in ("just", "simply")) else first
+        first = (
+            place + 1 + (words[0] in ("just", "simply", "only"))
+            if first is None and (words[:1] == ("to",) or words[1:2] == ("to",) and words[0] in ("just", "simply"))
+            else first
+        )
         if first is None or said.word(first) not in ACTIVITIES:
             return None
-        if said.word(place - 1) in ("want", "need", "like", "have", "going", "how", "where", "you", "able", "as", "has", "needs", "wants", "love", "ought", "used", "next", "close"):
+        if said.word(place - 1) in (
+            "want",
+            "need",
+            "like",
+            "have",
+            "going",
+            "how",
+            "where",
+            "you",
+            "able",
+            "as",
+            "has",
+            "needs",
+            "wants",
+            "love",
+            "ought",
+            "used",
+            "next",
+            "close",
+        ):
             return None
         verb, end = said.word(first), self._end(first + 1)
         if verb in LOOSE and said.word(first + 1) not in LOOSE[verb]:
@@ -247,15 +341,25 @@ class Asides:
     def _for(self, place: int) -> int | None:
         """Read "for my grandmother's birthday", "for the party tonight": an occasion or somebody."""
         said = self.said
-        if said.word(place) != "for" or said.word(place - 1) in "space room place spot gap look looking search wait except but save as care area".split():
+        if (
+            said.word(place) != "for"
+            or said.word(place - 1)
+            in "space room place spot gap look looking search wait except but save as care area".split()
+        ):
             return None
         at = place + 1
-        while said.word(at) in OWNERS or (said.word(at) in ("two", "three", "four", "five", "six", "ten", "many") and said.word(at + 1) in PERSONS):
+        while said.word(at) in OWNERS or (
+            said.word(at) in ("two", "three", "four", "five", "six", "ten", "many") and said.word(at + 1) in PERSONS
+        ):
             at += 1
         first = at
         while at < len(said.words) and at - first < 6 and self._of_occasion(at, first):
             at += 1
-        if at == first or any(word in NO_PURPOSE for word in said.words[place + 1 : at]) and not any(word in PERSONS for word in said.words[first:at]):
+        if (
+            at == first
+            or any(word in NO_PURPOSE for word in said.words[place + 1 : at])
+            and not any(word in PERSONS for word in said.words[first:at])
+        ):
             return None
         return at if not self.wishes(place + 1, at) else None
 
@@ -285,7 +389,11 @@ class Asides:
         said, end = self.said, self._end(place)
         if said.word(place) in ("i", "we") and any(word in REQUESTING for word in said.words[place + 1 : place + 3]):
             return None
-        if said.word(place) in ("i", "we") and said.word(end - 1) == "order" and said.word(place + 1) in ("love", "like", "adore", "appreciate"):
+        if (
+            said.word(place) in ("i", "we")
+            and said.word(end - 1) == "order"
+            and said.word(place + 1) in ("love", "like", "adore", "appreciate")
+        ):
             return end
         if end - place < 2 or said.word(place) in VERBS or not self._about(place, end):
             return None
@@ -303,7 +411,9 @@ class Asides:
         if (many and not comma) or (comma and not relative):
             return None
         found = said.match(_GIVEN, at)
-        if found is None or (not relative and said.word(at) in ("was", "were", "is", "are", "comes", "belongs", "belong")):
+        if found is None or (
+            not relative and said.word(at) in ("was", "were", "is", "are", "comes", "belongs", "belong")
+        ):
             return None
         return found[1] if not self.wishes(at, found[1]) else None
 
@@ -327,7 +437,11 @@ class Asides:
         if (thanks := said.match(_THANKS, place)) is not None:
             end = self._end(thanks[1])
             ends.append(end if not self.wishes(thanks[1], end) and end - thanks[1] < 8 else thanks[1])
-        if said.word(place - 1) == "," and (tag := said.match(_TAG, place)) is not None and said.word(tag[1]) in ("", *_STOPS):
+        if (
+            said.word(place - 1) == ","
+            and (tag := said.match(_TAG, place)) is not None
+            and said.word(tag[1]) in ("", *_STOPS)
+        ):
             ends.append(tag[1])
         return max(ends, default=None)
 
@@ -343,8 +457,17 @@ class Asides:
         words = said.words[first:at]
         if not marked:
             return first if first > place and said.word(place) not in ("so", "right", "well", "look") else None
-        named = [word for word in words if word not in ADDRESS and word not in ("my", "old", "good", "little", "you", "the", "oh", "mr", "mrs", "dear")]
-        if not words or self.wishes(first, at) or len(named) > (1 if first > place or len(words) == 1 else len(words) - 1 and 1):
+        named = [
+            word
+            for word in words
+            if word not in ADDRESS
+            and word not in ("my", "old", "good", "little", "you", "the", "oh", "mr", "mrs", "dear")
+        ]
+        if (
+            not words
+            or self.wishes(first, at)
+            or len(named) > (1 if first > place or len(words) == 1 else len(words) - 1 and 1)
+        ):
             return None
         if named and not self._name(first + words.index(named[0]), place, first > place):
             return None
@@ -353,7 +476,13 @@ class Asides:
     def _name(self, place: int, opening: int, greeted: bool) -> bool:
         """Return whether the word can only be somebody's name: it is no known word, and is written like one."""
         said, word = self.said, self.said.word(place)
-        if not word.isalpha() or word in VERBS or word in self.forms or word in COLOR_WORDS or word.endswith(("ly", "ing", "ed", "wise", "ward", "wards")):
+        if (
+            not word.isalpha()
+            or word in VERBS
+            or word in self.forms
+            or word in COLOR_WORDS
+            or word.endswith(("ly", "ing", "ed", "wise", "ward", "wards"))
+        ):
             return False
         written = said.text[said.spans[place][0]]
         final = opening > 0 and said.word(opening - 1) == ","
@@ -364,7 +493,12 @@ class Asides:
         said, end = self.said, self._end(place)
         words = said.words[place:end]
         what = words[:2] in (("what", "a"), ("what", "an"), ("how", "lovely"), ("how", "nice"), ("such", "a"))
-        if not words or len(words) > 6 or any(word in VERBS and word not in ("time", "mess") for word in words) or self.wishes(place, end):
+        if (
+            not words
+            or len(words) > 6
+            or any(word in VERBS and word not in ("time", "mess") for word in words)
+            or self.wishes(place, end)
+        ):
             return None
         occasion = words[-1] in OCCASIONS and said.word(end) == "!" and (place == 0 or said.word(place - 1) in _STOPS)
         return end if what or occasion else None

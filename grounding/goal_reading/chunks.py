@@ -29,7 +29,9 @@ _SIZES = {
     **dict.fromkeys(("medium", "medium sized", "mid sized", "moderate", "medium size", "average sized"), "medium"),
     **dict.fromkeys("large big wide huge broad long loose spacious giant roomy".split(), "large"),
 }
-_SIZE_ONE = re.compile(rf"(?:a |an )?(?:(?:nice|really|very|pretty|quite) )*(?P<size>{'|'.join(word for word in _SIZES if ' ' not in word)}) one(?= [,.;!]|$)")  # "a row, a long one"
+_SIZE_ONE = re.compile(
+    rf"(?:a |an )?(?:(?:nice|really|very|pretty|quite) )*(?P<size>{'|'.join(word for word in _SIZES if ' ' not in word)}) one(?= [,.;!]|$)"
+)  # "a row, a long one"
 _FILLERS = frozenset(
     "neat nice straight perfect tidy even single proper regular simple pretty good closed full complete beautiful lovely normal really "
     "very quite rather fairly clean exact standard equal solid hollow flat upright standing vertical plain round rectangular evenly spaced nicely properly"
@@ -50,7 +52,9 @@ _FACING = re.compile(
     r"(?:(?:(?:the|its|their|a|one) )?(?:opening|gap|open side|open bit|open end|mouth|tip|point|apex|corner|top|front|ends|entrance|open part|bulge|hollow side|vertex|hollow) )?"
     rf"(?:(?:is|are) )?(?:facing|faces|face|pointing|points|point|looking|looks|oriented|turned|opening|opens|open|aimed|directed|to|toward|on|at) {_DIR}(?! of)"
 )
-_FACING_WORDS = re.compile(r"\b(?:fac(?:ing|es?)|point(?:ing|s)?|look(?:ing|s)|oriented|turned|open(?:ing|s)?|aimed|directed|gap|tip|apex|mouth|entrance|vertex|corner|ends|bulge|hollow)\b")
+_FACING_WORDS = re.compile(
+    r"\b(?:fac(?:ing|es?)|point(?:ing|s)?|look(?:ing|s)|oriented|turned|open(?:ing|s)?|aimed|directed|gap|tip|apex|mouth|entrance|vertex|corner|ends|bulge|hollow)\b"
+)
 _CORRECTION = re.compile(
     r"(?:(?:,|\.|!|oh|er|erm|um|uh|ah|hmm) )*(?:no wait|wait no|no sorry|sorry no|no|nope|wait|sorry|oops|whoops|scratch that|strike that|correction|i mean|i meant|i meant to say|actually"
     r"|or rather|no rather|make that|on second thought|on second thoughts|hold on|hang on|my mistake|my bad|pardon me|forget that|cancel that|or better|or actually|or no|but no|change of plan|let me correct that)"
@@ -68,13 +72,19 @@ _JOINTS: Mapping[str, str] = {
 _THEN = re.compile(
     r"(?:(?:,|and|\.|;) )*(?:then|after that|afterwards|afterward|once (?:that's|that is|you're|you are|it's|they're|they are|this is|that has been) (?:done|finished|ready|built|complete|in place|standing)|next|finally|lastly|after(?:ward|wards)|followed by)(?:(?: ,| please| also| just| you| can| you can)*)"
 )
-_NEGATED = re.compile(r"(?:do not|don't|dont|never|please don't|must not|mustn't|should not|shouldn't|cannot|can't|avoid|no need to|not to)(?= )")
+_NEGATED = re.compile(
+    r"(?:do not|don't|dont|never|please don't|must not|mustn't|should not|shouldn't|cannot|can't|avoid|no need to|not to)(?= )"
+)
 _POSSESSIVE = re.compile(r"(?:to|on) (?:its|their) (?P<side>left|right)(?: hand)?(?: side)?(?! of)")
 _STAYS = re.compile(
     r"(?:(?:where (?:it|they) (?:is|are|was|were)(?: now)?|alone|untouched|in (?:its|their) place|as (?:it|they) (?:is|are)|out of (?:it|this)|be|there|(?:can|should|must|may|to) (?:stay|remain)(?: where (?:it|they) (?:is|are)| put| there| untouched)?|stays?(?: where (?:it|they) (?:is|are)| put| there| in place| untouched)?|remains?(?: where (?:it|they) (?:is|are)| there| in place| untouched)?))(?= [.,;!?]| and| but|$)"
 )
-_TABLE_SETTING = re.compile(r"(?:set|lay|prepare|dress) (?:the |my |a |me a |up the )?(?:(?:dinner|breakfast|lunch|supper) )?(?:table|place)(?: for (?:one|me|dinner|lunch|breakfast|supper|a guest|a meal|one person|us))*")
-_DIAGONAL = re.compile(r"diagonal(?:ly)?|zig ?zag|spiral|heart|star|(?:the )?(?:letter|word)s? (?P<l>\w+)|upside down|degrees?")
+_TABLE_SETTING = re.compile(
+    r"(?:set|lay|prepare|dress) (?:the |my |a |me a |up the )?(?:(?:dinner|breakfast|lunch|supper) )?(?:table|place)(?: for (?:one|me|dinner|lunch|breakfast|supper|a guest|a meal|one person|us))*"
+)
+_DIAGONAL = re.compile(
+    r"diagonal(?:ly)?|zig ?zag|spiral|heart|star|(?:the )?(?:letter|word)s? (?P<l>\w+)|upside down|degrees?"
+)
 
 
 @dataclass(frozen=True)
@@ -164,7 +174,12 @@ class Chunker:
         said, found = self.said, []
         if match := said.match(_POSSESSIVE, place):
             found.append(Chunk("relation it", f"{match[0].group('side')} of", place, match[1]))
-        if (match := said.match(_SIZE_ONE, place)) and before and before[-1].kind in ("comma", "stop") and any(one.kind == "shape" for one in before):
+        if (
+            (match := said.match(_SIZE_ONE, place))
+            and before
+            and before[-1].kind in ("comma", "stop")
+            and any(one.kind == "shape" for one in before)
+        ):
             found.append(Chunk("size", _SIZES[match[0].group("size")], place, match[1]))
         if match := said.match(_TABLE_SETTING, place):
             found.append(Chunk("table setting", "table setting", place, match[1]))
@@ -195,7 +210,14 @@ class Chunker:
         if not any(chunk.kind not in ("noise", "comma", "stop", "and") for chunk in before):
             return False
         if words.split()[-1] == "no" or words.strip(" ,.") == "no":
-            return words.startswith((",", ".")) and self.said.word(end) not in ("gap", "gaps", "space", "other", "one", "more")
+            return words.startswith((",", ".")) and self.said.word(end) not in (
+                "gap",
+                "gaps",
+                "space",
+                "other",
+                "one",
+                "more",
+            )
         return not (words == "wait" or (words == "actually" and before[-1].kind == "stop" and False))
 
     def _excepts(self, end: int, words: str, before: list[Chunk]) -> bool:
@@ -207,7 +229,11 @@ class Chunker:
         if words.strip(" ,") != "but":
             return True
         last = before[-1] if before else None
-        return last is not None and last.kind == "noun phrase" and (last.value.kind == "all" or "all" in last.value.text.lower().split())
+        return (
+            last is not None
+            and last.kind == "noun phrase"
+            and (last.value.kind == "all" or "all" in last.value.text.lower().split())
+        )
 
     def _shape(self, place: int, before: list[Chunk]) -> list[Chunk]:
         said, at = self.said, place
@@ -223,7 +249,10 @@ class Chunker:
         adjectives = 0
         while True:
             word, pair = said.word(at), " ".join(said.words[at : at + 2])
-            by = re.fullmatch(r"(\d+|two|three|four|five|six) (?:by|x) (\d+|two|three|four|five|six)", " ".join(said.words[at : at + 3]))
+            by = re.fullmatch(
+                r"(\d+|two|three|four|five|six) (?:by|x) (\d+|two|three|four|five|six)",
+                " ".join(said.words[at : at + 3]),
+            )
             if by:
                 grid, at = (number_of(by.group(1)), number_of(by.group(2))), at + 3
             elif pair in _SIZES and self._noun_at(at + 2):
@@ -260,7 +289,13 @@ class Chunker:
             if self._noun_at(each):
                 return True
             word = self.said.word(each)
-            if not (word in _FILLERS or word in _SIZES or word in STRUCTURES["line"].rotations or word in (",", "and", "by", "x") or word.isdecimal()):
+            if not (
+                word in _FILLERS
+                or word in _SIZES
+                or word in STRUCTURES["line"].rotations
+                or word in (",", "and", "by", "x")
+                or word.isdecimal()
+            ):
                 return False
         return False
 
@@ -274,7 +309,12 @@ class Chunker:
                 if form in SHAPE_NOUNS:
                     following = self.said.word(at + length)
                     forms = self.phrases.forms
-                    if length == 1 and following in forms and forms[following][0] != following and SHAPE_NOUNS[form] in ("square", "triangle"):
+                    if (
+                        length == 1
+                        and following in forms
+                        and forms[following][0] != following
+                        and SHAPE_NOUNS[form] in ("square", "triangle")
+                    ):
                         return None  # "the square boxes"
                     return SHAPE_NOUNS[form], at + length
         return None
@@ -283,13 +323,29 @@ class Chunker:
         """Return whether a noun of a shape without an article is one: "circle of cups", "in row", "triangle, please"."""
         word, following = self.said.word(place), self.said.word(end)
         last = next((chunk for chunk in reversed(before) if chunk.kind != "noise"), None)
-        if last is not None and last.kind == "noun phrase" and (VERBS.get(word) is None or self.phrases.at(end) is None):
+        if (
+            last is not None
+            and last.kind == "noun phrase"
+            and (VERBS.get(word) is None or self.phrases.at(end) is None)
+        ):
             return True
-        opening = last is None or last.kind in ("and", "comma", "stop", "then", "verb", "correction", "not", "shape", "size")
+        opening = last is None or last.kind in (
+            "and",
+            "comma",
+            "stop",
+            "then",
+            "verb",
+            "correction",
+            "not",
+            "shape",
+            "size",
+        )
         if word in VERBS and last is not None and last.kind not in ("verb", "correction"):
             return following in ("of", "on", "in", "at") and opening
         if word in VERBS or word == "line":
-            return following in ("of", "on", "in", "at", "with", "around", ",", ".", "") or (last is not None and last.kind == "correction" and following == "")
+            return following in ("of", "on", "in", "at", "with", "around", ",", ".", "") or (
+                last is not None and last.kind == "correction" and following == ""
+            )
         return opening
 
     def _place(self, place: int) -> list[Chunk]:
@@ -311,7 +367,10 @@ class Chunker:
             if place + length <= len(said.words) and (kind := VERB_PHRASES.get(phrase)) is not None:
                 return [Chunk("noise" if kind == "noise" else "verb", kind, place, place + length)]
         word = said.word(place)
-        if word in ("turn", "transform", "convert") and any(pair in (("into", "a"), ("into", "an"), ("into", "one")) for pair in zip(said.words[place : place + 9], said.words[place + 1 : place + 10], strict=False)):
+        if word in ("turn", "transform", "convert") and any(
+            pair in (("into", "a"), ("into", "an"), ("into", "one"))
+            for pair in zip(said.words[place : place + 9], said.words[place + 1 : place + 10], strict=False)
+        ):
             return [Chunk("verb", "place", place, place + 1)]
         stem = word
         if word not in VERBS:
@@ -322,8 +381,14 @@ class Chunker:
                 if stem in VERBS:
                     break
         if stem in VERBS:
-            particle = said.word(place + 1) in ("up", "out", "down", "over", "around", "together") and VERBS[stem] not in ("cluster",)
-            end = place + 1 + (particle and said.word(place + 1) in ("up", "out", "down") and said.word(place + 2) != "of")
+            particle = said.word(place + 1) in ("up", "out", "down", "over", "around", "together") and VERBS[
+                stem
+            ] not in ("cluster",)
+            end = (
+                place
+                + 1
+                + (particle and said.word(place + 1) in ("up", "out", "down") and said.word(place + 2) != "of")
+            )
             kind = VERBS[stem]
             if kind == "surround" and word in ("circle", "ring") and self.phrases.at(end) is None:
                 return []
@@ -338,13 +403,19 @@ class Chunker:
 
     def _aside(self, place: int, before: list[Chunk]) -> list[Chunk]:
         phrase = before[-1].value if before and before[-1].kind == "noun phrase" else None
-        if self.said.word(place) in ("was", "were") and any(one.kind == "noise" and one.said.lower().endswith(" if") for one in before):
+        if self.said.word(place) in ("was", "were") and any(
+            one.kind == "noise" and one.said.lower().endswith(" if") for one in before
+        ):
             return [Chunk("noise", True, place, place + 1)]  # "it would be nice if the spoon was in the bowl"
         end = self.asides.at(place, phrase is not None, phrase is not None and phrase.many)
         if end is None:
             return []
         opening = not before or before[-1].kind == "stop"
-        named = [phrase for at in range(place, end) if (phrase := self.phrases.at(at)) is not None and phrase.kind == "objects" and phrase.end <= end]
+        named = [
+            phrase
+            for at in range(place, end)
+            if (phrase := self.phrases.at(at)) is not None and phrase.kind == "objects" and phrase.end <= end
+        ]
         named = [phrase for phrase in named if phrase.mention.known and phrase.mention.noun != ANY]
         return [Chunk("mentioned", named, place, end) if opening and named else Chunk("noise", True, place, end)]
 
@@ -361,7 +432,11 @@ class Chunker:
             if " ".join(self.said.words[place : place + length]) in _NOISE_PHRASES:
                 return [Chunk("noise", True, place, place + length)]
         word = self.said.word(place)
-        if word.isdecimal() and self.said.word(place + 1) in (".", ")", ":") and self.said.word(place - 1) in ("", ".", ",", ";", "and", "("):
+        if (
+            word.isdecimal()
+            and self.said.word(place + 1) in (".", ")", ":")
+            and self.said.word(place - 1) in ("", ".", ",", ";", "and", "(")
+        ):
             return [Chunk("stop", True, place, place + 2)]  # "1. stack the cans 2. ..."
         if len(word) > 4 and word.endswith("ly") and word not in _MANNERS_THAT_MATTER:
             return [Chunk("noise", True, place, place + 1)]  # how it is done: "swiftly"
@@ -378,7 +453,11 @@ def _postposed(chunks: list[Chunk]) -> list[Chunk]:
     """Put "the box excluded" as "except the box"."""
     kept: list[Chunk] = []
     for chunk in chunks:
-        if chunk.said.lower() in ("excluded", "excepted", "omitted", "excluding") and kept and kept[-1].kind == "noun phrase":
+        if (
+            chunk.said.lower() in ("excluded", "excepted", "omitted", "excluding")
+            and kept
+            and kept[-1].kind == "noun phrase"
+        ):
             phrase = kept.pop()
             while kept and kept[-1].kind in ("comma", "and", "noise"):
                 kept.pop()
@@ -392,7 +471,9 @@ def _ordering(before: list[Chunk]) -> bool:
     """Return whether what was said before has an order: only then "the tallest on the left" is one, and no object."""
     last = next((chunk for chunk in reversed(before) if chunk.kind not in ("noise", "comma")), None)
     if last is None or last.kind in ("verb", "then", "stop", "relation"):
-        return last is not None and last.kind == "stop" and any(chunk.kind in ("order", "order end") for chunk in before)
+        return (
+            last is not None and last.kind == "stop" and any(chunk.kind in ("order", "order end") for chunk in before)
+        )
     shapes = {"line", "arc", "tower"}
     return any(
         chunk.kind in ("order", "order end", "side by side", "stacked", "along")
@@ -424,4 +505,11 @@ def _rotations() -> dict[str, str]:
 
 
 def _spelled(phrase: str) -> str:
-    return " ".join(phrase.lower().replace("-", " ").replace("towards", "toward").replace("centre", "center").replace(",", " ,").split())
+    return " ".join(
+        phrase.lower()
+        .replace("-", " ")
+        .replace("towards", "toward")
+        .replace("centre", "center")
+        .replace(",", " ,")
+        .split()
+    )

@@ -98,8 +98,12 @@ class Composer:
         values = dict(part.values or {})
         objects = part.objects
         if objects is None and self.left_out and self.find.count is not None:
-            objects = tuple(i for i in range(self.find.count) if i not in self.left_out and i not in self._named_elsewhere(part))
-        elif isinstance(objects, tuple) and self.left_out & set(objects):  # "line up the cups but keep the red one where it is"
+            objects = tuple(
+                i for i in range(self.find.count) if i not in self.left_out and i not in self._named_elsewhere(part)
+            )
+        elif isinstance(objects, tuple) and self.left_out & set(
+            objects
+        ):  # "line up the cups but keep the red one where it is"
             objects = tuple(one for one in objects if one not in self.left_out)
             if not objects:
                 raise ImpossibleError(f"{shortened(self.text)!r} leaves alone all the objects that it asks to move")
@@ -114,16 +118,24 @@ class Composer:
         shape, rows, columns = values.get("shape"), values.get("rows"), values.get("columns")
         least = _LEAST.get(shape or "", 1)
         if count < least:
-            raise ImpossibleError(f"a {shape} needs {least} objects or more, and {shortened(self.text)!r} has {count} for it")
+            raise ImpossibleError(
+                f"a {shape} needs {least} objects or more, and {shortened(self.text)!r} has {count} for it"
+            )
         if rows and columns and objects is not None and not (rows - 1) * columns < count <= rows * columns:
-            raise ImpossibleError(f"{rows} rows of {columns} need {rows * columns} objects, and {shortened(self.text)!r} has {count} for them")
+            raise ImpossibleError(
+                f"{rows} rows of {columns} need {rows * columns} objects, and {shortened(self.text)!r} has {count} for them"
+            )
 
     def _named_elsewhere(self, part: Composed) -> set[Any]:
         named: set[Any] = set()
         for other in self.parts:
             if other is part:
                 continue
-            for objects in (other.objects, (other.values or {}).get("around"), *((other.relation.objects, other.relation.reference) if other.relation else ())):
+            for objects in (
+                other.objects,
+                (other.values or {}).get("around"),
+                *((other.relation.objects, other.relation.reference) if other.relation else ()),
+            ):
                 named.update(objects if isinstance(objects, tuple) else ())
         named.update((part.values or {}).get("around") or ())
         return named
@@ -143,7 +155,9 @@ class Composer:
             self._leave(frame)
             return
         if frame.negated:
-            raise ReadingError(f"{shortened(self.text)!r} says what must not be built, and only what stands in the end can be asked for")
+            raise ReadingError(
+                f"{shortened(self.text)!r} says what must not be built, and only what stands in the end can be asked for"
+            )
         if self._ellipsis(frame) or self._inner(frame) or self._continued(frame):
             return
         if frame.verb == "swap":
@@ -197,25 +211,51 @@ class Composer:
         if before is None or not frame.objects or frame.verb:
             return False
         if frame.also and not frame.predicates and before.predicates:
-            frame.predicates, frame.verb, frame.verb_said, frame.also = list(before.predicates), before.verb, before.verb_said, False
+            frame.predicates, frame.verb, frame.verb_said, frame.also = (
+                list(before.predicates),
+                before.verb,
+                before.verb_said,
+                False,
+            )
             self._frame(frame)
             return True
         verbs = before.get("verb shape")
         many = len(frame.objects) > 1 or frame.objects[0].many
-        if verbs and many and frame.predicates and not frame.has("shape", "verb shape", "relation", "grid", "order") and frame.sentence == before.sentence:
+        if (
+            verbs
+            and many
+            and frame.predicates
+            and not frame.has("shape", "verb shape", "relation", "grid", "order")
+            and frame.sentence == before.sentence
+        ):
             frame.predicates.insert(0, verbs[0])  # "stack the red ones on the left and the blue ones on the right"
             frame.verb, frame.verb_said = before.verb, before.verb_said
         bare = [each for each in frame.get("place") if each.said.lower() == "in front"]
-        if bare and (before.has("relation", "shape", "verb shape")) and not any(each.value.y_position for each in before.get("place")):
-            frame.predicates = [replace(each, kind="relation it", value="in front of") if each in bare else each for each in frame.predicates]
+        if (
+            bare
+            and (before.has("relation", "shape", "verb shape"))
+            and not any(each.value.y_position for each in before.get("place"))
+        ):
+            frame.predicates = [
+                replace(each, kind="relation it", value="in front of") if each in bare else each
+                for each in frame.predicates
+            ]
         last = [each for each in before.get("relation") if each.value in _OPPOSITES and each.reference]
         for number, each in enumerate(frame.predicates):
-            if each.kind == "relation it" and last and _OPPOSITES[last[-1].value] == each.value:  # "... and the knife to its right"
+            if (
+                each.kind == "relation it" and last and _OPPOSITES[last[-1].value] == each.value
+            ):  # "... and the knife to its right"
                 frame.predicates[number] = replace(each, reference=last[-1].reference)
         spots = frame.get("place")
         if len(frame.predicates) == 1 and spots and frame.sentence == before.sentence:
             x, y = spots[0].value.x_position, spots[0].value.y_position
-            wanted = {"left": "left of", "right": "right of"}.get(x or "") if y is None else {"top": "behind", "bottom": "in front of"}.get(y) if x is None else None
+            wanted = (
+                {"left": "left of", "right": "right of"}.get(x or "")
+                if y is None
+                else {"top": "behind", "bottom": "in front of"}.get(y)
+                if x is None
+                else None
+            )
             if wanted and last and _OPPOSITES[last[-1].value] == wanted:
                 frame.predicates = [replace(spots[0], kind="relation", value=wanted, reference=last[-1].reference)]
         return False
@@ -227,19 +267,38 @@ class Composer:
             return False
         structure = self.parts[-1] if self.parts and self.parts[-1].values is not None else None
         explicit = any(word in inner[0].said.lower() for word in (" of ", "inside"))
-        takes = structure is not None and structure.values.get("shape") in ("circle", "arc", "rectangle", "square", "triangle")
+        takes = structure is not None and structure.values.get("shape") in (
+            "circle",
+            "arc",
+            "rectangle",
+            "square",
+            "triangle",
+        )
         if takes and frame.objects and len(frame.predicates) == 1 and frame.objects[0].kind in ("objects",):
             center = self._objects(frame, frame.objects)
             if not isinstance(center, tuple) or len(center) != 1:
-                raise ReadingError(f"{frame.objects[0].text!r} in the middle of the {structure.values['shape']} must be one object")
+                raise ReadingError(
+                    f"{frame.objects[0].text!r} in the middle of the {structure.values['shape']} must be one object"
+                )
             structure.values["around"] = center
             self.known.mentioned.append((center, False))
             return True
         if explicit:
-            raise ReadingError(f"{inner[0].said!r} is not understood in {shortened(self.text)!r}: say in the middle of what")
+            raise ReadingError(
+                f"{inner[0].said!r} is not understood in {shortened(self.text)!r}: say in the middle of what"
+            )
         from grounding.goal_reading.places import Place
 
-        frame.predicates = [replace(each, kind="place", value=Place(y_position="middle") if "middle" in each.said.lower() else Place(x_position="center")) if each.kind == "inner" else each for each in frame.predicates]
+        frame.predicates = [
+            replace(
+                each,
+                kind="place",
+                value=Place(y_position="middle") if "middle" in each.said.lower() else Place(x_position="center"),
+            )
+            if each.kind == "inner"
+            else each
+            for each in frame.predicates
+        ]
         return False
 
     def _continued(self, frame: Frame) -> bool:
@@ -267,7 +326,9 @@ class Composer:
             if value is None or key == "shape" and value == part.values.get("shape"):
                 continue
             if part.values.get(key) is not None and part.values[key] != value:
-                raise ReadingError(f"{shortened(self.text)!r} contradicts itself: {key.replace('_', ' ')} {part.values[key]} and {value}")
+                raise ReadingError(
+                    f"{shortened(self.text)!r} contradicts itself: {key.replace('_', ' ')} {part.values[key]} and {value}"
+                )
             part.values[key] = value
         self.unread += keys.unread
         self.notes += keys.notes
@@ -308,7 +369,11 @@ class Composer:
 
     def _placed(self, frame: Frame) -> None:
         unused = self.known.unused
-        pronoun = len(frame.objects) == 1 and frame.objects[0].kind == "pronoun" and frame.objects[0].text.lower() not in ("it", "this", "that")
+        pronoun = (
+            len(frame.objects) == 1
+            and frame.objects[0].kind == "pronoun"
+            and frame.objects[0].text.lower() not in ("it", "this", "that")
+        )
         if unused is not None and unused.listed and len(unused.objects) > 1 and (pronoun or not frame.objects):
             frame.objects, frame.listed = unused.objects, True  # "the box first, then the jar, all in a row"
             self.known.unused = None
@@ -322,10 +387,23 @@ class Composer:
             self._relations(frame, PartReference(number), keys)
             return
         count = len(objects) if objects is not None else None
-        many = any(phrase.many for phrase in frame.objects) or len(frame.objects) > 1 or (not frame.objects and objects is None)
+        many = (
+            any(phrase.many for phrase in frame.objects)
+            or len(frame.objects) > 1
+            or (not frame.objects and objects is None)
+        )
         many = many or (count or 0) > 1
-        relations = [each for each in frame.predicates if each.kind in ("relation", "apart", "relation it") and each.value != "around"]
-        if keys.verb_shape_only and values["shape"] == "tower" and not many and any(each.value in ("on", "in") for each in relations):
+        relations = [
+            each
+            for each in frame.predicates
+            if each.kind in ("relation", "apart", "relation it") and each.value != "around"
+        ]
+        if (
+            keys.verb_shape_only
+            and values["shape"] == "tower"
+            and not many
+            and any(each.value in ("on", "in") for each in relations)
+        ):
             values["shape"] = None
         if frame.has("beside each other") and values["shape"] is None:
             if count == 2 and objects is not None:
@@ -334,7 +412,13 @@ class Composer:
                     return
             else:
                 values["shape"] = "line"
-        if values["shape"] is None and values.get("gap") is not None and count == 2 and not relations and objects is not None:
+        if (
+            values["shape"] is None
+            and values.get("gap") is not None
+            and count == 2
+            and not relations
+            and objects is not None
+        ):
             self._add_relation(frame, RelationPart("next to", objects[:1], objects[1:], values["gap"]))
             return
         if objects is None and (relations or frame.has("move")) and values["shape"] is None and not keys.asks(values):
@@ -345,9 +429,17 @@ class Composer:
         structure = keys.asks(values) or (placed and many)
         if structure:
             if values["shape"] is None and values.get("gap") is not None:
-                raise ReadingQuestion(Question("shape", f"which shape should have the gaps in {shortened(self.text)!r}: line, circle or grid?", ("line", "circle", "grid")))
+                raise ReadingQuestion(
+                    Question(
+                        "shape",
+                        f"which shape should have the gaps in {shortened(self.text)!r}: line, circle or grid?",
+                        ("line", "circle", "grid"),
+                    )
+                )
             if not many and count == 1 and values["shape"] is not None:
-                raise ReadingError(f"a {values['shape']} needs several objects, and {shortened(self.text)!r} names one for it")
+                raise ReadingError(
+                    f"a {values['shape']} needs several objects, and {shortened(self.text)!r} names one for it"
+                )
             found = self._references(frame)  # "behind it" is said of what came before
             objects = self._without(objects, (values["around"], *found.values()))
             self._add_structure(frame, values, objects)
@@ -358,9 +450,13 @@ class Composer:
             objects = self._without(objects, tuple(self._references(frame).values()))
         if placed and objects is not None:
             self._own(frame, objects)
-            self._add_relation(frame, RelationPart("at", objects, x_position=values["x_position"], y_position=values["y_position"]))
+            self._add_relation(
+                frame, RelationPart("at", objects, x_position=values["x_position"], y_position=values["y_position"])
+            )
         for move in frame.get("move"):
-            self._add_relation(frame, RelationPart("moved", self._certain(objects, frame), distance=move.metres, direction=move.value))
+            self._add_relation(
+                frame, RelationPart("moved", self._certain(objects, frame), distance=move.metres, direction=move.value)
+            )
         self._relations(frame, objects, keys)
 
     def _without(self, objects: Any, others: tuple[Any, ...]) -> Any:
@@ -379,8 +475,14 @@ class Composer:
                 continue
             left = tuple(one for one in part.objects if one not in objects)
             if not frame.verb or len(left) < 2:
-                words = " ".join((frame.objects[0].text, frame.predicates[0].said)) if frame.objects else frame.predicates[0].said
-                raise ReadingError(f"{words!r} in {shortened(self.text)!r} asks for a place of one object within a structure, which cannot be built yet")
+                words = (
+                    " ".join((frame.objects[0].text, frame.predicates[0].said))
+                    if frame.objects
+                    else frame.predicates[0].said
+                )
+                raise ReadingError(
+                    f"{words!r} in {shortened(self.text)!r} asks for a place of one object within a structure, which cannot be built yet"
+                )
             part.objects = left
 
     def _certain(self, objects: Any, frame: Frame) -> Any:
@@ -391,7 +493,9 @@ class Composer:
     def _need_objects(self, frame: Frame, word: str) -> None:
         words = frame.objects[0].text if frame.objects else frame.predicates[0].said
         options = tuple(self.find.candidates.names) if self.find.candidates is not None else ()
-        raise ReadingQuestion(Question(OBJECT, f"which object is meant with {words!r} in {shortened(self.text)!r}?", options))
+        raise ReadingQuestion(
+            Question(OBJECT, f"which object is meant with {words!r} in {shortened(self.text)!r}?", options)
+        )
 
     def _references(self, frame: Frame) -> dict[int, Objects]:
         return {
@@ -399,7 +503,9 @@ class Composer:
             if each.kind in ("relation", "apart", "relation it") and each.value != "around"
         }  # fmt: skip
 
-    def _relations(self, frame: Frame, objects: Any, keys: StructureKeys, found: dict[int, Objects] | None = None) -> None:
+    def _relations(
+        self, frame: Frame, objects: Any, keys: StructureKeys, found: dict[int, Objects] | None = None
+    ) -> None:
         found = self._references(frame) if found is None else found
         for each in frame.predicates:
             if each.first not in found:
@@ -411,16 +517,31 @@ class Composer:
             if relation == "in the middle of":
                 relation = "between" if isinstance(reference, tuple) and len(reference) == 2 else relation
             if relation == "in the middle of":
-                raise ReadingError(f"{each.said!r} is not understood in {shortened(self.text)!r}: say between which two objects")
-            if relation == "between" and isinstance(reference, tuple) and len(reference) != 2 and not isinstance(reference[0], str):
-                raise ReadingError(f"between needs two objects, and {each.said!r} in {shortened(self.text)!r} names {len(reference)}")
+                raise ReadingError(
+                    f"{each.said!r} is not understood in {shortened(self.text)!r}: say between which two objects"
+                )
+            if (
+                relation == "between"
+                and isinstance(reference, tuple)
+                and len(reference) != 2
+                and not isinstance(reference[0], str)
+            ):
+                raise ReadingError(
+                    f"between needs two objects, and {each.said!r} in {shortened(self.text)!r} names {len(reference)}"
+                )
             if objects is None and relation:
                 self._need_objects(frame, "it")
             distance = keys.distances.get(each.first)
             self._add_relation(frame, RelationPart(relation, objects, reference, distance))
         if frame.has("relation?"):
             doubt = frame.get("relation?")[0]
-            raise ReadingQuestion(Question("relation", f"{doubt.said!r} in {shortened(self.text)!r} is not clear on a flat table: on top of it, behind it or in front of it?", ("on", "behind", "in front of")))
+            raise ReadingQuestion(
+                Question(
+                    "relation",
+                    f"{doubt.said!r} in {shortened(self.text)!r} is not clear on a flat table: on top of it, behind it or in front of it?",
+                    ("on", "behind", "in front of"),
+                )
+            )
 
     def _add_structure(self, frame: Frame, values: dict[str, Any], objects: Any) -> None:
         self.parts.append(Composed(frame, values, objects=objects))
@@ -451,14 +572,28 @@ class Composer:
         phrases = predicate.reference
         if not phrases:
             before = self._previous
-            if predicate.kind == "relation it" and self._owner is not None and before is not None and before.has("relation it") and before.sentence == frame.sentence:
+            if (
+                predicate.kind == "relation it"
+                and self._owner is not None
+                and before is not None
+                and before.has("relation it")
+                and before.sentence == frame.sentence
+            ):
                 return self._owner  # "the fork to its left, the knife to its right"
-            found = self._pronoun(NounPhrase("pronoun", 0, 0, "them" if predicate.value == "between" else "it"), reference=True)
+            found = self._pronoun(
+                NounPhrase("pronoun", 0, 0, "them" if predicate.value == "between" else "it"), reference=True
+            )
             self._owner = found if predicate.kind == "relation it" else self._owner
         else:
             found = self._objects(frame, list(phrases), reference=True, pairs=predicate.value == "between")
         if found is None:
-            raise ReadingQuestion(Question(OBJECT, f"{predicate.said!r} in {shortened(self.text)!r}: of which object?", tuple(self.find.candidates.names) if self.find.candidates else ()))
+            raise ReadingQuestion(
+                Question(
+                    OBJECT,
+                    f"{predicate.said!r} in {shortened(self.text)!r}: of which object?",
+                    tuple(self.find.candidates.names) if self.find.candidates else (),
+                )
+            )
         return found
 
     def _objects(self, frame: Frame, phrases: list[NounPhrase], reference: bool = False, pairs: bool = False) -> Any:
@@ -467,7 +602,9 @@ class Composer:
         for phrase in phrases:
             if phrase.kind in ("all", "rest"):
                 if len(phrases) > 1:
-                    raise ReadingError(f"{phrase.text!r} cannot be joined with other objects in {shortened(self.text)!r}")
+                    raise ReadingError(
+                        f"{phrase.text!r} cannot be joined with other objects in {shortened(self.text)!r}"
+                    )
                 return self._everything(phrase)
             if phrase.kind == "structure":
                 return PartReference(self._structure_of(phrase))
@@ -490,12 +627,16 @@ class Composer:
         left_out: set[Any] = set()
         for without in phrase.without:
             if _SOME_OF.match(without.text):  # which two, and whether the rest is of the same kind, is not said
-                raise ImpossibleError(f"it is not clear which objects {without.text!r} leaves out in {shortened(self.text)!r}; name them")
+                raise ImpossibleError(
+                    f"it is not clear which objects {without.text!r} leaves out in {shortened(self.text)!r}; name them"
+                )
             out = self._objects(Frame(objects=[without]), [without])
             if isinstance(out, PartReference):
                 out = self.parts[out.part].objects
             if out is None:
-                raise ReadingError(f"it is not clear which objects {without.text!r} leaves out in {shortened(self.text)!r}; name them")
+                raise ReadingError(
+                    f"it is not clear which objects {without.text!r} leaves out in {shortened(self.text)!r}; name them"
+                )
             left_out.update(out)
         if phrase.mention is not None and phrase.kind == "rest":
             same = self.find.find(phrase)
@@ -504,7 +645,12 @@ class Composer:
             if not rest:
                 raise ReadingError(f"nothing is left for {phrase.text!r} in {shortened(self.text)!r}")
             return rest
-        if phrase.left is not None and (others := self.find.rest(phrase, {one for part in self.parts for one in (*(part.objects or ()), *_tuple(part.relation))} | left_out)):
+        if phrase.left is not None and (
+            others := self.find.rest(
+                phrase,
+                {one for part in self.parts for one in (*(part.objects or ()), *_tuple(part.relation))} | left_out,
+            )
+        ):
             return others
         if not left_out:
             return None
@@ -537,10 +683,14 @@ class Composer:
         if known.last is not None and len(known.last) > 1:
             return known.last
         several = next((objects for objects, many in reversed(mentioned) if many or len(objects) > 1), None)
-        return several or (tuple(one for objects, _ in mentioned[-2:] for one in objects) if len(mentioned) > 1 else None)
+        return several or (
+            tuple(one for objects, _ in mentioned[-2:] for one in objects) if len(mentioned) > 1 else None
+        )
 
 
 def _tuple(relation: RelationPart | None) -> tuple[Any, ...]:
     if relation is None:
         return ()
-    return tuple(one for objects in (relation.objects, relation.reference) if isinstance(objects, tuple) for one in objects)
+    return tuple(
+        one for objects in (relation.objects, relation.reference) if isinstance(objects, tuple) for one in objects
+    )

@@ -61,7 +61,10 @@ def _same_place(goal: Goal, one: int, other: int) -> bool:
     assert isinstance(first, RelationPart) and isinstance(second, RelationPart)
     if first.relation != "at" or second.relation != "at":
         return False
-    return all(a is None or b is None or a == b for a, b in ((first.x_position, second.x_position), (first.y_position, second.y_position)))
+    return all(
+        a is None or b is None or a == b
+        for a, b in ((first.x_position, second.x_position), (first.y_position, second.y_position))
+    )
 
 
 def _both(goal: Goal, one: int, other: int, names: Sequence[str] | None) -> str:

@@ -36,12 +36,16 @@ def _moves_joined(chunks: list[Chunk]) -> list[Chunk]:
     kept: list[Chunk] = []
     for chunk in chunks:
         before = [one for one in kept[-2:] if one.kind != "comma"]
-        sideways = chunk.kind == "place" and chunk.value.x_position in ("left", "right") and chunk.value.y_position is None
+        sideways = (
+            chunk.kind == "place" and chunk.value.x_position in ("left", "right") and chunk.value.y_position is None
+        )
         if sideways and before and before[-1].kind == "length":
             while kept[-1].kind == "comma":
                 kept.pop()
             length = kept.pop()
-            kept.append(replace(chunk, kind="move", value=chunk.value.x_position, metres=length.metres, first=length.first))
+            kept.append(
+                replace(chunk, kind="move", value=chunk.value.x_position, metres=length.metres, first=length.first)
+            )
         else:
             kept.append(chunk)
     return kept
@@ -65,7 +69,9 @@ def _denied(kept: list[Chunk], chunks: list[Chunk], at: int) -> int:
         return at + 1
     # "not on the left but on the right", "not the red one, the blue one"
     following = end
-    while following < len(chunks) and (chunks[following].kind in ("comma", "noise") or chunks[following].said.lower() == "but"):
+    while following < len(chunks) and (
+        chunks[following].kind in ("comma", "noise") or chunks[following].said.lower() == "but"
+    ):
         following += 1
     replaced = following > end and following < len(chunks) and chunks[following].kind == kind
     last = _last(kept, (kind,))
@@ -88,7 +94,11 @@ def _corrected(kept: list[Chunk], chunks: list[Chunk], at: int) -> int:
     end = at
     while end < len(chunks) and chunks[end].kind not in _ENDS and chunks[end].kind != "correction":
         end += 1
-    fragment = [chunk for chunk in chunks[at:end] if not (chunk.kind == "noise" and chunk.said.lower() in ("instead", "please", "rather"))]
+    fragment = [
+        chunk
+        for chunk in chunks[at:end]
+        if not (chunk.kind == "noise" and chunk.said.lower() in ("instead", "please", "rather"))
+    ]
     while kept and kept[-1].kind in ("comma", "stop", "noise", "and"):
         kept.pop()
     said = [chunk for chunk in fragment if chunk.kind not in ("noise", "comma", "and")]
@@ -97,7 +107,7 @@ def _corrected(kept: list[Chunk], chunks: list[Chunk], at: int) -> int:
     if said[0].kind == "not":
         return at
     if said[0].kind == "verb" and not _made_it(said):
-        del kept[_clause(kept):]
+        del kept[_clause(kept) :]
         kept += fragment
         return end
     if _made_it(said):
@@ -108,7 +118,9 @@ def _corrected(kept: list[Chunk], chunks: list[Chunk], at: int) -> int:
 
 def _made_it(said: list[Chunk]) -> bool:
     """Return whether the correction is "make it a line": what was said of the same objects."""
-    return len(said) > 2 and said[0].kind == "verb" and said[1].kind == "noun phrase" and said[1].value.kind == "pronoun"
+    return (
+        len(said) > 2 and said[0].kind == "verb" and said[1].kind == "noun phrase" and said[1].value.kind == "pronoun"
+    )
 
 
 def _clause(kept: list[Chunk]) -> int:
@@ -122,7 +134,7 @@ def _clause(kept: list[Chunk]) -> int:
 def _replace(kept: list[Chunk], said: list[Chunk]) -> None:
     first = said[0]
     if first.kind == "noun phrase" and len(said) > 1 and said[1].kind in ("relation", "place", "shape"):
-        del kept[_clause(kept):]
+        del kept[_clause(kept) :]
         kept += said
         return
     used: set[int] = set()

@@ -88,7 +88,9 @@ def _side(place: Place) -> str | None:
     """Return the side that a place speaks of; `None` for a corner."""
     if place.corner or (place.x_position is None) == (place.y_position is None):
         return None
-    return {"left": "left", "right": "right", "bottom": "near", "top": "far"}.get(place.x_position or place.y_position or "", "middle")
+    return {"left": "left", "right": "right", "bottom": "near", "top": "far"}.get(
+        place.x_position or place.y_position or "", "middle"
+    )
 
 
 class Framer:
@@ -105,7 +107,11 @@ class Framer:
 
     def __init__(self, chunks: list[Chunk], ambiguous: Callable[[NounPhrase], bool] = lambda phrase: False) -> None:
         self._ambiguous = ambiguous
-        self.chunks = [chunk for chunk in chunks if chunk.kind != "noise" or chunk.said.lower() in ("with", "too", "also", "as well")]
+        self.chunks = [
+            chunk
+            for chunk in chunks
+            if chunk.kind != "noise" or chunk.said.lower() in ("with", "too", "also", "as well")
+        ]
         self.frames: list[Frame] = []
         self.residue: list[Chunk] = []
         self._frame = Frame()
@@ -194,7 +200,13 @@ class Framer:
             frame.verb = chunk.value
             return at + 1
         whole = frame.has("shape", "table setting", "grid", "rows", "columns", "group")
-        fronted = bool(frame.predicates) and not whole and not frame.objects and not frame.verb and frame.sentence == self._sentence
+        fronted = (
+            bool(frame.predicates)
+            and not whole
+            and not frame.objects
+            and not frame.verb
+            and frame.sentence == self._sentence
+        )
         only_order = fronted and all(each.kind in ("order", "listed", "direction") for each in frame.predicates)
         if not frame.empty and (not fronted or self._pending in _BOUNDARIES) and not only_order:
             self._close()
@@ -273,7 +285,9 @@ class Framer:
             self._close()
         phrase, end = self._modified(at, False)
         self._frame.objects = [phrase]
-        self._frame.predicates.append(Predicate("shape", replace(shape.value, count=1), shape.said, shape.first, shape.end))
+        self._frame.predicates.append(
+            Predicate("shape", replace(shape.value, count=1), shape.said, shape.first, shape.end)
+        )
         self._extend(self.chunks[at])
         self._copies = (shape, left - 1) if left > 1 else None
         self._pending = None
@@ -299,9 +313,17 @@ class Framer:
         return too and not stacked
 
     def _predicate_follows(self, end: int) -> bool:
-        if end < len(self.chunks) and self.chunks[end].kind == "verb" and self.chunks[end].said.lower().split()[0].endswith("ed"):
+        if (
+            end < len(self.chunks)
+            and self.chunks[end].kind == "verb"
+            and self.chunks[end].said.lower().split()[0].endswith("ed")
+        ):
             return True
-        return end < len(self.chunks) and self.chunks[end].kind in PREDICATES and self.chunks[end].kind not in ("listed", "direction", "order", "gap", "size")
+        return (
+            end < len(self.chunks)
+            and self.chunks[end].kind in PREDICATES
+            and self.chunks[end].kind not in ("listed", "direction", "order", "gap", "size")
+        )
 
     def _list(self, at: int, reference: bool, most: int = 40) -> tuple[list[NounPhrase], int]:
         """Read noun phrases that are joined by commas and "and"; return them and the place after."""
@@ -313,7 +335,12 @@ class Framer:
             while joint < len(chunks) and chunks[joint].kind in ("and", "comma", "or") and joint - at < 2:
                 joint += 1
             listed = False
-            if joint < len(chunks) and not reference and chunks[joint].kind in ("then", "followed by") and self._bare_phrase(joint + 1):
+            if (
+                joint < len(chunks)
+                and not reference
+                and chunks[joint].kind in ("then", "followed by")
+                and self._bare_phrase(joint + 1)
+            ):
                 joint, listed = joint + 1, True
             if joint == at or joint >= len(chunks) or chunks[joint].kind != "noun phrase":
                 break
@@ -344,7 +371,9 @@ class Framer:
                 return replace(phrase, side=side, end=following.end), at + 2
         elif following.value in _STANDING and at + 2 < len(chunks) and chunks[at + 2].kind == "noun phrase":
             if swapped or (self._asks(at + 3) and not reference):
-                return replace(phrase, relation=following.value, landmark=chunks[at + 2].value, end=chunks[at + 2].end), at + 3
+                return replace(
+                    phrase, relation=following.value, landmark=chunks[at + 2].value, end=chunks[at + 2].end
+                ), at + 3
         return phrase, at + 1
 
     def _asks(self, at: int) -> bool:
@@ -352,11 +381,24 @@ class Framer:
 
     def _opens_frame(self, after: int) -> bool:
         chunks = self.chunks
-        while after < len(chunks) and chunks[after].kind in ("and", "comma") and after + 1 < len(chunks) and chunks[after + 1].kind == "noun phrase":
+        while (
+            after < len(chunks)
+            and chunks[after].kind in ("and", "comma")
+            and after + 1 < len(chunks)
+            and chunks[after + 1].kind == "noun phrase"
+        ):
             after += 2
-        if after < len(chunks) and chunks[after].kind == "verb" and chunks[after].said.lower().split()[0].endswith("ed"):
+        if (
+            after < len(chunks)
+            and chunks[after].kind == "verb"
+            and chunks[after].said.lower().split()[0].endswith("ed")
+        ):
             return True
-        return after < len(chunks) and chunks[after].kind in PREDICATES and chunks[after].kind not in ("away", "size", "gap", "order end", "order")
+        return (
+            after < len(chunks)
+            and chunks[after].kind in PREDICATES
+            and chunks[after].kind not in ("away", "size", "gap", "order end", "order")
+        )
 
     def _bare_phrase(self, at: int) -> bool:
         """Return whether a noun phrase stands here of which nothing but an order is said."""
@@ -374,7 +416,11 @@ class Framer:
         return frame.objects[0].kind == "objects" and not self._opens_frame(at + 1) or self._shape_ends(at + 1)
 
     def _shape_ends(self, at: int) -> bool:
-        return at < len(self.chunks) and self.chunks[at].kind in ("shape", "direction", "listed") and not self._frame.has("shape")
+        return (
+            at < len(self.chunks)
+            and self.chunks[at].kind in ("shape", "direction", "listed")
+            and not self._frame.has("shape")
+        )
 
     def _exceptions(self, at: int) -> int:
         if at + 1 >= len(self.chunks) or self.chunks[at + 1].kind != "noun phrase":
@@ -385,7 +431,9 @@ class Framer:
             last = self._frame.objects[-1]
             self._frame.objects[-1] = replace(last, without=(*last.without, *phrases))
         else:
-            self._frame.objects = [NounPhrase("all", self.chunks[at].first, self.chunks[at].end, "everything", without=tuple(phrases))]
+            self._frame.objects = [
+                NounPhrase("all", self.chunks[at].first, self.chunks[at].end, "everything", without=tuple(phrases))
+            ]
         self._frame.end = self.chunks[end - 1].end
         return end
 
@@ -394,7 +442,12 @@ class Framer:
     def _with(self, at: int) -> bool:
         """Return whether "with" joins objects to a verb: "swap the mug with the bowl", "surround it with cups"."""
         following = self.chunks[at + 1] if at + 1 < len(self.chunks) else None
-        return following is not None and following.kind == "noun phrase" and self._frame.verb in ("swap", "surround") and bool(self._frame.objects)
+        return (
+            following is not None
+            and following.kind == "noun phrase"
+            and self._frame.verb in ("swap", "surround")
+            and bool(self._frame.objects)
+        )
 
     def _with_objects(self, at: int) -> int:
         phrases, end = self._list(at, reference=True)
@@ -408,21 +461,36 @@ class Framer:
         chunk, frame = self.chunks[at], self._frame
         reference: list[NounPhrase] = []
         end = at + 1
-        if chunk.kind in ("relation", "apart", "relation?") and end < len(self.chunks) and self.chunks[end].kind == "noun phrase":
+        if (
+            chunk.kind in ("relation", "apart", "relation?")
+            and end < len(self.chunks)
+            and self.chunks[end].kind == "noun phrase"
+        ):
             reference, end = self._list(end, reference=chunk.value != "between")
             if chunk.value == "between" and len(reference) > 2:
                 end = self._after_two(at + 1)
                 reference = reference[:2]
         elif chunk.kind in ("relation", "apart") and end < len(self.chunks) and self._structure_named(end):
             reference, end = [self._structure(end)], end + 1
-        elif chunk.kind == "relation" and chunk.value == "in" and end < len(self.chunks) and self.chunks[end].kind in ("relation", "place"):
+        elif (
+            chunk.kind == "relation"
+            and chunk.value == "in"
+            and end < len(self.chunks)
+            and self.chunks[end].kind in ("relation", "place")
+        ):
             return end  # "tuck the cup in behind the bottle"
-        if chunk.kind == "move" and chunk.said.lower().endswith("away") and frame.has("relation", "relation it", "apart"):
+        if (
+            chunk.kind == "move"
+            and chunk.said.lower().endswith("away")
+            and frame.has("relation", "relation it", "apart")
+        ):
             chunk = replace(chunk, kind="away")  # "behind the bowl, 4 cm away"
         if chunk.kind == "length" and (spaced := self._gap_between(at)):
             return spaced
         if chunk.kind == "another":
-            shapes = [each.value.name for frame in self.frames for each in (*frame.get("verb shape"), *frame.get("shape"))]
+            shapes = [
+                each.value.name for frame in self.frames for each in (*frame.get("verb shape"), *frame.get("shape"))
+            ]
             if not shapes:
                 self.residue.append(chunk)
                 return end
@@ -442,7 +510,9 @@ class Framer:
             self._close()
             self._frame.verb = verb
             self._extend(chunk)
-        made = Predicate(chunk.kind, chunk.value, chunk.said, chunk.first, self.chunks[end - 1].end, chunk.metres, tuple(reference))
+        made = Predicate(
+            chunk.kind, chunk.value, chunk.said, chunk.first, self.chunks[end - 1].end, chunk.metres, tuple(reference)
+        )
         if self._fronted(at, end):
             self._close()
         self._pending = None
@@ -458,7 +528,9 @@ class Framer:
             self._frame.objects = [phrase]
             self._extend(chunk)
             self._frame.verb = self._frame.verb or verb
-            self._frame.predicates.append(Predicate("shape", replace(chunk.value, count=1), chunk.said, chunk.first, chunk.end))
+            self._frame.predicates.append(
+                Predicate("shape", replace(chunk.value, count=1), chunk.said, chunk.first, chunk.end)
+            )
             if number + 1 < len(phrases):
                 self._close()
         return at + 1
@@ -472,7 +544,11 @@ class Framer:
     def _gap_between(self, at: int) -> int:
         """Read "put 5 cm between the cans", which has a gap and its objects; return the place after it, or 0."""
         following = self.chunks[at + 1 : at + 3]
-        if [one.kind for one in following] != ["relation", "noun phrase"] or following[0].value != "between" or self._frame.objects:
+        if (
+            [one.kind for one in following] != ["relation", "noun phrase"]
+            or following[0].value != "between"
+            or self._frame.objects
+        ):
             return 0
         chunk = self.chunks[at]
         self._frame.predicates.append(Predicate("gap", True, chunk.said, chunk.first, following[0].end, chunk.metres))
@@ -490,9 +566,15 @@ class Framer:
 
     def _names_structure(self, chunk: Chunk) -> bool:
         """Return whether "the row" means one that was asked for before."""
-        if not (chunk.value.definite and not chunk.value.linked and not self._frame.objects and not self._frame.has("shape")):
+        if not (
+            chunk.value.definite and not chunk.value.linked and not self._frame.objects and not self._frame.has("shape")
+        ):
             return False
-        return any(each.value.name == chunk.value.name for frame in self.frames for each in (*frame.get("shape"), *frame.get("verb shape")))
+        return any(
+            each.value.name == chunk.value.name
+            for frame in self.frames
+            for each in (*frame.get("shape"), *frame.get("verb shape"))
+        )
 
     def _structure_objects(self, at: int) -> int:
         self._frame.objects = [self._structure(at)]
@@ -515,7 +597,11 @@ class Framer:
         if self._pending is None:
             return False
         while end < len(self.chunks) and self.chunks[end].kind in ("comma", *PREDICATES, "noise"):
-            if self.chunks[end].kind in ("relation", "apart") and end + 1 < len(self.chunks) and self.chunks[end + 1].kind == "noun phrase":
+            if (
+                self.chunks[end].kind in ("relation", "apart")
+                and end + 1 < len(self.chunks)
+                and self.chunks[end + 1].kind == "noun phrase"
+            ):
                 _, end = self._list(end + 1, reference=True)
                 continue
             end += 1
@@ -531,4 +617,8 @@ class Framer:
     def _frame_of_phrase(self, at: int) -> bool:
         """Return whether the noun phrase here begins a frame of its own, with its own predicate."""
         _, end = self._list(at, reference=True)
-        return end < len(self.chunks) and self.chunks[end].kind in PREDICATES and self.chunks[end].kind in ("place", "relation", "shape")
+        return (
+            end < len(self.chunks)
+            and self.chunks[end].kind in PREDICATES
+            and self.chunks[end].kind in ("place", "relation", "shape")
+        )

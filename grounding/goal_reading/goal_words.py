@@ -137,11 +137,16 @@ NOISE_PHRASES = (
     "in equal distances", "equidistant", "equally apart",
 )  # fmt: skip
 
-PATTERN_WORDS = NOISE | frozenset(VERBS) | _words(
-    "consisting composed comprising made built formed arranged stacked lined piled total radius diameter gap gaps spacing apart rows columns height width size volume colour kind type corner edge rim border row column "
-    "between around along tallest shortest biggest smallest order ascending descending increasing decreasing clockwise "
-    "swap swapped wait sorry actually instead oops scratch correction mean neither nor except without but not no never "
-    "side hand half third part area region zone section end wall letter word heart bridge house zigzag diagonal diagonally "
-    "star spiral angle degrees upside facing pointing opening open inside within under beneath below above over underneath "
-    "halfway midway distance len center middle left right front back rear near far top bottom north south east west"
-) | frozenset(word for noun in SHAPE_NOUNS for word in noun.split() if noun not in _VAGUE and " " not in noun)
+PATTERN_WORDS = (
+    NOISE
+    | frozenset(VERBS)
+    | _words(
+        "consisting composed comprising made built formed arranged stacked lined piled total radius diameter gap gaps spacing apart rows columns height width size volume colour kind type corner edge rim border row column "
+        "between around along tallest shortest biggest smallest order ascending descending increasing decreasing clockwise "
+        "swap swapped wait sorry actually instead oops scratch correction mean neither nor except without but not no never "
+        "side hand half third part area region zone section end wall letter word heart bridge house zigzag diagonal diagonally "
+        "star spiral angle degrees upside facing pointing opening open inside within under beneath below above over underneath "
+        "halfway midway distance len center middle left right front back rear near far top bottom north south east west"
+    )
+    | frozenset(word for noun in SHAPE_NOUNS for word in noun.split() if noun not in _VAGUE and " " not in noun)
+)

@@ -26,7 +26,9 @@ PRONOUNS = frozenset("it them em they itself themselves".split())
 _DEMONSTRATIVES = frozenset("this that these those both all each".split())
 _DEFINITE = frozenset("the my your our his her their this that these those".split())
 _INDEFINITE = frozenset("a an any some another".split())
-_PREDETERMINERS = frozenset("all both every each any just only several single whole entire certain lone many most few".split())
+_PREDETERMINERS = frozenset(
+    "all both every each any just only several single whole entire certain lone many most few".split()
+)
 # "A pair of", "a bunch of": before the noun, and nothing of themselves.
 _GROUPS = frozenset("couple pair bunch set lot group number trio handful selection".split())
 ORDINALS: Mapping[str, int] = {
@@ -79,14 +81,26 @@ class NounPhraseReader:
             return self._made("each other", place, place + 2)
         if word in PRONOUNS:
             return self._made("pronoun", place, place + 1)
-        if word in ("both", "all", "each") and said.word(place + 1) == "of" and said.word(place + 2) in (*PRONOUNS, "these", "those"):
+        if (
+            word in ("both", "all", "each")
+            and said.word(place + 1) == "of"
+            and said.word(place + 2) in (*PRONOUNS, "these", "those")
+        ):
             if not self._noun_follows(place + 3) or said.word(place + 2) in PRONOUNS:
                 return self._made("pronoun", place, place + 3)
         if word in _DEMONSTRATIVES and not self._noun_follows(place + 1):
             following = said.word(place + 1)
             if word == "that" and following in ("is", "are", "the", "i", "you", "we", "they", "it", "way", "so"):
                 return None
-            if word in ("all", "each", "both") and following in ("the", "along", "over", "around", "the", "in", "other"):
+            if word in ("all", "each", "both") and following in (
+                "the",
+                "along",
+                "over",
+                "around",
+                "the",
+                "in",
+                "other",
+            ):
                 return None if following != "in" else self._made("pronoun", place, place + 1)
             if word == "all" and following in ("of", "right", "way", "set", "my", "your", "except", "but"):
                 return None if following not in ("except", "but") else self._made("all", place, place + 1)
@@ -127,7 +141,9 @@ class NounPhraseReader:
                 of = self._phrase(count[1])
                 if of is None or of.first != count[1]:
                     return replace(self._rest_of(place, count[1]), left=count[0])
-                if of.kind in ("objects", "all") and (of.mention is None or of.mention.noun == ANY and not of.mention.modifiers):
+                if of.kind in ("objects", "all") and (
+                    of.mention is None or of.mention.noun == ANY and not of.mention.modifiers
+                ):
                     return replace(self._made("rest", place, of.end), left=count[0])  # "the other six things"
             noun = self._phrase(at + 1)
             if noun is not None and noun.kind == "objects" and noun.many:
@@ -169,7 +185,13 @@ class NounPhraseReader:
             elif self._modifier(at, place):
                 modifiers += [] if word in ("and", "colour", ",") else [word]
                 at += 1
-            elif (number := count_at(said, at)) is not None and at > start and count is None and modifiers and self._modified(number[1]):
+            elif (
+                (number := count_at(said, at)) is not None
+                and at > start
+                and count is None
+                and modifiers
+                and self._modified(number[1])
+            ):
                 count, at = number  # "the largest two blocks"
             else:
                 break
@@ -234,7 +256,18 @@ class NounPhraseReader:
     def _measured(self, place: int) -> bool:
         """Return whether the number before this place counts no objects: "5 cm", "3 by 3", "2 rows"."""
         word = self.said.word(place)
-        return word in UNITS or word in ("by", "x", "row", "rows", "column", "columns", "/", "degrees", "times", "lines")
+        return word in UNITS or word in (
+            "by",
+            "x",
+            "row",
+            "rows",
+            "column",
+            "columns",
+            "/",
+            "degrees",
+            "times",
+            "lines",
+        )
 
     def _modified(self, place: int) -> bool:
         word = self.said.word(place)

@@ -69,7 +69,9 @@ def _order_growing(match: re.Match[str]) -> dict[str, Any] | None:
     said = _BY.get(_plain(match.group("more")))
     if said is None:
         return None
-    start = {"left": "right", "right": "left", "front": "far", "back": "near", "top": "bottom", "bottom": "top"}[match.group("side")]
+    start = {"left": "right", "right": "left", "front": "far", "back": "near", "top": "bottom", "bottom": "top"}[
+        match.group("side")
+    ]
     return {"by": said[0], "direction": "ascending" if said[1] > 0 else "descending", "from": start}
 
 

@@ -27,8 +27,12 @@ _PERSON = re.compile(
     r"(?:the )?(?:very )?(?P<how>closest|nearest|closer|nearer|near|close|farthest|furthest|farther|further|far)(?: away)?"
     r"(?:(?: to| from)? (?P<who>me|us|myself|you|yourself|the robot|the arm|the robot arm|the gripper|where (?:i|we) (?:sit|stand|am|are)(?: standing| sitting)?))(?! of\b)"
 )
-_AWAY = re.compile(r"(?:the )?(?P<how>closest|nearest|closer|nearer|farthest|furthest|farther|further)(?: away)?(?: away| back| off)?(?= |$)(?! (?:to|from|left|right|away|the|back)\b)")
-_SUPERLATIVE = re.compile(r"(?:the )?(?:very )?(?P<how>closest|nearest|closer|nearer|farthest|furthest|farther|further)(?: away)?(?: to| from)?(?= )")
+_AWAY = re.compile(
+    r"(?:the )?(?P<how>closest|nearest|closer|nearer|farthest|furthest|farther|further)(?: away)?(?: away| back| off)?(?= |$)(?! (?:to|from|left|right|away|the|back)\b)"
+)
+_SUPERLATIVE = re.compile(
+    r"(?:the )?(?:very )?(?P<how>closest|nearest|closer|nearer|farthest|furthest|farther|further)(?: away)?(?: to| from)?(?= )"
+)
 _STANDS = re.compile(
     r"(?:(?:just|right|directly|immediately) )*(?:(?:(?:to|on) (?:the |its )?)?(?P<side>left|right)(?: hand)?(?: side)? of|(?P<other>behind|in front of|next to|beside|close to|near to|near|by|on top of|on|inside|in))(?= )"
 )
@@ -36,7 +40,16 @@ _RELATIONS = {
     "behind": "behind", "in front of": "in front of", "next to": "next to", "beside": "next to", "close to": "next to", "near to": "next to",
     "near": "next to", "by": "next to", "on top of": "on", "on": "on", "inside": "in", "in": "in",
 }  # fmt: skip
-_SIDES = {"front": "near", "back": "far", "rear": "far", "forward": "near", "forwards": "near", "left": "left", "right": "right", "middle": "middle"}
+_SIDES = {
+    "front": "near",
+    "back": "far",
+    "rear": "far",
+    "forward": "near",
+    "forwards": "near",
+    "left": "left",
+    "right": "right",
+    "middle": "middle",
+}
 
 
 def with_clause(said: Words, phrase: NounPhrase, phrase_at: Callable[[int], NounPhrase | None]) -> NounPhrase:
@@ -55,14 +68,21 @@ def with_clause(said: Words, phrase: NounPhrase, phrase_at: Callable[[int], Noun
     if link and _judged(said.word(at)) and phrase.mention is not None:
         mention = replace(phrase.mention, modifiers=(*phrase.mention.modifiers, said.word(at)))
         return _ended(said, replace(phrase, mention=mention), at + 1)
-    if (outer := said.match(_OUTER, at)) is not None and (link or "st" in outer[0].group().split()[0] + outer[0].group().split()[1]):
+    if (outer := said.match(_OUTER, at)) is not None and (
+        link or "st" in outer[0].group().split()[0] + outer[0].group().split()[1]
+    ):
         return _ended(said, _of_one(replace(phrase, side=_SIDES[outer[0].group("side")])), outer[1])
     if (person := said.match(_PERSON, at)) is not None and (link or person[0].group("how").endswith("st")):
         side = "far" if person[0].group("how").startswith("f") else "near"
         mine = person[0].group("who") in ("me", "us", "myself") or person[0].group("who").startswith("where")
         return _ended(said, _of_one(replace(phrase, side=side if mine else f"robot {side}")), person[1])
     most = said.match(_SUPERLATIVE, at)
-    if most is not None and (link or most[0].group("how").endswith("st")) and (landmark := phrase_at(most[1])) is not None and landmark.kind == "objects":
+    if (
+        most is not None
+        and (link or most[0].group("how").endswith("st"))
+        and (landmark := phrase_at(most[1])) is not None
+        and landmark.kind == "objects"
+    ):
         relation = "farthest" if most[0].group("how").startswith("f") else "nearest"
         return _ended(said, _of_one(replace(phrase, relation=relation, landmark=landmark)), landmark.end)
     if link is None:
@@ -70,7 +90,9 @@ def with_clause(said: Words, phrase: NounPhrase, phrase_at: Callable[[int], Noun
     if (side := said.match(_SIDE, at)) is not None:
         return _ended(said, replace(phrase, side=_SIDES[side[0].group("side")]), side[1])
     if (away := said.match(_AWAY, at)) is not None:
-        return _ended(said, _of_one(replace(phrase, side="far" if away[0].group("how").startswith("f") else "near")), away[1])
+        return _ended(
+            said, _of_one(replace(phrase, side="far" if away[0].group("how").startswith("f") else "near")), away[1]
+        )
     stands = said.match(_STANDS, at)
     if stands is not None and (landmark := phrase_at(stands[1])) is not None and landmark.kind == "objects":
         side = stands[0].group("side")

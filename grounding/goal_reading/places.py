@@ -113,7 +113,14 @@ def _of_words(words: str, corner: bool = False) -> Place | None:
     said = [word for word in words.split() if word not in ("and", ",", "the", "hand")]
     x = [X_WORDS[word] for word in said if word in X_WORDS]
     y = [Y_WORDS[word] for word in said if word in Y_WORDS]
-    if len(said) > 1 and said[0] in ("far", "near", "middle", "center") and len(x) == 1 and said[0] == "far" and not corner and said[1] in ("left", "right"):
+    if (
+        len(said) > 1
+        and said[0] in ("far", "near", "middle", "center")
+        and len(x) == 1
+        and said[0] == "far"
+        and not corner
+        and said[1] in ("left", "right")
+    ):
         return Place(x[0])  # "on the far left"
     if len(x) > 1 or len(y) > 1:
         if set(said) == {"middle", "center"}:
@@ -140,7 +147,9 @@ def _phrases() -> dict[str, Place]:
     for hole, slot in (("x", "x_position"), ("y", "y_position")):
         for value, said in phrases[hole].items():
             for phrase in said:
-                words = " ".join(phrase.lower().replace("-", " ").replace("centre", "center").replace("towards", "toward").split())
+                words = " ".join(
+                    phrase.lower().replace("-", " ").replace("centre", "center").replace("towards", "toward").split()
+                )
                 if " " in words:
                     found[words] = Place(**{slot: value})
     return found

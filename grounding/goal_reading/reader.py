@@ -94,7 +94,9 @@ class GoalReader:
     def __init__(self, encoder: SentenceEncoder | None = None, opposite: bool = False) -> None:
         self._encoder, self._opposite = encoder, opposite
 
-    def read(self, text: str, objects: Sequence[SceneObject | str | None] | None = None, catalogue: bool = False) -> GoalReading:
+    def read(
+        self, text: str, objects: Sequence[SceneObject | str | None] | None = None, catalogue: bool = False
+    ) -> GoalReading:
         """Read an instruction; directions are the speaker's.
 
         Args:
@@ -103,8 +105,14 @@ class GoalReader:
             catalogue: whether they are a library that a scene can be drawn from.
         """
         if len(text) > MOST_CHARACTERS:
-            return GoalReading(problem=f"the instruction is too long: {len(text)} characters; legal: up to {MOST_CHARACTERS}")
-        there = None if objects is None else [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]
+            return GoalReading(
+                problem=f"the instruction is too long: {len(text)} characters; legal: up to {MOST_CHARACTERS}"
+            )
+        there = (
+            None
+            if objects is None
+            else [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]
+        )
         nouns = Vocabulary(FORMS) if there is None else vocabulary([each.name for each in there])
         said = self.chunks(text, nouns)
         chunks = without_corrections(said)
@@ -127,11 +135,25 @@ class GoalReader:
         except ImpossibleError as error:
             return GoalReading(problem=str(error), residue=tuple(residue), beyond=True, verbs=verbs, lost=lost)
         except (ReadingError, SpecError, SelectionError) as error:
-            return GoalReading(problem=_sentence(text, error), residue=tuple(residue), beyond=beyond, verbs=verbs, lost=lost)
+            return GoalReading(
+                problem=_sentence(text, error), residue=tuple(residue), beyond=beyond, verbs=verbs, lost=lost
+            )
         residue += composer.unread
         if problem:
-            return GoalReading(problem=f"{shortened(text)!r} contradicts itself: {problem}", residue=tuple(residue), beyond=beyond)
-        return GoalReading(goal, residue=tuple(filter(None, residue)), beyond=beyond, verbs=verbs, corrected=corrections, nouns=tuple(dict.fromkeys(find.nouns)), described=find.described, notes=tuple(dict.fromkeys((*find.notes, *composer.notes))), lost=lost)
+            return GoalReading(
+                problem=f"{shortened(text)!r} contradicts itself: {problem}", residue=tuple(residue), beyond=beyond
+            )
+        return GoalReading(
+            goal,
+            residue=tuple(filter(None, residue)),
+            beyond=beyond,
+            verbs=verbs,
+            corrected=corrections,
+            nouns=tuple(dict.fromkeys(find.nouns)),
+            described=find.described,
+            notes=tuple(dict.fromkeys((*find.notes, *composer.notes))),
+            lost=lost,
+        )
 
     def chunks(self, text: str, nouns: Vocabulary) -> list[Chunk]:
         """Divide an instruction into chunks, typing errors mended."""
@@ -146,7 +168,12 @@ def _lost(framer: Framer, composer: Composer, there: Sequence[SceneObject] | Non
     objects = [one.said for one in framer.residue if there and one.kind == "noun phrase" and _known([one.value])]
     objects += [phrase.text for phrase in composer.unused if there and _known([phrase])]
     colours = {colour for each in there or () if each.attributes is not None for colour in each.attributes.colors}
-    return lost_wishes(composer.text, [*(one.said for one in framer.residue), *(phrase.text for phrase in composer.unused)], objects, colours)
+    return lost_wishes(
+        composer.text,
+        [*(one.said for one in framer.residue), *(phrase.text for phrase in composer.unused)],
+        objects,
+        colours,
+    )
 
 
 def _sentence(text: str, error: Exception) -> str:
@@ -164,7 +191,10 @@ def more_than_plain(goal: Goal) -> bool:
 
 
 _TELLING = frozenset("opposite colour height width alternate alternating alternately".split())
-_SIGNS = frozenset("grid rows columns gap radius diameter length apart order group".split()) | {"order end", "length of"}
+_SIGNS = frozenset("grid rows columns gap radius diameter length apart order group".split()) | {
+    "order end",
+    "length of",
+}
 
 
 _MOST_UNREAD = 2  # with more words that are not understood, two clauses are likelier a story than two wishes
@@ -193,34 +223,64 @@ def _certain(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
 def _unknown_act(chunks: Sequence[Chunk]) -> bool:
     """Return whether an act is asked for that is not known, with its object: "... and wash the dishes"."""
     return any(
-        chunk.kind == "unknown" and before.kind in ("and", "then") and after.kind == "noun phrase" and _known([after.value])
+        chunk.kind == "unknown"
+        and before.kind in ("and", "then")
+        and after.kind == "noun phrase"
+        and _known([after.value])
         for before, chunk, after in zip(chunks, chunks[1:], chunks[2:], strict=False)
     )
 
 
 def _several(frames: Sequence[Frame]) -> bool:
     """Return whether several things are asked for, or one that is no structure."""
-    relations = [(frame, each) for frame in frames for each in frame.predicates if each.kind == "relation" and each.reference]
-    if any(frame.verb in ("swap", "surround") and frame.objects or frame.has("shape") and set(each.value.name for each in frame.get("shape")) - set(_FOUR) for frame in frames):
+    relations = [
+        (frame, each) for frame in frames for each in frame.predicates if each.kind == "relation" and each.reference
+    ]
+    if any(
+        frame.verb in ("swap", "surround")
+        and frame.objects
+        or frame.has("shape")
+        and set(each.value.name for each in frame.get("shape")) - set(_FOUR)
+        for frame in frames
+    ):
         return True
     if any(frame.objects and _known(each.reference) for frame, each in relations):
         return True
-    if sum(bool(frame.objects) for frame in frames) > 1 and any(each.reference[0].kind == "pronoun" for _, each in relations):
+    if sum(bool(frame.objects) for frame in frames) > 1 and any(
+        each.reference[0].kind == "pronoun" for _, each in relations
+    ):
         return True
-    asked = [frame for frame in frames if frame.verb not in ("", "take", "leave", "make") and _known(frame.objects) and not frame.negated]
+    asked = [
+        frame
+        for frame in frames
+        if frame.verb not in ("", "take", "leave", "make") and _known(frame.objects) and not frame.negated
+    ]
     if len(asked) > 1 and len(_nouns(asked)) > 1:
         return True
     ends = {frame.end for frame in frames}  # "screws boxes" are not two things
-    told = [frame for frame in frames if frame.predicates and _known(frame.objects) and not frame.negated and (not frame.first or frame.first not in ends)]
+    told = [
+        frame
+        for frame in frames
+        if frame.predicates
+        and _known(frame.objects)
+        and not frame.negated
+        and (not frame.first or frame.first not in ends)
+    ]
     if told and any(frame.negated and _known(frame.objects) for frame in frames):
         return True
-    rest = any(phrase.kind == "rest" for frame in frames if frame.has("shape", "verb shape") for phrase in frame.objects)
+    rest = any(
+        phrase.kind == "rest" for frame in frames if frame.has("shape", "verb shape") for phrase in frame.objects
+    )
     if rest and any(frame.has("shape", "verb shape", "place") for frame in told):
         return True
     shapes = {each.value.name for frame in told for each in (*frame.get("shape"), *frame.get("verb shape"))}
     places = {each.value for frame in told for each in (*frame.get("place"), *frame.get("inner"))}
     related = any(each.reference and each.value != "in" for frame in told for each in frame.get("relation"))
-    return len(told) > 1 and len(_nouns(told)) > 1 and (len(shapes) > 1 or len(places) > 1 or (bool(shapes) and (bool(places) or related)))
+    return (
+        len(told) > 1
+        and len(_nouns(told)) > 1
+        and (len(shapes) > 1 or len(places) > 1 or (bool(shapes) and (bool(places) or related)))
+    )
 
 
 def _nouns(frames: Sequence[Frame]) -> set[str]:
@@ -232,14 +292,21 @@ def _possessives_apart(said: Words) -> Words:
     words, spans = list(said.words), list(said.spans)
     for at in range(len(words) - 3):
         owner = words[at + 2]
-        if words[at] in ("to", "on") and words[at + 1] in ("the", "my") and owner.endswith("'s") and words[at + 3] in ("left", "right"):
+        if (
+            words[at] in ("to", "on")
+            and words[at + 1] in ("the", "my")
+            and owner.endswith("'s")
+            and words[at + 3] in ("left", "right")
+        ):
             words[at : at + 4] = [words[at], "the", words[at + 3], "of", "the", owner.removesuffix("'s")]
             spans[at : at + 4] = [spans[at], spans[at + 1], spans[at + 3], spans[at + 3], spans[at + 1], spans[at + 2]]
     return joined(said.text, words, spans)
 
 
 def _known(phrases: Sequence[NounPhrase]) -> bool:
-    return bool(phrases) and all(phrase.kind == "structure" or (phrase.mention is not None and phrase.mention.known) for phrase in phrases)
+    return bool(phrases) and all(
+        phrase.kind == "structure" or (phrase.mention is not None and phrase.mention.known) for phrase in phrases
+    )
 
 
 def _without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> list[Chunk]:
@@ -275,12 +342,17 @@ def _reports(run: Sequence[Chunk]) -> bool:
         return True
     asks = any(one.kind in PREDICATES and one.kind not in ("place", "size", "inner", "relation") for one in run)
     return not asks and not any(
-        one.kind == "relation" and other.kind == "noun phrase" and _known([other.value]) for one, other in zip(run, run[1:], strict=False)
+        one.kind == "relation" and other.kind == "noun phrase" and _known([other.value])
+        for one, other in zip(run, run[1:], strict=False)
     )
 
 
-_PAST = frozenset("came bought lost broke fell saw said got gave told cried brought belonged went won stood was were had wasn't weren't".split())
-_CONDITIONS = frozenset("if when whenever once unless until provided".split())  # what depends on them is not passed over
+_PAST = frozenset(
+    "came bought lost broke fell saw said got gave told cried brought belonged went won stood was were had wasn't weren't".split()
+)
+_CONDITIONS = frozenset(
+    "if when whenever once unless until provided".split()
+)  # what depends on them is not passed over
 _SUBJECTS = frozenset(
     "i we my our he she they it it's i'm i've we're we've this that there there's today tonight yesterday tomorrow because since as when if the "
     "his her their everyone someone guests people nobody mum mom dad grandma what".split()

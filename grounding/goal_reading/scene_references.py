@@ -9,7 +9,7 @@ from dataclasses import replace
 from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.parse_result import OBJECT, Question
 from grounding.references.attributes import SUPERLATIVES, SceneObject
-from grounding.references.candidates import Candidates, SelectionError
+from grounding.references.candidates import Candidates
 from grounding.references.phrases import ANY, Mention
 
 _NAMES = {"left": "left", "right": "right", "near": "front", "far": "back", "middle": "middle"}
@@ -136,7 +136,9 @@ class SceneReferences:
             if len(same) == phrase.left:
                 return tuple(same)
         if len(left) != phrase.left:
-            raise ReadingError(f"{phrase.text!r} speaks of {phrase.left} objects, and {len(left)} are left: {'; '.join(self._descriptions(left)) or 'none'}")
+            raise ReadingError(
+                f"{phrase.text!r} speaks of {phrase.left} objects, and {len(left)} are left: {'; '.join(self._descriptions(left)) or 'none'}"
+            )
         return tuple(left)
 
     # Places
@@ -164,7 +166,9 @@ class SceneReferences:
             return found
         if side == "middle":
             middle = sorted(found, key=lambda i: self.position(i)[1])
-            return [middle[len(middle) // 2]] if len(middle) % 2 else middle[len(middle) // 2 - 1 : len(middle) // 2 + 1]
+            return (
+                [middle[len(middle) // 2]] if len(middle) % 2 else middle[len(middle) // 2 - 1 : len(middle) // 2 + 1]
+            )
         order = sorted(found, key=lambda i: self._along(side, i))
         if phrase.ordinal is not None:
             return order[-1:] if phrase.ordinal < 0 else order[phrase.ordinal - 1 : phrase.ordinal]

@@ -40,7 +40,18 @@ def corrected(word: str, nouns: Vocabulary, known: Collection[str]) -> str:
 
 @lru_cache(maxsize=1)
 def _words() -> frozenset[str]:
-    return frozenset(UNITS) | frozenset(COUNTS) | PATTERN_WORDS | NOISE | frozenset(VERBS) | FUNCTION_WORDS | NOT_OBJECTS | frozenset(TELLING_ADJECTIVES) | frozenset(FORMS) | _MORE
+    return (
+        frozenset(UNITS)
+        | frozenset(COUNTS)
+        | PATTERN_WORDS
+        | NOISE
+        | frozenset(VERBS)
+        | FUNCTION_WORDS
+        | NOT_OBJECTS
+        | frozenset(TELLING_ADJECTIVES)
+        | frozenset(FORMS)
+        | _MORE
+    )
 
 
 @lru_cache(maxsize=8192)
@@ -52,5 +63,7 @@ def _nearest(word: str, heads: frozenset[str]) -> str | None:
         return None
     reach = 1 if len(word) < 7 else 2
     found = process.extract(word, candidates, scorer=OSA.distance, score_cutoff=reach, limit=None)
-    ranked = [(hit[1] + 0.6 * (hit[0][0] != word[0]) - 0.3 * (hit[0] in _MORE or hit[0] in heads), hit[0]) for hit in found]
+    ranked = [
+        (hit[1] + 0.6 * (hit[0][0] != word[0]) - 0.3 * (hit[0] in _MORE or hit[0] in heads), hit[0]) for hit in found
+    ]
     return min(ranked)[1] if ranked else None

@@ -50,8 +50,16 @@ class StructureKeys:
         for each in frame.predicates:
             self._key(each, values, frame)
         self._distances(frame)
-        single = [each for each in frame.predicates if each.kind in ("relation", "relation it") and each.value != "around"]
-        if values["gap"] is not None and values["shape"] is None and shape is None and single and not any(one.many for one in frame.objects):
+        single = [
+            each for each in frame.predicates if each.kind in ("relation", "relation it") and each.value != "around"
+        ]
+        if (
+            values["gap"] is not None
+            and values["shape"] is None
+            and shape is None
+            and single
+            and not any(one.many for one in frame.objects)
+        ):
             self.distances[single[-1].first], values["gap"] = values["gap"], None  # "left of the can, 2 cm apart"
         self._implied(frame, values, shape)
         self._order(frame, values, shape)
@@ -59,8 +67,14 @@ class StructureKeys:
         if values["size"] is not None and shape is not None and "size" not in SLOTS_OF_SHAPE.get(shape, ("size",)):
             values["size"] = None
             self.notes.append(f"a {shape} has no size; what {shortened(self.text)!r} says of it is left out")
-        if values["rotation"] is not None and shape is not None and "rotation" not in SLOTS_OF_SHAPE.get(shape, ("rotation",)):
-            raise ReadingError(f"a {shape} has no direction in which it faces, and {shortened(self.text)!r} asks for one")
+        if (
+            values["rotation"] is not None
+            and shape is not None
+            and "rotation" not in SLOTS_OF_SHAPE.get(shape, ("rotation",))
+        ):
+            raise ReadingError(
+                f"a {shape} has no direction in which it faces, and {shortened(self.text)!r} asks for one"
+            )
         return values
 
     def asks(self, values: dict[str, Any]) -> bool:
@@ -71,7 +85,9 @@ class StructureKeys:
         if value is None:
             return
         if values[key] is not None and values[key] != value:
-            raise ReadingError(f"{shortened(self.text)!r} contradicts itself: {key.replace('_', ' ')} {values[key]} and {value}")
+            raise ReadingError(
+                f"{shortened(self.text)!r} contradicts itself: {key.replace('_', ' ')} {values[key]} and {value}"
+            )
         values[key] = value
 
     def _shape(self, frame: Frame, values: dict[str, Any]) -> None:
@@ -91,7 +107,13 @@ class StructureKeys:
             self._set(values, "shape", "table setting")
         if named or frame.has("table setting"):
             return
-        for kind, shape in (("grid", "grid"), ("rows", "grid"), ("columns", "grid"), ("stacked", "tower"), ("side by side", "line")):
+        for kind, shape in (
+            ("grid", "grid"),
+            ("rows", "grid"),
+            ("columns", "grid"),
+            ("stacked", "tower"),
+            ("side by side", "line"),
+        ):
             if frame.has(kind):
                 count = next((each.value for each in frame.get(kind)), None)
                 if kind in ("rows", "columns") and count == 1:
@@ -99,7 +121,9 @@ class StructureKeys:
                 self._set(values, "shape", shape)
                 return
         verbs = frame.get("verb shape")
-        if verbs and not (verbs[0].value.name == "cluster" and frame.has("group", "relation", "place") and frame.verb == "sort"):
+        if verbs and not (
+            verbs[0].value.name == "cluster" and frame.has("group", "relation", "place") and frame.verb == "sort"
+        ):
             values["shape"] = verbs[0].value.name
             self.verb_shape_only = True
 
@@ -133,13 +157,23 @@ class StructureKeys:
         elif kind == "relation" and value == "around":
             around = self._reference(each)
             if not isinstance(around, tuple):
-                raise ReadingError(f"{each.said!r} in {shortened(self.text)!r}: a structure can be laid around one object")
+                raise ReadingError(
+                    f"{each.said!r} in {shortened(self.text)!r}: a structure can be laid around one object"
+                )
             self._set(values, "around", around)
         elif kind == "move?":
-            raise ReadingQuestion(Question("distance", f"how far is {each.said!r} in {shortened(self.text)!r}, and in which direction?", ()))
+            raise ReadingQuestion(
+                Question(
+                    "distance", f"how far is {each.said!r} in {shortened(self.text)!r}, and in which direction?", ()
+                )
+            )
 
     def _distances(self, frame: Frame) -> None:
-        relations = [each for each in frame.predicates if each.kind in ("relation", "apart", "relation it") and each.value != "around"]
+        relations = [
+            each
+            for each in frame.predicates
+            if each.kind in ("relation", "apart", "relation it") and each.value != "around"
+        ]
         for each in relations:
             if each.kind == "apart":
                 self.distances[each.first] = each.metres
@@ -174,7 +208,9 @@ class StructureKeys:
                 starts = {each.value.get("from") for each in (*frame.get("order"), *frame.get("order end"))}
                 values["shape"] = "tower" if starts & {"bottom", "top"} else "line"
             elif (frame.has("direction", "listed") or frame.listed) and len(frame.objects) > 1:
-                values["shape"] = "tower" if any(each.value in ("bottom", "top") for each in frame.get("direction")) else "line"
+                values["shape"] = (
+                    "tower" if any(each.value in ("bottom", "top") for each in frame.get("direction")) else "line"
+                )
         elif values["group_by"] is not None and known == "cluster":
             values["shape"] = "cluster"
 
@@ -186,7 +222,13 @@ class StructureKeys:
         starts = frame.get("direction")
         listed = frame.listed or bool(frame.get("listed")) or (bool(starts) and len(frame.objects) > 1 and not order)
         if order and "by" not in order:
-            raise ReadingQuestion(Question("order", f"by what should the objects be ordered in {shortened(self.text)!r}: height, width or size?", ("height", "width", "volume")))
+            raise ReadingQuestion(
+                Question(
+                    "order",
+                    f"by what should the objects be ordered in {shortened(self.text)!r}: height, width or size?",
+                    ("height", "width", "volume"),
+                )
+            )
         if listed and not order and len(frame.objects) > 1 and shape in _ORDERED:
             order = {"by": "listed"}
         if not order:

@@ -73,7 +73,11 @@ def split(text: str, corrected: Callable[[str], str] = str) -> Words:
     spans: list[tuple[int, int]] = []
     for match in _TOKEN.finditer(text):
         said = match.group().lower().replace("’", "'") if len(match.group()) > 1 else match.group().lower()
-        if said.strip() in _MINUS and match.end() < len(text) and (text[match.end()].isdigit() or text[match.end()] == "."):
+        if (
+            said.strip() in _MINUS
+            and match.end() < len(text)
+            and (text[match.end()].isdigit() or text[match.end()] == ".")
+        ):
             said = "minus"
         elif said.strip("-") == "" or said in _SPELLING:
             said = _SPELLING.get(said, ",")

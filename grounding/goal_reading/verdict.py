@@ -14,7 +14,10 @@ _ASKING = re.compile(
     r"\s*(?:(?:is|are|was|were|am|does|did|has|how|what|what's|where|where's|when|which|who|whose|why)\b(?! (?:about|an?)\b)|do (?:the|they|we|i|you (?:see|know|think|have))\b)",
     re.IGNORECASE,
 )
-_DENIED = re.compile(r"[\s,]*(?:and |but )?(?:not|rather than|instead of|no longer) (?:on|in|at|to|near|along|against|by|left|right|far|the|close|too)\b", re.IGNORECASE)
+_DENIED = re.compile(
+    r"[\s,]*(?:and |but )?(?:not|rather than|instead of|no longer) (?:on|in|at|to|near|along|against|by|left|right|far|the|close|too)\b",
+    re.IGNORECASE,
+)
 _DEPTHS = {
     **dict.fromkeys(("near", "front", "me", "close", "you"), "bottom"), **dict.fromkeys(("far", "back", "rear"), "top"),
     "centre": "center",
@@ -47,18 +50,27 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
     """
     if reading.complete:
         plain = parse.status != "refused" and not more_than_plain(reading.goal)
-        taken_back = plain and (reading.corrected or known) and parse.status == "ok" and parse.spec == reading.goal.parts[0].spec
+        taken_back = (
+            plain and (reading.corrected or known) and parse.status == "ok" and parse.spec == reading.goal.parts[0].spec
+        )
         if _only_reported(parse, reading) or (plain and not taken_back):
             return None
         return Verdict("ok")
     refused = parse.status == "refused" and not (_idle(parse) and not reading.verbs) and not _ASKING.match(parse.text)
     goal = any(REFUSALS[reason] in parse.message for reason in ("several", "relation"))
     if parse.status != "refused" and not _ASKING.match(parse.text):
-        denied = [question for words in reading.residue if _DENIED.match(words) and (question := _elsewhere(parse, words)) is not None]
+        denied = [
+            question
+            for words in reading.residue
+            if _DENIED.match(words) and (question := _elsewhere(parse, words)) is not None
+        ]
         if denied:
             return denied[0]
         shapes = {SHAPE_NOUNS.get(words.lower(), "") for words in reading.residue}
-        another = bool(shapes) and not shapes & {"", parse.spec.shape}  # beside it only noise: "cups: circle; cans: pillar"
+        another = bool(shapes) and not shapes & {
+            "",
+            parse.spec.shape,
+        }  # beside it only noise: "cups: circle; cans: pillar"
         if reading.lost or another:
             return _not_understood(parse, reading.lost or reading.residue)
     if not (reading.beyond or (refused and (goal or not reading.residue))) or _asks_nothing(parse, reading):
@@ -90,7 +102,10 @@ def _elsewhere(parse: Parse, words: str) -> Verdict | None:
 
 def _not_understood(parse: Parse, words: tuple[str, ...]) -> Verdict:
     listed = " and ".join(repr(each) for each in dict.fromkeys(map(shortened, words)))
-    return Verdict("refused", f"{listed} in {shortened(parse.text)!r} is not understood; nothing is built before every part of it is clear")
+    return Verdict(
+        "refused",
+        f"{listed} in {shortened(parse.text)!r} is not understood; nothing is built before every part of it is clear",
+    )
 
 
 def _only_reported(parse: Parse, reading: GoalReading) -> bool:
@@ -103,7 +118,9 @@ def _only_reported(parse: Parse, reading: GoalReading) -> bool:
 
 
 def _asks_nothing(parse: Parse, reading: GoalReading) -> bool:
-    return parse.status == "refused" and (_idle(parse) or _ASKING.match(parse.text) is not None) and bool(reading.residue)
+    return (
+        parse.status == "refused" and (_idle(parse) or _ASKING.match(parse.text) is not None) and bool(reading.residue)
+    )
 
 
 def _idle(parse: Parse) -> bool:

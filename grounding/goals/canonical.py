@@ -44,11 +44,14 @@ def canonical_part(part: Part) -> Part:
 
 
 def _sorted(objects: Any) -> Any:
-    return tuple(sorted(objects, key=lambda one: (isinstance(one, str), one))) if isinstance(objects, tuple) else objects
+    return (
+        tuple(sorted(objects, key=lambda one: (isinstance(one, str), one))) if isinstance(objects, tuple) else objects
+    )
 
 
 def turned_part(part: Part) -> Part:
     """Turn every direction of a part by 180 degrees: the same part, spoken from the opposite side."""
+
     def other(value: str | None) -> str | None:
         return _OPPOSITE_WORDS.get(value, value)  # type: ignore[arg-type]
 

@@ -86,7 +86,9 @@ def _one_by_one(goal: Goal, count: int | None) -> tuple[Part, ...]:
         return PartReference(place[objects.part]) if isinstance(objects, PartReference) else objects
 
     return tuple(
-        replace(part, objects=moved(part.objects), reference=moved(part.reference)) if isinstance(part, RelationPart) else part
+        replace(part, objects=moved(part.objects), reference=moved(part.reference))
+        if isinstance(part, RelationPart)
+        else part
         for part in parts
     )
 

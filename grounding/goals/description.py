@@ -28,10 +28,14 @@ def describe_part(part: Part, names: Sequence[str] | None = None) -> str:
         words += [f"by {part.distance * 100:.4g} cm"] if part.distance is not None else []
         return " ".join(filter(None, words))
     values = [f"{part.shape or 'structure'} of {said(part.objects)}"]
-    values += [f"facing {value}" if slot == "rotation" else value for slot, value in part.spec.tokens() if slot != "shape"]
+    values += [
+        f"facing {value}" if slot == "rotation" else value for slot, value in part.spec.tokens() if slot != "shape"
+    ]
     for key, value in part.keys.items():
         if key == "order":
-            order = " ".join(filter(None, ("order by", value.by, value.direction, value.start and f"from {value.start}")))
+            order = " ".join(
+                filter(None, ("order by", value.by, value.direction, value.start and f"from {value.start}"))
+            )
             values.append(order)
         elif key == "around":
             values.append(f"around {said(value)}")

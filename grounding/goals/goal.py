@@ -45,7 +45,9 @@ class Goal:
                 rest = number
             for index in part.objects or ():
                 if index in owner:
-                    raise GoalError(f"object {index!r} is in parts {owner[index]} and {number}; legal: one structure at most")
+                    raise GoalError(
+                        f"object {index!r} is in parts {owner[index]} and {number}; legal: one structure at most"
+                    )
                 owner[index] = number
 
     def _check_reference(self, objects: Objects | None, number: int) -> None:
@@ -168,7 +170,7 @@ def _part_from(values: Any, number: int) -> Part:
 def _objects_from(value: Any) -> Any:
     if isinstance(value, Mapping):
         if set(value) != {"part"} or type(value["part"]) is not int:
-            raise GoalError(f"a reference to a part is {{\"part\": NUMBER}}, not {value!r:.80}")
+            raise GoalError(f'a reference to a part is {{"part": NUMBER}}, not {value!r:.80}')
         return PartReference(value["part"])
     return tuple(value) if isinstance(value, list) else value
 

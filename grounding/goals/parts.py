@@ -214,7 +214,9 @@ class RelationPart:
 
     def _check_keys(self) -> None:
         if self.distance is not None and self.relation not in WITH_DISTANCE:
-            raise GoalError(f"the relation {self.relation!r} takes no distance; those that do: {', '.join(WITH_DISTANCE)}")
+            raise GoalError(
+                f"the relation {self.relation!r} takes no distance; those that do: {', '.join(WITH_DISTANCE)}"
+            )
         _require_length("distance", self.distance, zero=self.relation != "moved")
         _require("x_position", self.x_position, (*X_POSITIONS, None))
         _require("y_position", self.y_position, (*Y_POSITIONS, None))
@@ -254,8 +256,10 @@ def _require_length(key: str, value: Any, zero: bool = False) -> None:
 def _require_objects(key: str, objects: Any, exactly: int | None = None) -> None:
     if objects is None or isinstance(objects, PartReference):
         return
-    each_legal = isinstance(objects, tuple) and bool(objects) and (
-        all(type(one) is int and one >= 0 for one in objects) or all(isinstance(one, str) for one in objects)
+    each_legal = (
+        isinstance(objects, tuple)
+        and bool(objects)
+        and (all(type(one) is int and one >= 0 for one in objects) or all(isinstance(one, str) for one in objects))
     )
     if not each_legal:
         raise GoalError(f"{key} cannot be {objects!r:.80}; legal: indices of objects, or words where no scene is known")

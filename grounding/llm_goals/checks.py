@@ -122,14 +122,19 @@ def _plain(said: str) -> list[str]:
 def _left_alone(chunks: Sequence[Chunk], place: int) -> bool:
     """Return whether a noun phrase is what shall stay as it is, or is excepted."""
     before = [chunk for chunk in chunks[:place] if chunk.kind not in ("noise", "noun phrase", "and", "comma")]
-    if before and (before[-1].kind in ("except", "negated") or (before[-1].kind == "verb" and before[-1].value == "leave")):
+    if before and (
+        before[-1].kind in ("except", "negated") or (before[-1].kind == "verb" and before[-1].value == "leave")
+    ):
         return True
     after = [chunk for chunk in chunks[place + 1 :] if chunk.kind != "noise"]
     return bool(after) and after[0].kind == "stays"
 
 
 def _shapes(
-    chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], relations: Sequence[Mapping[str, Any]], unread: bool
+    chunks: Sequence[Chunk],
+    structures: Sequence[Mapping[str, Any]],
+    relations: Sequence[Mapping[str, Any]],
+    unread: bool,
 ) -> str:
     held = Counter(part.get("shape") for part in structures)
     named = Counter(c.value.name for c in chunks if c.kind == "shape" and not c.value.definite)
@@ -150,13 +155,18 @@ def _shapes(
     if swaps > sum(part["relation"] == "swapped" for part in relations):
         return "leaves out a swap"
     stacks = any(chunk.kind == "verb" and chunk.value == "stack" for chunk in chunks)
-    if stacks and not (held["tower"] or held["pyramid"] or held["cluster"] or any(p["relation"] == "on" for p in relations)):
+    if stacks and not (
+        held["tower"] or held["pyramid"] or held["cluster"] or any(p["relation"] == "on" for p in relations)
+    ):
         return "leaves out the tower"
     return ""
 
 
 def _relations(
-    chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], relations: Sequence[Mapping[str, Any]], unread: bool
+    chunks: Sequence[Chunk],
+    structures: Sequence[Mapping[str, Any]],
+    relations: Sequence[Mapping[str, Any]],
+    unread: bool,
 ) -> str:
     said = Counter(c.value for c in chunks if c.kind in ("relation", "relation it", "apart"))
     said["moved"] = sum(chunk.kind == "move" for chunk in chunks)
@@ -170,7 +180,9 @@ def _relations(
     ways = Counter(chunk.value for chunk in chunks if chunk.kind == "move")
     if ways and ways != Counter(part.get("direction") for part in relations if part["relation"] == "moved"):
         return "has another direction of a move"
-    sides = {value for chunk in chunks if chunk.kind == "place" for value in (chunk.value.x_position, chunk.value.y_position)}
+    sides = {
+        value for chunk in chunks if chunk.kind == "place" for value in (chunk.value.x_position, chunk.value.y_position)
+    }
     for relation, count in held.items():
         if relation in ("at", "swapped") or unread:
             continue
@@ -196,7 +208,11 @@ def _references(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> 
         seen.append(same)
     spoken = [chunk for chunk in chunks if chunk.kind != "noise"]
     for chunk, after in zip(spoken, spoken[1:], strict=False):
-        if chunk.kind not in ("relation", "apart") or chunk.value not in (*_SIDES, "next to", "on", "in") or after.kind != "noun phrase":
+        if (
+            chunk.kind not in ("relation", "apart")
+            or chunk.value not in (*_SIDES, "next to", "on", "in")
+            or after.kind != "noun phrase"
+        ):
             continue
         words = {word for word in _plain(after.said) if word not in _IDLE_WORDS}
         if after.value.kind != "objects" or not words:
@@ -217,7 +233,12 @@ def _reference_words(part: Mapping[str, Any], parts: Sequence[Mapping[str, Any]]
 def _places(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]], unread: bool) -> str:
     held = {(key, part[key]) for part in parts for key in ("x_position", "y_position") if part.get(key) is not None}
     spots = [chunk for chunk in chunks if chunk.kind == "place"]
-    said = {(key, value) for c in spots for key in ("x_position", "y_position") if (value := getattr(c.value, key)) is not None}
+    said = {
+        (key, value)
+        for c in spots
+        for key in ("x_position", "y_position")
+        if (value := getattr(c.value, key)) is not None
+    }
     relations = {_SIDES[part["relation"]] for part in parts if part.get("relation") in _SIDES}
     edges = {part["along"] for part in parts if part.get("along") is not None}
     for key, value in sorted(said - held - relations):

@@ -55,7 +55,11 @@ _ORDER = _object(
     {"by": {"enum": list(ORDER_KEYS)}, "direction": _one_of(ORDER_DIRECTIONS), "from": _one_of(ORDER_STARTS)}
 )
 _STRUCTURE = _object(
-    {"kind": {"const": "structure"}, "shape": _one_of(LEGAL_VALUES["shape"]), "objects": {"anyOf": [_NAMES, {"type": "null"}]}}
+    {
+        "kind": {"const": "structure"},
+        "shape": _one_of(LEGAL_VALUES["shape"]),
+        "objects": {"anyOf": [_NAMES, {"type": "null"}]},
+    }
     | {slot: _one_of(values) for slot, values in LEGAL_VALUES.items() if slot != "shape"}
     | {"order": {"anyOf": [_ORDER, {"type": "null"}]}, "gap": _LENGTH, "radius": _LENGTH, "length": _LENGTH}
     | {"rows": _COUNT, "columns": _COUNT, "around": {"anyOf": [_NAMES, {"type": "null"}]}}
@@ -135,5 +139,7 @@ def read_goal(content: str, secrets: Collection[str] = ()) -> list[dict[str, Any
             raise ValueError("it has no parts")
     except GoalError as error:
         message = " ".join(str(error).split())[:200]
-        raise ValueError("it is no legal goal" if any(shares_secret(message, each) for each in secrets) else message) from None
+        raise ValueError(
+            "it is no legal goal" if any(shares_secret(message, each) for each in secrets) else message
+        ) from None
     return json.loads(json.dumps(parts))

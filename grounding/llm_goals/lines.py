@@ -211,7 +211,13 @@ def _move(said: Said) -> Generator[list[str], str, tuple[dict[str, Any], str]]:
         return {"kind": "relation", "relation": "moved", "objects": objects}, piece
     length = (yield [f" {length}" for length in said.lengths])[1:]
     end = yield [".", ";"]
-    return {"kind": "relation", "relation": "moved", "objects": objects, "direction": ways[piece], "distance": length}, end
+    return {
+        "kind": "relation",
+        "relation": "moved",
+        "objects": objects,
+        "direction": ways[piece],
+        "distance": length,
+    }, end
 
 
 def pieces_of(line: str, said: Said) -> list[str]:

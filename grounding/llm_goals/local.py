@@ -210,4 +210,6 @@ def said_counts(text: str) -> tuple[int, ...]:
 
 
 def _in_metres(part: dict[str, Any], lengths: dict[str, float]) -> dict[str, Any]:
-    return part | {key: lengths[part[key]] for key in ("gap", "radius", "length", "distance") if part.get(key) is not None}
+    return part | {
+        key: lengths[part[key]] for key in ("gap", "radius", "length", "distance") if part.get(key) is not None
+    }

@@ -69,7 +69,11 @@ class LLMGoalReader:
     """
 
     def __init__(
-        self, writer: Callable[[], GoalWriter], grammar: GoalReader, encoder: SentenceEncoder | None = None, opposite: bool = False
+        self,
+        writer: Callable[[], GoalWriter],
+        grammar: GoalReader,
+        encoder: SentenceEncoder | None = None,
+        opposite: bool = False,
     ) -> None:
         self._make_writer, self._grammar = writer, grammar
         self._encoder, self._opposite = encoder, opposite
@@ -241,7 +245,12 @@ class _Resolution:
         places = {key: part.get(key) for key in ("x_position", "y_position")}
         if part["kind"] == "relation" and part["relation"] == "at" and isinstance(objects, list) and len(objects) > 1:
             return {"kind": "structure", "objects": objects} | places
-        if part["kind"] == "structure" and part.get("shape") is None and isinstance(objects, list) and len(objects) == 1:
+        if (
+            part["kind"] == "structure"
+            and part.get("shape") is None
+            and isinstance(objects, list)
+            and len(objects) == 1
+        ):
             if any(places.values()) and isinstance(objects[0], int):
                 return {"kind": "relation", "relation": "at", "objects": objects} | places
         return part

@@ -69,7 +69,9 @@ def train(options: GoalTraining, report: Callable[[str], None] = lambda line: No
         schedule.step()
         recent.append(loss.item())
         if step % 10 == 0:
-            report(f"step {step} of {options.steps}, loss {np.mean(recent[-20:]):.4f}, {time.perf_counter() - started:.0f} s")
+            report(
+                f"step {step} of {options.steps}, loss {np.mean(recent[-20:]):.4f}, {time.perf_counter() - started:.0f} s"
+            )
         if step % 50 == 0 or step == options.steps:
             about = {"steps": step, "of": options.steps, "seed": options.seed}
             trainer.save(options.out, dict.fromkeys(ANSWERS, 1.0), 0.0, about)

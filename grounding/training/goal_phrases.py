@@ -22,7 +22,20 @@ _SUPERLATIVES = "tallest shortest biggest smallest largest widest longest".split
 _PLACED_NOUNS = "leftmost rightmost nearest farthest closest middle left right".split()
 _COUNTS = {2: ("two", "2"), 3: ("three", "3"), 4: ("four", "4"), 5: ("five", "5"), 6: ("six", "6")}
 _WHOLE = "one two three four five six seven eight nine ten twelve fifteen twenty thirty".split()
-_UNITS = ("cm", "cm", "cm", "centimeters", "centimetres", "centimeter", "mm", "millimetres", "inches", "inch", "in", "m")
+_UNITS = (
+    "cm",
+    "cm",
+    "cm",
+    "centimeters",
+    "centimetres",
+    "centimeter",
+    "mm",
+    "millimetres",
+    "inches",
+    "inch",
+    "in",
+    "m",
+)
 _LENGTHS = ("half a metre", "half a meter", "an inch", "a foot", "half a foot", "a couple of centimetres", "a couple of inches",
             "one and a half inches", "a quarter of a metre", "half an inch")  # fmt: skip
 

@@ -109,7 +109,9 @@ class GoalSentences(GoalPhrases):
         texts: list[str] = []
         parts: list[str] = []
         for number in range(int(self.rng.choice([1, 2, 3, 4], p=[0.36, 0.45, 0.15, 0.04]))):
-            putting = number > 0 and texts[-1].startswith(("put ", "place ", "set ", "arrange ")) and self.rng.random() < 0.45
+            putting = (
+                number > 0 and texts[-1].startswith(("put ", "place ", "set ", "arrange ")) and self.rng.random() < 0.45
+            )
             text, lines = self._clause(drawn, putting)
             texts.append(text)
             parts += lines
@@ -117,7 +119,9 @@ class GoalSentences(GoalPhrases):
             texts.insert(int(self.rng.integers(len(texts) + 1)), self._untouched(drawn))
         text = texts[0]
         for after in texts[1:]:
-            text += str(self.rng.choice([" and ", ", ", ", and "] if not after.split()[0] in _VERBS else _JOINS)) + after
+            text += (
+                str(self.rng.choice([" and ", ", ", ", and "] if not after.split()[0] in _VERBS else _JOINS)) + after
+            )
         text = self._framed(text)
         lengths = tuple(length for length in dict.fromkeys(drawn.lengths) if length in text)
         return GoalSentence(text, " " + "; ".join(parts) + ".", lengths, tuple(drawn.counts))
@@ -147,7 +151,9 @@ class GoalSentences(GoalPhrases):
             options = [(label, text) for w, label, text in _clauses() if w == putting and _head(label) == shape]
         elif kind == "place":
             relation = str(self.rng.choice([*_PLACES, "at"]))
-            options = [(la, t) for w, la, t in _clauses() if w == putting and la.startswith(f"place of {{O}}; {relation} ")]
+            options = [
+                (la, t) for w, la, t in _clauses() if w == putting and la.startswith(f"place of {{O}}; {relation} ")
+            ]
         else:
             options = [(la, t) for w, la, t in _clauses() if w == putting and la.startswith(f"{kind} of ")]
         label, text = options[self.rng.integers(len(options))]
@@ -160,7 +166,9 @@ class GoalSentences(GoalPhrases):
         return text
 
     def _shape(self, putting: bool) -> str:
-        shapes = sorted({_head(label) for w, label, _ in _clauses() if w == putting} - {"place", "move", "swap", "none"})
+        shapes = sorted(
+            {_head(label) for w, label, _ in _clauses() if w == putting} - {"place", "move", "swap", "none"}
+        )
         weights = np.array([3.0 if shape in ("line", "circle", "tower") else 1.0 for shape in shapes])
         return str(self.rng.choice(shapes, p=weights / weights.sum()))
 
@@ -179,13 +187,17 @@ class GoalSentences(GoalPhrases):
         for _ in range(int(self.rng.choice([0, 1, 2], p=[0.3, 0.5, 0.2])) if "{AT}" not in label else 0):
             if (addition := self._addition(shape, drawn)) and not _clash(addition[0], [k for k, _ in added] + keys):
                 added.append(addition)
-        before = [t for k, t in added if re.fullmatch(r"left|right|center|top|middle|bottom", k) and self.rng.random() < 0.2]
+        before = [
+            t for k, t in added if re.fullmatch(r"left|right|center|top|middle|bottom", k) and self.rng.random() < 0.2
+        ]
         for phrase in (t for _, t in added if t not in before):
             text += phrase if phrase.startswith(",") else f" {phrase}"
         for phrase in before:
             text = f"{phrase}, {text}" if self.rng.random() < 0.7 else f"{phrase} {text}"
         head = values.get("G") or values.get("T") or "(all)"
-        filled = [one for key in keys for one in ([*values["AT"].split()] if key == "{AT}" else [self._label(key, values)])]
+        filled = [
+            one for key in keys for one in ([*values["AT"].split()] if key == "{AT}" else [self._label(key, values)])
+        ]
         filled += [one for key, _ in added for one in key.split(", ")]
         own = f"structure {len(drawn.structures) + 1}"
         drawn.structures.append(shape)
@@ -196,12 +208,18 @@ class GoalSentences(GoalPhrases):
         if ones and self.rng.random() < 0.35:
             other = f"the {self.one(COLOURS)} ones"
             drawn.structures.append(shape)
-            text += self.one((f", and {other} too", f" and {other} as well", f", then {other}", f", and the same with {other}"))
+            text += self.one(
+                (f", and {other} too", f" and {other} as well", f", then {other}", f", and the same with {other}")
+            )
             return text, [line, f"{shape} of {other}"]
         if self.rng.random() < 0.14 and shape != "table setting" and "{AT}" not in label:
             relation = self.one(("left of", "right of", "in front of", "behind", "next to"))
             place, spoken = self.object(), self.one(_SPOKEN[relation])
-            text = f"{text} {spoken} {place}" if self.rng.random() < 0.75 else f"{spoken} {place}{self.one((', ', ' '))}{text}"
+            text = (
+                f"{text} {spoken} {place}"
+                if self.rng.random() < 0.75
+                else f"{spoken} {place}{self.one((', ', ' '))}{text}"
+            )
             lines.append(f"place of {own}, {relation} {place}")
         return text, lines
 
@@ -308,12 +326,12 @@ class GoalSentences(GoalPhrases):
         if draw < 0.12:
             text = f"{self.one(phrases()['opening']['any'])} {text}"
         elif draw < 0.2:
-            text = f"{self.one(('please', 'could you', 'can you', 'would you', 'I want you to', 'now', 'kindly'))} {text}"
+            text = (
+                f"{self.one(('please', 'could you', 'can you', 'would you', 'I want you to', 'now', 'kindly'))} {text}"
+            )
         elif draw < 0.28:
             text = f"{text}{self.one((', ', ' '))}{self.one(phrases()['closing']['any'])}"
         return f"{text}{self.one(('', '', '.', '!'))}".lower()
-
-
 
 
 _SPOKEN = {

@@ -175,7 +175,11 @@ def _metric(cast: Cast, kind: str, rng: Rng) -> list[Part]:
         members = cast.structure(shape)
         # Neighbours on the ring must clear each other; twice the mean reach is about what they need.
         least = sum(2 * cast.chosen[i].radius + 0.02 for i in members) / (2 * np.pi if shape == "circle" else np.pi)
-        return [StructurePart(shape, objects=members, radius=round(float(np.clip(rng.uniform(least, least + 0.07), 0.08, 0.2)), 2))]
+        return [
+            StructurePart(
+                shape, objects=members, radius=round(float(np.clip(rng.uniform(least, least + 0.07), 0.08, 0.2)), 2)
+            )
+        ]
     if kind == "moved":
         one, distance = cast.single(), float(_one(rng, (0.05, 0.08, 0.1, 0.15, 0.2)))
         return [RelationPart("moved", (one,), distance=distance, direction=str(rng.choice(MOVE_DIRECTIONS)))]
@@ -230,7 +234,11 @@ def _new_shapes(cast: Cast, kind: str, rng: Rng) -> list[Part]:
         values["rows"], values["columns"] = _one(rng, ((2, 2), (2, 3), (3, 2)))
     members = cast.structure(kind, values["rows"] * values["columns"] if values else None)
     slots = SLOTS_OF_SHAPE[kind]
-    for slot, legal, share in (("x_position", X_POSITIONS, 0.3), ("y_position", Y_POSITIONS, 0.2), ("rotation", ROTATIONS, 0.4)):
+    for slot, legal, share in (
+        ("x_position", X_POSITIONS, 0.3),
+        ("y_position", Y_POSITIONS, 0.2),
+        ("rotation", ROTATIONS, 0.4),
+    ):
         if slot in slots and rng.random() < share:
             values[slot] = str(rng.choice(legal))
     return [StructurePart(kind, objects=members, **values)]
@@ -274,7 +282,9 @@ def _single_objects(cast: Cast, kind: str, rng: Rng) -> list[Part]:
     if kind == "at corner":
         x, y = str(rng.choice(("left", "right"))), str(rng.choice(("top", "bottom")))
         return [RelationPart("at", (one,), x_position=x, y_position=y)]
-    return [RelationPart("at", (one,), x_position=x) if rng.random() < 0.5 else RelationPart("at", (one,), y_position=y)]
+    return [
+        RelationPart("at", (one,), x_position=x) if rng.random() < 0.5 else RelationPart("at", (one,), y_position=y)
+    ]
 
 
 def _small(model: ObjectModel) -> bool:

@@ -16,11 +16,15 @@ from scipy.spatial import ConvexHull
 
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, PartReference, RelationPart, StructurePart
-from grounding.spec import StructureSpec
 from structdiffusion.benchmark.goal_families import color_of, measure
 from structdiffusion.data.scene_sampling import layout_item
-from structdiffusion.evaluation_protocol import CLEARANCE, MAX_ALONG_DISTANCE, MIN_GROUP_GAP
-from structdiffusion.evaluation_protocol import X_POSITION_THIRDS, Y_POSITION_THIRDS
+from structdiffusion.evaluation_protocol import (
+    CLEARANCE,
+    MAX_ALONG_DISTANCE,
+    MIN_GROUP_GAP,
+    X_POSITION_THIRDS,
+    Y_POSITION_THIRDS,
+)
 from structdiffusion.footprints import centre_range, clear_gap, outline_centroid, separation_along, turned
 from structdiffusion.geometry import HEADING_OF_ROTATION, pose_from_xyz_yaw
 from structdiffusion.objects.model import ObjectModel
@@ -70,7 +74,9 @@ class ReferenceSearch:
         self._goal = goal.resolved(len(models))
         self._yaws = [math.atan2(pose[1, 0], pose[0, 0]) for pose in world_from_initial]
         self._poses: dict[int, np.ndarray] = {}  # of what has been placed
-        self._outlines: dict[int, np.ndarray] = {}  # (K, 2), world frame, of what stands: what stays, and what is placed
+        self._outlines: dict[
+            int, np.ndarray
+        ] = {}  # (K, 2), world frame, of what stands: what stays, and what is placed
 
     def motions(self) -> np.ndarray:
         """Return the motions (N, 4, 4) of a reference arrangement; the identity for what stays.
@@ -125,7 +131,9 @@ class ReferenceSearch:
         """
         members = list(self._members(part.objects))
         if part.order is not None and part.order.by != "listed":
-            members.sort(key=lambda i: measure(self._models[i], part.order.by), reverse=part.order.direction == "descending")
+            members.sort(
+                key=lambda i: measure(self._models[i], part.order.by), reverse=part.order.direction == "descending"
+            )
         if part.order is not None and part.order.start in ("right", "far", "top"):
             members.reverse()
         items = [layout_item(self._models[i], self._yaws[i]) for i in members]
@@ -133,7 +141,9 @@ class ReferenceSearch:
             draft = self._draft(items, part)
         except LayoutError:
             return False
-        outlines = [turned(items[i].footprint, turn) + at for i, turn, at in zip(draft.order, draft.turns, draft.offsets)]
+        outlines = [
+            turned(items[i].footprint, turn) + at for i, turn, at in zip(draft.order, draft.turns, draft.offsets)
+        ]
         centre = self._centre(outlines, part)
         if centre is None:
             return False
@@ -145,7 +155,9 @@ class ReferenceSearch:
         for place, item in enumerate(draft.order):
             index = members[item]
             x, y = centre + draft.offsets[place]
-            self._put(index, pose_from_xyz_yaw(x, y, draft.heights[place] + LIFT, self._yaws[index] + draft.turns[place]))
+            self._put(
+                index, pose_from_xyz_yaw(x, y, draft.heights[place] + LIFT, self._yaws[index] + draft.turns[place])
+            )
         return True
 
     def _draft(self, items: Sequence[LayoutItem], part: StructurePart) -> Draft:
@@ -227,7 +239,9 @@ class ReferenceSearch:
         centroids = [outline_centroid(outline) for outline in references]
         if part.relation == "between":
             share = rng.uniform(0.42, 0.58)
-            return self._put_free(index, centroids[0] + share * (centroids[1] - centroids[0]) + rng.uniform(-0.01, 0.01, 2))
+            return self._put_free(
+                index, centroids[0] + share * (centroids[1] - centroids[0]) + rng.uniform(-0.01, 0.01, 2)
+            )
         if part.relation in ("on", "in"):
             return self._put_upon(index, self._members(part.reference)[0], inside=part.relation == "in")
         angle, gaps = float(rng.uniform(-math.pi, math.pi)), _NEAR_GAPS

@@ -19,7 +19,7 @@ import torch
 from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import draw_scene
 from structdiffusion.objects.procedural import procedural_objects
-from structdiffusion.observation import StructureGoal, Scene
+from structdiffusion.observation import Scene, StructureGoal
 from structdiffusion.planners.factory import Planner, load_planner
 from structdiffusion.planners.geometric import GeometricPlanner
 from structdiffusion.planners.registry import PLANNERS

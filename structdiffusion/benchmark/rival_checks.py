@@ -32,7 +32,12 @@ SREM_LEAST_INSIDE = 0.8  # share of an object's box
 Check = Callable[[np.ndarray], bool]  # of the objects' places (N, 2)
 
 # Relation -> the axis of the world, and the side of the reference on it: left is +y, behind is +x.
-_SIDES: Mapping[str, tuple[int, int]] = {"left of": (1, 1), "right of": (1, -1), "behind": (0, 1), "in front of": (0, -1)}
+_SIDES: Mapping[str, tuple[int, int]] = {
+    "left of": (1, 1),
+    "right of": (1, -1),
+    "behind": (0, 1),
+    "in front of": (0, -1),
+}
 
 
 def lgmcts_accepts(bodies: Sequence[PlacedBody], goal: Goal) -> bool | None:

@@ -17,7 +17,7 @@ import torch
 
 from grounding.spec import SHAPES
 from structdiffusion.benchmark.scenes import EvaluationScene
-from structdiffusion.observation import Arrangement, StructureGoal, Scene
+from structdiffusion.observation import Arrangement, Scene, StructureGoal
 from structdiffusion.protocol.physical_stability import Verdict
 from structdiffusion.protocol.semantic import FAILURE_CLASSES
 from structdiffusion.structures.structure import LayoutError

@@ -85,7 +85,8 @@ class Block:
         """Return the block, higher by `height` metres."""
         up = pose_from_xyz_yaw(0.0, 0.0, height, 0.0)
         bodies = {
-            i: replace(body, z_bottom=body.z_bottom + height, z_top=body.z_top + height) for i, body in self.bodies.items()
+            i: replace(body, z_bottom=body.z_bottom + height, z_top=body.z_top + height)
+            for i, body in self.bodies.items()
         }
         return replace(self, bodies=bodies, motions={i: up @ motion for i, motion in self.motions.items()})
 

@@ -41,7 +41,11 @@ def require_consistent(goal: Goal, bonds: Sequence[Bond], names: Sequence[str]) 
             if not isinstance(part, StructurePart) or part.shape is None or STRUCTURES[part.shape].stacks:
                 continue
             if set(bond.members) & set(part.around or ()):
-                refuse(bond.number, number, f"the {names[part.around[0]]} in the middle of the {part.shape} stays where it is")
+                refuse(
+                    bond.number,
+                    number,
+                    f"the {names[part.around[0]]} in the middle of the {part.shape} stays where it is",
+                )
             settings = STRUCTURES[part.shape].nouns is not None  # a bowl may stand on the plate of a table setting
             if bond.relation.carried and not settings and set(bond.members) & set(part.objects or ()):
                 refuse(bond.number, number, f"what stands in the {part.shape} stands on the table")
@@ -60,7 +64,11 @@ def _require_no_circles(bonds: Sequence[Bond], refuse) -> None:  # noqa: ANN001
                 steps.setdefault(low, []).append((high, bond.number))
         if circle := _circle(steps):
             one, other = circle[0], circle[-1]
-            refuse(one, other, "each would have to be on the other" if axis is None else "the places lead round in a circle")
+            refuse(
+                one,
+                other,
+                "each would have to be on the other" if axis is None else "the places lead round in a circle",
+            )
 
 
 def _circle(steps: dict[tuple[int, ...], list[tuple[tuple[int, ...], int]]]) -> list[int] | None:

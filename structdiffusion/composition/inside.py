@@ -21,7 +21,9 @@ from structdiffusion.simulation.world import TabletopWorld
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.structures.structure import LayoutError
 
-_TILTS = tuple(math.radians(degrees) for degrees in (0, 75, 55, 35, -75, -55, -35))  # tried in turn; the wider end goes down first
+_TILTS = tuple(
+    math.radians(degrees) for degrees in (0, 75, 55, 35, -75, -55, -35)
+)  # tried in turn; the wider end goes down first
 _YAWS = (0.0, math.pi / 2, math.pi / 4, -math.pi / 4)  # about the vertical, tried for each tilt
 _DEEPER = 0.005  # m below the protocol's depth: the rim is known to a few millimetres
 _OPENING = 0.85  # of a vessel's outline; what is to stand upright in it must be narrower
@@ -61,7 +63,9 @@ def rest_inside(vessel: Item, things: Sequence[Item], wanted: int, rng: np.rando
             ways.append([motion for _, motion in inside])
             continue
         if not ways and first == wanted - 1:
-            raise LayoutError(f"the {thing.name} does not go into the {vessel.name}: it does not come to rest below its rim")
+            raise LayoutError(
+                f"the {thing.name} does not go into the {vessel.name}: it does not come to rest below its rim"
+            )
     return ways
 
 
@@ -87,7 +91,10 @@ def _falls_in(
             world.settle(_SETTLE)
             ends = world.poses()
             near = world.clearances(len(ready))
-        if float(np.linalg.norm(ends[0][:2, 3] - vessel.pose[:2, 3])) > _PUSHED or tilt_between(ends[0], vessel.pose) > 0.1:
+        if (
+            float(np.linalg.norm(ends[0][:2, 3] - vessel.pose[:2, 3])) > _PUSHED
+            or tilt_between(ends[0], vessel.pose) > 0.1
+        ):
             continue
         touches = {other for other, gap in near.items() if gap < 0.001}
         if _is_inside(vessel, thing, ends[-1]) and not touches - set(range(len(ready))):
@@ -113,7 +120,9 @@ def _fits_upright(vessel: Item, thing: Item) -> bool:
     """Return whether an object as it stands is narrower than the vessel's opening."""
     opening = shapely.Polygon(_OPENING * (vessel.outline - vessel.centroid))
     outline = thing.outline - thing.centroid
-    return bool(opening.area > 0.9 * shapely.Polygon(outline).area and opening.buffer(0.003).contains(shapely.Polygon(outline)))
+    return bool(
+        opening.area > 0.9 * shapely.Polygon(outline).area and opening.buffer(0.003).contains(shapely.Polygon(outline))
+    )
 
 
 def _is_inside(vessel: Item, thing: Item, pose: np.ndarray) -> bool:

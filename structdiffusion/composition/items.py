@@ -136,7 +136,9 @@ class TableState:
             below = [
                 other
                 for other in self.items
-                if other is not item and other.bottom < item.bottom and shapely.Polygon(other.outline).intersects(middle)
+                if other is not item
+                and other.bottom < item.bottom
+                and shapely.Polygon(other.outline).intersects(middle)
             ]
             if below:
                 carriers[item.index] = min(below, key=lambda other: abs(other.top - item.bottom)).index

@@ -18,9 +18,7 @@ _ORDERS = 18  # of a stack: the last of so many is among the less usual ones
 _SIZES = (None, "medium", "small")  # of an open size, drawn in turn: a large structure may not fit
 
 
-def in_another_order(
-    part: StructurePart, state: TableState, number: int, rng: np.random.Generator
-) -> StructurePart:
+def in_another_order(part: StructurePart, state: TableState, number: int, rng: np.random.Generator) -> StructurePart:
     """Return the part, or every second time one of a stack with its objects in a less usual order.
 
     What the camera did not see decides which order stands.

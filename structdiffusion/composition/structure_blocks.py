@@ -151,7 +151,10 @@ class StructureBlocks:
         able = [
             name
             for name, structure in OPEN_SHAPES.items()
-            if structure.can_carry(spec) and len(items) >= structure.least and not structure.stacks and structure.nouns is None
+            if structure.can_carry(spec)
+            and len(items) >= structure.least
+            and not structure.stacks
+            and structure.nouns is None
         ]
         if not able:
             raise LayoutError(f"no shape can be built with {len(items)} objects")
@@ -194,7 +197,9 @@ class StructureBlocks:
             if len(own) < least:
                 motions = {i: self.state.items[i].motion_to((0.3 * k, 0.0), 0.0, LIFT) for k, i in enumerate(own)}
             else:
-                motions = self._drawn(replace(part, group_by=None), spec, own, float(rng.uniform(-math.pi, math.pi)), rng)
+                motions = self._drawn(
+                    replace(part, group_by=None), spec, own, float(rng.uniform(-math.pi, math.pi)), rng
+                )
             blocks.append(Block.of({i: self.state.items[i] for i in own}, motions))
         rows = 1 + int(len(blocks) > 2)
         columns = math.ceil(len(blocks) / rows)
@@ -257,7 +262,9 @@ class StructureBlocks:
         structure.require_enough([item.layout_item() for item in items])
         round_ones = [item.name for item in items if item.seen.rounded]
         if structure.stacks and len(round_ones) > 1:
-            raise LayoutError(f"a {part.shape} cannot have the {round_ones[0]} and the {round_ones[1]}: nothing stands on either")
+            raise LayoutError(
+                f"a {part.shape} cannot have the {round_ones[0]} and the {round_ones[1]}: nothing stands on either"
+            )
 
     def _that_fit(self, part: StructurePart, blocks: Sequence[Block]) -> list[Block]:
         """Return the blocks that are no larger than the table.

@@ -20,7 +20,12 @@ from structdiffusion.composition.structure_blocks import StructureBlocks
 from structdiffusion.relations.bonds import Bond
 from structdiffusion.structures.structure import LayoutError
 
-_TURNS = (0.0, math.pi / 2, math.pi / 4, -math.pi / 4)  # in which a single object is placed, where it does not fit as it stands
+_TURNS = (
+    0.0,
+    math.pi / 2,
+    math.pi / 4,
+    -math.pi / 4,
+)  # in which a single object is placed, where it does not fit as it stands
 _WAYS_INSIDE = 3  # in which objects come to rest in a vessel
 _TOP_SHARE = 0.35  # of an object's outline that has to be over what carries it
 
@@ -78,6 +83,7 @@ class Units:
         """
         left, result = list(units), []
         while left:
+
             def open_references(unit: Unit) -> tuple[int, int]:
                 others = {i for other in left if other is not unit for i in other.members}
                 bonds = [bond for bond in self.bonds if set(bond.members) & set(unit.members)]
@@ -111,7 +117,9 @@ class Units:
         if carrier.seen.rounded:
             raise LayoutError(f"the {thing.name} cannot stand on the {carrier.name}: its top is round")
         if not carrier.seen.stackable and not carrier.seen.hollow:
-            raise LayoutError(f"the {thing.name} cannot stand on the {carrier.name}: its top is not level and wide enough")
+            raise LayoutError(
+                f"the {thing.name} cannot stand on the {carrier.name}: its top is not level and wide enough"
+            )
         own, below = (item.model.footprint for item in (thing, carrier))
         if not carrier.seen.hollow and _area(below) < _TOP_SHARE * _area(own):
             raise LayoutError(f"the {thing.name} cannot stand on the {carrier.name}: it is too wide for its top")
@@ -123,7 +131,9 @@ class Units:
         blocks = []
         for way in ways:
             motions = {item.index: motion for item, motion in zip(items, way, strict=True)}
-            bodies = {i: body_at(self.state.items[i], motion @ self.state.items[i].pose) for i, motion in motions.items()}
+            bodies = {
+                i: body_at(self.state.items[i], motion @ self.state.items[i].pose) for i, motion in motions.items()
+            }
             blocks.append(Block(bodies, motions, np.zeros(2)))
         said = " and ".join(f"the {item.name}" for item in items)
         return Unit(tuple(item.index for item in items), blocks, said, vessel=vessel)

@@ -49,5 +49,12 @@ def block_objects() -> list[ObjectModel]:
 
 def _block(name: str, noun: str, part: np.ndarray, rgb: tuple[float, float, float]) -> ObjectModel:
     return assemble(
-        name, noun, [part], density=_DENSITY, friction=_FRICTION, color=rgb, source="blocks", rng=np.random.default_rng(0)
+        name,
+        noun,
+        [part],
+        density=_DENSITY,
+        friction=_FRICTION,
+        color=rgb,
+        source="blocks",
+        rng=np.random.default_rng(0),
     )

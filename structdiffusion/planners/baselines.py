@@ -10,7 +10,7 @@ import torch
 from structdiffusion.models import structformer_name
 from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.structformer import StructFormer
-from structdiffusion.observation import Arrangement, StructureGoal, Scene
+from structdiffusion.observation import Arrangement, Scene, StructureGoal
 from structdiffusion.planners.cem import PoseSearch
 from structdiffusion.planners.post_processor import PostProcessor
 from structdiffusion.planners.samples import EncodedScene, PoseSamples, encode_scene, prepare_samples

@@ -10,7 +10,7 @@ import torch
 from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.diffusion.scheduler import NoiseScheduler
 from structdiffusion.models.structure import StructureDiscriminator
-from structdiffusion.observation import Arrangement, StructureGoal, Scene
+from structdiffusion.observation import Arrangement, Scene, StructureGoal
 from structdiffusion.planners.guidance import StructureScore, guided
 from structdiffusion.planners.post_processor import PostProcessor
 from structdiffusion.planners.samples import EncodedScene, PoseSamples, encode_scene, prepare_samples

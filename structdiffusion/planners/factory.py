@@ -15,7 +15,7 @@ from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structure import StructureDiscriminator
-from structdiffusion.observation import Arrangement, StructureGoal, Scene
+from structdiffusion.observation import Arrangement, Scene, StructureGoal
 from structdiffusion.planners.baselines import CVAEPlanner, StructFormerPlanner
 from structdiffusion.planners.cem import PoseSearch
 from structdiffusion.planners.diffusion import DiffusionPlanner

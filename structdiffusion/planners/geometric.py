@@ -13,7 +13,7 @@ from structdiffusion.evaluation_protocol import CLEARANCE
 from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.layouts import lay_out
-from structdiffusion.observation import Arrangement, StructureGoal, Scene, Table
+from structdiffusion.observation import Arrangement, Scene, StructureGoal, Table
 from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
 from structdiffusion.postprocessing.ranking import checks_score

@@ -210,7 +210,9 @@ class _Composer:
         for index in aside:
             if index >= self.state.count:
                 above, below = self.state.items[index], self.state.items[self.state.carriers[index]]
-                raise LayoutError(f"the {above.name} stands on the {below.name}, and is none of the objects that can be moved")
+                raise LayoutError(
+                    f"the {above.name} stands on the {below.name}, and is none of the objects that can be moved"
+                )
             if index in named and index in self.state.carriers:
                 above, below = self.state.items[index], self.state.items[self.state.carriers[index]]
                 raise LayoutError(
@@ -272,7 +274,9 @@ class _Composer:
             name, said = self.state.items[index].name, bond_name(self.state.standing(), bond, self.goal)
             if all(fall.failed_object == name or fall.detail.startswith(f"{said}: ") for fall in falls):
                 carrier = self.state.items[bond.references[0][0]].name
-                raise LayoutError(f"the {name} does not come to rest {bond.part.relation} the {carrier}: {falls[0].detail}")
+                raise LayoutError(
+                    f"the {name} does not come to rest {bond.part.relation} the {carrier}: {falls[0].detail}"
+                )
 
     def _motions(self, placement: Placement) -> np.ndarray:
         motions = np.tile(np.eye(4), (self.state.count, 1, 1))

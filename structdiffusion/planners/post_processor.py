@@ -11,7 +11,7 @@ import torch
 
 from grounding.spec import StructureSpec
 from structdiffusion.completion.estimate import ObjectEstimate, estimate
-from structdiffusion.observation import Arrangement, StructureGoal, Scene, Table
+from structdiffusion.observation import Arrangement, Scene, StructureGoal, Table
 from structdiffusion.planners.samples import EncodedScene, PoseSamples, sample_clouds
 from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout

@@ -13,7 +13,7 @@ from grounding.spec import StructureSpec
 from structdiffusion.completion.estimate import ObjectEstimate, estimate
 from structdiffusion.models.backbone import Condition, PoseBackbone
 from structdiffusion.models.checkpoint import require_sound
-from structdiffusion.observation import StructureGoal, ObjectCloud, Scene
+from structdiffusion.observation import ObjectCloud, Scene, StructureGoal
 from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
 from structdiffusion.word_tokens import require_known_words, word_ids
 

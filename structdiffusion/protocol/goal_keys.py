@@ -70,7 +70,9 @@ def _along_checks(bodies: Sequence[PlacedBody], edge: str, table: Table) -> list
     farthest = float(edge_distance(points, edge, table).max())
     return [
         Check(f"line off the {edge} edge (deg)", off <= MAX_ALONG_OFF_DEGREES, off, f"<= {MAX_ALONG_OFF_DEGREES:g}"),
-        Check(f"distance to the {edge} edge (m)", farthest <= MAX_ALONG_DISTANCE, farthest, f"<= {MAX_ALONG_DISTANCE:g}"),
+        Check(
+            f"distance to the {edge} edge (m)", farthest <= MAX_ALONG_DISTANCE, farthest, f"<= {MAX_ALONG_DISTANCE:g}"
+        ),
     ]
 
 

@@ -47,7 +47,9 @@ class Between(Relation):
         off = rng.triangular(-MAX_OFF_BETWEEN, 0.0, MAX_OFF_BETWEEN, count)
         return start + shares[:, None] * way + off[:, None] * across
 
-    def margins(self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table) -> np.ndarray:
+    def margins(
+        self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table
+    ) -> np.ndarray:
         """Return the smaller of the margins (C,) along the way and across it."""
         share, off = _along_the_way(figures.centroids, references)
         return np.minimum(within(share, *BETWEEN_SHARES, _SURE_SHARE), within(off, -np.inf, MAX_OFF_BETWEEN, _SURE_OFF))

@@ -73,7 +73,9 @@ def _bonds_of_part(goal: Goal, number: int, part: RelationPart) -> list[Bond]:
         return [Bond(number, part, (one,), ((other,),)), Bond(number, part, (other,), ((one,),))]
     if isinstance(part.objects, PartReference):
         if relation.apart:
-            raise GoalError(f"{where}: the {_shape(goal, part.objects)} as a whole cannot be {_said(part)}; name its objects")
+            raise GoalError(
+                f"{where}: the {_shape(goal, part.objects)} as a whole cannot be {_said(part)}; name its objects"
+            )
         figures = [own]
     else:
         figures = [(index,) for index in own]

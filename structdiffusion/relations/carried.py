@@ -40,7 +40,9 @@ class _Carried(Relation):
         spread[:1] = 0.0
         return reference.centroid + spread
 
-    def margins(self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table) -> np.ndarray:
+    def margins(
+        self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table
+    ) -> np.ndarray:
         """Return how far (C,) the centroids lie inside the reference's footprint; physics decides about the rest."""
         (reference,) = references
         footprint = shapely.Polygon(reference.outline)

@@ -67,7 +67,9 @@ class Directional(Relation):
             gaps = np.full(count, max(part.distance, MIN_RELATION_GAP + 0.002))
         return places_at_gaps(figure, reference, angles, gaps)
 
-    def margins(self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table) -> np.ndarray:
+    def margins(
+        self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table
+    ) -> np.ndarray:
         """Return the smaller of the margins of the direction and the clear gap, (C,)."""
         (reference,) = references
         along, across = beside(figures.centroids - reference.centroid, self.direction)

@@ -75,4 +75,3 @@ class Figure:
     def centroid(self) -> np.ndarray:
         """Return the centroid (2,) of one object, or the centre of the hull of several."""
         return self.bodies[0].centroid if len(self.members) == 1 else outline_centroid(self.outline)
-

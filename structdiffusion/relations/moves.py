@@ -50,7 +50,9 @@ class Moved(Relation):
         """Draw centroids (count, 2) about the end of the way, the first exactly there."""
         return _about(self._target(_before(figure), part), MAX_MOVED_OFF, count, rng)
 
-    def margins(self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table) -> np.ndarray:
+    def margins(
+        self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table
+    ) -> np.ndarray:
         """Return how near (C,) the centroids are to the end of the way."""
         off = figures.centroids - self._target(figures.before, part)
         return within(np.abs(off).max(axis=1), -math.inf, MAX_MOVED_OFF, MAX_MOVED_OFF)
@@ -84,7 +86,9 @@ class Swapped(Relation):
         """Draw centroids (count, 2) about the other's place, the first exactly there."""
         return _about(_before(references[0]), MAX_SWAPPED_OFF, count, rng)
 
-    def margins(self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table) -> np.ndarray:
+    def margins(
+        self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table
+    ) -> np.ndarray:
         """Return how near (C,) the centroids are to the other's place."""
         off = np.linalg.norm(figures.centroids - _before(references[0]), axis=1)
         return within(off, -math.inf, MAX_SWAPPED_OFF, MAX_SWAPPED_OFF)

@@ -54,10 +54,14 @@ class NextTo(Relation):
         """Draw centroids (count, 2) all around the reference."""
         (reference,) = references
         angles = rng.uniform(-math.pi, math.pi, count)
-        gaps = rng.uniform(*_DRAWN_GAP, count) if part.distance is None else np.full(count, max(part.distance, _LEAST_GAP))
+        gaps = (
+            rng.uniform(*_DRAWN_GAP, count) if part.distance is None else np.full(count, max(part.distance, _LEAST_GAP))
+        )
         return places_at_gaps(figure, reference, angles, gaps)
 
-    def margins(self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table) -> np.ndarray:
+    def margins(
+        self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table
+    ) -> np.ndarray:
         """Return the margins (C,) of the clear gap."""
         (reference,) = references
         low, high = _limits(part.distance)

@@ -62,7 +62,9 @@ class Relation(Protocol):
         """Draw centroids (count, 2) for the figure at which the checks are likely to hold, metres, world frame."""
         ...
 
-    def margins(self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table) -> np.ndarray:
+    def margins(
+        self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table
+    ) -> np.ndarray:
         """Return how surely the checks hold at each of C candidate places, (C,): 0 at a limit, below 0 outside, at most 1."""
         ...
 

@@ -49,7 +49,9 @@ class At(Relation):
             columns.append(rng.uniform(min(low, high), max(low, high), count))
         return np.column_stack(columns)
 
-    def margins(self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table) -> np.ndarray:
+    def margins(
+        self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table
+    ) -> np.ndarray:
         """Return the smaller of the margins (C,) of the thirds asked for."""
         margins = np.ones(len(figures.centroids))
         ranges = centre_range([figures.outline], np.zeros(2), table)

@@ -143,7 +143,9 @@ class Arc(SpreadStructure):
         checks.append(Check("span of the arc (deg)", low <= span <= high, span, f"{low:g} to {high:g}"))
         inner = np.delete(gaps, largest)
         ratio = float(inner.max() / max(inner.mean(), 1e-9))
-        checks.append(Check("largest inner gap / mean inner gap", ratio <= MAX_GAP_RATIO, ratio, f"<= {MAX_GAP_RATIO:g}"))
+        checks.append(
+            Check("largest inner gap / mean inner gap", ratio <= MAX_GAP_RATIO, ratio, f"<= {MAX_GAP_RATIO:g}")
+        )
         checks.append(on_table_check(bodies))
         if spec.rotation is not None:
             middle = float(angles[largest] + gaps[largest] / 2)

@@ -30,9 +30,9 @@ from structdiffusion.structures.checks import (
     position_checks,
     size_checks,
 )
-from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
 from structdiffusion.structures.gaps import KEPT, require_clear, require_size, ring_angles
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
+from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
 from structdiffusion.structures.structure import Draft, LayoutError, Structure, a_structure
 
 # The opening of a ring that faces somewhere, over its other gaps: well inside `OPENING_RATIO`.

@@ -17,7 +17,6 @@ from structdiffusion.evaluation_protocol import (
     MAX_CLUSTER_GAP,
     MAX_CLUSTER_HULL_RATIO,
     MIN_CLUSTER_OBJECTS,
-    SIZE_BANDS,
 )
 from structdiffusion.footprints import clear_gap, separation_along, tightest_scale, turned
 from structdiffusion.observation import Table
@@ -80,7 +79,9 @@ class Cluster(SpreadStructure):
             return checks
         outlines, nowhere = [body.footprint for body in bodies], np.zeros((len(bodies), 2))
         gap, hull = _joining_gap(outlines, nowhere), _hull_ratio(outlines, nowhere)
-        checks.append(Check("widest gap that joins the cluster (m)", gap <= MAX_CLUSTER_GAP, gap, f"<= {MAX_CLUSTER_GAP:.3f}"))
+        checks.append(
+            Check("widest gap that joins the cluster (m)", gap <= MAX_CLUSTER_GAP, gap, f"<= {MAX_CLUSTER_GAP:.3f}")
+        )
         limit = MAX_CLUSTER_HULL_RATIO
         checks.append(Check("hull / area of the objects", hull <= limit, hull, f"<= {limit:g}"))
         checks.append(on_table_check(bodies))
@@ -106,7 +107,9 @@ def _packed(outlines: Sequence[np.ndarray], rng: np.random.Generator) -> np.ndar
         there = np.concatenate([outlines[k] + places[k] for k in placed])
         centre = places[placed].mean(axis=0)
         options = [_pushed(outlines, places, placed, index, centre, direction) for direction in directions]
-        areas_with = [shapely.MultiPoint(np.concatenate((there, outlines[index] + at))).convex_hull.area for at in options]
+        areas_with = [
+            shapely.MultiPoint(np.concatenate((there, outlines[index] + at))).convex_hull.area for at in options
+        ]
         places[index] = options[int(np.argmin(areas_with))]
         placed.append(index)
     return places

@@ -91,7 +91,9 @@ class Grid(SpreadStructure):
         if len(bodies) < self.least:
             return checks
         fit = fit_lattice(np.array([body.centroid for body in bodies]))
-        checks.append(Check("distance to the lattice (m)", fit.off <= MAX_OFF_LATTICE, fit.off, f"<= {MAX_OFF_LATTICE:.3f}"))
+        checks.append(
+            Check("distance to the lattice (m)", fit.off <= MAX_OFF_LATTICE, fit.off, f"<= {MAX_OFF_LATTICE:.3f}")
+        )
         limit = MAX_UNEVEN_PITCH
         checks.append(Check("difference of pitches (m)", fit.uneven <= limit, fit.uneven, f"<= {limit:.3f}"))
         checks.append(on_table_check(bodies))
@@ -139,7 +141,9 @@ def rows_and_columns(count: int, rows: int | None = None, columns: int | None = 
     ]
     if not able:
         asked = f"{rows} rows" if rows is not None else f"{columns} columns"
-        raise LayoutError(f"{count} objects make no grid of {asked} in which only the last row is short, and none is a line")
+        raise LayoutError(
+            f"{count} objects make no grid of {asked} in which only the last row is short, and none is a line"
+        )
     return min(able, key=lambda one: one[0] * one[1] - count + _OBLONG * abs(one[1] - one[0]) + (one[0] > one[1]) * 0.1)
 
 

@@ -108,5 +108,7 @@ def _least_squares(points: np.ndarray, places: np.ndarray, rows: int, columns: i
     for k, count in enumerate((rows, columns)):
         means = np.array([local[places[:, k] == number, k].mean() for number in range(count)])
         uneven = max(uneven, float(np.ptp(np.diff(means))) if count > 2 else 0.0)
-    centre = middle + (pitches * ((rows - 1) / 2 - places[:, 0].mean(), (columns - 1) / 2 - places[:, 1].mean())) @ frame
+    centre = (
+        middle + (pitches * ((rows - 1) / 2 - places[:, 0].mean(), (columns - 1) / 2 - places[:, 1].mean())) @ frame
+    )
     return Lattice(rows, columns, places.astype(int), centre, off, uneven)

@@ -24,10 +24,10 @@ from structdiffusion.geometry import HEADING_OF_ROTATION
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import Check, count_check, on_table_check, position_checks, size_checks
-from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
 from structdiffusion.structures.gaps import KEPT, require_size
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.sequences import run_of
+from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
 from structdiffusion.structures.structure import Draft, LayoutError, Structure
 
 _KEPT = 0.6  # of what the evaluation protocol lets rows be off and uneven: what is off by more is moved in

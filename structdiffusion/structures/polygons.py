@@ -35,7 +35,10 @@ def outline_checks(points: np.ndarray, corners: np.ndarray) -> list[Check]:
         Check("distance to the outline (m)", worst <= MAX_OFF_OUTLINE, worst, f"<= {MAX_OFF_OUTLINE:.3f}"),
         Check("corner to its object (m)", missed <= MAX_OFF_CORNER, missed, f"<= {MAX_OFF_CORNER:.3f}"),
         Check(
-            "largest gap along the outline / mean gap", ratio <= MAX_OUTLINE_GAP_RATIO, ratio, f"<= {MAX_OUTLINE_GAP_RATIO:g}"
+            "largest gap along the outline / mean gap",
+            ratio <= MAX_OUTLINE_GAP_RATIO,
+            ratio,
+            f"<= {MAX_OUTLINE_GAP_RATIO:g}",
         ),
     ]
 
@@ -154,7 +157,9 @@ def _rectangle_of(points: np.ndarray, sides: Sequence[Sequence[int]]) -> np.ndar
         spread += own.T @ own
     normal = np.linalg.eigh(spread)[1][:, 0]  # across sides 0 and 2
     along = np.array([-normal[1], normal[0]])
-    offsets = [float((points[list(side)] @ (along if number % 2 else normal)).mean()) for number, side in enumerate(sides)]
+    offsets = [
+        float((points[list(side)] @ (along if number % 2 else normal)).mean()) for number, side in enumerate(sides)
+    ]
     corners = np.array([offsets[k] * normal + offsets[m] * along for k, m in ((0, 3), (0, 1), (2, 1), (2, 3))])
     return corners if np.linalg.det(corners[1:3] - corners[0]) > 0 else corners[::-1]
 

@@ -43,9 +43,7 @@ class Pyramid(Structure):
     least = MIN_PYRAMID_OBJECTS
     usual_counts = (3, 6)
     exact_count = False
-    requirement = (
-        f"{STANDING}, lower than {_TALLEST_OBJECT} m, able to carry, not slender, and neither cutlery nor a plate or bowl"
-    )
+    requirement = f"{STANDING}, lower than {_TALLEST_OBJECT} m, able to carry, not slender, and neither cutlery nor a plate or bowl"
     stacks = True
 
     def suits(self, thing: ObjectTraits) -> bool:
@@ -57,9 +55,7 @@ class Pyramid(Structure):
             and thing.category not in (*CUTLERY, *BASES)
         )
 
-    def choose(
-        self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool
-    ) -> list[Traits]:
+    def choose(self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool) -> list[Traits]:
         """Choose objects whose heights make level rows: one, and those nearest to it in size.
 
         They are of one noun where there are enough.
@@ -124,7 +120,9 @@ class Pyramid(Structure):
             for i in row
         )
         upper_count = len(bodies) - lengths[0]
-        checks.append(Check("objects that rest on exactly two of the row below", held == upper_count, held, f"{upper_count}"))
+        checks.append(
+            Check("objects that rest on exactly two of the row below", held == upper_count, held, f"{upper_count}")
+        )
         points = np.array([body.centroid for body in bodies])
         own = points[rows[0]]
         middle = own.mean(axis=0)
@@ -271,7 +269,9 @@ def _require_hold(placed: Sequence[np.ndarray], rows: Sequence[Sequence[int]], i
             upper = shapely.Polygon(placed[start + len(below) + number])
             for lower in (start + number, start + number + 1):
                 if upper.intersection(shapely.Polygon(placed[lower])).area < _LEAST_HOLD * upper.area:
-                    raise LayoutError(f"the {items[row[number]].category} is too small to lie on two others of a pyramid")
+                    raise LayoutError(
+                        f"the {items[row[number]].category} is too small to lie on two others of a pyramid"
+                    )
         start += len(below)
 
 

@@ -79,7 +79,9 @@ class Rectangle(SpreadStructure):
             for number, places in enumerate(members):
                 chosen = [order[place] for place in places]
                 # The third and the fourth side run against the axes.
-                steps.append(chain(axes[number % 2], chosen) if number < 2 else chain(axes[number % 2], chosen[::-1])[::-1])
+                steps.append(
+                    chain(axes[number % 2], chosen) if number < 2 else chain(axes[number % 2], chosen[::-1])[::-1]
+                )
             lengths = np.array([(steps[k].sum() + steps[k + 2].sum()) / 2 for k in (0, 1)])
             lengths = self._fitted_sides(lengths)
             return lengths, [step + (lengths[k % 2] - step.sum()) / len(step) for k, step in enumerate(steps)]
@@ -101,7 +103,10 @@ class Rectangle(SpreadStructure):
         a, b = lengths / 2
         starts, ways = np.array([(-a, -b), (a, -b), (a, b), (-a, b)]), np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
         places = np.concatenate(
-            [start + np.concatenate(([0.0], np.cumsum(step)[:-1]))[:, None] * way for start, way, step in zip(starts, ways, steps)]
+            [
+                start + np.concatenate(([0.0], np.cumsum(step)[:-1]))[:, None] * way
+                for start, way, step in zip(starts, ways, steps)
+            ]
         )
         offsets, own = rotated(places, heading), [outlines[i] for i in order]
         require_clear(self.name, own, offsets, f"gaps of {gap:.3g} m", gap)

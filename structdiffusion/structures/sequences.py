@@ -11,7 +11,6 @@ import shapely
 
 from grounding.goals.parts import Order
 from structdiffusion.evaluation_protocol import MAX_RELATION_OFF_DEGREES, ORDER_TIE
-from structdiffusion.geometry import HEADING_OF_ROTATION
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import Check
 from structdiffusion.structures.structure import LayoutError, a_structure

@@ -13,8 +13,9 @@ from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
 from structdiffusion.structures.structure import Draft, Structure, Traits, choose_first
 
-
-_NARROWEST_OF = 2  # a drawn scene takes the narrowest of so many times as many objects: broad ones fit in small sizes only
+_NARROWEST_OF = (
+    2  # a drawn scene takes the narrowest of so many times as many objects: broad ones fit in small sizes only
+)
 
 
 class SpreadStructure(Structure):
@@ -22,9 +23,7 @@ class SpreadStructure(Structure):
 
     smaller_to_fit = True
 
-    def choose(
-        self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool
-    ) -> list[Traits]:
+    def choose(self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool) -> list[Traits]:
         """Choose the narrowest of the first candidates, unless their nouns were given.
 
         Raises:

@@ -31,7 +31,8 @@ def rates_of(rows: Sequence[Row]) -> dict[str, Any]:
         "n": len(rows),
         "success": rate_of([row.get("success", False) for row in rows]),
         "failures": {
-            cause: rate_of([row.get("failure") == cause for row in rows]) for cause in (*FAILURE_CLASSES, NO_ARRANGEMENT)
+            cause: rate_of([row.get("failure") == cause for row in rows])
+            for cause in (*FAILURE_CLASSES, NO_ARRANGEMENT)
         },
         "failed_parts": dict(Counter(part for row in known for part in row["failed_parts"]).most_common()),
         "aside": sum(bool(row["aside"]) for row in known),

@@ -82,5 +82,7 @@ def _arm(report: Mapping[str, Any]) -> list[list[str]]:
         for family, rates in families.items():
             if (arm := rates["arm"]) is not None:
                 counts = [str(arm[key]["count"]) for key in ("planned", "placed", "stands")]
-                table.append([model, family, str(arm["n"]), *counts, interval(arm["stands"]), number(arm["seconds"], 0)])
+                table.append(
+                    [model, family, str(arm["n"]), *counts, interval(arm["stands"]), number(arm["seconds"], 0)]
+                )
     return table if len(table) > 1 else []

@@ -104,7 +104,11 @@ def test_one_structure_becomes_several_parts_and_one_again(talk, sent):
     assert talk.conversation.situation.parts is None
     assert talk("and put the orange next to box 1") == "line of 0, 1, 2; 5 next to 3"
     assert talk("drop part 2") == "shape line"
-    assert talk.conversation.situation.parts is None and talk.conversation.situation.objects == ("cup 1", "cup 2", "cup 3")
+    assert talk.conversation.situation.parts is None and talk.conversation.situation.objects == (
+        "cup 1",
+        "cup 2",
+        "cup 3",
+    )
     assert talk("bigger") == "shape line, size large"
     assert talk("gaps of 5 cm", "2 cm more") == "line of 0, 1, 2, gap 7 cm"  # which says its size
 
@@ -116,7 +120,13 @@ def test_a_question_in_form_can_be_an_instruction(talk):
 
 
 def test_refusals_change_nothing(talk, sent):
-    for line in ("drop the line", "make the circle purple", "also put the unicorn on box 1", "drop part 7", "5 cm more"):
+    for line in (
+        "drop the line",
+        "make the circle purple",
+        "also put the unicorn on box 1",
+        "drop part 7",
+        "5 cm more",
+    ):
         assert talk(TWO, line) == "tower of 3, 4, left; circle of 0, 1, 2, right"
         assert last(sent, events.Failed).message
 
@@ -140,7 +150,9 @@ def test_what_stands_is_not_built_again(talk, sent):
     conversation.situation = replace(now, builds=(build,))
     assert conversation.situation.built
     assert talk("put the orange on the other side") == "5 in front of 3, 4"
-    assert "what was built before stays as it stands" in [note.message for note in sent if isinstance(note, events.Noted)]
+    assert "what was built before stays as it stands" in [
+        note.message for note in sent if isinstance(note, events.Noted)
+    ]
     conversation.situation = replace(now, builds=(build,))
     assert talk("then put cup 1 next to the orange") == "0 next to 5"
     conversation.situation = replace(now, builds=(build,))

@@ -33,7 +33,9 @@ THINGS = (
 
 def cloud(name, noun, color, at, sides, bottom) -> ObjectCloud:
     points = (np.random.default_rng(0).uniform(-0.5, 0.5, (3000, 3)) + (0, 0, 0.5)) * sides + (*at, bottom)
-    return ObjectCloud(name, noun, points.astype(np.float32), np.tile(np.array(COLORS[color], np.uint8), (3000, 1)), bottom)
+    return ObjectCloud(
+        name, noun, points.astype(np.float32), np.tile(np.array(COLORS[color], np.uint8), (3000, 1)), bottom
+    )
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +43,9 @@ def known() -> Knowledge:
     clouds = [cloud(*thing) for thing in THINGS]
     scene = Scene(tuple(clouds), world_from_camera=np.eye(4), color=np.full((8, 8, 3), 230, np.uint8))
     objects = tuple(
-        events.SeenObject(one.name, one.category, True, tuple(one.centroid.tolist()), len(one.points), display_name=one.name)
+        events.SeenObject(
+            one.name, one.category, True, tuple(one.centroid.tolist()), len(one.points), display_name=one.name
+        )
         for one in clouds
     )
     seen = events.Perceived(objects, TABLE, 0.0, scene=scene)
@@ -97,7 +101,9 @@ def test_answers(known, line, said):
 
 def test_from_across_the_table_left_is_right(known):
     opposite = replace(known, situation=replace(known.situation, viewpoint="opposite"))
-    assert answer(acts_of("what stands right of the box"), opposite).startswith("To the right of the box: cup 2, 23 cm away")
+    assert answer(acts_of("what stands right of the box"), opposite).startswith(
+        "To the right of the box: cup 2, 23 cm away"
+    )
     assert answer(acts_of("is the banana behind the box"), opposite).startswith("Yes: the banana is behind the box")
 
 
@@ -117,9 +123,13 @@ def test_what_is_left_and_what_was_built(known):
     assert "It is not as asked: cup 2 fell. “continue” proposes it again." in answer(
         acts_of("is everything built?"), replace(known, situation=failed)
     )
-    assert answer(acts_of("what did you build"), replace(known, situation=failed)).count("a line of cup 1 and cup 2") == 2
+    assert (
+        answer(acts_of("what did you build"), replace(known, situation=failed)).count("a line of cup 1 and cup 2") == 2
+    )
     wanted = replace(situation, goal=StructureSpec("circle"))
-    assert answer(acts_of("what remains to be done?"), replace(known, situation=wanted)).startswith("Still to build: a circle")
+    assert answer(acts_of("what remains to be done?"), replace(known, situation=wanted)).startswith(
+        "Still to build: a circle"
+    )
 
 
 @pytest.mark.parametrize(

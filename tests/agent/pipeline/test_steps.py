@@ -17,7 +17,7 @@ from agent.scenes.table_scene import TableScene
 from grounding.spec import StructureSpec
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.procedural import procedural_object
-from structdiffusion.observation import Arrangement, StructureGoal, ObjectCloud, Scene
+from structdiffusion.observation import Arrangement, ObjectCloud, Scene, StructureGoal
 from structdiffusion.planners.geometric import GeometricPlanner
 
 BLOCKS = [procedural_object("block", index) for index in range(3)]

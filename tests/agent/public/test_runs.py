@@ -5,8 +5,9 @@ import threading
 
 import numpy as np
 import pytest
-import structagent
 import torch
+
+import structagent
 from structagent import StructagentError
 
 CUPS = "put the cups in a small circle on the left"

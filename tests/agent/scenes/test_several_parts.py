@@ -67,7 +67,12 @@ def test_a_model_stands_there_several_times_where_the_library_has_too_few(source
 def test_groups_can_be_told_apart(source):
     goal = meant(source, "sort the objects by colour")
     models, _ = draw_several_parts(source._library, goal, np.random.default_rng(2))
-    colors = [next(iter(each.attributes.colors)) for each in source.referents for model in models if each.name == model.category]
+    colors = [
+        next(iter(each.attributes.colors))
+        for each in source.referents
+        for model in models
+        if each.name == model.category
+    ]
     assert len(models) >= 4 and len(set(colors)) >= 2
 
 

@@ -43,9 +43,7 @@ def goal(parts):
 @pytest.fixture
 def say(parser, encoder):
     """Revise a goal; what is said comes from the robot's side, or from across the table."""
-    interpreters = {
-        side: Interpreter(lambda: parser, None, side, encoder) for side in ("robot", "opposite")
-    }
+    interpreters = {side: Interpreter(lambda: parser, None, side, encoder) for side in ("robot", "opposite")}
 
     def revised(parts, text, viewpoint="robot", **more):
         reader = SceneReader(interpreters[viewpoint], OBJECTS)
@@ -178,7 +176,11 @@ def test_corrections(say, last, text, then):
         (LINE, "gaps of 5 cm", with_(LINE, 0, gap=0.05)),
         (LINE, "put them in a triangle", with_(LINE, 0, shape="triangle")),
         (LINE, "now a small arc", with_(LINE, 0, shape="arc", size="small")),
-        (LINE, "spread them out evenly along the front edge", [structure("line", [0, 1, 2], size="large", along="near")]),
+        (
+            LINE,
+            "spread them out evenly along the front edge",
+            [structure("line", [0, 1, 2], size="large", along="near")],
+        ),
         (TWO, "make a triangle out of the cups", [TWO[0], structure("triangle", [0, 1, 2])]),
         (TWO, "and put the bowl in front of the tower", [*TWO, relation("in front of", [4], {"part": 0})]),
         (FRUIT, "then put the small can behind it", [*FRUIT, relation("behind", [7], [3])]),
@@ -216,7 +218,9 @@ def test_a_new_instruction_for_the_objects_of_a_part_takes_the_place_of_that_par
 
 def test_a_question_lists_the_parts_and_each_answer_leads_to_a_goal(say):
     revision = say(TWO, "the other side")
-    assert revision.question.slot == PART and revision.question.options[0] == "part 1 (tower of tall can, small can, left)"
+    assert (
+        revision.question.slot == PART and revision.question.options[0] == "part 1 (tower of tall can, small can, left)"
+    )
     left, right = with_(TWO, 0, x_position="right"), with_(TWO, 1, x_position="left")
     assert list(revision.choices) == [goal(left), goal(right), goal(with_(left, 1, x_position="left"))]
 
@@ -261,10 +265,14 @@ def test_from_across_the_table_left_is_the_speakers(say):
 @pytest.mark.parametrize("last", [TWO, ROW, FRUIT, GAPS, MOVED])
 def test_hostile_sentences_get_one_sentence_and_change_nothing(say, last, text):
     revision = say(last, text)
-    assert revision.status in ("refused", "unchanged", "ask") and revision.goal == goal(last) and revision.message.strip()
+    assert (
+        revision.status in ("refused", "unchanged", "ask") and revision.goal == goal(last) and revision.message.strip()
+    )
 
 
-@pytest.mark.parametrize("text", ["and bigger", "and a bit bigger", "then make the circle bigger", "also bigger please"])
+@pytest.mark.parametrize(
+    "text", ["and bigger", "and a bit bigger", "then make the circle bigger", "also bigger please"]
+)
 def test_a_fragment_with_and_adds_nothing(say, text):
     revision = say(TWO, text)
     assert revision.status == "ok" and revision.goal == goal(with_(TWO, 1, size="large"))

@@ -60,7 +60,10 @@ def test_words_stand_for_objects_where_no_scene_is_known(tmp_path):
         ({"goals": [{"parts": []}]}, ["goal 0", "no parts", "refused"]),
         ({"goals": [LINE, {"parts": [{"kind": "structure", "shape": "star"}]}]}, ["goal 1", "'star'", "circle"]),
         ({"goals": [{"parts": [{"kind": "structure", "shape": "line", "gap": -1}]}]}, ["gap", "-1"]),
-        ({"goals": [{"parts": [{"kind": "structure", "shape": "line", "objects": [0, 6]}]}]}, ["no object 6", "0 to 5"]),
+        (
+            {"goals": [{"parts": [{"kind": "structure", "shape": "line", "objects": [0, 6]}]}]},
+            ["no object 6", "0 to 5"],
+        ),
         ({"goals": [{"parts": [{"kind": "structure", "shape": "line", "objects": ["mug"]}]}]}, ["'mug'", "indices"]),
         ({"scene": None}, ["0", "words"]),
         ({"also": "refused"}, ["also", "'refused'", "null"]),

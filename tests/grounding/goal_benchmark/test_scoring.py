@@ -66,7 +66,9 @@ def test_what_is_dropped_invented_filled_and_wrong_is_counted_apart():
     assert (found["dropped_parts"]["hits"], found["dropped_parts"]["n"]) == (1, 8)
     assert (found["false_parts"]["hits"], found["false_parts"]["n"]) == (1, 8)
     assert (found["false_fills"]["hits"], found["false_fills"]["n"]) == (1, 4) and found["keys"]["filled"] == {"gap": 1}
-    assert (found["wrong_keys"]["hits"], found["wrong_keys"]["n"]) == (1, 4) and found["keys"]["wrong"] == {"objects": 1}
+    assert (found["wrong_keys"]["hits"], found["wrong_keys"]["n"]) == (1, 4) and found["keys"]["wrong"] == {
+        "objects": 1
+    }
     assert found["wrongly_refused"]["hits"] == found["wrongly_asked"]["hits"] == 1
     assert found["built_wrongly"]["hits"] == 4 and len(found["wrong"]) == 6
     assert found["wrong"][0]["dropped"] == [1] and found["wrong"][2]["false_fills"] == ["gap"]
@@ -91,6 +93,8 @@ def test_a_relation_of_two_objects_is_two_relations():
     assert is_exact_reading(both, apart)
     after = RelationPart("behind", PartReference(1), (3,))
     row = GoalRow("t", "breakfast", "s", "ok", (Goal((RelationPart("on", (0, 4), (3,)), LINE_2, after)),))
-    assert is_exact_reading(row, ok(LINE_2, RelationPart("on", (0, 4), (3,)), RelationPart("behind", PartReference(0), (3,))))
+    assert is_exact_reading(
+        row, ok(LINE_2, RelationPart("on", (0, 4), (3,)), RelationPart("behind", PartReference(0), (3,)))
+    )
     one = score_goals([both], [ok(LINE_2, RelationPart("on", (4,), (3,)))])
     assert (one["dropped_parts"]["hits"], one["dropped_parts"]["n"]) == (1, 3)

@@ -52,7 +52,9 @@ def test_another_number_of_others_is_refused():
     assert "4" in GoalReader().read("stack the blue cups and put the other seven in a row", SCENE).problem
 
 
-@pytest.mark.parametrize("text", ["put all cups in a row but not the red ones", "all cups in a row, the red ones excluded, behind the bowl"])
+@pytest.mark.parametrize(
+    "text", ["put all cups in a row but not the red ones", "all cups in a row, the red ones excluded, behind the bowl"]
+)
 def test_exceptions(text):
     assert chosen(text) == (3, 4)
 

@@ -36,11 +36,15 @@ def is_right(interpretation, row):
         return interpretation.status == row["status"] and not interpretation.goal.parts
     scene = SCENES[row["scene"]]
     goals = [Goal.from_dict(goal) for goal in row["goals"]]
-    return interpretation.status == "ok" and any(compare_goals(interpretation.goal, goal, len(scene)).exact for goal in goals)
+    return interpretation.status == "ok" and any(
+        compare_goals(interpretation.goal, goal, len(scene)).exact for goal in goals
+    )
 
 
 def test_the_development_goals(interpreter):
-    wrong = [row["text"] for row in ROWS if not is_right(interpreter.interpret(row["text"], SCENES.get(row["scene"])), row)]
+    wrong = [
+        row["text"] for row in ROWS if not is_right(interpreter.interpret(row["text"], SCENES.get(row["scene"])), row)
+    ]
     assert len(ROWS) >= 150 and len(wrong) <= (1 - LEAST_EXACT) * len(ROWS), wrong
 
 
@@ -102,7 +106,9 @@ def test_objects_are_resolved_later(interpreter):
 
 def test_a_library_offers_any_of_several(interpreter):
     library = [SceneObject(name) for name in ("mug", "mug", "bowl", "can")]
-    found = interpreter.interpret("put the mug next to the bowl and swap the can and the bowl").among(library, catalogue=True)
+    found = interpreter.interpret("put the mug next to the bowl and swap the can and the bowl").among(
+        library, catalogue=True
+    )
     assert found.status == "ok" and found.selection.indices == (0, 2, 3)
 
 
@@ -113,7 +119,15 @@ def test_odd_instructions_get_a_short_answer():
         "1e9 \" ' by row grid 3 x those rest second from around along edge corner swap tallest at with then inch 1/2 each other"
     ).split()
     texts = [" ".join(generator.choices(words, k=generator.randint(1, 40))) for _ in range(300)]
-    texts += ["a" * 1900, "the red " * 240, "left of " * 240, "( " * 900, "½ " * 500, "no wait " * 200, "; ".join(["put the mug left"] * 40)]
+    texts += [
+        "a" * 1900,
+        "the red " * 240,
+        "left of " * 240,
+        "( " * 900,
+        "½ " * 500,
+        "no wait " * 200,
+        "; ".join(["put the mug left"] * 40),
+    ]
     reader = GoalReader()
     for number, text in enumerate(texts):
         started = time.perf_counter()

@@ -10,12 +10,20 @@ BEFORE = RelationPart("in front of", (0,), PartReference(0))
 
 
 def test_the_order_of_parts_and_of_objects_does_not_matter_and_references_follow_their_part() -> None:
-    read = Goal((TOWER, StructurePart("line", objects=(5, 4, 2), gap=0.0504), RelationPart("in front of", (0,), PartReference(1))))
+    read = Goal(
+        (
+            TOWER,
+            StructurePart("line", objects=(5, 4, 2), gap=0.0504),
+            RelationPart("in front of", (0,), PartReference(1)),
+        )
+    )
     assert compare_goals(read, Goal((LINE, TOWER, BEFORE))).exact
 
 
 def test_a_reference_to_another_part_is_wrong() -> None:
-    comparison = compare_goals(Goal((LINE, TOWER, RelationPart("in front of", (0,), PartReference(1)))), Goal((LINE, TOWER, BEFORE)))
+    comparison = compare_goals(
+        Goal((LINE, TOWER, RelationPart("in front of", (0,), PartReference(1)))), Goal((LINE, TOWER, BEFORE))
+    )
     assert not comparison.exact
     assert comparison.wrong == ("reference",)
 
@@ -57,7 +65,14 @@ def test_lengths_differ_by_at_most_one_percent() -> None:
 
 def test_one_relation_of_two_objects_is_two_relations_of_one() -> None:
     together = Goal((RelationPart("in", (3, 1), (0,)), LINE, RelationPart("behind", (8,), PartReference(1))))
-    apart = Goal((RelationPart("in", (1,), (0,)), RelationPart("in", (3,), (0,)), LINE, RelationPart("behind", (8,), PartReference(2))))
+    apart = Goal(
+        (
+            RelationPart("in", (1,), (0,)),
+            RelationPart("in", (3,), (0,)),
+            LINE,
+            RelationPart("behind", (8,), PartReference(2)),
+        )
+    )
     assert compare_goals(together, apart).exact
     assert compare_goals(Goal(apart.parts[1:3]), together).dropped
     assert not compare_goals(Goal((RelationPart("swapped", (3, 1)),)), Goal((RelationPart("swapped", (3, 2)),))).exact

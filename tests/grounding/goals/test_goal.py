@@ -29,7 +29,9 @@ BOWL = {"kind": "relation", "relation": "left of", "objects": [0], "reference": 
 def random_structure(rng: random.Random, objects: tuple[int, ...]) -> StructurePart:
     shape = rng.choice(SHAPES)
     slots = {"size": SIZES, "x_position": X_POSITIONS, "y_position": Y_POSITIONS, "rotation": ROTATIONS}
-    values = {slot: rng.choice(legal) for slot, legal in slots.items() if slot in SLOTS_OF_SHAPE[shape] and rng.random() < 0.5}
+    values = {
+        slot: rng.choice(legal) for slot, legal in slots.items() if slot in SLOTS_OF_SHAPE[shape] and rng.random() < 0.5
+    }
     starts = ("bottom", "top") if shape == "tower" else ("left", "right", "near", "far")
     keys = {
         "order": Order(rng.choice(("height", "listed")), rng.choice(("ascending", "descending", None)), rng.choice((*starts, None))),
@@ -79,7 +81,13 @@ def test_every_key_of_the_protocol_is_there_and_null_where_nobody_asked() -> Non
     assert set(relation) == {
         "kind", "relation", "objects", "reference", "distance", "x_position", "y_position", "direction",
     }  # fmt: skip
-    assert [key for key, value in structure.items() if value is not None] == ["kind", "shape", "x_position", "objects", "gap"]
+    assert [key for key, value in structure.items() if value is not None] == [
+        "kind",
+        "shape",
+        "x_position",
+        "objects",
+        "gap",
+    ]
 
 
 def test_the_five_slots_alone_are_the_goal_of_one_structure() -> None:

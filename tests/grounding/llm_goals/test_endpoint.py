@@ -51,7 +51,12 @@ def test_the_examples_of_the_prompt_are_legal_replies_and_goals_of_the_schema():
     "part",
     [
         {"kind": "structure", "shape": "grid", "objects": None, "rows": 3, "columns": 2, "gap": 0.05},
-        {"kind": "structure", "shape": "line", "objects": ["a", "b"], "order": {"by": "listed", "direction": None, "from": "near"}},
+        {
+            "kind": "structure",
+            "shape": "line",
+            "objects": ["a", "b"],
+            "order": {"by": "listed", "direction": None, "from": "near"},
+        },
         {"kind": "structure", "shape": "circle", "objects": ["a"], "radius": 0.15, "around": ["b"]},
         {"kind": "structure", "shape": "cluster", "objects": None, "group_by": "colour"},
         {"kind": "relation", "relation": "moved", "objects": ["a"], "direction": "closer", "distance": 0.1},

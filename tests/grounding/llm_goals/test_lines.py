@@ -110,7 +110,9 @@ def test_every_walk_over_legal_pieces_ends_in_parts_with_the_keys_of_goals():
             try:
                 Goal.from_dict({"parts": [part]})
             except ValueError as error:  # objects among themselves
-                assert "object" in str(error) or "itself" in str(error) or "listed" in str(error) or "way" in str(error), line
+                assert (
+                    "object" in str(error) or "itself" in str(error) or "listed" in str(error) or "way" in str(error)
+                ), line
 
 
 def test_pieces_make_up_the_line():
@@ -128,4 +130,16 @@ def test_the_examples_of_the_prompt_are_legal_lines():
     for text, line in examples:
         parts = parts_of(f" {line}", Said.of(text, said_lengths(text), said_counts(text)))
         shown |= {parts} if isinstance(parts, str) else {part.get("relation", part.get("shape")) for part in parts}
-    assert {"nothing", "impossible", "tower", "line", "circle", "cluster", "moved", "swapped", "at", "on", "behind"} <= shown
+    assert {
+        "nothing",
+        "impossible",
+        "tower",
+        "line",
+        "circle",
+        "cluster",
+        "moved",
+        "swapped",
+        "at",
+        "on",
+        "behind",
+    } <= shown

@@ -14,7 +14,14 @@ from grounding.spec import StructureSpec
 
 TABLE = [
     SceneObject(name, ObjectAttributes((colour,)))
-    for name, colour in (("can", "red"), ("can 2", "blue"), ("can 3", "green"), ("cup", "red"), ("cup 2", "blue"), ("bowl", "white"))
+    for name, colour in (
+        ("can", "red"),
+        ("can 2", "blue"),
+        ("can 3", "green"),
+        ("cup", "red"),
+        ("cup 2", "blue"),
+        ("bowl", "white"),
+    )
 ]
 SPOKEN = "stack the cans on the left and put the bowl 5 cm behind the red cup"
 PARTS = [
@@ -157,7 +164,9 @@ def test_unknown_words_are_left_only_to_models_that_know_words_and_then_it_is_sa
 
 def test_exceptions_groups_and_references_to_structures():
     text = "put everything except the bowl in a ring around the bowl"
-    parts = [{"kind": "structure", "shape": "circle", "objects": ["everything except the bowl"], "around": ["the bowl"]}]
+    parts = [
+        {"kind": "structure", "shape": "circle", "objects": ["everything except the bowl"], "around": ["the bowl"]}
+    ]
     reading = reader(Saying(parts)).read(text, TABLE)
     assert not reading.fallback and reading.goal.parts[0].objects == (0, 1, 2, 3, 4)
     text = "line up the cans and put the bowl behind them"
@@ -212,7 +221,9 @@ def test_an_interpretation_has_the_models_goal_and_its_fallback():
 
 def test_the_opposite_viewpoint_turns_the_goal():
     made = Interpreter(
-        FiveSlots, viewpoint="opposite", goal_reader=lambda grammar: LLMGoalReader(lambda: Saying(PARTS), grammar, opposite=True)
+        FiveSlots,
+        viewpoint="opposite",
+        goal_reader=lambda grammar: LLMGoalReader(lambda: Saying(PARTS), grammar, opposite=True),
     )
     found = made.interpret(SPOKEN, TABLE)
     assert found.goal.parts[0].x_position == "right" and found.goal.parts[1].relation == "in front of"

@@ -36,7 +36,8 @@ def test_every_line_is_legal_and_nearly_every_one_a_goal():
             continue
         metres = said_lengths(sentence.text)
         parts = [
-            part | {key: metres[part[key]] for key in ("gap", "radius", "length", "distance") if part.get(key) in metres}
+            part
+            | {key: metres[part[key]] for key in ("gap", "radius", "length", "distance") if part.get(key) in metres}
             for part in parts
         ]
         try:

@@ -6,8 +6,8 @@ import pytest
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart, StructurePart
 from structdiffusion.benchmark.goal_families import FAMILIES, NEW_SHAPES, draw_goal, measure
-from structdiffusion.benchmark.goal_references import NoReferenceError, ReferenceSearch
 from structdiffusion.benchmark.goal_names import GOAL_FAMILIES
+from structdiffusion.benchmark.goal_references import NoReferenceError, ReferenceSearch
 from structdiffusion.benchmark.goals import draw_goal_scene
 from structdiffusion.data.scene_sampling import SceneError
 from structdiffusion.geometry import pose_from_xyz_yaw
@@ -54,7 +54,10 @@ def test_a_part_that_is_not_met_fails_by_name(blocks):
     scene = next(
         scene
         for number in range(9)
-        if isinstance((scene := draw_goal_scene(blocks, "structure-and-relation", number, seed=5)).goal.relations[0].objects, tuple)
+        if isinstance(
+            (scene := draw_goal_scene(blocks, "structure-and-relation", number, seed=5)).goal.relations[0].objects,
+            tuple,
+        )
     )
     (relation,) = scene.goal.relations
     motions = scene.reference.copy()

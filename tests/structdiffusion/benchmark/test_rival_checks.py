@@ -28,11 +28,16 @@ def structure(shape, count, **values):
 
 def ring(count, radius, off=()):  # off: (number, m beyond the radius) pairs
     radii = [radius + dict(off).get(k, 0.0) for k in range(count)]
-    return [(0.45 + r * math.cos(2 * math.pi * k / count), r * math.sin(2 * math.pi * k / count)) for k, r in enumerate(radii)]
+    return [
+        (0.45 + r * math.cos(2 * math.pi * k / count), r * math.sin(2 * math.pi * k / count))
+        for k, r in enumerate(radii)
+    ]
 
 
 def ours(places, shape):
-    return all(check.passed for check in check_structure(bodies(places), Goal.from_dict({"shape": shape}).plain_spec, Table()))
+    return all(
+        check.passed for check in check_structure(bodies(places), Goal.from_dict({"shape": shape}).plain_spec, Table())
+    )
 
 
 def test_a_crooked_line_passes_both_and_not_ours():

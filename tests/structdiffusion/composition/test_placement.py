@@ -8,11 +8,11 @@ import torch
 
 from grounding.goals.goal import Goal
 from grounding.goals.parts import DIRECTIONAL, PartReference, RelationPart, StructurePart
+from structdiffusion.completion.estimate import estimate
 from structdiffusion.composition.items import Item, TableState
 from structdiffusion.composition.placement import NoPlaceError, Placer
 from structdiffusion.composition.structure_blocks import StructureBlocks
 from structdiffusion.composition.units import Units
-from structdiffusion.completion.estimate import estimate
 from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.solids import assemble, box, frustum

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from grounding.spec import LEGAL_VALUES, SLOTS, StructureSpec
+from grounding.spec import FIRST_SHAPES, LEGAL_VALUES, SLOTS, StructureSpec
 from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.data.demonstrations import DemonstrationSet, keep_shard
 from structdiffusion.data.shards import draw_shard
@@ -16,7 +16,6 @@ from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.rotations import yaw_matrices
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
-from grounding.spec import FIRST_SHAPES
 from structdiffusion.word_tokens import WORDS
 
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import torch
 
+from grounding.spec import FIRST_SHAPES
 from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.models.checkpoint import CheckpointError
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structformer.loss import structformer_loss
 from structdiffusion.models.structformer.model import StructFormerConfig
 from structdiffusion.training.loop import TrainingOptions, train
-from grounding.spec import FIRST_SHAPES
 from structdiffusion.word_tokens import WORDS
 
 SIZES = dict(width=32, layers=2, heads=2, feed_forward=48, points=24, point_width=16, mixture=3)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from grounding.spec import StructureSpec
+from grounding.spec import FIRST_SHAPES, StructureSpec
 from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.geometry import tilt_between
 from structdiffusion.models import structformer_name
@@ -24,13 +24,12 @@ from structdiffusion.models.structformer.loss import structformer_loss
 from structdiffusion.models.structformer.model import StructFormerConfig
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.model import StructureConfig
-from structdiffusion.observation import StructureGoal, ObjectCloud, Scene
+from structdiffusion.observation import ObjectCloud, Scene, StructureGoal
 from structdiffusion.planners.baselines import CVAEPlanner, StructFormerPlanner
 from structdiffusion.planners.factory import load_planner
 from structdiffusion.planners.geometric import GeometricPlanner
 from structdiffusion.planners.registry import PLANNERS
 from structdiffusion.training.loop import TrainingOptions, train
-from grounding.spec import FIRST_SHAPES
 
 SIZES = dict(width=32, layers=1, heads=2, feed_forward=48, points=16, point_width=16)
 # Those that differ in a number alone are left out.

@@ -37,7 +37,9 @@ def ball(radius=0.035) -> ObjectModel:
     heights = np.linspace(0.0, 2 * radius, 9)
     rings = [max(0.004, float(np.sqrt(max(0.0, radius**2 - (z - radius) ** 2)))) for z in heights]
     corners = [
-        (r * np.cos(a), r * np.sin(a), z) for r, z in zip(rings, heights) for a in np.linspace(0, 2 * np.pi, 16, endpoint=False)
+        (r * np.cos(a), r * np.sin(a), z)
+        for r, z in zip(rings, heights)
+        for a in np.linspace(0, 2 * np.pi, 16, endpoint=False)
     ]
     return solid("ball", np.array(corners))
 
@@ -72,7 +74,11 @@ class TableOf:
 @pytest.fixture(scope="module")
 def five():
     return TableOf(
-        (block(), 0.3, 0.3), (block(0.04), 0.6, 0.3), (block(0.06), 0.3, -0.3), (block(), 0.6, -0.3), (block(0.05, 0.08), 0.45, 0.0)
+        (block(), 0.3, 0.3),
+        (block(0.04), 0.6, 0.3),
+        (block(0.06), 0.3, -0.3),
+        (block(), 0.6, -0.3),
+        (block(0.05, 0.08), 0.45, 0.0),
     )
 
 
@@ -156,7 +162,9 @@ def test_groups_stand_apart_by_kind_and_by_colour(five):
 
 
 def test_an_object_on_another_and_in_another():
-    table = TableOf((procedural_object("mug", 1), 0.5, 0.1), (block(0.12, 0.03, "book"), 0.4, -0.2), (block(0.02, 0.02), 0.3, 0.2))
+    table = TableOf(
+        (procedural_object("mug", 1), 0.5, 0.1), (block(0.12, 0.03, "book"), 0.4, -0.2), (block(0.02, 0.02), 0.3, 0.2)
+    )
     best = table.proposed(related("on", (2,), (1,)))[0]
     assert table.stands(best) and best.moved == (2,)
     best = table.proposed(related("in", (2,), (0,)))[0]
@@ -184,7 +192,9 @@ def test_what_stands_in_the_way_is_set_aside_only_then():
 
 
 def test_what_stands_on_something_that_goes_is_set_aside_first():
-    table = TableOf((block(0.08, 0.03, "book"), 0.45, 0.0), (block(0.04, 0.04, "can"), 0.45, 0.0, 0.03), (block(), 0.3, 0.3))
+    table = TableOf(
+        (block(0.08, 0.03, "book"), 0.45, 0.0), (block(0.04, 0.04, "can"), 0.45, 0.0, 0.03), (block(), 0.3, 0.3)
+    )
     best = table.proposed(related("right of", (0,), (2,)))[0]
     assert table.stands(best) and best.aside == (1,)
     # Where it is to go somewhere anyway, nothing is set aside.

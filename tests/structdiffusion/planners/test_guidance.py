@@ -9,7 +9,7 @@ from structdiffusion.models.diffusion.model import DiffusionConfig
 from structdiffusion.models.diffusion.scheduler import NoiseScheduler
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.model import StructureConfig
-from structdiffusion.observation import StructureGoal, ObjectCloud
+from structdiffusion.observation import ObjectCloud, StructureGoal
 from structdiffusion.planners.diffusion import DiffusionPlanner
 from structdiffusion.planners.guidance import StructureScore, guided
 from structdiffusion.planners.samples import EncodedScene, prepare_samples

@@ -90,7 +90,9 @@ def test_a_structure_without_a_shape_beside_others_is_a_group_at_a_place():
     goal = Goal((StructurePart(objects=(0, 1, 2), x_position="left"), RelationPart("at", (3,), x_position="right")))
     group = [(0.3, 0.35), (0.5, 0.22), (0.6, 0.4)]
     assert failed(goal, *group, (0.4, -0.3)) == []
-    assert failed(goal, *[(x, y - 0.3) for x, y in group], (0.4, -0.3)) == ["structure (part 1): left: place in the range"]
+    assert failed(goal, *[(x, y - 0.3) for x, y in group], (0.4, -0.3)) == [
+        "structure (part 1): left: place in the range"
+    ]
     stacked = [(0.3, 0.35), (0.5, 0.3), (0.5, 0.3, 0.05)]
     assert failed(goal, *stacked, (0.4, -0.3)) == ["structure (part 1): objects on top of others"]
 
@@ -182,7 +184,10 @@ def test_carriers_come_first_even_where_their_bottoms_are_level():
         (Goal((line(0, 1), RelationPart("in", (2,), PartReference(0)))), "one object has to carry the other, not 2"),
         (Goal((line(0, 1), RelationPart("left of", PartReference(0), (1,)))), "a structure that it belongs to"),
         (Goal((line(0, 1, 2), RelationPart("between", (0,), PartReference(0)))), "it needs 2 references, got 3"),
-        (Goal((line(0, 1, 2), StructurePart("tower"))), "takes all objects that no other part names, and there are none"),
+        (
+            Goal((line(0, 1, 2), StructurePart("tower"))),
+            "takes all objects that no other part names, and there are none",
+        ),
     ],
 )
 def test_goals_that_cannot_be_checked_are_refused(goal, message):

@@ -3,10 +3,11 @@ import math
 import numpy as np
 import pytest
 
-from grounding.goals.parts import DIRECTIONAL, RELATIONS as NAMES, RelationPart
+from grounding.goals.parts import DIRECTIONAL, RelationPart
+from grounding.goals.parts import RELATIONS as NAMES
 from structdiffusion.evaluation_protocol import MAX_MOVED_OFF
-from structdiffusion.observation import Table
 from structdiffusion.objects.solids import circle_outline
+from structdiffusion.observation import Table
 from structdiffusion.relations import RELATIONS
 from structdiffusion.relations.candidates import Candidates
 from structdiffusion.relations.figure import Standing
@@ -124,7 +125,9 @@ def test_in_holds_a_centimetre_below_the_rim_and_where_nothing_outside_is_touche
         assert held(related("in"), spoon(), mug, other, touches=((1, 2), (0,), (0,))) is holds
 
 
-@pytest.mark.parametrize("x, y", [(x, y) for x in ("left", "center", "right", None) for y in ("top", "middle", "bottom", None)][:-1])
+@pytest.mark.parametrize(
+    "x, y", [(x, y) for x in ("left", "center", "right", None) for y in ("top", "middle", "bottom", None)][:-1]
+)
 def test_at_holds_in_thirds_of_where_the_object_can_lie(x, y):
     part = RelationPart("at", (0,), x_position=x, y_position=y)
     low, high = np.array([0.18 + 0.03, -0.45 + 0.03]), np.array([0.72 - 0.03, 0.45 - 0.03])
@@ -166,7 +169,10 @@ def test_swapped_holds_within_3_cm_of_where_the_other_was():
 
 def random_case(name, rng):
     """A relation with every key that it takes, two references at random, and the table's state before."""
-    outlines = [scale * circle_outline(1.0, int(sides)) for scale, sides in zip(rng.uniform(0.02, 0.08, 3), rng.integers(4, 30, 3))]
+    outlines = [
+        scale * circle_outline(1.0, int(sides))
+        for scale, sides in zip(rng.uniform(0.02, 0.08, 3), rng.integers(4, 30, 3))
+    ]
     places = rng.uniform((0.25, -0.35), (0.65, 0.35), (3, 2))
     bodies = [body(*place, outline) for place, outline in zip(places, outlines)]
     distance = float(rng.uniform(0.0, 0.2)) if rng.random() < 0.5 else None
@@ -220,5 +226,3 @@ def test_a_structure_as_a_whole_is_its_hull():
     beside = standing(body(0.52, 0.25), *row)
     checks = RELATIONS["behind"].check(beside.figure([0]), [beside.figure([1, 2, 3])], related("behind"))
     assert not all(check.passed for check in checks)
-
-

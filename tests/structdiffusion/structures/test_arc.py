@@ -25,7 +25,13 @@ def test_what_an_arc_spans(span, failed):
 @pytest.mark.parametrize("rotation", HEADINGS)
 def test_the_open_side_is_where_it_should_be(rotation):
     spec = StructureSpec("arc", rotation=rotation)
-    for off, failed in ((0, []), (44, []), (-44, []), (46, ["open side's heading (deg off)"]), (180, ["open side's heading (deg off)"])):
+    for off, failed in (
+        (0, []),
+        (44, []),
+        (-44, []),
+        (46, ["open side's heading (deg off)"]),
+        (180, ["open side's heading (deg off)"]),
+    ):
         assert failures(arc(degrees=HEADINGS[rotation] + off), spec) == failed
     assert MAX_ARC_OFF_DEGREES == 45
 

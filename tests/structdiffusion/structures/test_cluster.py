@@ -21,7 +21,10 @@ SPEC = StructureSpec("cluster")
 
 def test_a_cluster_holds_until_a_gap_is_wider_than_4_cm():
     assert failures(cluster(), SPEC) == []
-    for gap, failed in ((MAX_CLUSTER_GAP - 1e-3, []), (MAX_CLUSTER_GAP + 1e-3, ["widest gap that joins the cluster (m)"])):
+    for gap, failed in (
+        (MAX_CLUSTER_GAP - 1e-3, []),
+        (MAX_CLUSTER_GAP + 1e-3, ["widest gap that joins the cluster (m)"]),
+    ):
         assert failures(at_places([(0, 0), (0.06 + gap, 0)]), SPEC) == failed
 
 
@@ -51,5 +54,7 @@ def test_the_hull_of_two_discs_is_measured_exactly():
 
 def test_a_large_cluster_of_broad_objects_would_fall_apart():
     items = [LayoutItem("can", circle_outline(0.04), 0.1) for _ in range(4)]
-    with pytest.raises(LayoutError, match="a large cluster of these objects would fall apart: its gaps would be 0.0.. m wide"):
+    with pytest.raises(
+        LayoutError, match="a large cluster of these objects would fall apart: its gaps would be 0.0.. m wide"
+    ):
         lay_out(items, StructureSpec("cluster", "large"), Table(), np.random.default_rng(0))

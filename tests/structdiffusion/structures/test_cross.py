@@ -16,7 +16,9 @@ SPEC = StructureSpec("cross")
 def test_a_cross_is_fitted_exactly_in_any_direction(yaw):
     places = turned(np.array([(0, 0), (0.1, 0), (0, 0.1), (-0.1, 0), (0, -0.1), (0.2, 0)]), yaw)
     fit = fit_cross(places)
-    assert fit.middle == 0 and fit.arms == 4 and fit.off_line < 1e-9 and fit.missed < 1e-9 and fit.off_right_angle < 1e-4
+    assert (
+        fit.middle == 0 and fit.arms == 4 and fit.off_line < 1e-9 and fit.missed < 1e-9 and fit.off_right_angle < 1e-4
+    )
     assert failures(at_places(places), SPEC) == []
     np.testing.assert_allclose(Cross().centre(at_places(places)), (0.45, 0.0), atol=1e-9)
 

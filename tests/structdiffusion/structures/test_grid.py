@@ -14,7 +14,10 @@ from tests.structdiffusion.structures.handmade import at_places, failures, grid,
 SPEC = StructureSpec("grid")
 
 
-@pytest.mark.parametrize(("rows", "columns", "missing"), [(2, 2, 0), (2, 3, 0), (3, 2, 0), (3, 3, 0), (3, 3, 2), (2, 5, 0), (2, 4, 3), (3, 2, 1)])
+@pytest.mark.parametrize(
+    ("rows", "columns", "missing"),
+    [(2, 2, 0), (2, 3, 0), (3, 2, 0), (3, 3, 0), (3, 3, 2), (2, 5, 0), (2, 4, 3), (3, 2, 1)],
+)
 def test_rows_and_columns_are_counted(rows, columns, missing):
     bodies = grid(rows, columns, missing=missing)
     assert failures(bodies, SPEC) == []
@@ -45,8 +48,20 @@ def test_a_hole_in_the_middle_a_row_and_a_ring_are_no_grids():
 
 
 def test_rows_and_columns_for_every_number_of_objects():
-    assert [rows_and_columns(count) for count in range(4, 11)] == [(2, 2), (2, 3), (2, 3), (2, 4), (2, 4), (3, 3), (2, 5)]
-    assert rows_and_columns(7, rows=3) == (3, 3) and rows_and_columns(6, columns=2) == (3, 2) and rows_and_columns(9, 3, 3) == (3, 3)
+    assert [rows_and_columns(count) for count in range(4, 11)] == [
+        (2, 2),
+        (2, 3),
+        (2, 3),
+        (2, 4),
+        (2, 4),
+        (3, 3),
+        (2, 5),
+    ]
+    assert (
+        rows_and_columns(7, rows=3) == (3, 3)
+        and rows_and_columns(6, columns=2) == (3, 2)
+        and rows_and_columns(9, 3, 3) == (3, 3)
+    )
     for count in range(4, 11):
         assert all((rows - 1) * columns < count <= rows * columns for rows, columns in divisions(count))
 

@@ -20,7 +20,7 @@ from structdiffusion.structures.key_checks import check_keys
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys, structure_keys
 from structdiffusion.structures.sequences import measure
 from structdiffusion.structures.structure import LayoutError
-from tests.structdiffusion.structures.handmade import arc, at_places, cross, grid, ring_at, rectangle, row, tower
+from tests.structdiffusion.structures.handmade import arc, at_places, cross, grid, rectangle, ring_at, row, tower
 
 OWN_KEYS = ("order", "gap", "radius", "length", "rows", "columns")
 
@@ -36,7 +36,10 @@ def discs(*radii, heights=None):
 
 def drawn_keys(key, shape, rng):
     starts = ["bottom", "top"] if shape == "tower" else ["left", "right", "near", "far"]
-    by, direction = str(rng.choice(["height", "width", "volume", "listed"])), str(rng.choice(["ascending", "descending"]))
+    by, direction = (
+        str(rng.choice(["height", "width", "volume", "listed"])),
+        str(rng.choice(["ascending", "descending"])),
+    )
     value = {
         "order": Order(by, direction if rng.random() < 0.5 else None, str(rng.choice(starts)) if rng.random() < 0.6 else None),
         "gap": float(rng.uniform(0.01, 0.08)), "radius": float(rng.uniform(0.08, 0.2)), "length": float(rng.uniform(0.2, 0.5)),
@@ -51,14 +54,19 @@ def test_what_is_laid_out_for_a_key_passes_every_check(key, shape, library, buil
     for _ in range(40):
         models = eligible(library, shape)
         count = int(rng.integers(structure.least, 5 if structure.stacks else 8))
-        chosen = sorted((models[i] for i in rng.permutation(len(models))[: 2 * count]), key=lambda one: one.radius)[:count]
+        chosen = sorted((models[i] for i in rng.permutation(len(models))[: 2 * count]), key=lambda one: one.radius)[
+            :count
+        ]
         items, keys = [layout_item(model, float(rng.uniform(-3, 3))) for model in chosen], drawn_keys(key, shape, rng)
         try:
             bodies = built(items, lay_out(items, StructureSpec(shape), Table(), rng, keys))
         except LayoutError:
             continue
         made += 1
-        checks = [*check_structure(bodies, StructureSpec(shape), Table()), *check_keys(bodies, StructureSpec(shape), keys)]
+        checks = [
+            *check_structure(bodies, StructureSpec(shape), Table()),
+            *check_keys(bodies, StructureSpec(shape), keys),
+        ]
         assert len(checks) > len(check_structure(bodies, StructureSpec(shape), Table()))
         assert all(check.passed for check in checks), (keys, [check for check in checks if not check.passed])
     assert made >= 8
@@ -100,7 +108,9 @@ def test_a_length_has_a_tolerance():
 
 def test_rows_run_left_to_right():
     assert failed(grid(2, 3), "grid", rows=2, columns=3) == [] and failed(grid(2, 3), "grid", rows=3) == ["rows"]
-    assert failed(grid(3, 2), "grid", rows=3, columns=2) == [] and failed(grid(3, 3, missing=2), "grid", columns=2) == ["columns"]
+    assert failed(grid(3, 2), "grid", rows=3, columns=2) == [] and failed(grid(3, 3, missing=2), "grid", columns=2) == [
+        "columns"
+    ]
 
 
 def heights(bodies, values):
@@ -114,8 +124,12 @@ def test_an_order_is_monotone_up_to_ties():
     assert failed(rising, "line", order=Order("height", "ascending", "left")) == []
     assert failed(rising, "line", order=Order("height", "descending", "right")) == []
     assert failed(rising, "line", order=Order("height", "ascending")) == []  # from either end
-    assert failed(rising, "line", order=Order("height", "descending", "left")) and failed(rising, "line", order=Order("height", "ascending", "right"))
-    assert failed(heights(bodies, (0.05, 0.08, 0.074, 0.1)), "line", order=Order("height")) == ["height out of order by (m)"]
+    assert failed(rising, "line", order=Order("height", "descending", "left")) and failed(
+        rising, "line", order=Order("height", "ascending", "right")
+    )
+    assert failed(heights(bodies, (0.05, 0.08, 0.074, 0.1)), "line", order=Order("height")) == [
+        "height out of order by (m)"
+    ]
 
 
 def test_ties_do_not_add_up():
@@ -176,8 +190,16 @@ def test_a_key_that_cannot_be_kept_is_told_with_its_numbers(shape, items, keys, 
 
 
 def test_a_size_that_contradicts_a_key_is_told():
-    with pytest.raises(LayoutError, match="a large line cannot have gaps of 0.01 m with these objects: it would be 1.00 times"):
-        lay_out(discs(*[0.03] * 4), StructureSpec("line", "large"), Table(), np.random.default_rng(0), StructureKeys(gap=0.01))
+    with pytest.raises(
+        LayoutError, match="a large line cannot have gaps of 0.01 m with these objects: it would be 1.00 times"
+    ):
+        lay_out(
+            discs(*[0.03] * 4),
+            StructureSpec("line", "large"),
+            Table(),
+            np.random.default_rng(0),
+            StructureKeys(gap=0.01),
+        )
 
 
 def test_an_order_from_an_end_that_the_structure_does_not_have_is_told():
@@ -186,12 +208,17 @@ def test_an_order_from_an_end_that_the_structure_does_not_have_is_told():
     with pytest.raises(LayoutError, match="a line facing north has no near end"):
         lay_out(items, StructureSpec("line", rotation="north"), Table(), np.random.default_rng(0), order)
     with pytest.raises(LayoutError, match="a line along the near edge has no near end"):
-        STRUCTURES["line"].draft(items, StructureSpec("line"), 0.0, np.random.default_rng(0), replace(order, along="near"))
+        STRUCTURES["line"].draft(
+            items, StructureSpec("line"), 0.0, np.random.default_rng(0), replace(order, along="near")
+        )
 
 
 @pytest.mark.parametrize("start", ["left", "right", "near", "far"])
 def test_the_tallest_stands_at_the_end_that_was_named(start, built):
-    items, at = discs(*[0.03] * 4, heights=[0.08, 0.2, 0.05, 0.12]), {"left": (1, 1), "right": (1, -1), "near": (0, -1), "far": (0, 1)}
+    items, at = (
+        discs(*[0.03] * 4, heights=[0.08, 0.2, 0.05, 0.12]),
+        {"left": (1, 1), "right": (1, -1), "near": (0, -1), "far": (0, 1)},
+    )
     keys = StructureKeys(order=Order("height", "descending", start))
     for shape in ("line", "arc"):
         layout = lay_out(items, StructureSpec(shape), Table(), np.random.default_rng(3), keys)

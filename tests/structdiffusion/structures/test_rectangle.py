@@ -23,7 +23,9 @@ def test_a_rectangle_is_fitted_exactly_in_any_direction(yaw):
     np.testing.assert_allclose(Rectangle().centre(bodies), (0.45, 0.0), atol=1e-9)
 
 
-@pytest.mark.parametrize(("off", "failed"), [(MAX_OFF_OUTLINE - 2e-3, []), (MAX_OFF_OUTLINE + 4e-3, ["distance to the outline (m)"])])
+@pytest.mark.parametrize(
+    ("off", "failed"), [(MAX_OFF_OUTLINE - 2e-3, []), (MAX_OFF_OUTLINE + 4e-3, ["distance to the outline (m)"])]
+)
 def test_an_object_inside_the_outline(off, failed):
     """One of nine on a square of 36 cm moves in: the others hold the least-squares outline where it was."""
     a = 0.18
@@ -36,9 +38,9 @@ def test_an_empty_corner_is_no_rectangle():
     bodies = rectangle(0.3, 0.3)
     assert failures(bodies, SPEC) == []
     lost = moved(bodies[0], 0.08)
-    assert "corner to its object (m)" in failures([lost, *bodies[1:]], SPEC) or "distance to the outline (m)" in failures(
+    assert "corner to its object (m)" in failures(
         [lost, *bodies[1:]], SPEC
-    )
+    ) or "distance to the outline (m)" in failures([lost, *bodies[1:]], SPEC)
 
 
 def test_four_objects_at_a_kite_are_no_rectangle():
@@ -56,7 +58,10 @@ def test_a_gap_of_twice_the_mean_is_too_large():
 
 def test_a_square_has_about_equal_sides():
     assert failures(square(), SQUARE) == []
-    for share, failed in ((MAX_SQUARE_SIDES_SHARE - 0.01, []), (MAX_SQUARE_SIDES_SHARE + 0.01, ["difference of the sides / longer side"])):
+    for share, failed in (
+        (MAX_SQUARE_SIDES_SHARE - 0.01, []),
+        (MAX_SQUARE_SIDES_SHARE + 0.01, ["difference of the sides / longer side"]),
+    ):
         bodies = [body for k, body in enumerate(rectangle(0.2, 0.2 * (1 - share))) if k not in (1, 4)]
         assert failures(bodies, SQUARE) == failed
         assert failures(bodies, SPEC) == []

@@ -48,13 +48,18 @@ def test_a_row_of_a_goal_that_is_not_met_names_the_parts(scene):
     assert not row["success"] and row["detail"]
     assert set(row["rivals"].values()) <= {None, False, True}
     left = scene.verdict(np.array([np.eye(4)] * len(scene.models)))
-    assert left.failure == "semantic" and set(failed_parts(scene, left)) & {structure.shape, scene.goal.relations[0].relation}
+    assert left.failure == "semantic" and set(failed_parts(scene, left)) & {
+        structure.shape,
+        scene.goal.relations[0].relation,
+    }
 
 
 def test_a_row_without_an_arrangement(scene):
     row, _, arrangements = solve_goal_scene(Stub(), scene, 4)
     assert row["failure"] == "no arrangement" and row["detail"] == "these objects are too large" and arrangements == []
-    assert all(value in (None, False) for value in row["rivals"].values()) and rival_verdicts(scene, None) == row["rivals"]
+    assert (
+        all(value in (None, False) for value in row["rivals"].values()) and rival_verdicts(scene, None) == row["rivals"]
+    )
 
 
 def test_disturbed_references_are_near_and_mostly_not_accepted(scene):

@@ -2,8 +2,8 @@
 
 import io
 
-from agent.evaluation.goals.measure import _report
 from agent.evaluation.goals.config import GoalsConfig
+from agent.evaluation.goals.measure import _report
 from agent.evaluation.goals.rates import rates_of
 from agent.evaluation.goals.report import print_goals
 from agent.evaluation.goals.solve import lost_rows
@@ -27,7 +27,9 @@ ROWS = [
 
 def test_rates_of_rows():
     found = rates_of(ROWS)
-    assert found["n"] == 4 and found["success"]["count"] == 1 and found["success"]["low"] < 0.25 < found["success"]["high"]
+    assert (
+        found["n"] == 4 and found["success"]["count"] == 1 and found["success"]["low"] < 0.25 < found["success"]["high"]
+    )
     assert {cause: rate["count"] for cause, rate in found["failures"].items()} == {
         "intersection": 1, "abnormal velocity": 0, "not upright": 0, "semantic": 1, "no arrangement": 1,
     }  # fmt: skip
