@@ -26,6 +26,7 @@ from grounding.references.function_words import (
     WHAT_FOLLOWS_LEFT_OUT,
 )
 from grounding.references.lexicon import ADJECTIVES
+from grounding.references.word_forms import FORMS
 
 STOPS = frozenset(".;!?\n")
 
@@ -118,7 +119,10 @@ class Sentences:
         if after[:1] and after[0] in STAYING and (len(after) < 2 or after[1] in WHAT_FOLLOWS_LEFT_OUT):
             return True
         if after[:2] == ["out", "of"] and after[2:3] in (["the"], ["it"], ["this"], ["there"], ["my"]):
-            return self.word(end + 3) in ("way", "hair") or after[2] in ("it", "this", "there")
+            rest = self.words[end + 4 :]
+            # "... out of the way? into the corner with them": they are what is placed
+            placed = not {"it", "them", "they"}.isdisjoint(rest) and not any(word in FORMS for word in rest)
+            return (self.word(end + 3) in ("way", "hair") and not placed) or after[2] in ("it", "this", "there")
         if after[:1] in (["is"], ["are"]):
             after = after[1:]
         if not after or after[0] not in ("not", "isn't", "aren't"):

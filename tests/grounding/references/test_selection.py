@@ -224,6 +224,8 @@ CASES = [
     ("kitchen", "put them all in a ring, except the ones you drink from", _but("kitchen", 0, 1, 11)),
     ("kitchen", "pile up the cans, and mind the bowl", (2, 3, 4)),
     ("kitchen", "I need the knife out of the way, so put the others in a ring", _but("kitchen", 8)),
+    ("kitchen", "can you get the cups out of the way? into the back left corner with them", (0, 11)),
+    ("kitchen", "get the cups out of the way and stack the cans on the left", (2, 3, 4)),
     ("kitchen", "neither the fork nor the knife should move; a row of the others", _but("kitchen", 7, 8)),
     ("kitchen", "not the cups, the bowl", (5,)),
     ("kitchen", "the fork and knife may stay, the rest goes in a circle", _but("kitchen", 7, 8)),
