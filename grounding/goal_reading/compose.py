@@ -76,6 +76,7 @@ class Composer:
         self.unused: list[NounPhrase] = []  # that are named, and of which nothing is said
         self._previous: Frame | None = None
         self._owner: Objects = None  # what "its left" was said of last
+        self._meant: dict[tuple[tuple[int, int], ...], Objects] = {}  # pronouns by their places in the text
 
     def goal(self) -> Goal:
         """Compose the goal.
@@ -585,7 +586,13 @@ class Composer:
             )
             self._owner = found if predicate.kind == "relation it" else self._owner
         else:
+            # "left of it ... and to its right": the same pronoun, said of a second part, still means the same
+            key = tuple((phrase.first, phrase.end) for phrase in phrases if phrase.kind == "pronoun")
+            if key and key in self._meant:
+                return self._meant[key]
             found = self._objects(frame, list(phrases), reference=True, pairs=predicate.value == "between")
+            if key and found is not None:
+                self._meant[key] = found
         if found is None:
             raise ReadingQuestion(
                 Question(

@@ -140,3 +140,12 @@ def test_what_stands_in_for_a_list_adds_nothing():
     assert part("put the cups, all of them, in a row", "cans and cups")["objects"] == [3, 4, 5, 6]
     found = part("the box first, then the bottle, then the jar, all in a row", "tall and short")
     assert found["objects"] == [4, 0, 3] and found["order"]["by"] == "listed"
+
+
+def test_a_pronoun_means_the_same_for_what_stands_on_its_other_side(interpreter):
+    """The knife is right of the plate, and not of the fork."""
+    found = interpreter.interpret(
+        "put the plate in the middle, the fork left of it and the knife to its right", ["fork", "plate", "knife"]
+    )
+    relations = [(part.objects, part.relation, part.reference) for part in found.goal.relations[1:]]
+    assert relations == [((0,), "left of", (1,)), ((2,), "right of", (1,))]
