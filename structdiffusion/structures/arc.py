@@ -32,7 +32,7 @@ from structdiffusion.structures.checks import (
     size_checks,
 )
 from structdiffusion.structures.circle import angular_gaps, radius_with_room
-from structdiffusion.structures.gaps import require_clear, require_size, ring_angles
+from structdiffusion.structures.gaps import draft_with_gap, require_size, ring_angles
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.sequences import run_of
 from structdiffusion.structures.spread import SpreadStructure, draft_on_places, outward_axes, spread_ratio
@@ -123,9 +123,7 @@ class Arc(SpreadStructure):
             raise LayoutError(f"objects of so different sizes make no even arc with {why}")
         offsets = radius * np.column_stack((np.cos(angles), np.sin(angles)))
         outlines = [turned(item.footprint, turn) for item, turn in zip(items, turns)]
-        require_clear(self.name, outlines, offsets, why, keys.gap)
-        require_size(self.name, spec.size, 1.0 / tightest_scale(outlines, offsets), why)
-        return Draft(tuple(range(len(items))), offsets, np.zeros(len(items)), turns, heading)
+        return draft_with_gap(self.name, spec, range(len(items)), outlines, offsets, turns, heading, keys.gap, why)
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
         """Check roundness, what it spans, its inner gaps, where it is open, size, and that all stand on the table."""
@@ -172,7 +170,3 @@ class Arc(SpreadStructure):
         if len(bodies) < self.least:
             return super().centre(bodies)
         return fit_circle(np.array([body.centroid for body in bodies]))[0]
-
-    def has_heading(self, bodies: Sequence[PlacedBody]) -> bool:
-        """Return whether there are objects enough for an arc."""
-        return len(bodies) >= self.least

@@ -89,10 +89,6 @@ class Cluster(SpreadStructure):
             checks += size_checks(spread_ratio(bodies), spec)
         return checks + position_checks(bodies, self.centre(bodies), spec, table)
 
-    def has_heading(self, bodies: Sequence[PlacedBody]) -> bool:
-        """Return that it faces nowhere."""
-        return False
-
 
 def _packed(outlines: Sequence[np.ndarray], rng: np.random.Generator) -> np.ndarray:
     """Return places (N, 2) of outlines, metres, each about its own origin, packed with the usual clearance."""

@@ -18,11 +18,11 @@ from structdiffusion.evaluation_protocol import (
     MAX_OFF_LINE,
     MIN_CROSS_OBJECTS,
 )
-from structdiffusion.footprints import separation_along, tightest_scale, turned
+from structdiffusion.footprints import separation_along, turned
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import Check, count_check, on_table_check, position_checks, size_checks
-from structdiffusion.structures.gaps import require_clear, require_size
+from structdiffusion.structures.gaps import draft_with_gap
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.spread import SpreadStructure, draft_on_places, rotated, spread_ratio
 from structdiffusion.structures.structure import Draft
@@ -67,9 +67,7 @@ class Cross(SpreadStructure):
             before = place - 4 if place > 4 else 0
             arm = arms[(place - 1) % 4]
             offsets[place] = offsets[before] + separation_along(outlines[before], outlines[place], arm, gap) * arm
-        require_clear(self.name, outlines, offsets, f"gaps of {gap:.3g} m", gap)
-        require_size(self.name, spec.size, 1.0 / tightest_scale(outlines, offsets), f"gaps of {gap:.3g} m")
-        return Draft(tuple(range(len(items))), offsets, np.zeros(len(items)), turns, heading)
+        return draft_with_gap(self.name, spec, range(len(items)), outlines, offsets, turns, heading, gap)
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
         """Check both lines, their angle, the object at the crossing, the arms, size, and that all stand on the table."""
@@ -102,10 +100,6 @@ class Cross(SpreadStructure):
         if len(bodies) < self.least:
             return super().centre(bodies)
         return fit_cross(np.array([body.centroid for body in bodies])).crossing
-
-    def has_heading(self, bodies: Sequence[PlacedBody]) -> bool:
-        """Return that it faces nowhere."""
-        return False
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import brentq
 
+from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import CLEARANCE, SIZE_BANDS, max_gap_off
 from structdiffusion.footprints import separation_along, tightest_scale, turned
 from structdiffusion.structures.bodies import LayoutItem
-from structdiffusion.structures.structure import LayoutError, a_structure
+from structdiffusion.structures.structure import Draft, LayoutError, a_structure
 
 KEPT = 0.7  # of what the evaluation protocol lets gaps, lengths and radii be off, that layouts keep
 _ROUNDS = 8  # of turning objects to where they stand, and measuring their gaps there
@@ -41,6 +42,39 @@ def require_clear(name: str, outlines: Sequence[np.ndarray], offsets: np.ndarray
             f"{a_structure(name)} of these objects cannot have {why}: some would come closer to each other than "
             f"{clearance * 100:.1f} cm; it would have to be {scale:.2f} times as wide"
         )
+
+
+def draft_with_gap(
+    name: str,
+    spec: StructureSpec,
+    order: Sequence[int],
+    outlines: Sequence[np.ndarray],
+    offsets: np.ndarray,
+    turns: np.ndarray,
+    heading: float,
+    gap: float,
+    why: str = "",
+) -> Draft:
+    """Make the draft of objects that were placed with a clear gap, if they clear each other and have the requested size.
+
+    Args:
+        name: of the structure.
+        spec: the requested structure.
+        order: (N,) item indices, place by place.
+        outlines: of the objects as they are turned, by place.
+        offsets: (N, 2) of the places from the centre, metres.
+        turns: (N,) by place, radians.
+        heading: of the structure frame, radians.
+        gap: the requested one, metres.
+        why: what forces the places, for messages; by default the gap.
+
+    Raises:
+        LayoutError: where objects come too close to each other, or the size is another.
+    """
+    why = why or f"gaps of {gap:.3g} m"
+    require_clear(name, outlines, offsets, why, gap)
+    require_size(name, spec.size, 1.0 / tightest_scale(outlines, offsets), why)
+    return Draft(tuple(order), offsets, np.zeros(len(offsets)), turns, heading)
 
 
 def ring_angles(

@@ -11,11 +11,11 @@ import numpy as np
 
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import MAX_OFF_LATTICE, MAX_UNEVEN_PITCH, MIN_GRID_OBJECTS
-from structdiffusion.footprints import separation_along, tightest_scale, turned
+from structdiffusion.footprints import separation_along, turned
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import Check, count_check, on_table_check, position_checks, size_checks
-from structdiffusion.structures.gaps import best_order, require_clear, require_size, separations
+from structdiffusion.structures.gaps import best_order, draft_with_gap, separations
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.lattice import divisions, fit_lattice
 from structdiffusion.structures.spread import SpreadStructure, draft_on_places, spread_ratio
@@ -80,10 +80,8 @@ class Grid(SpreadStructure):
         )
         steps = [middle(needed) for needed in needs(order)]
         offsets, own = -(numbers - numbers.max(axis=0) / 2) * steps, [outlines[i] for i in order]
-        require_clear(self.name, own, offsets, f"gaps of {gap:.3g} m", gap)
-        require_size(self.name, spec.size, 1.0 / tightest_scale(own, offsets), f"gaps of {gap:.3g} m")
         turns = np.array([items[i].turn_to_axis(0.0) for i in order])
-        return Draft(order, offsets, np.zeros(len(items)), turns, 0.0)
+        return draft_with_gap(self.name, spec, order, own, offsets, turns, 0.0, gap)
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
         """Check that all stand on a lattice of even pitches, size, and that all stand on the table."""
@@ -118,10 +116,6 @@ class Grid(SpreadStructure):
         if len(bodies) < self.least:
             return super().centre(bodies)
         return fit_lattice(np.array([body.centroid for body in bodies])).centre
-
-    def has_heading(self, bodies: Sequence[PlacedBody]) -> bool:
-        """Return that it faces nowhere."""
-        return False
 
 
 def rows_and_columns(count: int, rows: int | None = None, columns: int | None = None) -> tuple[int, int]:

@@ -180,3 +180,13 @@ def _triangle_of(points: np.ndarray, sides: Sequence[Sequence[int]]) -> np.ndarr
         corners.append(np.linalg.solve(system, [lines[before][1], lines[after][1]]))
     result = np.array(corners)
     return result if np.linalg.det(result[1:] - result[0]) > 0 else result[::-1]
+
+
+def order_along(points: np.ndarray, corners: np.ndarray) -> list[int]:
+    """Return the points (N, 2) by index as they follow one another along an outline (C, 2), counter-clockwise."""
+    return [int(i) for i in np.argsort(project(points, corners)[1])]
+
+
+def pairs_around(sequence: Sequence[int]) -> list[tuple[int, int]]:
+    """Return each index and the next one, and the last with the first."""
+    return list(zip(sequence, [*sequence[1:], sequence[0]]))

@@ -12,13 +12,20 @@ import numpy as np
 
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import MAX_SQUARE_SIDES_SHARE, MIN_RECTANGLE_OBJECTS
-from structdiffusion.footprints import tightest_scale, turned
+from structdiffusion.footprints import turned
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import Check, count_check, on_table_check, position_checks, size_checks
-from structdiffusion.structures.gaps import best_order, chain, require_clear, require_size, separations
+from structdiffusion.structures.gaps import best_order, chain, draft_with_gap, separations
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
-from structdiffusion.structures.polygons import EVEN_OUTLINE, fit_rectangle, outline_checks, project, side_lengths
+from structdiffusion.structures.polygons import (
+    EVEN_OUTLINE,
+    fit_rectangle,
+    order_along,
+    outline_checks,
+    pairs_around,
+    side_lengths,
+)
 from structdiffusion.structures.spread import SpreadStructure, draft_on_places, outward_axes, rotated, spread_ratio
 from structdiffusion.structures.structure import Draft
 
@@ -73,15 +80,15 @@ class Rectangle(SpreadStructure):
         axes = [separations(outlines, axis, gap) for axis in (along, np.array([-along[1], along[0]]))]
         members = sides_of(inner)
 
+        def needed(order: Sequence[int], number: int) -> np.ndarray:
+            """Return the distances from object to object along a side."""
+            chosen = [order[place] for place in members[number]]
+            # The third and the fourth side run against the axes.
+            return chain(axes[number % 2], chosen) if number < 2 else chain(axes[number % 2], chosen[::-1])[::-1]
+
         def sides(order: Sequence[int]) -> tuple[np.ndarray, list[np.ndarray]]:
             """Return the lengths (2,) of the sides and the distances along each of the four from object to object."""
-            steps = []
-            for number, places in enumerate(members):
-                chosen = [order[place] for place in places]
-                # The third and the fourth side run against the axes.
-                steps.append(
-                    chain(axes[number % 2], chosen) if number < 2 else chain(axes[number % 2], chosen[::-1])[::-1]
-                )
+            steps = [needed(order, number) for number in range(4)]
             lengths = np.array([(steps[k].sum() + steps[k + 2].sum()) / 2 for k in (0, 1)])
             lengths = self._fitted_sides(lengths)
             return lengths, [step + (lengths[k % 2] - step.sum()) / len(step) for k, step in enumerate(steps)]
@@ -91,12 +98,7 @@ class Rectangle(SpreadStructure):
             every = np.concatenate(steps)
             if every.min() <= 0 or every.max() > EVEN_OUTLINE * every.mean():
                 return math.inf
-            off = 0.0
-            for number, (step, places) in enumerate(zip(steps, members)):
-                chosen = [order[place] for place in places]
-                wanted = chain(axes[number % 2], chosen) if number < 2 else chain(axes[number % 2], chosen[::-1])[::-1]
-                off = max(off, float(np.abs(step - wanted).max()))
-            return off
+            return max(float(np.abs(step - needed(order, number)).max()) for number, step in enumerate(steps))
 
         order = best_order(len(items), error, gap, self.name, rng)
         lengths, steps = sides(order)
@@ -109,9 +111,7 @@ class Rectangle(SpreadStructure):
             ]
         )
         offsets, own = rotated(places, heading), [outlines[i] for i in order]
-        require_clear(self.name, own, offsets, f"gaps of {gap:.3g} m", gap)
-        require_size(self.name, spec.size, 1.0 / tightest_scale(own, offsets), f"gaps of {gap:.3g} m")
-        return Draft(order, offsets, np.zeros(len(items)), turns[list(order)], heading)
+        return draft_with_gap(self.name, spec, order, own, offsets, turns[list(order)], heading, gap)
 
     def _fitted_sides(self, lengths: np.ndarray) -> np.ndarray:
         """Return the lengths (2,) of the sides nearest to these that the structure may have."""
@@ -134,22 +134,17 @@ class Rectangle(SpreadStructure):
     def sequence(self, bodies: Sequence[PlacedBody]) -> list[int]:
         """Return the bodies' indices along the outline, counter-clockwise."""
         points = np.array([body.centroid for body in bodies])
-        return [int(i) for i in np.argsort(project(points, fit_rectangle(points))[1])]
+        return order_along(points, fit_rectangle(points))
 
     def neighbours(self, bodies: Sequence[PlacedBody], spec: StructureSpec) -> list[tuple[int, int]]:
         """Return each body and the next one along the outline, all the way round."""
-        sequence = self.sequence(bodies)
-        return list(zip(sequence, [*sequence[1:], sequence[0]]))
+        return pairs_around(self.sequence(bodies))
 
     def centre(self, bodies: Sequence[PlacedBody]) -> np.ndarray:
         """Return the centre (2,) of the least-squares rectangle; of fewer than four objects, the mean."""
         if len(bodies) < self.least:
             return super().centre(bodies)
         return fit_rectangle(np.array([body.centroid for body in bodies])).mean(axis=0)
-
-    def has_heading(self, bodies: Sequence[PlacedBody]) -> bool:
-        """Return that it faces nowhere."""
-        return False
 
     def _sides(self, count: int, rng: np.random.Generator) -> tuple[tuple[int, ...], tuple[float, float]]:
         """Return how many objects stand between the corners of each side, and the lengths of the longer and shorter sides."""

@@ -13,9 +13,8 @@ from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
 from structdiffusion.structures.structure import Draft, Structure, Traits, choose_first
 
-_NARROWEST_OF = (
-    2  # a drawn scene takes the narrowest of so many times as many objects: broad ones fit in small sizes only
-)
+# A drawn scene takes the narrowest of so many times as many objects: broad ones fit in small sizes only.
+_NARROWEST_OF = 2
 
 
 class SpreadStructure(Structure):
@@ -34,6 +33,10 @@ class SpreadStructure(Structure):
             narrow = set(map(id, sorted(some, key=lambda one: one.radius)[:wanted]))
             candidates = [one for one in some if id(one) in narrow]
         return choose_first(candidates, wanted, self.name, self.least)
+
+    def has_heading(self, bodies: Sequence[PlacedBody]) -> bool:
+        """Return whether it can carry a rotation, and there are objects enough for one."""
+        return "rotation" in self.slots and len(bodies) >= self.least
 
     def corrections(self, bodies: Sequence[PlacedBody], size: str | None) -> np.ndarray:
         """Return how far (N, 2), metres, each body moves from or toward the centre: into the size's band."""

@@ -16,7 +16,7 @@ from structdiffusion.evaluation_protocol import (
     MIN_TRIANGLE_OBJECTS,
     TRIANGLE_ANGLES_DEGREES,
 )
-from structdiffusion.footprints import separation_along, tightest_scale, turned
+from structdiffusion.footprints import separation_along, turned
 from structdiffusion.geometry import HEADING_OF_ROTATION, wrap_angle
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
@@ -29,9 +29,16 @@ from structdiffusion.structures.checks import (
     position_checks,
     size_checks,
 )
-from structdiffusion.structures.gaps import best_order, require_clear, require_size
+from structdiffusion.structures.gaps import best_order, draft_with_gap
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
-from structdiffusion.structures.polygons import EVEN_OUTLINE, fit_triangle, inner_angles, outline_checks, project
+from structdiffusion.structures.polygons import (
+    EVEN_OUTLINE,
+    fit_triangle,
+    inner_angles,
+    order_along,
+    outline_checks,
+    pairs_around,
+)
 from structdiffusion.structures.rectangle import between_corners, sides_of
 from structdiffusion.structures.spread import SpreadStructure, draft_on_places, outward_axes, rotated, spread_ratio
 from structdiffusion.structures.structure import Draft
@@ -123,9 +130,7 @@ class Triangle(SpreadStructure):
 
         order = best_order(len(items), error, gap, self.name, rng)
         offsets, own = laid(order)[0], [outlines[i] for i in order]  # type: ignore[index]
-        require_clear(self.name, own, offsets, f"gaps of {gap:.3g} m", gap)
-        require_size(self.name, spec.size, 1.0 / tightest_scale(own, offsets), f"gaps of {gap:.3g} m")
-        return Draft(order, offsets, np.zeros(len(items)), turns[list(order)], heading)
+        return draft_with_gap(self.name, spec, order, own, offsets, turns[list(order)], heading, gap)
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
         """Check the outline, its corners, angles and gaps, where a corner points, size, and that all stand on the table."""
@@ -153,22 +158,17 @@ class Triangle(SpreadStructure):
     def sequence(self, bodies: Sequence[PlacedBody]) -> list[int]:
         """Return the bodies' indices along the outline, counter-clockwise."""
         points = np.array([body.centroid for body in bodies])
-        return [int(i) for i in np.argsort(project(points, fit_triangle(points))[1])]
+        return order_along(points, fit_triangle(points))
 
     def neighbours(self, bodies: Sequence[PlacedBody], spec: StructureSpec) -> list[tuple[int, int]]:
         """Return each body and the next one along the outline, all the way round."""
-        sequence = self.sequence(bodies)
-        return list(zip(sequence, [*sequence[1:], sequence[0]]))
+        return pairs_around(self.sequence(bodies))
 
     def centre(self, bodies: Sequence[PlacedBody]) -> np.ndarray:
         """Return the centroid (2,) of the least-squares triangle; of fewer than three objects, the mean."""
         if len(bodies) < self.least:
             return super().centre(bodies)
         return fit_triangle(np.array([body.centroid for body in bodies])).mean(axis=0)
-
-    def has_heading(self, bodies: Sequence[PlacedBody]) -> bool:
-        """Return whether there are objects enough for corners."""
-        return len(bodies) >= self.least
 
 
 def _corners_of(lengths: Sequence[float], heading: float) -> np.ndarray:

@@ -117,7 +117,7 @@ class _Loaded:
     """What a worker keeps between its jobs."""
 
     def __init__(self, library: Library) -> None:
-        self.library, self._cache = library, ResourceCache()
+        self.objects, self._cache = library, ResourceCache()
 
     def planner(self, name: str, config: GoalsConfig) -> GoalPlanner:
         """Return the planner of goals that uses the planner of a name for its structures."""
@@ -127,7 +127,7 @@ class _Loaded:
 def _solve_job(config: GoalsConfig, loaded: _Loaded, job: _Job) -> list[Row]:
     """Draw a scene and let each planner solve it; return their rows."""
     try:
-        scene = draw_goal_scene(loaded.library, job.family, job.number, seed=config.seed, accepted=job.draw)
+        scene = draw_goal_scene(loaded.objects, job.family, job.number, seed=config.seed, accepted=job.draw)
     except SceneError as error:
         return lost_rows(job.models, job.family, job.number, config.seed, str(error), NO_SCENE)
     rows = []
