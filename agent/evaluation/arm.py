@@ -33,6 +33,7 @@ from agent.evaluation.report import (
 from agent.evaluation.result_store import fingerprint
 from agent.evaluation.rows import Place, Row, lost_count, measured, stored_scene_rows
 from agent.evaluation.scenes import SENTENCE_PLANNERS, draw_scenes, with_sentences
+from agent.event_base import Event
 from agent.pipeline.candidates import checked_planner, filter_viable
 from agent.pipeline.verdict import judge_built
 from agent.rendering.text import number
@@ -139,14 +140,7 @@ def _build_scene(candidates: int, planner: Planner, scene: EvaluationScene) -> R
             arrangements = filter_viable(planner.propose(observed, goal, count=candidates, generator=generator))
         except (LayoutError, NoValidGoal) as error:
             return {**row, "trouble": [str(error)], "seconds": round(time.perf_counter() - started, 1)}
-        rank, placed = 0, set()  # what was pushed away may be placed twice
-        for event in build_structure(world, arm, observed, arrangements, rng=rng):
-            if isinstance(event, Planned):
-                row["planned"], rank = True, event.arrangement
-            elif isinstance(event, Placed) and not event.aside:
-                placed.add(event.object)
-            elif isinstance(event, (PlanFailed, PickFailed, PlaceFailed)):
-                row["trouble"].append(f"{type(event).__name__}: {event.name}: {event.reason}")
+        rank, placed = record_build(build_structure(world, arm, observed, arrangements, rng=rng), row)
         row["placed"] = len(placed)
         if len(placed) == drawn.count:
             row |= _verdict(world, scene, arrangements[rank], initial)
@@ -169,3 +163,24 @@ def _rates(rows: Sequence[Row]) -> Row:
         "lost": lost_count(rows),
         "seconds": float(np.mean(seconds)) if seconds else None,
     }
+
+
+def record_build(work: Iterable[Event], row: Row) -> tuple[int, set[int]]:
+    """Let the arm build, and record in a row whether it found a plan, and its troubles.
+
+    Args:
+        work: the events of the arm.
+        row: has "planned" and the list "trouble".
+
+    Returns:
+        The index of the arrangement that it followed last, and the objects that it placed.
+    """
+    rank, placed = 0, set()  # what was pushed away may be placed twice
+    for event in work:
+        if isinstance(event, Planned):
+            row["planned"], rank = True, event.arrangement
+        elif isinstance(event, Placed) and not event.aside:
+            placed.add(event.object)
+        elif isinstance(event, (PlanFailed, PickFailed, PlaceFailed)):
+            row["trouble"].append(f"{type(event).__name__}: {event.name}: {event.reason}")
+    return rank, placed

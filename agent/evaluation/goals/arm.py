@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from agent.arm.events import PickFailed, Placed, PlaceFailed, PlanFailed, Planned
 from agent.arm.executor import build_structure
 from agent.arm.kinematics import JacoArm
 from agent.arm.placement_rules import moving
+from agent.evaluation.arm import record_build
 from agent.pipeline.table_goal import TableGoal
 from agent.pipeline.verdict import judge_goal
 from structdiffusion.benchmark.goals import GoalScene
@@ -48,15 +48,8 @@ def build_goal_scene(scene: GoalScene, observed: Scene, arrangements: Sequence[G
     with TabletopWorld(scene.models, list(scene.world_from_initial), scene.table) as world:
         world.reorder(order)
         names = [scene.names[index] for index in order]
-        rank, placed = 0, set()  # what was pushed away may be placed twice
         work = build_structure(world, JacoArm(world.client), part, choices, rng=rng, rules=wanted.placement_rules(part))
-        for event in work:
-            if isinstance(event, Planned):
-                row["planned"], rank = True, event.arrangement
-            elif isinstance(event, Placed) and not event.aside:
-                placed.add(event.object)
-            elif isinstance(event, (PlanFailed, PickFailed, PlaceFailed)):
-                row["trouble"].append(f"{type(event).__name__}: {event.name}: {event.reason}")
+        rank, placed = record_build(work, row)
         motions = choices[rank].goal_from_initial
         moved = moving(motions)
         row |= {"to_place": len(moved), "placed": len(placed), "rank": rank + 1}
