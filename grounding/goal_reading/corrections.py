@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from grounding.goal_reading.chunks import Chunk
+from grounding.goal_reading.chunk import Chunk
 
 _ENDS = frozenset(("stop", "then"))
 # What a fragment after a correction replaces, besides the same kind.

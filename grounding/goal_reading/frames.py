@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from grounding.goal_reading.chunks import Chunk, Shape
+from grounding.goal_reading.chunk import Chunk, Shape
 from grounding.goal_reading.goal_words import SHAPES_OF_VERB
 from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.places import Place

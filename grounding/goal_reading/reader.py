@@ -6,8 +6,9 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from grounding.goal_reading.asides import Asides
-from grounding.goal_reading.chunks import Chunk, Chunker
+from grounding.goal_reading.chunk import Chunk
+from grounding.goal_reading.chunks import Chunker
+from grounding.goal_reading.clauses import Clauses
 from grounding.goal_reading.compose import Composer, ImpossibleError
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
@@ -312,7 +313,7 @@ def _known(phrases: Sequence[NounPhrase]) -> bool:
 def _without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> list[Chunk]:
     """Drop what only reports something: "my guests arrive at eight, so ...", if it says nothing that a goal could hold."""
     narrated = Sentences(list(said.words), nouns.forms).narrated
-    asides = Asides(said, nouns)
+    clauses = Clauses(said, nouns)
     kept: list[Chunk] = []
     run: list[Chunk] = []
     for chunk in [*chunks, None]:
@@ -321,7 +322,7 @@ def _without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> lis
             continue
         told = run and (all(all(narrated[one.first : one.end]) for one in run) or said.word(run[0].first) in _SUBJECTS)
         told = told and said.word(run[0].first) not in _CONDITIONS
-        kept += [] if told and _reports(run) and not asides.wishes(run[0].first, run[-1].end) else run
+        kept += [] if told and _reports(run) and not clauses.wishes(run[0].first, run[-1].end) else run
         run = []
         if chunk is not None:
             kept.append(chunk)

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from grounding.goal_reading.chunks import Chunk
+from grounding.goal_reading.chunk import Chunk
 from grounding.goals.comparison import SAME_LENGTH
 
 _LENGTH_KEYS = ("gap", "radius", "length", "distance")

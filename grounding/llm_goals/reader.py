@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
-from grounding.goal_reading.chunks import Chunk
+from grounding.goal_reading.chunk import Chunk
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
 from grounding.goal_reading.noun_phrases import NounPhrase, NounPhraseReader

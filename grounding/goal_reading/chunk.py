@@ -1,0 +1,41 @@
+"""Define the chunks that an instruction is divided into."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """A chunk of an instruction.
+
+    Attributes:
+        kind: "verb", "noun phrase", "shape", "place", "relation", "gap", "and", "comma", "unknown" and so on.
+        value: what it says.
+        first, end: its words.
+        metres: the length in it, where it has one.
+        said: its words, as they were written.
+    """
+
+    kind: str
+    value: Any
+    first: int
+    end: int
+    metres: float | None = None
+    said: str = ""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A shape and what stands with its noun: size, rotation, rows and columns; `definite` for "the row"."""
+
+    name: str
+    size: str | None = None
+    rotation: str | None = None
+    grid: tuple[int | None, int | None] = (None, None)
+    definite: bool = False
+    linked: bool = False
+    count: int = 1
+    side: Mapping[str, str] | None = None

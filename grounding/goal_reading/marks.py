@@ -1,0 +1,78 @@
+"""Find the words that change what others mean: corrections, exceptions, negations, sequence, and what stays in place."""
+
+from __future__ import annotations
+
+import re
+
+from grounding.goal_reading.chunk import Chunk
+from grounding.goal_reading.noun_phrases import NounPhraseReader
+from grounding.goal_reading.tokens import Words
+
+_CORRECTION = re.compile(
+    r"(?:(?:,|\.|!|oh|er|erm|um|uh|ah|hmm) )*(?:no wait|wait no|no sorry|sorry no|no|nope|wait|sorry|oops|whoops|scratch that|strike that|correction|i mean|i meant|i meant to say|actually"
+    r"|or rather|no rather|make that|on second thought|on second thoughts|hold on|hang on|my mistake|my bad|pardon me|forget that|cancel that|or better|or actually|or no|but no|change of plan|let me correct that)"
+    r"(?:(?: ,| :| \.| !| and| but)? (?:no|wait|sorry|actually|i mean|i meant|rather|oops|make that|scratch that|better|not that|that was wrong|that's wrong|of course|hold on|it should be|do|the other way|please))*(?: ,| :| \.| !)?"
+)
+_NOT = re.compile(r"(?:,? ?(?:and|but) )?(?:not|rather than|instead of|and not|no longer)(?= )")
+_EXCEPT = re.compile(
+    r"(?:, )?(?:except for|except|but not with|but not|and not|apart from|aside from|other than|excluding|excepting|leaving out|not counting|not including|with the exception of|all but|save for|minus|without|but without|bar|barring|but)(?= )"
+)
+_THEN = re.compile(
+    r"(?:(?:,|and|\.|;) )*(?:then|after that|afterwards|afterward|once (?:that's|that is|you're|you are|it's|they're|they are|this is|that has been) (?:done|finished|ready|built|complete|in place|standing)|next|finally|lastly|after(?:ward|wards)|followed by)(?:(?: ,| please| also| just| you| can| you can)*)"
+)
+_NEGATED = re.compile(
+    r"(?:do not|don't|dont|never|please don't|must not|mustn't|should not|shouldn't|cannot|can't|avoid|no need to|not to)(?= )"
+)
+_STAYS = re.compile(
+    r"(?:(?:where (?:it|they) (?:is|are|was|were)(?: now)?|alone|untouched|in (?:its|their) place|as (?:it|they) (?:is|are)|out of (?:it|this)|be|there|(?:can|should|must|may|to) (?:stay|remain)(?: where (?:it|they) (?:is|are)| put| there| untouched)?|stays?(?: where (?:it|they) (?:is|are)| put| there| in place| untouched)?|remains?(?: where (?:it|they) (?:is|are)| there| in place| untouched)?))(?= [.,;!?]| and| but|$)"
+)
+
+
+def marks_at(said: Words, place: int, before: list[Chunk], phrases: NounPhraseReader) -> list[Chunk]:
+    """Read the marks that begin at a word.
+
+    Args:
+        said: the words.
+        place: of the first word.
+        before: the chunks before it.
+        phrases: reads the noun phrases of the instruction.
+    """
+    found = []
+    if (match := said.match(_CORRECTION, place)) and _corrects(said, match[1], match[0].group(), before):
+        found.append(Chunk("correction", match[0].group(), place, match[1]))
+    if match := said.match(_NEGATED, place):
+        found.append(Chunk("negated", True, place, match[1]))
+    if (match := said.match(_EXCEPT, place)) and _excepts(phrases, match[1], match[0].group(), before):
+        found.append(Chunk("except", True, place, match[1]))
+    if match := said.match(_NOT, place):
+        found.append(Chunk("not", True, place, match[1]))
+    if match := said.match(_THEN, place):
+        found.append(Chunk("followed by" if "followed by" in match[0].group() else "then", True, place, match[1]))
+    if (match := said.match(_STAYS, place)) and before:
+        found.append(Chunk("stays", True, place, match[1]))
+    return found
+
+
+def _corrects(said: Words, end: int, words: str, before: list[Chunk]) -> bool:
+    """Return whether these words take something back, and are no opening and no "no gap"."""
+    if not any(chunk.kind not in ("noise", "comma", "stop", "and") for chunk in before):
+        return False
+    if words.split()[-1] == "no" or words.strip(" ,.") == "no":
+        kept = ("gap", "gaps", "space", "other", "one", "more")
+        return words.startswith((",", ".")) and said.word(end) not in kept
+    return words != "wait"
+
+
+def _excepts(phrases: NounPhraseReader, end: int, words: str, before: list[Chunk]) -> bool:
+    if phrases.at(end) is None:
+        return False
+    if words.strip(" ,") in ("but not", "and not", "but not with"):
+        return any(chunk.kind == "noun phrase" and chunk.value.many for chunk in before)
+    if words.strip(" ,") != "but":
+        return True
+    last = before[-1] if before else None
+    return (
+        last is not None
+        and last.kind == "noun phrase"
+        and (last.value.kind == "all" or "all" in last.value.text.lower().split())
+    )
