@@ -17,7 +17,8 @@ from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from grounding.dialogue.goal_changes import dependants, only_parts
 from grounding.dialogue.goal_mentions import GoalText
-from grounding.dialogue.revise_goal import PART, GoalRevision, revise_goal
+from grounding.dialogue.goal_revision import PART, GoalRevision
+from grounding.dialogue.revise_goal import revise_goal
 from grounding.dialogue.scene_reader import SceneReader
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal

@@ -6,12 +6,14 @@ import re
 from collections.abc import Collection
 from dataclasses import replace
 
-from grounding.dialogue.goal_changes import listed, objects_of
+from grounding.dialogue.goal_changes import listed, numbered, objects_of, without_parts
 from grounding.dialogue.goal_mentions import GoalText, Span
+from grounding.dialogue.goal_revision import PART, GoalRevision, Turn
 from grounding.dialogue.part_lengths import CannotApplyError
 from grounding.dialogue.relation_edits import FILLERS
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Part
+from grounding.parse_result import Question
 
 _POLITE = r"(?:(?:please|now|ok|okay|so|then|just|actually|no|yes|well|sorry|wait|and|but|let's|can you|could you|i want to)[ ,]+)*"
 _DROP = re.compile(
@@ -124,3 +126,44 @@ def _without(text: GoalText, gone: Collection[int], untouched: bool) -> tuple[Go
 
 def _with(part: Part, objects: tuple[int | str, ...]) -> Part:
     return replace(part, objects=objects)  # type: ignore[arg-type]
+
+
+def nothing_left(turn: Turn) -> GoalRevision:
+    """Refuse to drop all of a goal."""
+    return GoalRevision(turn.last, "refused", message="nothing would be left of the goal; “clear” drops it")
+
+
+def which_is_dropped(turn: Turn) -> GoalRevision:
+    """Ask which part a sentence such as "drop it" means."""
+    options, choices = [], []
+    for number in range(len(turn.last.parts)):
+        fewer, _ = without_parts(turn.last, [number])
+        if fewer.parts:
+            options.append(numbered(turn.last, number, turn.said.names))
+            choices.append(fewer)
+    question = Question(PART, f"which part should be dropped: {'; '.join(options)}?", tuple(options))
+    return GoalRevision(turn.last, "ask", "edit", question.text, question=question, choices=tuple(choices))
+
+
+def fewer_parts(turn: Turn, goal: Goal, gone: frozenset[int]) -> GoalRevision:
+    """Return a goal without some parts, and say which others go with them."""
+    if len(gone) == len(goal.parts):
+        return nothing_left(turn)
+    fewer, all_gone = without_parts(goal, gone)
+    names, notes = turn.said.names, []
+    if also := [number for number in all_gone if number not in gone]:
+        notes.append(f"{', '.join(numbered(turn.last, n, names) for n in also)} spoke of it, and is dropped too")
+    if not fewer.parts:
+        return nothing_left(turn)
+    changed = tuple(n for n, part in enumerate(fewer.parts) if part not in turn.last.parts)
+    changed = tuple(n for n in changed if not all_gone or _other(turn, fewer, n))
+    return GoalRevision(fewer, "ok", "edit", "; ".join(notes), changed, tuple(all_gone))
+
+
+def _other(turn: Turn, goal: Goal, number: int) -> bool:
+    """Return whether a part differs from all of the last goal in more than the numbers of the parts it speaks of."""
+    part = goal.parts[number]
+    return all(
+        objects_of(goal, part.objects) != objects_of(turn.last, other.objects) or type(part) is not type(other)
+        for other in turn.last.parts
+    )

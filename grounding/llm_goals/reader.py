@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from grounding.goal_reading.chunk import Chunk
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
-from grounding.goal_reading.noun_phrases import NounPhrase, NounPhraseReader
+from grounding.goal_reading.noun_phrase import NounPhrase
+from grounding.goal_reading.noun_phrases import NounPhraseReader
 from grounding.goal_reading.reader import GoalReader, GoalReading
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.tokens import split

@@ -3,7 +3,8 @@
 import pytest
 
 from grounding.dialogue.goal_changes import only_parts, without_parts
-from grounding.dialogue.revise_goal import PART, revise_goal
+from grounding.dialogue.goal_revision import PART
+from grounding.dialogue.revise_goal import revise_goal
 from grounding.dialogue.scene_reader import SceneReader
 from grounding.goals.comparison import compare_goals
 from grounding.goals.goal import Goal

@@ -1,0 +1,138 @@
+"""Add parts to a goal: "then put the apple on the plate", "also put the bowl behind it"."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from grounding.dialogue.goal_changes import added, numbered, objects_of, renumbered, with_part
+from grounding.dialogue.goal_mentions import GoalText
+from grounding.dialogue.goal_revision import GoalRevision, Turn, new_goal
+from grounding.goals.goal import Goal
+from grounding.goals.parts import GoalError, RelationPart, StructurePart
+from grounding.spec import SLOTS, SpecError
+
+_ADDING = re.compile(
+    r"^(?:(?:ok|okay|good|great|nice|fine|now|so|well|please|thanks|yes)[ ,]+)*"
+    r"(?:and(?: then| also| after that| now)?|then(?: also)?|also|additionally|next|after (?:that|this)|afterwards?|plus|besides"
+    r"(?: that)?|furthermore|moreover|on top of that|in addition|as well as that|when (?:that|this) is done|now also)[ ,]+"
+)
+_ADDED = re.compile(r"[ ,]+(?:too|as well|also|in addition|on top of that|afterwards|after that)$")
+ALL_THERE = re.compile(r"\b(?:everything|all|rest|others?|remaining|objects|things|items)\b", re.IGNORECASE)
+_PRONOUN = re.compile(r"\b(?:it|them|they|that)\b")
+
+
+def adds(turn: Turn) -> bool:
+    """Tell whether a sentence begins or ends with words that add: "also", "and", "too"."""
+    return _ADDING.match(turn.said.said) is not None or _ADDED.search(turn.said.said) is not None
+
+
+def addition(turn: Turn) -> GoalRevision | None:
+    """Return the goal with the parts that a sentence such as "then put the apple on the plate" adds."""
+    rest = _ADDED.sub("", _ADDING.sub("", turn.said.said)).strip(" ,")
+    parts_said = GoalText(rest, turn.last, turn.said.objects, turn.said.encoder).parts
+    if parts_said or _PRONOUN.search(rest):
+        goal = _read_after(turn, rest)
+        if goal is None:
+            return None
+        return GoalRevision(goal, "ok", "add", "", tuple(range(len(turn.last.parts), len(goal.parts))))
+    read = turn.reader.read(rest)
+    if read.status != "ok" or not read.goal.parts:
+        found = new_goal(turn.last, read, rest)
+        return replace(found, kind="add", choices=tuple(f"also {text}" for text in found.choices))
+    new = read.goal
+    if any(part.objects is None for part in new.structures) and not ALL_THERE.search(rest):
+        return None  # "and a bit to the left" is said of a part that is there
+    slots = merged(turn, new)
+    if slots is not None:
+        return slots
+    try:
+        goal = added(turn.last, new)
+    except GoalError as error:
+        message = f"that cannot be added: {error}; say “instead” to replace a part"
+        return GoalRevision(turn.last, "refused", "add", message, read=read)
+    if twice := _placed_twice(turn, new):
+        where = numbered(turn.last, twice[1], turn.said.names)
+        message = f"{turn.said.names[twice[0]]} has a place already, in {where}; say “instead” to replace that"
+        return GoalRevision(turn.last, "refused", "add", message, read=read)
+    numbers = tuple(range(len(turn.last.parts), len(goal.parts)))
+    return GoalRevision(goal, "ok", "add", read.message, numbers, read=read)
+
+
+def merged(turn: Turn, new: Goal) -> GoalRevision | None:
+    """Return the goal with slots for a structure that is there already: "and put the cups on the right"."""
+    part = new.parts[0]
+    if len(new.parts) != 1 or not isinstance(part, StructurePart) or part.shape is not None or part.objects is None:
+        return None
+    for number, other in enumerate(turn.last.parts):
+        if isinstance(other, StructurePart) and set(objects_of(turn.last, other.objects)) == set(part.objects):
+            values = {slot: value for slot in SLOTS if (value := getattr(part, slot)) is not None}
+            try:
+                return GoalRevision(with_part(turn.last, number, replace(other, **values)), "ok", changed=(number,))
+            except SpecError as error:
+                return GoalRevision(turn.last, "refused", message=str(error))
+    return None
+
+
+def _placed_twice(turn: Turn, new: Goal) -> tuple[int, int] | None:
+    """Return an object that both goals carry somewhere, and the part that does so already."""
+    carrying = ("on", "in", "at", "moved", "swapped")
+    for part in new.parts:
+        if not isinstance(part, RelationPart) or part.relation not in carrying:
+            continue
+        for number, other in enumerate(turn.last.parts):
+            shared = set(objects_of(new, part.objects)) & set(objects_of(turn.last, other.objects))
+            if shared and isinstance(other, RelationPart) and other.relation in carrying:
+                return min(shared), number
+    return None
+
+
+def _read_after(turn: Turn, rest: str) -> Goal | None:
+    """Read a sentence whose "it" or "the circle" is a part of the last goal: behind a sentence that asks for that part.
+
+    Returns:
+        The last goal with the parts that the sentence adds; `None` where it cannot be read so.
+    """
+    for number in _antecedents(turn, rest):
+        said = _sentence(turn.last, number, turn.said.names)
+        if said is None:
+            continue
+        read = turn.reader.read(f"{said}, then {rest}")
+        if read.status != "ok" or len(read.goal.parts) < 2 or not _same(turn, read.goal, number):
+            continue
+        place = {0: number} | {n: len(turn.last.parts) - 1 + n for n in range(1, len(read.goal.parts))}
+        try:
+            return Goal((*turn.last.parts, *(renumbered(part, place) for part in read.goal.parts[1:])))
+        except GoalError:
+            continue
+    return None
+
+
+def _antecedents(turn: Turn, rest: str) -> list[int]:
+    """Return the parts that "it" may be, the likeliest first: the one that is named, otherwise the last ones."""
+    named = [n for one in GoalText(rest, turn.last, turn.said.objects).parts for n in one.numbers]
+    return named or list(reversed(range(len(turn.last.parts))))
+
+
+def _same(turn: Turn, goal: Goal, number: int) -> bool:
+    """Return whether the first part of a goal has the kind and the objects of a part of the last goal."""
+    mine, read = turn.last.parts[number], goal.parts[0]
+    return type(read) is type(mine) and set(objects_of(goal, read.objects)) == set(objects_of(turn.last, mine.objects))
+
+
+def _sentence(goal: Goal, number: int, names: Sequence[str]) -> str | None:
+    """Return an instruction that asks for a part, as far as "it" needs to know; `None` where it cannot be said so."""
+    part = goal.parts[number]
+
+    def said(indices: Sequence[int]) -> str:
+        listed_names = [f"the {names[index]}" for index in indices]
+        return " and ".join(filter(None, (", ".join(listed_names[:-1]), listed_names[-1])))
+
+    own = objects_of(goal, part.objects)
+    if not own:
+        return None
+    if isinstance(part, StructurePart):
+        return None if part.shape is None else f"put {said(own)} in a {part.shape}"
+    reference = objects_of(goal, part.reference)
+    return f"put {said(own)} {part.relation} {said(reference)}" if reference else None

@@ -1,0 +1,147 @@
+"""Change the part of a goal that a sentence speaks of: "make the circle bigger", "put the bowl on the other side"."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+
+from grounding.dialogue.goal_changes import listed, numbered, with_part
+from grounding.dialogue.goal_mentions import GoalText
+from grounding.dialogue.goal_revision import PART, GoalRevision, Turn
+from grounding.dialogue.part_lengths import AlreadySoError, CannotApplyError
+from grounding.dialogue.part_swaps import swapped
+from grounding.dialogue.relation_edits import relation_change
+from grounding.dialogue.structure_edits import structure_change
+from grounding.goals.goal import Goal
+from grounding.goals.parts import GoalError, RelationPart
+from grounding.parse_result import OPEN, Question
+from grounding.spec import SpecError
+
+
+def edited(turn: Turn) -> GoalRevision | None:
+    """Return the goal with the change of the part that the sentence speaks of; `None` where it changes none."""
+    pieces = _pieces(turn)
+    if len(pieces) < 2:
+        return _edited_by(turn, turn.said)
+    goal, changed, notes = turn.last, list[int](), list[str]()
+    for piece in pieces:
+        step_turn = turn.after(goal, piece)
+        step = _edited_by(step_turn, step_turn.said)
+        if step is None or step.status != "ok":
+            return _edited_by(turn, turn.said)
+        goal, notes = step.goal, [*notes, step.message]
+        changed += step.changed
+    return GoalRevision(goal, "ok", "edit", "; ".join(filter(None, notes)), tuple(dict.fromkeys(changed)))
+
+
+def _pieces(turn: Turn) -> list[str]:
+    """Divide a sentence that says something of several parts: "circle on the left, tower on the right"."""
+    pieces = [piece for piece in re.split(r" *[,;] *(?:and |but )?| (?:and|but) ", turn.said.said) if piece]
+    about = [GoalText(piece, turn.last, turn.said.objects, turn.said.encoder).targets() for piece in pieces]
+    distinct = len(pieces) > 1 and all(about) and len({targets for targets in about}) == len(pieces)
+    return pieces if distinct and all(len(piece.split()) > 2 for piece in pieces) else [turn.said.said]
+
+
+def _edited_by(turn: Turn, said: GoalText) -> GoalRevision | None:
+    try:
+        exchange = swapped(said)
+    except CannotApplyError as error:
+        return GoalRevision(turn.last, "refused", message=str(error))
+    if exchange is not None:
+        changed = tuple(n for n, part in enumerate(exchange.parts) if part != turn.last.parts[n])
+        return GoalRevision(exchange, "ok", "edit", "", changed)
+    if missing := [one for one in said.parts if not one.numbers]:
+        words = re.sub(r"^(?:the|that|this) ", "", missing[0].words)
+        return GoalRevision(
+            turn.last, "refused", message=f"the goal has no {words!r}; it is: {listed(turn.last, said.names)}"
+        )
+    targets = said.targets()
+    numbers = targets if targets is not None else tuple(range(len(turn.last.parts)))
+    applied, asked, reasons, failed, already = [], [], [], [], []
+    for number in numbers:
+        try:
+            change = _change_of(turn, number, said)
+        except (CannotApplyError, SpecError) as error:
+            reasons.append(f"{numbered(turn.last, number, said.names)}: {error}")
+            failed.append(number)
+            already += [number] if isinstance(error, AlreadySoError) else []
+            continue
+        if change is None:
+            failed.append(number)
+        else:
+            (asked if change[2] is not None else applied).append((number, *change))
+    every = targets is not None and any(len(one.numbers) > 1 and re.match(r"part|both|all|each|every", one.words)
+                                        for one in said.parts)  # fmt: skip
+    if every and len(applied) == len(numbers):
+        return _all_of(turn, applied)
+    if len(applied) + len(asked) > 1 or (applied and already):
+        return _which(turn, applied, [number for number, *_ in asked], already)
+    if every and failed:
+        applied, asked = [], []
+    if asked:
+        return _ask_slot(turn, *asked[0][:2], asked[0][2], asked[0][3])
+    if applied:
+        number, goal, note, _ = applied[0]
+        return GoalRevision(goal, "ok", "edit", note, (number,))
+    if reasons:
+        return GoalRevision(turn.last, "refused", message="; ".join(reasons))
+    return None
+
+
+def _change_of(turn: Turn, number: int, said: GoalText) -> tuple[Goal, str, Question | None] | None:
+    """Return the goal with a change of one part, what must be said, and what must be asked."""
+    part = turn.last.parts[number]
+    if isinstance(part, RelationPart):
+        changed = relation_change(part, number, said, turn.built)
+        return None if changed is None else (with_part(turn.last, number, changed), "", None)
+    stands = turn.stands[number] if number < len(turn.stands) else None
+    change = structure_change(number, said, turn.reader, stands)
+    if change is None:
+        return None
+    return with_part(turn.last, number, change.part), change.notes, change.question
+
+
+def _all_of(turn: Turn, applied: Sequence[tuple[int, Goal, str, Question | None]]) -> GoalRevision:
+    goal = turn.last
+    for number, changed, _, _ in applied:
+        goal = with_part(goal, number, changed.parts[number])
+    notes = "; ".join(filter(None, (note for _, _, note, _ in applied)))
+    return GoalRevision(goal, "ok", "edit", notes, tuple(number for number, *_ in applied))
+
+
+def _which(
+    turn: Turn, applied: Sequence[tuple[int, Goal, str, Question | None]], asked: Sequence[int], already: Sequence[int]
+) -> GoalRevision:
+    """Ask which part a change is meant for; an answer leads to the goal, or to the sentence with the part named."""
+    options = [numbered(turn.last, number, turn.said.names) for number, *_ in applied]
+    choices: list[Goal | str] = [goal for _, goal, _, _ in applied]
+    for number in asked:
+        options.append(numbered(turn.last, number, turn.said.names))
+        choices.append(f"{turn.said.said} (part {number + 1})")
+    for number in already:
+        options.append(f"{numbered(turn.last, number, turn.said.names)}, where it changes nothing")
+        choices.append(turn.last)
+    if not asked and len(applied) > 1:
+        with suppress(GoalError):  # one object cannot join both
+            choices.append(_all_of(turn, applied).goal)
+            options.append("both" if len(applied) == 2 else "all of them")
+    question = Question(PART, f"which part is meant: {'; '.join(options)}?", tuple(options))
+    return GoalRevision(turn.last, "ask", "edit", question.text, question=question, choices=tuple(choices))
+
+
+def _ask_slot(turn: Turn, number: int, goal: Goal, note: str, question: Question | None) -> GoalRevision:
+    assert question is not None  # the caller has looked
+    part = goal.parts[number]
+    choices: list[Goal | str] = []
+    for option in question.options:
+        try:
+            value = None if option == OPEN else option
+            choices.append(with_part(turn.last, number, replace(part, **{question.slot: value})))
+        except (SpecError, TypeError):
+            return GoalRevision(turn.last, "refused", message=question.text)
+    named = Question(
+        question.slot, f"{numbered(turn.last, number, turn.said.names)}: {question.text}", question.options
+    )
+    return GoalRevision(turn.last, "ask", "edit", named.text, question=named, choices=tuple(choices))
