@@ -2,59 +2,21 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
-from grounding.goal_reading.frames import Frame, Predicate
+from grounding.goal_reading.antecedents import Antecedents
+from grounding.goal_reading.drafts import Draft, made_part
+from grounding.goal_reading.ellipsis import completed
+from grounding.goal_reading.frame import Frame
+from grounding.goal_reading.frame_objects import FrameObjects
 from grounding.goal_reading.noun_phrase import NounPhrase
+from grounding.goal_reading.places import Place
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.structure_keys import StructureKeys
 from grounding.goals.goal import Goal
-from grounding.goals.parts import Objects, Part, PartReference, RelationPart, StructurePart
-from grounding.parse_result import OBJECT, Question, shortened
-
-# How many objects a shape needs (evaluation protocol).
-_LEAST = {
-    "circle": 3, "line": 2, "tower": 2, "cluster": 2, "rectangle": 4, "square": 4, "triangle": 3, "arc": 3, "grid": 4, "cross": 5,
-    "pyramid": 3,
-}  # fmt: skip
-_OPPOSITES = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
-
-
-_SOME_OF = re.compile(r"(?:\d+|one|two|three|four|five|six|some|a few|a couple) of\b", re.IGNORECASE)
-
-
-class ImpossibleError(ReadingError):
-    """A structure that these objects cannot form."""
-
-
-@dataclass
-class Composed:
-    """A part with the frame that it came from; `keys` of a structure are collected before it is made."""
-
-    frame: Frame
-    values: dict[str, Any] | None = None  # of a structure
-    relation: RelationPart | None = None
-    objects: tuple[Any, ...] | None = None
-
-
-@dataclass
-class Antecedents:
-    """What "it" and "them" can mean.
-
-    Attributes:
-        structure: the number of the last structure; `None` where something else was said since.
-        mentioned: the objects that were mentioned, the last ones last, each with whether several may be meant.
-        before: how many were mentioned before the present frame.
-        last: the objects that the last frame was about.
-    """
-
-    structure: int | None = None
-    mentioned: list[tuple[tuple[Any, ...], bool]] = field(default_factory=list)
-    before: int = 0
-    last: tuple[Any, ...] | None = None
-    unused: Frame | None = None
+from grounding.goals.parts import Objects, PartReference, RelationPart
+from grounding.parse_result import Question, shortened
 
 
 class Composer:
@@ -68,15 +30,13 @@ class Composer:
 
     def __init__(self, text: str, frames: list[Frame], references: SceneReferences) -> None:
         self.text, self.frames, self.find = text, frames, references
-        self.parts: list[Composed] = []
+        self.parts: list[Draft] = []
         self.known = Antecedents()
         self.left_out: set[Any] = set()
         self.unread: list[str] = []
         self.notes: list[str] = []
         self.unused: list[NounPhrase] = []  # that are named, and of which nothing is said
-        self._previous: Frame | None = None
-        self._owner: Objects = None  # what "its left" was said of last
-        self._meant: dict[tuple[tuple[int, int], ...], Objects] = {}  # pronouns by their places in the text
+        self.objects = FrameObjects(text, self.parts, references, self.known)
 
     def goal(self) -> Goal:
         """Compose the goal.
@@ -91,55 +51,7 @@ class Composer:
             self._frame(frame)
         if self.known.unused is not None:
             self._unread(self.known.unused)
-        return Goal(tuple(self._made(part) for part in self.parts))
-
-    def _made(self, part: Composed) -> Part:
-        if part.relation is not None:
-            return part.relation
-        values = dict(part.values or {})
-        objects = part.objects
-        if objects is None and self.left_out and self.find.count is not None:
-            objects = tuple(
-                i for i in range(self.find.count) if i not in self.left_out and i not in self._named_elsewhere(part)
-            )
-        elif isinstance(objects, tuple) and self.left_out & set(
-            objects
-        ):  # "line up the cups but keep the red one where it is"
-            objects = tuple(one for one in objects if one not in self.left_out)
-            if not objects:
-                raise ImpossibleError(f"{shortened(self.text)!r} leaves alone all the objects that it asks to move")
-        self._enough(values, objects)
-        return StructurePart(**values, objects=objects)
-
-    def _enough(self, values: dict[str, Any], objects: Any) -> None:
-        """Refuse a shape that needs more objects than it gets, and a grid that they cannot fill."""
-        if self.find.count is None or self.find.catalogue or objects is None and self.find.count == 0:
-            return
-        count = len(objects) if objects is not None else self.find.count
-        shape, rows, columns = values.get("shape"), values.get("rows"), values.get("columns")
-        least = _LEAST.get(shape or "", 1)
-        if count < least:
-            raise ImpossibleError(
-                f"a {shape} needs {least} objects or more, and {shortened(self.text)!r} has {count} for it"
-            )
-        if rows and columns and objects is not None and not (rows - 1) * columns < count <= rows * columns:
-            raise ImpossibleError(
-                f"{rows} rows of {columns} need {rows * columns} objects, and {shortened(self.text)!r} has {count} for them"
-            )
-
-    def _named_elsewhere(self, part: Composed) -> set[Any]:
-        named: set[Any] = set()
-        for other in self.parts:
-            if other is part:
-                continue
-            for objects in (
-                other.objects,
-                (other.values or {}).get("around"),
-                *((other.relation.objects, other.relation.reference) if other.relation else ()),
-            ):
-                named.update(objects if isinstance(objects, tuple) else ())
-        named.update((part.values or {}).get("around") or ())
-        return named
+        return Goal(tuple(made_part(part, self.parts, self.text, self.find, self.left_out) for part in self.parts))
 
     def _unread(self, frame: Frame) -> None:
         words = " ".join(phrase.text for phrase in frame.objects) or " ".join(each.said for each in frame.predicates)
@@ -159,7 +71,10 @@ class Composer:
             raise ReadingError(
                 f"{shortened(self.text)!r} says what must not be built, and only what stands in the end can be asked for"
             )
-        if self._ellipsis(frame) or self._inner(frame) or self._continued(frame):
+        if completed(frame, self.known.frame):
+            self._frame(frame)
+            return
+        if self._inner(frame) or self._continued(frame):
             return
         if frame.verb == "swap":
             self._swap(frame)
@@ -169,7 +84,7 @@ class Composer:
             self._only_objects(frame)
         else:
             self._placed(frame)
-        self._previous = frame
+        self.known.frame = frame
 
     def _mention(self, frame: Frame) -> None:
         """Keep what only a comment names, for the "it" after it: "my sister gave me this bowl; put the banana in it"."""
@@ -200,66 +115,11 @@ class Composer:
             self._unread(self.known.unused)
         if frame.verb not in ("", "take") and not (frame.verb == "place" and frame.objects):
             self._unread(frame)
-        objects = self._objects(frame, frame.objects)
+        objects = self.objects.objects(frame.objects)
         if isinstance(objects, tuple):
             self.known.last = objects
         self.known.structure = None
         self.known.unused = frame
-
-    def _ellipsis(self, frame: Frame) -> bool:
-        """Read "..., and the blue ones too" and "... and the knife to the right", which leave out what was said before."""
-        before = self._previous
-        if before is None or not frame.objects or frame.verb:
-            return False
-        if frame.also and not frame.predicates and before.predicates:
-            frame.predicates, frame.verb, frame.verb_said, frame.also = (
-                list(before.predicates),
-                before.verb,
-                before.verb_said,
-                False,
-            )
-            self._frame(frame)
-            return True
-        verbs = before.get("verb shape")
-        many = len(frame.objects) > 1 or frame.objects[0].many
-        if (
-            verbs
-            and many
-            and frame.predicates
-            and not frame.has("shape", "verb shape", "relation", "grid", "order")
-            and frame.sentence == before.sentence
-        ):
-            frame.predicates.insert(0, verbs[0])  # "stack the red ones on the left and the blue ones on the right"
-            frame.verb, frame.verb_said = before.verb, before.verb_said
-        bare = [each for each in frame.get("place") if each.said.lower() == "in front"]
-        if (
-            bare
-            and (before.has("relation", "shape", "verb shape"))
-            and not any(each.value.y_position for each in before.get("place"))
-        ):
-            frame.predicates = [
-                replace(each, kind="relation it", value="in front of") if each in bare else each
-                for each in frame.predicates
-            ]
-        last = [each for each in before.get("relation") if each.value in _OPPOSITES and each.reference]
-        for number, each in enumerate(frame.predicates):
-            if (
-                each.kind == "relation it" and last and _OPPOSITES[last[-1].value] == each.value
-            ):  # "... and the knife to its right"
-                frame.predicates[number] = replace(each, reference=last[-1].reference)
-        spots = frame.get("place")
-        if len(frame.predicates) == 1 and spots and frame.sentence == before.sentence:
-            x, y = spots[0].value.x_position, spots[0].value.y_position
-            wanted = (
-                {"left": "left of", "right": "right of"}.get(x or "")
-                if y is None
-                else {"top": "behind", "bottom": "in front of"}.get(y)
-                if x is None
-                else None
-            )
-            if wanted and last and _OPPOSITES[last[-1].value] == wanted:
-                frame.predicates = [replace(spots[0], kind="relation", value=wanted, reference=last[-1].reference)]
-        return False
 
     def _inner(self, frame: Frame) -> bool:
         """Read "a circle of cups with the bowl in the middle": the bowl is what the circle is laid around."""
@@ -276,7 +136,7 @@ class Composer:
             "triangle",
         )
         if takes and frame.objects and len(frame.predicates) == 1 and frame.objects[0].kind in ("objects",):
-            center = self._objects(frame, frame.objects)
+            center = self.objects.objects(frame.objects)
             if not isinstance(center, tuple) or len(center) != 1:
                 raise ReadingError(
                     f"{frame.objects[0].text!r} in the middle of the {structure.values['shape']} must be one object"
@@ -288,8 +148,6 @@ class Composer:
             raise ReadingError(
                 f"{inner[0].said!r} is not understood in {shortened(self.text)!r}: say in the middle of what"
             )
-        from grounding.goal_reading.places import Place
-
         frame.predicates = [
             replace(
                 each,
@@ -307,7 +165,7 @@ class Composer:
         pronoun = len(frame.objects) == 1 and frame.objects[0].kind in ("pronoun", "structure")
         number = self.known.structure
         if frame.objects and frame.objects[0].kind == "structure":
-            number = self._structure_of(frame.objects[0])
+            number = self.objects.structure_of(frame.objects[0])
         bare = not frame.objects and not frame.verb and frame.predicates
         if not (pronoun or bare) or number is None or not frame.predicates or frame.verb in ("swap", "surround"):
             return False
@@ -340,7 +198,7 @@ class Composer:
 
     def _swap(self, frame: Frame) -> None:
         phrases = [*frame.objects, *frame.second]
-        objects = self._objects(frame, phrases)
+        objects = self.objects.objects(phrases)
         if objects is None and self.find.count == 2:
             objects = (0, 1)
         if not isinstance(objects, tuple):
@@ -352,8 +210,8 @@ class Composer:
         self._add_relation(frame, RelationPart("swapped", objects))
 
     def _surround(self, frame: Frame) -> None:
-        center = self._objects(frame, frame.objects)
-        ring = self._objects(frame, frame.second) if frame.second else None
+        center = self.objects.objects(frame.objects)
+        ring = self.objects.objects(frame.second) if frame.second else None
         keys = StructureKeys(self.text, self._reference_of(frame))
         values = keys.read(frame)
         values["shape"] = values.get("shape") or "circle"
@@ -382,7 +240,7 @@ class Composer:
         values = keys.read(frame)
         self.unread += keys.unread
         self.notes += keys.notes
-        objects = self._objects(frame, frame.objects) if frame.objects else self._unnamed(frame)
+        objects = self.objects.objects(frame.objects) if frame.objects else self._unnamed(frame)
         if isinstance(objects, PartReference):
             number, objects = objects.part, None
             self._relations(frame, PartReference(number), keys)
@@ -423,7 +281,7 @@ class Composer:
             self._add_relation(frame, RelationPart("next to", objects[:1], objects[1:], values["gap"]))
             return
         if objects is None and (relations or frame.has("move")) and values["shape"] is None and not keys.asks(values):
-            self._need_objects(frame, "it")
+            self._which(frame)
         if values["rotation"] is not None and values["shape"] is None and not many:
             raise ReadingError(f"a single object cannot be turned to face somewhere, as {shortened(self.text)!r} asks")
         placed = values["x_position"] is not None or values["y_position"] is not None
@@ -441,14 +299,14 @@ class Composer:
                 raise ReadingError(
                     f"a {values['shape']} needs several objects, and {shortened(self.text)!r} names one for it"
                 )
-            found = self._references(frame)  # "behind it" is said of what came before
+            found = self.objects.references(frame)  # "behind it" is said of what came before
             objects = self._without(objects, (values["around"], *found.values()))
             self._add_structure(frame, values, objects)
             own = PartReference(len(self.parts) - 1) if values["shape"] or objects is None else objects
             self._relations(frame, own, keys, found)
             return
         if many and isinstance(objects, tuple):
-            objects = self._without(objects, tuple(self._references(frame).values()))
+            objects = self._without(objects, tuple(self.objects.references(frame).values()))
         if placed and objects is not None:
             self._own(frame, objects)
             self._add_relation(
@@ -486,28 +344,18 @@ class Composer:
                 )
             part.objects = left
 
+    def _which(self, frame: Frame) -> None:
+        self.objects.ask_which(frame.objects[0].text if frame.objects else frame.predicates[0].said)
+
     def _certain(self, objects: Any, frame: Frame) -> Any:
         if objects is None:
-            self._need_objects(frame, "it")
+            self._which(frame)
         return objects
-
-    def _need_objects(self, frame: Frame, word: str) -> None:
-        words = frame.objects[0].text if frame.objects else frame.predicates[0].said
-        options = tuple(self.find.candidates.names) if self.find.candidates is not None else ()
-        raise ReadingQuestion(
-            Question(OBJECT, f"which object is meant with {words!r} in {shortened(self.text)!r}?", options)
-        )
-
-    def _references(self, frame: Frame) -> dict[int, Objects]:
-        return {
-            each.first: self._reference(frame, each) for each in frame.predicates
-            if each.kind in ("relation", "apart", "relation it") and each.value != "around"
-        }  # fmt: skip
 
     def _relations(
         self, frame: Frame, objects: Any, keys: StructureKeys, found: dict[int, Objects] | None = None
     ) -> None:
-        found = self._references(frame) if found is None else found
+        found = self.objects.references(frame) if found is None else found
         for each in frame.predicates:
             if each.first not in found:
                 continue
@@ -531,7 +379,7 @@ class Composer:
                     f"between needs two objects, and {each.said!r} in {shortened(self.text)!r} names {len(reference)}"
                 )
             if objects is None and relation:
-                self._need_objects(frame, "it")
+                self._which(frame)
             distance = keys.distances.get(each.first)
             self._add_relation(frame, RelationPart(relation, objects, reference, distance))
         if frame.has("relation?"):
@@ -545,14 +393,14 @@ class Composer:
             )
 
     def _add_structure(self, frame: Frame, values: dict[str, Any], objects: Any) -> None:
-        self.parts.append(Composed(frame, values, objects=objects))
+        self.parts.append(Draft(frame, values, objects=objects))
         self.known.structure = len(self.parts) - 1
         self.known.unused = None
         if isinstance(objects, tuple):
             self.known.last = objects
 
     def _add_relation(self, frame: Frame, relation: RelationPart) -> None:
-        self.parts.append(Composed(frame, relation=relation))
+        self.parts.append(Draft(frame, relation=relation))
         self.known.unused = None
         if not isinstance(relation.objects, PartReference):
             self.known.last = relation.objects
@@ -567,137 +415,4 @@ class Composer:
         return None
 
     def _reference_of(self, frame: Frame):
-        return lambda predicate: self._reference(frame, predicate)
-
-    def _reference(self, frame: Frame, predicate: Predicate) -> Objects:
-        phrases = predicate.reference
-        if not phrases:
-            before = self._previous
-            if (
-                predicate.kind == "relation it"
-                and self._owner is not None
-                and before is not None
-                and before.has("relation it")
-                and before.sentence == frame.sentence
-            ):
-                return self._owner  # "the fork to its left, the knife to its right"
-            found = self._pronoun(
-                NounPhrase("pronoun", 0, 0, "them" if predicate.value == "between" else "it"), reference=True
-            )
-            self._owner = found if predicate.kind == "relation it" else self._owner
-        else:
-            # "left of it ... and to its right": the same pronoun, said of a second part, still means the same
-            key = tuple((phrase.first, phrase.end) for phrase in phrases if phrase.kind == "pronoun")
-            if key and key in self._meant:
-                return self._meant[key]
-            found = self._objects(frame, list(phrases), reference=True, pairs=predicate.value == "between")
-            if key and found is not None:
-                self._meant[key] = found
-        if found is None:
-            raise ReadingQuestion(
-                Question(
-                    OBJECT,
-                    f"{predicate.said!r} in {shortened(self.text)!r}: of which object?",
-                    tuple(self.find.candidates.names) if self.find.candidates else (),
-                )
-            )
-        return found
-
-    def _objects(self, frame: Frame, phrases: list[NounPhrase], reference: bool = False, pairs: bool = False) -> Any:
-        """Find the objects of several noun phrases: a tuple, the structure of a part, or `None` for all that is left."""
-        found: list[Any] = []
-        for phrase in phrases:
-            if phrase.kind in ("all", "rest"):
-                if len(phrases) > 1:
-                    raise ReadingError(
-                        f"{phrase.text!r} cannot be joined with other objects in {shortened(self.text)!r}"
-                    )
-                return self._everything(phrase)
-            if phrase.kind == "structure":
-                return PartReference(self._structure_of(phrase))
-            if phrase.kind == "pronoun":
-                if found and phrase.many:
-                    continue  # "the cups, all of them, in a row"
-                meant = self._pronoun(phrase, reference, pairs)
-                if isinstance(meant, PartReference) or meant is None:
-                    if meant is None and phrase.text.lower() in ("it", "itself", "that", "this"):
-                        self._need_objects(Frame(objects=[phrase]), phrase.text)
-                    return meant
-                found += [one for one in meant if one not in found]
-                continue
-            objects = self.find.find(phrase)
-            found += [one for one in objects if one not in found]
-            self.known.mentioned.append((objects, phrase.many))
-        return tuple(found) or None
-
-    def _everything(self, phrase: NounPhrase) -> Any:
-        left_out: set[Any] = set()
-        for without in phrase.without:
-            if _SOME_OF.match(without.text):  # which two, and whether the rest is of the same kind, is not said
-                raise ImpossibleError(
-                    f"it is not clear which objects {without.text!r} leaves out in {shortened(self.text)!r}; name them"
-                )
-            out = self._objects(Frame(objects=[without]), [without])
-            if isinstance(out, PartReference):
-                out = self.parts[out.part].objects
-            if out is None:
-                raise ReadingError(
-                    f"it is not clear which objects {without.text!r} leaves out in {shortened(self.text)!r}; name them"
-                )
-            left_out.update(out)
-        if phrase.mention is not None and phrase.kind == "rest":
-            same = self.find.find(phrase)
-            taken = {one for part in self.parts for one in (*(part.objects or ()), *_tuple(part.relation))}
-            rest = tuple(one for one in same if one not in taken)
-            if not rest:
-                raise ReadingError(f"nothing is left for {phrase.text!r} in {shortened(self.text)!r}")
-            return rest
-        if phrase.left is not None and (
-            others := self.find.rest(
-                phrase,
-                {one for part in self.parts for one in (*(part.objects or ()), *_tuple(part.relation))} | left_out,
-            )
-        ):
-            return others
-        if not left_out:
-            return None
-        if self.find.count is None:
-            return (f"everything but {' and '.join(map(str, sorted(left_out, key=str)))}",)
-        return tuple(i for i in range(self.find.count) if i not in left_out)
-
-    def _structure_of(self, phrase: NounPhrase) -> int:
-        for number in range(len(self.parts) - 1, -1, -1):
-            values = self.parts[number].values
-            if values is not None and values.get("shape") == phrase.text:
-                return number
-        raise ReadingError(f"{shortened(self.text)!r} speaks of a {phrase.text} that it does not ask for")
-
-    def _pronoun(self, phrase: NounPhrase, reference: bool = False, pairs: bool = False) -> Any:
-        known, one = self.known, phrase.text.lower() in ("it", "this", "that", "itself")
-        if pairs and known.last is not None and len(known.last) == 2:
-            return known.last
-        if known.structure is not None and not pairs:
-            return PartReference(known.structure)
-        mentioned = known.mentioned[: known.before]
-        if one and known.unused is not None and known.last is not None and len(known.last) == 1:
-            known.unused = None
-            return known.last
-        if one:
-            return next((objects for objects, many in reversed(mentioned) if not many and len(objects) == 1), None)
-        if known.unused is not None and known.last is not None:
-            known.unused = None
-            return known.last
-        if known.last is not None and len(known.last) > 1:
-            return known.last
-        several = next((objects for objects, many in reversed(mentioned) if many or len(objects) > 1), None)
-        return several or (
-            tuple(one for objects, _ in mentioned[-2:] for one in objects) if len(mentioned) > 1 else None
-        )
-
-
-def _tuple(relation: RelationPart | None) -> tuple[Any, ...]:
-    if relation is None:
-        return ()
-    return tuple(
-        one for objects in (relation.objects, relation.reference) if isinstance(objects, tuple) for one in objects
-    )
+        return lambda predicate: self.objects.reference(frame, predicate)

@@ -7,90 +7,16 @@ left, cans on the right").
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import replace
 
 from grounding.goal_reading.chunk import Chunk, Shape
+from grounding.goal_reading.frame import PREDICATES, Frame, Predicate
 from grounding.goal_reading.goal_words import SHAPES_OF_VERB
 from grounding.goal_reading.noun_phrase import NounPhrase
-from grounding.goal_reading.places import Place
+from grounding.goal_reading.phrase_lists import PhraseLists
 
-# Chunks that say something of objects.
-PREDICATES = frozenset((
-    "shape", "place", "along", "rotation", "relation", "order", "order end", "direction", "listed", "gap", "radius", "diameter",
-    "length of", "grid", "rows", "columns", "group", "move", "move?", "relation?", "size", "together", "side by side", "stacked",
-    "beside each other", "around", "inner", "away", "relation it", "wide", "table setting", "apart", "length", "another",
-))  # fmt: skip
-_STANDING = ("left of", "right of", "in front of", "behind", "next to", "on", "in")
 _JOINTS = ("and", "comma", "or")
 _BOUNDARIES = ("stop", "then", "followed by")
-
-
-@dataclass(frozen=True)
-class Predicate:
-    """What is said of objects: a chunk, with the noun phrases that belong to it."""
-
-    kind: str
-    value: Any
-    said: str
-    first: int
-    end: int
-    metres: float | None = None
-    reference: tuple[NounPhrase, ...] = ()
-
-
-@dataclass
-class Frame:
-    """One thing that is asked for.
-
-    Attributes:
-        verb: the kind of its verb, or "".
-        verb_said: the verb as it was written.
-        objects: the noun phrases that it is about.
-        predicates: what is said of them.
-        second: objects that it is done with: those that the first are swapped with, or that surround them.
-        listed: whether the objects were named one after another ("first the mug, then the bowl").
-        sentence: in which sentence it stands.
-        first, end: its words.
-        negated: whether it says what must not be done.
-        stays: whether it says what stays where it is.
-        also: whether it says "too".
-    """
-
-    verb: str = ""
-    verb_said: str = ""
-    objects: list[NounPhrase] = field(default_factory=list)
-    predicates: list[Predicate] = field(default_factory=list)
-    second: list[NounPhrase] = field(default_factory=list)
-    listed: bool = False
-    sentence: int = 0
-    first: int = 0
-    end: int = 0
-    negated: bool = False
-    stays: bool = False
-    also: bool = False
-
-    def has(self, *kinds: str) -> bool:
-        """Return whether something of these kinds is said."""
-        return any(each.kind in kinds for each in self.predicates)
-
-    def get(self, kind: str) -> list[Predicate]:
-        """Return what is said of one kind."""
-        return [each for each in self.predicates if each.kind == kind]
-
-    @property
-    def empty(self) -> bool:
-        """Return whether nothing is said in it yet."""
-        return not (self.objects or self.predicates or self.verb)
-
-
-def _side(place: Place) -> str | None:
-    """Return the side that a place speaks of; `None` for a corner."""
-    if place.corner or (place.x_position is None) == (place.y_position is None):
-        return None
-    return {"left": "left", "right": "right", "bottom": "near", "top": "far"}.get(
-        place.x_position or place.y_position or "", "middle"
-    )
 
 
 class Framer:
@@ -106,12 +32,12 @@ class Framer:
     """
 
     def __init__(self, chunks: list[Chunk], ambiguous: Callable[[NounPhrase], bool] = lambda phrase: False) -> None:
-        self._ambiguous = ambiguous
         self.chunks = [
             chunk
             for chunk in chunks
             if chunk.kind != "noise" or chunk.said.lower() in ("with", "too", "also", "as well")
         ]
+        self.lists = PhraseLists(self.chunks, ambiguous)
         self.frames: list[Frame] = []
         self.residue: list[Chunk] = []
         self._frame = Frame()
@@ -246,7 +172,7 @@ class Framer:
 
     def _objects(self, at: int) -> int:
         frame, chunk = self._frame, self.chunks[at]
-        phrases, end = self._list(at, reference=False)
+        phrases, end = self.lists.read(at, self._frame)
         joint = self._pending
         if self._heading(phrases, end):
             return end
@@ -283,7 +209,7 @@ class Framer:
         shape, left = self._copies
         if any(each.kind == "shape" for each in self._frame.predicates) or self._frame.objects:
             self._close()
-        phrase, end = self._modified(at, False)
+        phrase, end = self.lists.one(at, self._frame)
         self._frame.objects = [phrase]
         self._frame.predicates.append(
             Predicate("shape", replace(shape.value, count=1), shape.said, shape.first, shape.end)
@@ -308,112 +234,23 @@ class Framer:
         too = following is not None and following.said.lower() in ("too", "also", "as well")
         stacked = frame.has("verb shape", "shape")
         only_verb = all(each.kind == "verb shape" for each in frame.predicates)
-        if only_verb and self._pending in ("and", "comma", "list") and not too and not self._predicate_follows(end):
+        if (
+            only_verb
+            and self._pending in ("and", "comma", "list")
+            and not too
+            and not self.lists.predicate_follows(end)
+        ):
             return True
         return too and not stacked
-
-    def _predicate_follows(self, end: int) -> bool:
-        if (
-            end < len(self.chunks)
-            and self.chunks[end].kind == "verb"
-            and self.chunks[end].said.lower().split()[0].endswith("ed")
-        ):
-            return True
-        return (
-            end < len(self.chunks)
-            and self.chunks[end].kind in PREDICATES
-            and self.chunks[end].kind not in ("listed", "direction", "order", "gap", "size")
-        )
-
-    def _list(self, at: int, reference: bool, most: int = 40) -> tuple[list[NounPhrase], int]:
-        """Read noun phrases that are joined by commas and "and"; return them and the place after."""
-        chunks = self.chunks
-        first, at = self._modified(at, reference)
-        phrases = [first]
-        while at < len(chunks) and len(phrases) < most:
-            joint = at
-            while joint < len(chunks) and chunks[joint].kind in ("and", "comma", "or") and joint - at < 2:
-                joint += 1
-            listed = False
-            if (
-                joint < len(chunks)
-                and not reference
-                and chunks[joint].kind in ("then", "followed by")
-                and self._bare_phrase(joint + 1)
-            ):
-                joint, listed = joint + 1, True
-            if joint == at or joint >= len(chunks) or chunks[joint].kind != "noun phrase":
-                break
-            after = joint + 1
-            # "next to the bowl and the spoon behind it": what comes next is said of other objects.
-            if reference and self._opens_frame(after):
-                break
-            if self._frame.has("shape") and after < len(chunks) and chunks[after].kind == "shape" and not reference:
-                break
-            phrase, at = self._modified(joint, reference)
-            phrases.append(phrase)
-            self._frame.listed = self._frame.listed or listed
-        if at < len(chunks) and chunks[at].kind == "except":
-            exceptions, at = self._list(at + 1, reference=True)
-            phrases[-1] = replace(phrases[-1], without=tuple(exceptions))
-        return phrases, at
-
-    def _modified(self, at: int, reference: bool) -> tuple[NounPhrase, int]:
-        """Read what says which object is meant: "the mug on the right" where there are two; return the place after it."""
-        phrase, chunks = self.chunks[at].value, self.chunks
-        following = chunks[at + 1] if at + 1 < len(chunks) else None
-        if following is None or following.kind not in ("place", "relation") or not self._ambiguous(phrase):
-            return phrase, at + 1
-        swapped = self._frame.verb == "swap"
-        if following.kind == "place":
-            side = _side(following.value)
-            if side is not None and (reference or swapped or self._asks(at + 2)):
-                return replace(phrase, side=side, end=following.end), at + 2
-        elif following.value in _STANDING and at + 2 < len(chunks) and chunks[at + 2].kind == "noun phrase":
-            if swapped or (self._asks(at + 3) and not reference):
-                return replace(
-                    phrase, relation=following.value, landmark=chunks[at + 2].value, end=chunks[at + 2].end
-                ), at + 3
-        return phrase, at + 1
-
-    def _asks(self, at: int) -> bool:
-        return at < len(self.chunks) and self.chunks[at].kind in PREDICATES and self.chunks[at].kind != "size"
-
-    def _opens_frame(self, after: int) -> bool:
-        chunks = self.chunks
-        while (
-            after < len(chunks)
-            and chunks[after].kind in ("and", "comma")
-            and after + 1 < len(chunks)
-            and chunks[after + 1].kind == "noun phrase"
-        ):
-            after += 2
-        if (
-            after < len(chunks)
-            and chunks[after].kind == "verb"
-            and chunks[after].said.lower().split()[0].endswith("ed")
-        ):
-            return True
-        return (
-            after < len(chunks)
-            and chunks[after].kind in PREDICATES
-            and chunks[after].kind not in ("away", "size", "gap", "order end", "order")
-        )
-
-    def _bare_phrase(self, at: int) -> bool:
-        """Return whether a noun phrase stands here of which nothing but an order is said."""
-        if at >= len(self.chunks) or self.chunks[at].kind != "noun phrase":
-            return False
-        return not self._predicate_follows(at + 1)
 
     def _continues_list(self, at: int) -> bool:
         frame = self._frame
         only_verb = all(each.kind in ("verb shape", "shape", "listed", "direction") for each in frame.predicates)
         if not (frame.objects and only_verb and at < len(self.chunks) and self.chunks[at].kind == "noun phrase"):
             return False
-        if frame.has("shape") and not self._bare_phrase(at):
+        if frame.has("shape") and not self.lists.bare_phrase(at):
             return False
-        return frame.objects[0].kind == "objects" and not self._opens_frame(at + 1) or self._shape_ends(at + 1)
+        return frame.objects[0].kind == "objects" and not self.lists.opens_frame(at + 1) or self._shape_ends(at + 1)
 
     def _shape_ends(self, at: int) -> bool:
         return (
@@ -426,7 +263,7 @@ class Framer:
         if at + 1 >= len(self.chunks) or self.chunks[at + 1].kind != "noun phrase":
             self.residue.append(self.chunks[at])
             return at + 1
-        phrases, end = self._list(at + 1, reference=True)
+        phrases, end = self.lists.read(at + 1, self._frame, reference=True)
         if self._frame.objects:
             last = self._frame.objects[-1]
             self._frame.objects[-1] = replace(last, without=(*last.without, *phrases))
@@ -450,7 +287,7 @@ class Framer:
         )
 
     def _with_objects(self, at: int) -> int:
-        phrases, end = self._list(at, reference=True)
+        phrases, end = self.lists.read(at, self._frame, reference=True)
         self._frame.second = phrases
         self._frame.end = self.chunks[end - 1].end
         return end
@@ -466,9 +303,9 @@ class Framer:
             and end < len(self.chunks)
             and self.chunks[end].kind == "noun phrase"
         ):
-            reference, end = self._list(end, reference=chunk.value != "between")
+            reference, end = self.lists.read(end, frame, reference=chunk.value != "between")
             if chunk.value == "between" and len(reference) > 2:
-                end = self._after_two(at + 1)
+                end = self.lists.after_two(at + 1)
                 reference = reference[:2]
         elif chunk.kind in ("relation", "apart") and end < len(self.chunks) and self._structure_named(end):
             reference, end = [self._structure(end)], end + 1
@@ -495,7 +332,13 @@ class Framer:
                 self.residue.append(chunk)
                 return end
             chunk = replace(chunk, kind="shape", value=Shape(shapes[-1]))
-        if chunk.kind == "rows" and chunk.value > 1 and not frame.objects and self._copies is None and self._lists(end):
+        if (
+            chunk.kind == "rows"
+            and chunk.value > 1
+            and not frame.objects
+            and self._copies is None
+            and self.lists.begins(end)
+        ):
             chunk = replace(chunk, kind="shape", value=Shape("line", count=chunk.value))
         if chunk.kind == "shape" and chunk.value.count > 1 and chunk.value.count == len(frame.objects):
             return self._one_for_each(at)
@@ -535,12 +378,6 @@ class Framer:
                 self._close()
         return at + 1
 
-    def _lists(self, at: int) -> bool:
-        """Return whether objects are listed from here on: "two rows: the cans and the cups"."""
-        return [one.kind for one in self.chunks[at : at + 2]] == ["comma", "noun phrase"] or [
-            one.kind for one in self.chunks[at : at + 3]
-        ] == ["comma", "noise", "noun phrase"]
-
     def _gap_between(self, at: int) -> int:
         """Read "put 5 cm between the cans", which has a gap and its objects; return the place after it, or 0."""
         following = self.chunks[at + 1 : at + 3]
@@ -552,7 +389,7 @@ class Framer:
             return 0
         chunk = self.chunks[at]
         self._frame.predicates.append(Predicate("gap", True, chunk.said, chunk.first, following[0].end, chunk.metres))
-        self._frame.objects, end = self._list(at + 2, reference=False)
+        self._frame.objects, end = self.lists.read(at + 2, self._frame)
         self._extend(chunk)
         return end
 
@@ -582,13 +419,6 @@ class Framer:
         self._pending = None
         return at + 1
 
-    def _after_two(self, at: int) -> int:
-        seen = 0
-        while seen < 2:
-            seen += self.chunks[at].kind == "noun phrase"
-            at += 1
-        return at
-
     def _fronted(self, at: int, end: int) -> bool:
         """Return whether what is said here belongs to objects that come after it: "..., and on the right the cans"."""
         frame = self._frame
@@ -602,7 +432,7 @@ class Framer:
                 and end + 1 < len(self.chunks)
                 and self.chunks[end + 1].kind == "noun phrase"
             ):
-                _, end = self._list(end + 1, reference=True)
+                _, end = self.lists.read(end + 1, self._frame, reference=True)
                 continue
             end += 1
         if end >= len(self.chunks):
@@ -616,7 +446,7 @@ class Framer:
 
     def _frame_of_phrase(self, at: int) -> bool:
         """Return whether the noun phrase here begins a frame of its own, with its own predicate."""
-        _, end = self._list(at, reference=True)
+        _, end = self.lists.read(at, self._frame, reference=True)
         return (
             end < len(self.chunks)
             and self.chunks[end].kind in PREDICATES

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Protocol
 from grounding.goal_reading.chunk import Chunk
 from grounding.goal_reading.chunks import Chunker
 from grounding.goal_reading.clauses import Clauses
-from grounding.goal_reading.compose import Composer, ImpossibleError
+from grounding.goal_reading.compose import Composer
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
-from grounding.goal_reading.frames import PREDICATES, Frame, Framer
+from grounding.goal_reading.drafts import ImpossibleError
+from grounding.goal_reading.frame import PREDICATES, Frame
+from grounding.goal_reading.frames import Framer
 from grounding.goal_reading.lost_wishes import lost_wishes
 from grounding.goal_reading.measures import lengths_of
 from grounding.goal_reading.noun_phrase import NounPhrase

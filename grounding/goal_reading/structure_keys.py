@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from grounding.goal_reading.frames import Frame, Predicate
+from grounding.goal_reading.frame import Frame, Predicate
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion
 from grounding.goals.parts import KEYS, Order
 from grounding.parse_result import Question, shortened

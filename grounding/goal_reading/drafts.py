@@ -1,0 +1,103 @@
+"""Define the drafts of parts, to which more can be said, and make the parts of them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from grounding.goal_reading.frame import Frame
+from grounding.goal_reading.scene_references import ReadingError, SceneReferences
+from grounding.goals.parts import Part, RelationPart, StructurePart
+from grounding.parse_result import shortened
+
+# How many objects a shape needs (evaluation protocol).
+_LEAST = {
+    "circle": 3, "line": 2, "tower": 2, "cluster": 2, "rectangle": 4, "square": 4, "triangle": 3, "arc": 3, "grid": 4, "cross": 5,
+    "pyramid": 3,
+}  # fmt: skip
+
+
+class ImpossibleError(ReadingError):
+    """A structure that these objects cannot form."""
+
+
+@dataclass
+class Draft:
+    """A part with the frame that it came from; `keys` of a structure are collected before it is made."""
+
+    frame: Frame
+    values: dict[str, Any] | None = None  # of a structure
+    relation: RelationPart | None = None
+    objects: tuple[Any, ...] | None = None
+
+
+def made_part(
+    part: Draft, drafts: Sequence[Draft], text: str, find: SceneReferences, left_out: Collection[Any]
+) -> Part:
+    """Make a part of its draft.
+
+    Args:
+        part: the draft.
+        drafts: all drafts of the goal.
+        text: the instruction, for errors.
+        find: what is there.
+        left_out: objects that stay as they are.
+
+    Raises:
+        ImpossibleError: for a structure that these objects cannot form.
+        GoalError: for a part that is not legal.
+    """
+    if part.relation is not None:
+        return part.relation
+    values = dict(part.values or {})
+    objects = part.objects
+    if objects is None and left_out and find.count is not None:
+        objects = tuple(i for i in range(find.count) if i not in left_out and i not in _named_elsewhere(part, drafts))
+    elif isinstance(objects, tuple) and set(left_out) & set(
+        objects
+    ):  # "line up the cups but keep the red one where it is"
+        objects = tuple(one for one in objects if one not in left_out)
+        if not objects:
+            raise ImpossibleError(f"{shortened(text)!r} leaves alone all the objects that it asks to move")
+    _enough(values, objects, text, find)
+    return StructurePart(**values, objects=objects)
+
+
+def _enough(values: dict[str, Any], objects: Any, text: str, find: SceneReferences) -> None:
+    """Refuse a shape that needs more objects than it gets, and a grid that they cannot fill."""
+    if find.count is None or find.catalogue or objects is None and find.count == 0:
+        return
+    count = len(objects) if objects is not None else find.count
+    shape, rows, columns = values.get("shape"), values.get("rows"), values.get("columns")
+    least = _LEAST.get(shape or "", 1)
+    if count < least:
+        raise ImpossibleError(f"a {shape} needs {least} objects or more, and {shortened(text)!r} has {count} for it")
+    if rows and columns and objects is not None and not (rows - 1) * columns < count <= rows * columns:
+        raise ImpossibleError(
+            f"{rows} rows of {columns} need {rows * columns} objects, and {shortened(text)!r} has {count} for them"
+        )
+
+
+def _named_elsewhere(part: Draft, drafts: Sequence[Draft]) -> set[Any]:
+    named: set[Any] = set()
+    for other in drafts:
+        if other is part:
+            continue
+        for objects in (
+            other.objects,
+            (other.values or {}).get("around"),
+            *((other.relation.objects, other.relation.reference) if other.relation else ()),
+        ):
+            named.update(objects if isinstance(objects, tuple) else ())
+    named.update((part.values or {}).get("around") or ())
+    return named
+
+
+def objects_of(relation: RelationPart | None) -> tuple[Any, ...]:
+    """Return the single objects that a relation names."""
+    if relation is None:
+        return ()
+    return tuple(
+        one for objects in (relation.objects, relation.reference) if isinstance(objects, tuple) for one in objects
+    )

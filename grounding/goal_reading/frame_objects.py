@@ -1,0 +1,154 @@
+"""Find the objects that the noun phrases of a frame mean, pronouns and structures among them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from grounding.goal_reading.antecedents import Antecedents
+from grounding.goal_reading.drafts import Draft, ImpossibleError, objects_of
+from grounding.goal_reading.frame import Frame, Predicate
+from grounding.goal_reading.noun_phrase import NounPhrase
+from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
+from grounding.goals.parts import Objects, PartReference
+from grounding.parse_result import OBJECT, Question, shortened
+
+_SOME_OF = re.compile(r"(?:\d+|one|two|three|four|five|six|some|a few|a couple) of\b", re.IGNORECASE)
+
+
+class FrameObjects:
+    """The finding of the objects of one instruction's frames.
+
+    Args:
+        text: the instruction.
+        drafts: of the parts so far; the list grows.
+        references: finds the objects that noun phrases mean.
+        known: what was spoken of.
+    """
+
+    def __init__(self, text: str, drafts: list[Draft], references: SceneReferences, known: Antecedents) -> None:
+        self.text, self.drafts, self.find, self.known = text, drafts, references, known
+        self._owner: Objects = None  # what "its left" was said of last
+        self._meant: dict[tuple[tuple[int, int], ...], Objects] = {}  # pronouns by their places in the text
+
+    def objects(self, phrases: Sequence[NounPhrase], pairs: bool = False) -> Any:
+        """Find the objects of several noun phrases: a tuple, the structure of a part, or `None` for all that is left."""
+        found: list[Any] = []
+        for phrase in phrases:
+            if phrase.kind in ("all", "rest"):
+                if len(phrases) > 1:
+                    raise ReadingError(
+                        f"{phrase.text!r} cannot be joined with other objects in {shortened(self.text)!r}"
+                    )
+                return self._everything(phrase)
+            if phrase.kind == "structure":
+                return PartReference(self.structure_of(phrase))
+            if phrase.kind == "pronoun":
+                if found and phrase.many:
+                    continue  # "the cups, all of them, in a row"
+                meant = self.known.meant(phrase, pairs)
+                if isinstance(meant, PartReference) or meant is None:
+                    if meant is None and phrase.text.lower() in ("it", "itself", "that", "this"):
+                        self.ask_which(phrase.text)
+                    return meant
+                found += [one for one in meant if one not in found]
+                continue
+            objects = self.find.find(phrase)
+            found += [one for one in objects if one not in found]
+            self.known.mentioned.append((objects, phrase.many))
+        return tuple(found) or None
+
+    def _everything(self, phrase: NounPhrase) -> Any:
+        left_out: set[Any] = set()
+        for without in phrase.without:
+            if _SOME_OF.match(without.text):  # which two, and whether the rest is of the same kind, is not said
+                raise ImpossibleError(
+                    f"it is not clear which objects {without.text!r} leaves out in {shortened(self.text)!r}; name them"
+                )
+            out = self.objects([without])
+            if isinstance(out, PartReference):
+                out = self.drafts[out.part].objects
+            if out is None:
+                raise ReadingError(
+                    f"it is not clear which objects {without.text!r} leaves out in {shortened(self.text)!r}; name them"
+                )
+            left_out.update(out)
+        if phrase.mention is not None and phrase.kind == "rest":
+            same = self.find.find(phrase)
+            taken = {one for part in self.drafts for one in (*(part.objects or ()), *objects_of(part.relation))}
+            rest = tuple(one for one in same if one not in taken)
+            if not rest:
+                raise ReadingError(f"nothing is left for {phrase.text!r} in {shortened(self.text)!r}")
+            return rest
+        if phrase.left is not None and (
+            others := self.find.rest(
+                phrase,
+                {one for part in self.drafts for one in (*(part.objects or ()), *objects_of(part.relation))} | left_out,
+            )
+        ):
+            return others
+        if not left_out:
+            return None
+        if self.find.count is None:
+            return (f"everything but {' and '.join(map(str, sorted(left_out, key=str)))}",)
+        return tuple(i for i in range(self.find.count) if i not in left_out)
+
+    def structure_of(self, phrase: NounPhrase) -> int:
+        """Return the number of the structure that a phrase such as "the row" means."""
+        for number in range(len(self.drafts) - 1, -1, -1):
+            values = self.drafts[number].values
+            if values is not None and values.get("shape") == phrase.text:
+                return number
+        raise ReadingError(f"{shortened(self.text)!r} speaks of a {phrase.text} that it does not ask for")
+
+    def reference(self, frame: Frame, predicate: Predicate) -> Objects:
+        """Find what a relation is said of."""
+        phrases = predicate.reference
+        if not phrases:
+            before = self.known.frame
+            if (
+                predicate.kind == "relation it"
+                and self._owner is not None
+                and before is not None
+                and before.has("relation it")
+                and before.sentence == frame.sentence
+            ):
+                return self._owner  # "the fork to its left, the knife to its right"
+            found = self.known.meant(NounPhrase("pronoun", 0, 0, "them" if predicate.value == "between" else "it"))
+            self._owner = found if predicate.kind == "relation it" else self._owner
+        else:
+            # "left of it ... and to its right": the same pronoun, said of a second part, still means the same
+            key = tuple((phrase.first, phrase.end) for phrase in phrases if phrase.kind == "pronoun")
+            if key and key in self._meant:
+                return self._meant[key]
+            found = self.objects(phrases, pairs=predicate.value == "between")
+            if key and found is not None:
+                self._meant[key] = found
+        if found is None:
+            raise ReadingQuestion(
+                Question(
+                    OBJECT,
+                    f"{predicate.said!r} in {shortened(self.text)!r}: of which object?",
+                    tuple(self.find.candidates.names) if self.find.candidates else (),
+                )
+            )
+        return found
+
+    def references(self, frame: Frame) -> dict[int, Objects]:
+        """Find what each relation of a frame is said of: its first word -> the objects."""
+        return {
+            each.first: self.reference(frame, each) for each in frame.predicates
+            if each.kind in ("relation", "apart", "relation it") and each.value != "around"
+        }  # fmt: skip
+
+    def ask_which(self, words: str) -> None:
+        """Ask which object is meant.
+
+        Raises:
+            ReadingQuestion: always.
+        """
+        options = tuple(self.find.candidates.names) if self.find.candidates is not None else ()
+        raise ReadingQuestion(
+            Question(OBJECT, f"which object is meant with {words!r} in {shortened(self.text)!r}?", options)
+        )
