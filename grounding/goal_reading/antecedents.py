@@ -21,6 +21,7 @@ class Antecedents:
         last: the objects that the last frame was about.
         unused: a frame that only names objects, of which nothing is said yet.
         frame: the frame before the present one.
+        left_out: objects that must stay as they are.
     """
 
     structure: int | None = None
@@ -29,6 +30,7 @@ class Antecedents:
     last: tuple[Any, ...] | None = None
     unused: Frame | None = None
     frame: Frame | None = None
+    left_out: set[Any] = field(default_factory=set)
 
     def meant(self, phrase: NounPhrase, pairs: bool = False) -> Any:
         """Return what a pronoun means: objects, the structure of a part, or `None`.

@@ -24,6 +24,7 @@ _JOINTS: Mapping[str, str] = {
     ":": "comma", "=": "comma", "/": "comma", "->": "comma", ">": "comma", "(": "comma", ")": "comma", "then": "then", "while": "and", "whereas": "and", "or": "or", "afterward": "then",
     "afterwards": "then", "next": "then", "finally": "then", "but": "comma", "\n": "stop", "lastly": "then",
 }  # fmt: skip
+_AMONG = re.compile(r"(?:of|among|amongst|out of|from among)(?= )")
 _POSSESSIVE = re.compile(r"(?:to|on) (?:its|their) (?P<side>left|right)(?: hand)?(?: side)?(?! of)")
 _TABLE_SETTING = re.compile(
     r"(?:set|lay|prepare|dress) (?:the |my |a |me a |up the )?(?:(?:dinner|breakfast|lunch|supper) )?(?:table|place)(?: for (?:one|me|dinner|lunch|breakfast|supper|a guest|a meal|one person|us))*"
@@ -99,17 +100,39 @@ class Chunker:
         if (heading := heading_at(said, place)) is not None:
             found.append(Chunk("rotation", heading[0], place, heading[1]))
         found += marks_at(said, place, before, self.phrases)
+        if (scope := self._scope(place, before)) is not None:
+            found.append(scope)
         if match := said.match(_DIAGONAL, place):
             found.append(Chunk("unknown", match[0].group(), place, match[1]))
         return found
 
+    def _scope(self, place: int, before: list[Chunk]) -> Chunk | None:
+        """Read the group that a sentence chooses from: "of the three red cups, ..."."""
+        match = self.said.match(_AMONG, place)
+        if match is None or (before and before[-1].kind not in ("stop", "then", "noise")):
+            return None
+        group = self.phrases.at(match[1])
+        if group is None or group.kind != "objects" or not group.many or self.said.word(group.end) != ",":
+            return None
+        return Chunk("among", group, place, group.end + 1)
+
     def _place(self, place: int) -> list[Chunk]:
+        if self._adjective_of_noun(place):
+            return []
         found = []
         if (edge := edge_at(self.said, place)) is not None:
             found.append(Chunk("along", edge[0], place, edge[1]))
         if (spot := place_at(self.said, place)) is not None:
             found.append(Chunk("place", spot[0], place, spot[1]))
         return found
+
+    def _adjective_of_noun(self, place: int) -> bool:
+        """Return whether what looks like a place describes objects: "on the rightmost one", "on the left plate"."""
+        at = place + 1 + (self.said.word(place + 1) == "to")
+        if self.said.word(place) not in ("on", "onto", "in", "into", "to", "at", "near", "by"):
+            return False
+        phrase = self.phrases.at(at) if self.said.word(at) == "the" else None
+        return phrase is not None and phrase.kind == "objects" and phrase.side is not None and phrase.end > at + 2
 
     def _verb(self, place: int, before: list[Chunk]) -> list[Chunk]:
         said = self.said

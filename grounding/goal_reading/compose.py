@@ -32,7 +32,6 @@ class Composer:
         self.text, self.frames, self.find = text, frames, references
         self.parts: list[Draft] = []
         self.known = Antecedents()
-        self.left_out: set[Any] = set()
         self.unread: list[str] = []
         self.notes: list[str] = []
         self.unused: list[NounPhrase] = []  # that are named, and of which nothing is said
@@ -51,7 +50,7 @@ class Composer:
             self._frame(frame)
         if self.known.unused is not None:
             self._unread(self.known.unused)
-        return Goal(tuple(made_part(part, self.parts, self.text, self.find, self.left_out) for part in self.parts))
+        return Goal(tuple(made_part(part, self.parts, self.text, self.find, self.known.left_out) for part in self.parts))
 
     def _unread(self, frame: Frame) -> None:
         words = " ".join(phrase.text for phrase in frame.objects) or " ".join(each.said for each in frame.predicates)
@@ -63,6 +62,11 @@ class Composer:
     def _frame(self, frame: Frame) -> None:
         if frame.verb == "mention":
             self._mention(frame)
+            return
+        if frame.verb == "among":
+            self.find.scope = frame.objects[0]
+            if self.find.objects is None:
+                self._unread(frame)  # what is chosen from them cannot be said in words
             return
         if frame.stays or frame.verb == "leave":
             self._leave(frame)
@@ -100,7 +104,7 @@ class Composer:
         for phrase in frame.objects:
             if phrase.kind == "objects":
                 objects = self.find.find(phrase)
-                self.left_out.update(objects)
+                self.known.left_out.update(objects)
                 self.known.mentioned.append((objects, phrase.many))
             elif phrase.kind in ("rest", "all"):
                 continue
@@ -241,6 +245,7 @@ class Composer:
         self.unread += keys.unread
         self.notes += keys.notes
         objects = self.objects.objects(frame.objects) if frame.objects else self._unnamed(frame)
+        self.find.subject = objects if isinstance(objects, tuple) else None
         if isinstance(objects, PartReference):
             number, objects = objects.part, None
             self._relations(frame, PartReference(number), keys)

@@ -48,18 +48,37 @@ class FrameObjects:
                 if found and phrase.many:
                     continue  # "the cups, all of them, in a row"
                 meant = self.known.meant(phrase, pairs)
+                if phrase.without:
+                    return self._without(phrase, meant)
                 if isinstance(meant, PartReference) or meant is None:
                     if meant is None and phrase.text.lower() in ("it", "itself", "that", "this"):
                         self.ask_which(phrase.text)
                     return meant
                 found += [one for one in meant if one not in found]
                 continue
+            if landmark := self.find.landmark_of(phrase):  # "the cup by the bowl in front of it"
+                self.known.mentioned.append((landmark, len(landmark) > 1))
+                self.known.before = len(self.known.mentioned)
             objects = self.find.find(phrase)
             found += [one for one in objects if one not in found]
             self.known.mentioned.append((objects, phrase.many))
-        return tuple(found) or None
+        out = {one for phrase in phrases for one in self.find.left_out_of(phrase)}
+        left = tuple(one for one in found if one not in out)
+        if found and not left:
+            raise ReadingError(f"nothing is left of {phrases[-1].text!r} in {shortened(self.text)!r}")
+        return left or None
 
-    def _everything(self, phrase: NounPhrase) -> Any:
+    def _without(self, phrase: NounPhrase, meant: Any) -> Any:
+        """Return what a pronoun means, without what is left out of it: "all of them but the red one"."""
+        if isinstance(meant, PartReference):
+            meant = self.drafts[meant.part].objects
+        if meant is None:
+            return self._everything(phrase)
+        out = self._left_out(phrase)
+        return tuple(one for one in meant if one not in out)
+
+    def _left_out(self, phrase: NounPhrase) -> set[Any]:
+        """Find what a phrase leaves out."""
         left_out: set[Any] = set()
         for without in phrase.without:
             if _SOME_OF.match(without.text):  # which two, and whether the rest is of the same kind, is not said
@@ -74,6 +93,10 @@ class FrameObjects:
                     f"it is not clear which objects {without.text!r} leaves out in {shortened(self.text)!r}; name them"
                 )
             left_out.update(out)
+        return left_out
+
+    def _everything(self, phrase: NounPhrase) -> Any:
+        left_out = self._left_out(phrase)
         if phrase.mention is not None and phrase.kind == "rest":
             same = self.find.find(phrase)
             taken = {one for part in self.drafts for one in (*(part.objects or ()), *objects_of(part.relation))}
@@ -84,7 +107,9 @@ class FrameObjects:
         if phrase.left is not None and (
             others := self.find.rest(
                 phrase,
-                {one for part in self.drafts for one in (*(part.objects or ()), *objects_of(part.relation))} | left_out,
+                {one for part in self.drafts for one in (*(part.objects or ()), *objects_of(part.relation))}
+                | left_out
+                | self.known.left_out,
             )
         ):
             return others

@@ -91,9 +91,10 @@ class Framer:
             return at + 1
         if kind == "verb":
             return self._verb(at)
-        if kind == "mentioned":
+        if kind in ("mentioned", "among"):
             self._close()
-            self.frames.append(Frame(verb="mention", objects=list(chunk.value), sentence=self._sentence))
+            verb, phrases = ("mention", list(chunk.value)) if kind == "mentioned" else (kind, [chunk.value])
+            self.frames.append(Frame(verb=verb, objects=phrases, sentence=self._sentence))
             return at + 1
         if kind == "negated":
             self._start(chunk)
@@ -263,7 +264,7 @@ class Framer:
         if at + 1 >= len(self.chunks) or self.chunks[at + 1].kind != "noun phrase":
             self.residue.append(self.chunks[at])
             return at + 1
-        phrases, end = self.lists.read(at + 1, self._frame, reference=True)
+        phrases, end = self.lists.exceptions(at + 1, self._frame)
         if self._frame.objects:
             last = self._frame.objects[-1]
             self._frame.objects[-1] = replace(last, without=(*last.without, *phrases))

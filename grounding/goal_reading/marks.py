@@ -17,6 +17,7 @@ _NOT = re.compile(r"(?:,? ?(?:and|but) )?(?:not|rather than|instead of|and not|n
 _EXCEPT = re.compile(
     r"(?:, )?(?:except for|except|but not with|but not|and not|apart from|aside from|other than|excluding|excepting|leaving out|not counting|not including|with the exception of|all but|save for|minus|without|but without|bar|barring|but)(?= )"
 )
+_NO = re.compile(r"(?:, )?(?:but |and )?(?:no|not any)(?= )")
 _THEN = re.compile(
     r"(?:(?:,|and|\.|;) )*(?:then|after that|afterwards|afterward|once (?:that's|that is|you're|you are|it's|they're|they are|this is|that has been) (?:done|finished|ready|built|complete|in place|standing)|next|finally|lastly|after(?:ward|wards)|followed by)(?:(?: ,| please| also| just| you| can| you can)*)"
 )
@@ -24,8 +25,12 @@ _NEGATED = re.compile(
     r"(?:do not|don't|dont|never|please don't|must not|mustn't|should not|shouldn't|cannot|can't|avoid|no need to|not to)(?= )"
 )
 _STAYS = re.compile(
-    r"(?:(?:where (?:it|they) (?:is|are|was|were)(?: now)?|alone|untouched|in (?:its|their) place|as (?:it|they) (?:is|are)|out of (?:it|this)|be|there|(?:can|should|must|may|to) (?:stay|remain)(?: where (?:it|they) (?:is|are)| put| there| untouched)?|stays?(?: where (?:it|they) (?:is|are)| put| there| in place| untouched)?|remains?(?: where (?:it|they) (?:is|are)| there| in place| untouched)?))(?= [.,;!?]| and| but|$)"
+    r"(?:(?:(?:(?:is|are|should be|must be) not|isn't|aren't) (?:a )?(?:part of|involved in|included in|in|needed in|needed for|needed|included|involved|used|to be (?:used|moved|touched|included))(?: (?:it|this|that|them))?"
+    r"|where (?:it|they) (?:is|are|was|were)(?: now)?|alone|untouched|in (?:its|their) place|as (?:it|they) (?:is|are)|out of (?:it|this)|be|there|(?:can|should|must|may|to) (?:stay|remain)(?: where (?:it|they) (?:is|are)| put| there| untouched)?|stays?(?: where (?:it|they) (?:is|are)| put| there| in place| untouched)?|remains?(?: where (?:it|they) (?:is|are)| there| in place| untouched)?))(?= [.,;!?]| and| but|$)"
 )
+
+# After "the cups but the red one": something is said of that one alone.
+_OF_ITS_OWN = frozenset("go goes should must can could is are stay stays belong belongs on at to in behind next has have".split())
 
 
 def marks_at(said: Words, place: int, before: list[Chunk], phrases: NounPhraseReader) -> list[Chunk]:
@@ -38,6 +43,8 @@ def marks_at(said: Words, place: int, before: list[Chunk], phrases: NounPhraseRe
         phrases: reads the noun phrases of the instruction.
     """
     found = []
+    if (match := said.match(_NO, place)) and _leaves_out(phrases, match[1], before):
+        return [Chunk("except", True, place, match[1])]
     if (match := said.match(_CORRECTION, place)) and _corrects(said, match[1], match[0].group(), before):
         found.append(Chunk("correction", match[0].group(), place, match[1]))
     if match := said.match(_NEGATED, place):
@@ -51,6 +58,14 @@ def marks_at(said: Words, place: int, before: list[Chunk], phrases: NounPhraseRe
     if (match := said.match(_STAYS, place)) and before:
         found.append(Chunk("stays", True, place, match[1]))
     return found
+
+
+def _leaves_out(phrases: NounPhraseReader, end: int, before: list[Chunk]) -> bool:
+    """Return whether "no" leaves some of several objects out: "a circle of the cups, no red ones"."""
+    phrase = phrases.at(end)
+    if phrase is None or phrase.kind != "objects" or phrase.mention.definite or not phrase.many:
+        return False
+    return any(chunk.kind == "noun phrase" and chunk.value.many for chunk in before)
 
 
 def _corrects(said: Words, end: int, words: str, before: list[Chunk]) -> bool:
@@ -71,8 +86,7 @@ def _excepts(phrases: NounPhraseReader, end: int, words: str, before: list[Chunk
     if words.strip(" ,") != "but":
         return True
     last = before[-1] if before else None
-    return (
-        last is not None
-        and last.kind == "noun phrase"
-        and (last.value.kind == "all" or "all" in last.value.text.lower().split())
-    )
+    if last is None or last.kind != "noun phrase" or not last.value.many:
+        return False
+    whole = last.value.kind == "all" or {"all", "every", "each", "any"} & set(last.value.text.lower().split())
+    return bool(whole) or phrases.said.word(phrases.at(end).end) not in _OF_ITS_OWN

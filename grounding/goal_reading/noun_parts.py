@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from grounding.goal_reading.goal_words import PATTERN_WORDS
 from grounding.goal_reading.measures import COUNTS, UNITS, count_at
@@ -51,6 +52,29 @@ EVERYTHING = frozenset("everything anything".split())
 _NO_NOUNS = frozenset("left right top bottom front back side order other rest place space line row table edge".split())
 
 
+@dataclass
+class Determiners:
+    """What stands before the adjectives of a noun phrase.
+
+    Attributes:
+        end: the place after it.
+        count: how many are meant, or `None`.
+        ordinal: of "the second"; -1 for "the last".
+        definite: whether it speaks of particular objects.
+        free: whether any will do: "a mug", "two of the mugs".
+        other: whether it leaves out what was named before: "the other", "another".
+        every: whether it is "each" or "every": all of a kind, though its noun is singular.
+    """
+
+    end: int
+    count: int | None = None
+    ordinal: int | None = None
+    definite: bool = False
+    free: bool = False
+    other: bool = False
+    every: bool = False
+
+
 class NounParts:
     """The pieces of noun phrases in one instruction.
 
@@ -62,37 +86,43 @@ class NounParts:
     def __init__(self, said: Words, vocabulary: Vocabulary) -> None:
         self.said, self.vocabulary, self.forms = said, vocabulary, vocabulary.forms
 
-    def determiners(self, place: int) -> tuple[int | None, int | None, bool, bool, int]:
-        """Read (count, ordinal, whether definite, whether any will do, place after) of what stands before adjectives."""
-        said, at = self.said, place
-        count: int | None = None
-        ordinal, definite, free = None, False, False
-        while at < len(said.words) and at - place < 7:
-            word = said.word(at)
-            number = count_at(said, at)
-            if word in ("other", "same", "very") and definite:
-                at += 1
+    def determiners(self, place: int) -> Determiners:
+        """Read what stands before the adjectives: articles, "all", counts, ordinals, "other"."""
+        said, found = self.said, Determiners(place)
+        while found.end < len(said.words) and found.end - place < 7:
+            at = found.end
+            word, number = said.word(at), count_at(said, at)
+            if word in ("same", "very", "other", "remaining") and found.definite:
+                found.other = found.other or word in ("other", "remaining")
+                found.end += 1
             elif word in DEFINITE or word in _PREDETERMINERS:
-                definite = definite or word in DEFINITE
-                count = 2 if word == "both" else count
-                at += 1
+                found.definite = found.definite or word in DEFINITE
+                found.every = found.every or (word in ("each", "every") and said.word(at + 1) not in ("of", "one"))
+                found.count = 2 if word == "both" else found.count
+                found.end += 1
             elif word in _INDEFINITE:
-                free, at = True, at + 1
-                if said.word(at) in _GROUPS:
-                    count = 2 if said.word(at) in ("couple", "pair") else 3 if said.word(at) == "trio" else count
-                    at += 1 + (said.word(at + 1) == "of")
+                found.free, found.end = True, at + 1
+                found.other = found.other or word == "another"
+                self._group(found)
             elif number is not None and not self._measured(number[1]) and 0 < number[0] < 100:
-                if count is not None and word == "one":
+                if found.count is not None and word == "one":
                     break
-                count, at = number[0], number[1]
-                free = free or (said.word(at) == "of")
-            elif word in ORDINALS and (definite or self._counted_from(at)) and self.modified(at + 1):
-                ordinal, at = ORDINALS[word], at + 1
+                found.count, found.end = number[0], number[1]
+                found.free = found.free or (said.word(found.end) == "of")
+            elif word in ORDINALS and (found.definite or self._counted_from(at)) and self.modified(at + 1):
+                found.ordinal, found.end = ORDINALS[word], at + 1
             elif word == "of" and at > place and said.word(at - 1) not in DEFINITE:
-                at += 1
+                found.end += 1
             else:
                 break
-        return count, ordinal, definite, free, at
+        return found
+
+    def _group(self, found: Determiners) -> None:
+        """Read "pair of" after "a"."""
+        word = self.said.word(found.end)
+        if word in _GROUPS:
+            found.count = 2 if word in ("couple", "pair") else 3 if word == "trio" else found.count
+            found.end += 1 + (self.said.word(found.end + 1) == "of")
 
     def _counted_from(self, at: int) -> bool:
         """Return whether "from the left" follows soon: "third cup from the left"."""

@@ -27,6 +27,10 @@ class NounPhrase:
         without: phrases for what is left out of it.
         compared: whether a clause such as "nearest to me" compares the objects.
         left: of "the other three", the number.
+        either: further descriptions, of which each may fit in place of the mention: "blocks that are red or blue".
+        among: the group of which it is a part: "the tallest of the red cups".
+        other: whether objects that were named before are left out: "the other mug", "another one".
+        alike: "colour" where it has the colour of `landmark`, or without one of what is placed.
     """
 
     kind: str
@@ -43,6 +47,10 @@ class NounPhrase:
     without: tuple[NounPhrase, ...] = ()
     compared: bool = False
     left: int | None = None
+    either: tuple[Mention, ...] = ()
+    among: NounPhrase | None = None
+    other: bool = False
+    alike: str = ""
 
     @property
     def many(self) -> bool:

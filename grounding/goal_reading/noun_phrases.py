@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from grounding.goal_reading.attribute_clauses import with_attributes
 from grounding.goal_reading.measures import count_at
-from grounding.goal_reading.noun_parts import DEFINITE, EVERYTHING, ORDINALS, PLACE_ADJECTIVES, NounParts
+from grounding.goal_reading.noun_parts import DEFINITE, EVERYTHING, ORDINALS, PLACE_ADJECTIVES, Determiners, NounParts
 from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.place_clauses import with_clause
 from grounding.goal_reading.tokens import Words
@@ -18,6 +19,12 @@ from grounding.references.phrases import ANY, Mention, Vocabulary
 PRONOUNS = frozenset("it them em they itself themselves".split())
 _DEMONSTRATIVES = frozenset("this that these those both all each".split())
 _SIDES = {"left": "left", "right": "right", "front": "near", "back": "far", "rear": "far", "near": "near", "far": "far"}
+
+# What may follow "the other" or "one" where the noun is left out.
+_AFTER_BARE = frozenset(
+    "on in at to behind next beside between into onto near by left right above over under with goes go should must has needs belongs "
+    "stands sits is can could will ought , . ;".split()
+) | {""}
 
 
 class NounPhraseReader:
@@ -34,7 +41,7 @@ class NounPhraseReader:
 
     def at(self, place: int) -> NounPhrase | None:
         """Read the noun phrase that begins at a place; `None` where none does."""
-        return self._pronoun(place) or self._rest(place) or self._phrase(place)
+        return self._whatever(place) or self._pronoun(place) or self._rest(place) or self._phrase(place)
 
     # Phrases without a noun
 
@@ -123,7 +130,13 @@ class NounPhraseReader:
         if said.word(place) in EVERYTHING:
             return self._described(place, self._made("all", place, place + 1))
         before = self.parts.determiners(place)
-        count, ordinal, definite, free, start = before
+        count, ordinal, definite, free, start = (
+            before.count,
+            before.ordinal,
+            before.definite,
+            before.free,
+            before.end,
+        )
         side, at, number = None, start, None
         modifiers: list[str] = []
         while True:
@@ -152,11 +165,11 @@ class NounPhraseReader:
                 break
         head = self.parts.head(at, place, bool(modifiers), definite or count is not None or free)
         if head is None:
-            return self._without_noun(place, at, modifiers, side, count, ordinal, definite)
+            return self._without_noun(place, at, modifiers, side, before)
         noun, many, end, known, extra, borrowed = head
         numbers, end = self.parts.numbers(end)
         modifiers += extra
-        many = many and not (said.word(place) in ("a", "an") and start == place + 1 and count is None)
+        many = (many or before.every) and not (said.word(place) in ("a", "an") and start == place + 1 and count is None)
         plural = (many and (count or 2) > 1) or (count or 1) > 1 or len(numbers) > 1
         if count is None and not plural:
             count = 1
@@ -164,32 +177,62 @@ class NounPhraseReader:
         only_all = noun == ANY and not modifiers and not numbers and side is None and ordinal is None and not borrowed
         if only_all and many and count is None:
             return self._described(place, self._made("all", place, end))
+        among = None
+        if borrowed and said.word(end) == "of" and (among := self._group(end + 1)) is not None:
+            noun, known, end = among.mention.noun, among.mention.known, among.end  # "the middle one of the red cups"
+            modifiers, borrowed = [*modifiers, *among.mention.modifiers], False
         mention = Mention(
             noun, tuple(modifiers), len(numbers) or count, exact and not numbers, "target", known, plural, numbers, None,
             (said.spans[place][0], said.spans[end - 1][1]), definite and not free,
         )  # fmt: skip
         phrase = NounPhrase("objects", place, end, said.quote(place, end), mention, borrowed, side, False, ordinal)
-        return self._described(place, phrase)
+        return self._described(place, replace(_ranked(phrase), among=among, other=before.other))
+
+    def _whatever(self, place: int) -> NounPhrase | None:
+        """Read "whatever is red", "whichever blocks are red", "all that is red"."""
+        said = self.said
+        if said.words[place : place + 2] in (("all", "that"), ("all", "which")):
+            found = self._described(place, self._made("all", place, place + 1))
+            return found if found.mention is not None else None
+        if said.word(place) not in ("whatever", "whichever"):
+            return None
+        of = self._phrase(place + 1) if said.word(place) == "whichever" else None
+        start = self._made("all", place, place + 1) if of is None else replace(of, first=place, text="")
+        link = said.word(start.end)
+        if link not in ("is", "are", "isn't", "aren't", "has"):
+            return None
+        found = with_attributes(said, start, self.at, whatever=True)
+        return found if found.end > start.end else None
+
+    def _group(self, place: int) -> NounPhrase | None:
+        """Read the group that something is chosen from: "... of the red cups"."""
+        of = self._phrase(place)
+        if of is None or of.kind != "objects" or of.first != place or not of.many:
+            return None
+        return of
 
     def _without_noun(
-        self, place: int, at: int, modifiers: list[str], side: str | None, count: int | None, ordinal: int | None,
-        definite: bool,
-    ) -> NounPhrase | None:  # fmt: skip
+        self, place: int, at: int, modifiers: list[str], side: str | None, before: Determiners
+    ) -> NounPhrase | None:
         """Read a phrase that leaves out its noun: "the red", "the tallest", "the two largest", "the leftmost"."""
-        said = self.said
+        said, count, ordinal, definite = self.said, before.count, before.ordinal, before.definite
         telling = [word for word in modifiers if word in TELLING_ADJECTIVES or word in COMPARATIVES]
+        if not (telling or side) and self._bare(place, at, before):
+            return self._counted(place, at, before)
         joined = bool(telling) and said.word(at) in ("and", ",") and said.word(at - 1) == modifiers[-1]
         certain = definite or any(word in SUPERLATIVES for word in telling)
         if not (telling or side or (ordinal and definite)) or not (certain or joined):
             return None
         if said.word(at) in ("side", "corner", "edge", "end", "half", "hand", "part", "way", *SHAPE_WORDS):
             return None
-        noun, plural, known = ANY, (count or 1) > 1, True
+        noun, plural, known, among = ANY, (count or 1) > 1, True, None
         if said.word(at) == "of":
             of = self._phrase(at + 1)
+            if of is not None and of.kind == "objects" and not of.many:
+                return None  # "the shorter of the red and the blue can"
             if of is not None and of.kind == "objects":
                 noun, known, at = of.mention.noun, of.mention.known, of.end
-                modifiers = [*modifiers, *of.mention.modifiers]
+                modifiers, among = [*modifiers, *of.mention.modifiers], of
             elif of is not None and of.kind == "all":
                 at = of.end
             elif said.word(at + 1) in ("them", "these", "those", "all"):
@@ -210,7 +253,22 @@ class NounPhraseReader:
             (said.spans[place][0], said.spans[at - 1][1]), definite,
         )  # fmt: skip
         phrase = NounPhrase("objects", place, at, said.quote(place, at), mention, noun == ANY, side, False, ordinal)
-        return self._described(place, phrase)
+        return self._described(place, replace(_ranked(phrase), among=among, other=before.other))
+
+    def _bare(self, place: int, at: int, before: Determiners) -> bool:
+        """Return whether only "the other", "another" or a number stands here: "one on the left, the other on the right"."""
+        if at == place or before.ordinal is not None or self.said.word(at) not in _AFTER_BARE:
+            return False
+        counted = before.count is not None and not before.definite and self.said.word(place - 1) not in ("by", "of")
+        return before.other or (counted and at == place + 1 and not self.said.word(place).isdecimal())
+
+    def _counted(self, place: int, at: int, before: Determiners) -> NounPhrase:
+        count = before.count or 1
+        span = (self.said.spans[place][0], self.said.spans[at - 1][1])
+        mention = Mention(
+            ANY, (), count, count > 1, "target", True, count > 1, (), None, span, before.definite and not before.free
+        )
+        return NounPhrase("objects", place, at, self.said.quote(place, at), mention, borrowed=True, other=True)
 
     # What stands after the noun
 
@@ -223,6 +281,16 @@ class NounPhraseReader:
             return replace(phrase, side=side, end=end + 3, text=said.quote(place, end + 3))
         if phrase.ordinal is not None and words[:2] in (("on", "the"), ("at", "the")) and said.word(end + 2) in _SIDES:
             return replace(phrase, side=_SIDES[said.word(end + 2)], end=end + 3, text=said.quote(place, end + 3))
-        if phrase.kind in ("objects", "all"):
-            return with_clause(said, phrase, self.at)
+        if phrase.kind not in ("objects", "all"):
+            return phrase
+        found = with_clause(said, with_attributes(said, phrase, self.at), self.at)
+        return with_attributes(said, found, self.at) if found.end > phrase.end else found
+
+
+def _ranked(phrase: NounPhrase) -> NounPhrase:
+    """Say "the second tallest" of the measure, and not of the order in which objects stand."""
+    mention = phrase.mention
+    assert mention is not None  # of objects
+    if phrase.ordinal is None or not any(word in SUPERLATIVES for word in mention.modifiers):
         return phrase
+    return replace(phrase, ordinal=None, mention=replace(mention, ordinal=phrase.ordinal))

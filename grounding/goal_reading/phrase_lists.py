@@ -69,9 +69,25 @@ class PhraseLists:
             phrases.append(phrase)
             frame.listed = frame.listed or listed
         if at < len(chunks) and chunks[at].kind == "except":
-            exceptions, at = self.read(at + 1, frame, reference=True)
-            phrases[-1] = replace(phrases[-1], without=tuple(exceptions))
+            exceptions, at = self.exceptions(at + 1, frame)
+            phrases[-1] = replace(phrases[-1], without=(*phrases[-1].without, *exceptions))
         return phrases, at
+
+    def exceptions(self, at: int, frame: Frame) -> tuple[list[NounPhrase], int]:
+        """Read what is left out: "without the drill and the clamp"."""
+        chunks, found = self.chunks, list[NounPhrase]()
+        while True:
+            phrase, at = self.one(at, frame, reference=True)
+            found.append(phrase)
+            joint = at
+            while joint < len(chunks) and chunks[joint].kind in ("and", "comma", "or") and joint - at < 2:
+                joint += 1
+            if joint == at or joint >= len(chunks) or chunks[joint].kind != "noun phrase":
+                return found, at
+            again = chunks[joint].value.text.lower() in (one.text.lower() for one in found)
+            if again or (chunks[at].kind == "comma" and self.opens_frame(joint + 1)):
+                return found, at
+            at = joint
 
     def one(self, at: int, frame: Frame, reference: bool = False) -> tuple[NounPhrase, int]:
         """Read what says which object is meant: "the mug on the right" where there are two; return the place after it."""
@@ -79,7 +95,7 @@ class PhraseLists:
         following = chunks[at + 1] if at + 1 < len(chunks) else None
         if following is None or following.kind not in ("place", "relation") or not self._ambiguous(phrase):
             return phrase, at + 1
-        swapped = frame.verb == "swap"
+        swapped = frame.verb in ("swap", "take")
         if following.kind == "place":
             side = side_of(following.value)
             if side is not None and (reference or swapped or self._asks(at + 2)):

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 from grounding.goal_reading.noun_phrase import NounPhrase
+from grounding.goal_reading.standing_places import PlaceError, StandingPlaces
 from grounding.parse_result import OBJECT, Question
-from grounding.references.attributes import SUPERLATIVES, SceneObject
+from grounding.references.attributes import COMPARATIVES, MEASURES, SUPERLATIVES, SceneObject, is_color
 from grounding.references.candidates import Candidates
 from grounding.references.phrases import ANY, Mention
-
-_NAMES = {"left": "left", "right": "right", "near": "front", "far": "back", "middle": "middle"}
-_NEAR = 0.08  # m, clear gap up to which something is next to something else (evaluation protocol, part two)
 
 
 class ReadingError(ValueError):
@@ -40,13 +37,18 @@ class SceneReferences:
 
     def __init__(self, objects: Sequence[SceneObject] | None, encoder: object, catalogue: bool, opposite: bool) -> None:
         self.objects, self.catalogue = objects, catalogue
-        self._sign = -1 if opposite else 1
         self.candidates = Candidates(objects, encoder, catalogue) if objects is not None else None
+        self.places = StandingPlaces(objects or (), opposite)
+        self.subject: tuple[object, ...] | None = None  # what is placed, for "of the same colour"
+        self.by_place: list[str] = []  # the phrases that chose objects by their place
+        self.scope: NounPhrase | None = None  # "of the three red cups, ..."
         self.described = False
         self.notes: list[str] = []
         self.nouns: list[str] = []
         self._chosen: dict[str, tuple[int, ...]] = {}
-        self._nouns: list[Mention] = []  # that were said, the last one last, for "the blue one"
+        self._nouns: list[NounPhrase] = []  # that were said, the last one last, for "the blue one"
+        self._named: set[int] = set()  # objects that were meant before, for "the other one"
+        self._found: dict[tuple[int, int, str, str], tuple[int, ...]] = {}
 
     @property
     def count(self) -> int | None:
@@ -54,42 +56,81 @@ class SceneReferences:
         return None if self.objects is None else len(self.objects)
 
     def find(self, phrase: NounPhrase) -> tuple[int, ...] | tuple[str, ...]:
-        """Find the objects that a phrase with a noun means.
+        """Find the objects that a phrase with a noun means; the same ones each time.
 
         Raises:
             ReadingError: where none or too few fit, with what is there.
             ReadingQuestion: where several fit a phrase that speaks of one.
         """
-        if phrase.kind not in ("objects", "rest") or phrase.mention is None:
+        if phrase.kind not in ("objects", "rest"):
             raise ReadingError(f"it is not clear which objects {phrase.text!r} means here; name them")
         if self.objects is None:
             return (_words(phrase),)
-        found = self.fitting(phrase)
+        key = (phrase.first, phrase.end, phrase.text, phrase.kind)
+        if key not in self._found:
+            self._found[key] = tuple(self._meant(phrase))
+            self._named.update(self._found[key])
+        return self._found[key]
+
+    def landmark_of(self, phrase: NounPhrase) -> tuple[int, ...]:
+        """Find the objects by whose place a phrase chooses others; nothing where it does not."""
+        if phrase.landmark is None or phrase.landmark.mention is None or self.objects is None or self.catalogue:
+            return ()
+        return tuple(self._meant(phrase.landmark))
+
+    def left_out_of(self, phrase: NounPhrase) -> set[int]:
+        """Find the objects that a phrase, or the list that it ends, leaves out."""
+        if self.objects is None or phrase.kind != "objects":
+            return set()
+        return {i for without in phrase.without for i in self._meant(without)}
+
+    def _meant(self, phrase: NounPhrase) -> list[int]:
         mention = phrase.mention
-        assert mention is not None
+        if mention is None:
+            raise ReadingError(f"it is not clear which objects {phrase.text!r} means here; name them")
+        try:
+            found = self.fitting(phrase)
+        except PlaceError as error:
+            raise ReadingError(str(error)) from error
         too_few = mention.exact and mention.count is not None and len(found) < mention.count and not self.catalogue
         if not found or too_few:
             raise ReadingError(self._missing(phrase))
         for without in phrase.without:
-            out = set(self.find(without))
+            out = set(self._meant(without))
             found = [i for i in found if i not in out]
-        return tuple(self._counted(phrase, found))
+        if not found:
+            raise ReadingError(f"nothing is left of {phrase.text!r}; there is: {self.candidates.inventory()}")
+        return self._counted(phrase, found)
 
     def fitting(self, phrase: NounPhrase) -> list[int]:
         """List the objects that a phrase fits, however many it speaks of; the best first where it compares them."""
         assert self.candidates is not None and phrase.mention is not None
-        mention = phrase.mention
-        found = self._of_noun(phrase, mention)
-        self._remember(phrase, mention)
+        mention, found = self._of_noun(phrase)
+        for more in phrase.either:
+            fitting = self.candidates.matching(replace(more, noun=mention.noun, known=mention.known))
+            found = found + [i for i in fitting if i not in found]
+        self._nouns.append(replace(phrase, mention=mention))
         if self.candidates.judged(mention):
             self.described = True
         if mention.noun != ANY or self.candidates.judged(mention):
             self.nouns.append(self.candidates.label(mention))
+        if mention.noun == ANY and (words := self.candidates.unjudged(mention)) and not self.catalogue:
+            raise ReadingError(f"it is not known which of the objects here are {words[0]!r}; name them")
         self.notes += self.candidates.notes([mention])
-        if phrase.landmark is not None and not self.catalogue:
-            found = self._beside(phrase, found)
-        if (phrase.side is not None or phrase.ordinal is not None) and not self.catalogue:
-            found = self._placed(phrase, found)
+        if self.catalogue:
+            return found
+        if (among := phrase.among or (self.scope if phrase.borrowed else None)) is not None:
+            group = set(self._meant(among))
+            found = [i for i in found if i in group]
+        if phrase.other and self._named & set(found):
+            found = [i for i in found if i not in self._named]
+        if phrase.alike:
+            found = self._alike(phrase, found)
+        elif phrase.landmark is not None:
+            found = self.places.beside(phrase, found, self._meant(phrase.landmark))
+        if phrase.side is not None or phrase.ordinal is not None:
+            found = self.places.on_side(phrase, found)
+            self.by_place.append(phrase.text.lower())
         return found
 
     def ambiguous(self, phrase: NounPhrase) -> bool:
@@ -99,24 +140,44 @@ class SceneReferences:
             return False
         if self.candidates is None or self.catalogue:
             return phrase.borrowed and not said.modifiers
-        return not self.candidates.superlative(said) and len(self._of_noun(phrase, said)) > 1
+        return not self.candidates.superlative(said) and len(self.candidates.matching(said)) > 1
 
-    def _remember(self, phrase: NounPhrase, mention: Mention) -> None:
-        if not phrase.borrowed and mention.noun != ANY:
-            self._nouns.append(mention)
+    def _of_noun(self, phrase: NounPhrase) -> tuple[Mention, list[int]]:
+        """Find the objects of the noun and its adjectives; "the blue one" has the last noun of which there are several.
 
-    def _of_noun(self, phrase: NounPhrase, mention: Mention) -> list[int]:
-        """Find the objects of the noun and its adjectives; "the blue one" has the last noun of which there are several."""
-        assert self.candidates is not None
-        several: list[int] = []
-        for noun in reversed(self._nouns) if phrase.borrowed else ():
-            borrowed = replace(mention, noun=noun.noun, known=noun.known)
-            kinds = self.candidates.kinds_of(borrowed)
-            found = self.candidates.matching(borrowed)
-            if found and len(kinds) > 1:
-                return found
-            several = several or found
-        return several or self.candidates.matching(mention)
+        Returns:
+            What the phrase says with the noun and the adjectives that it leaves out, and the objects.
+        """
+        assert self.candidates is not None and phrase.mention is not None
+        several: tuple[Mention, list[int]] | None = None
+        before_it = [self.scope] if self.scope is not None else reversed(self._nouns)
+        for before in before_it if phrase.borrowed else ():
+            if before.mention.noun == ANY:
+                continue
+            for modifiers in dict.fromkeys((_left_out(phrase, before), ())):
+                borrowed = replace(
+                    phrase.mention, noun=before.mention.noun, known=before.mention.known,
+                    modifiers=(*modifiers, *phrase.mention.modifiers),
+                )  # fmt: skip
+                found = self.candidates.matching(borrowed)
+                if found and len(self.candidates.kinds_of(borrowed)) > 1:
+                    return borrowed, found
+                several = several or ((borrowed, found) if found else None)
+        return several or (phrase.mention, self.candidates.matching(phrase.mention))
+
+    def _alike(self, phrase: NounPhrase, found: list[int]) -> list[int]:
+        """Keep the objects of the colour of the landmark, or of what is placed."""
+        models = self._meant(phrase.landmark) if phrase.landmark is not None else self.subject
+        colours = {
+            attributes.colors[0] for i in models or ()
+            if isinstance(i, int) and (attributes := self.objects[i].attributes) is not None and attributes.colors
+        }  # fmt: skip
+        if len(colours) != 1:
+            raise ReadingError(f"it is not clear which colour is meant with {phrase.text!r}; name it")
+        return [
+            i for i in found
+            if i not in (models or ()) and (own := self.objects[i].attributes) is not None and own.colors[:1] == tuple(colours)
+        ]  # fmt: skip
 
     def rest(self, phrase: NounPhrase, taken: set[int]) -> tuple[int, ...] | None:
         """Find what "the other three" means: those of the last noun that are left, or else all that is left.
@@ -132,86 +193,16 @@ class SceneReferences:
             return None
         left = [i for i in range(len(self.objects)) if i not in taken]
         for noun in reversed(self._nouns):
-            same = [i for i in self.candidates.kinds_of(replace(noun, count=None)) if i in left]
-            if len(same) == phrase.left:
-                return tuple(same)
+            said = replace(noun.mention, count=None, ordinal=None)
+            for same in (self.candidates.matching(said), self.candidates.kinds_of(said)):
+                same = [i for i in same if i in left]
+                if len(same) == phrase.left:
+                    return tuple(same)
         if len(left) != phrase.left:
             raise ReadingError(
                 f"{phrase.text!r} speaks of {phrase.left} objects, and {len(left)} are left: {'; '.join(self._descriptions(left)) or 'none'}"
             )
         return tuple(left)
-
-    # Places
-
-    def position(self, index: int) -> tuple[float, float]:
-        """Return where an object stands, (away, to the left) as the speaker sees it, metres.
-
-        Raises:
-            ReadingError: where that is not known.
-        """
-        attributes = self.objects[index].attributes
-        if attributes is None or attributes.position is None:
-            raise ReadingError("it is not known where the objects stand, so that none can be chosen by its place")
-        x, y = attributes.position
-        return self._sign * x, self._sign * y
-
-    def _placed(self, phrase: NounPhrase, found: list[int]) -> list[int]:
-        side, mention = phrase.side, phrase.mention
-        if len(found) < 2 or mention is None:
-            return found
-        if side is None:  # "the second block": as they are numbered
-            place = phrase.ordinal or 1
-            return found[-1:] if place < 0 else found[place - 1 : place]
-        if any(word in SUPERLATIVES for word in mention.modifiers):
-            return found
-        if side == "middle":
-            middle = sorted(found, key=lambda i: self.position(i)[1])
-            return (
-                [middle[len(middle) // 2]] if len(middle) % 2 else middle[len(middle) // 2 - 1 : len(middle) // 2 + 1]
-            )
-        order = sorted(found, key=lambda i: self._along(side, i))
-        if phrase.ordinal is not None:
-            return order[-1:] if phrase.ordinal < 0 else order[phrase.ordinal - 1 : phrase.ordinal]
-        if not mention.plural or (mention.count or 0) > 0:
-            return order[: mention.count or 1]
-        steps = [self._along(side, b) - self._along(side, a) for a, b in zip(order, order[1:], strict=False)]
-        widest = max(range(len(steps)), key=steps.__getitem__)
-        return sorted(order[: widest + 1])
-
-    def _along(self, side: str, index: int) -> float:
-        away, left = self.position(index)
-        away_from_robot = self._sign * away
-        return {
-            "left": -left, "right": left, "near": away, "far": -away, "robot near": away_from_robot, "robot far": -away_from_robot,
-        }[side]  # fmt: skip
-
-    def _beside(self, phrase: NounPhrase, found: list[int]) -> list[int]:
-        landmark = self.find(phrase.landmark)
-        others = [i for i in found if i not in landmark]
-        if phrase.relation in ("nearest", "farthest"):
-            sign = 1 if phrase.relation == "nearest" else -1
-            others.sort(key=lambda i: sign * min(math.dist(self.position(i), self.position(j)) for j in landmark))
-            count = phrase.mention.count or 1
-            return others if phrase.mention.plural and phrase.mention.count is None else others[:count]
-        kept = [i for i in others if all(self._stands(i, phrase.relation, j) for j in landmark)]
-        kept = kept or [i for i in others if all(self._stands(i, phrase.relation, j, least=0.2) for j in landmark)]
-        if len(kept) > 1 and phrase.mention is not None and not phrase.mention.plural:
-            kept.sort(key=lambda i: math.dist(self.position(i), self.position(landmark[0])))
-            if phrase.relation in ("next to",):
-                return kept[:1]
-        return kept
-
-    def _stands(self, index: int, relation: str | None, landmark: int, least: float = 1.0) -> bool:
-        (x, y), (to_x, to_y) = self.position(index), self.position(landmark)
-        away, left = x - to_x, y - to_y
-        if relation == "next to":
-            return True
-        if relation in ("on", "in"):
-            size = self.objects[landmark].attributes.size
-            return size is not None and math.hypot(away, left) < max(size[:2]) / 2
-        along = {"left of": left, "right of": -left, "behind": away, "in front of": -away}.get(relation or "")
-        across = away if relation in ("left of", "right of") else left
-        return along is not None and along > 0 and along >= least * abs(across)
 
     # Numbers
 
@@ -227,7 +218,8 @@ class SceneReferences:
         if len(found) <= mention.count or (not mention.definite and mention.exact):
             return found[: mention.count]
         if not mention.definite and _indefinite(phrase):
-            return found[: mention.count]
+            fresh = [i for i in found if i not in self._named]
+            return (fresh if len(fresh) >= mention.count else found)[: mention.count]
         if compared and not self.candidates.superlative(mention):
             return found[: mention.count]
         if words := self.candidates.unjudged(mention):
@@ -254,10 +246,34 @@ class SceneReferences:
         return [self.candidates.description(i) for i in found]
 
     def _missing(self, phrase: NounPhrase) -> str:
-        kinds = [] if self.catalogue else self._of_noun(phrase, phrase.mention)
+        kinds = [] if self.catalogue else self._of_noun(phrase)[1]
         if kinds and (phrase.landmark is not None or phrase.ordinal is not None):
             return f"nothing here is {phrase.text!r}; of that kind there is: {'; '.join(self._descriptions(kinds))}"
         return self.candidates.missing(phrase.mention, "names")
+
+
+def _left_out(phrase: NounPhrase, before: NounPhrase) -> tuple[str, ...]:
+    """Return the adjectives that a phrase without a noun leaves out as well.
+
+    What contrasts with the phrase before has its other adjectives: after "the leftmost red cup", "the rightmost one" is a
+    red cup; after "the red cup", "the tall one" need not be red.
+    """
+    own, others = _classes(phrase), _classes(before)
+    whole = phrase.other and not phrase.mention.modifiers and phrase.side is None
+    if not (whole or own & others):
+        return ()
+    return tuple(word for word in before.mention.modifiers if _class_of(word) not in own and word not in SUPERLATIVES)
+
+
+def _classes(phrase: NounPhrase) -> set[str]:
+    found = {_class_of(word) for word in phrase.mention.modifiers} - {""}
+    return found | ({"place"} if phrase.side is not None or phrase.ordinal is not None else set())
+
+
+def _class_of(word: str) -> str:
+    if is_color(word):
+        return "colour"
+    return "size" if word in SUPERLATIVES or word in COMPARATIVES or word in MEASURES else ""
 
 
 def _indefinite(phrase: NounPhrase) -> bool:

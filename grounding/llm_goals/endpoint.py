@@ -6,8 +6,6 @@ import json
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from prompts import load_prompt
-
 from grounding.goal_reading.chunk import Chunk
 from grounding.goals.goal import MAX_PARTS, Goal
 from grounding.goals.parts import (
@@ -29,6 +27,7 @@ from grounding.parsers.llm import MAX_BYTES
 from grounding.parsers.llm_endpoint import EndpointLLM, json_object, shares_secret
 from grounding.parsers.llm_reply import quotable
 from grounding.spec import LEGAL_VALUES, X_POSITIONS, Y_POSITIONS
+from prompts import load_prompt
 
 PROMPT = "parse_goal"
 BUILD = "build"

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from prompts import load_prompt
-
 from grounding.goal_reading.chunk import Chunk
 from grounding.goal_reading.measures import count_at, lengths_of
 from grounding.goal_reading.tokens import split
@@ -19,6 +17,7 @@ from grounding.llm_goals.lines import Said, goal_line
 from grounding.llm_goals.reader import UnusableGoalError
 from grounding.parsers.llm_local import INSTRUCTION, LocalLLM
 from grounding.parsers.llm_reply import quotable
+from prompts import load_prompt
 
 if TYPE_CHECKING:
     from grounding.parsers.llm_local import Continuation
