@@ -49,7 +49,7 @@ def with_attributes(
         phrase_at: reads the noun phrase that begins at a place.
         whatever: whether the clause begins without "that": "whatever is red".
     """
-    if alike := said.match(_ALIKE, phrase.end):
+    if (alike := said.match(_ALIKE, phrase.end)) and (not phrase.many or alike[0].group().endswith(" as")):
         return _alike(said, phrase, alike[0].group(), alike[1], phrase_at)
     if (compared := said.match(_COMPARED, phrase.end)) and (word := COMPARATIVES.get(compared[0].group("how"))):
         other = phrase_at(compared[1])

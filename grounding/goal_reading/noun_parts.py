@@ -105,8 +105,8 @@ class NounParts:
                 found.other = found.other or word == "another"
                 self._group(found)
             elif number is not None and not self._measured(number[1]) and 0 < number[0] < 100:
-                if found.count is not None and word == "one":
-                    break
+                if word == "one" and (found.count is not None or (found.definite and not self.noun_follows(at + 1))):
+                    break  # "the one nearest to me"
                 found.count, found.end = number[0], number[1]
                 found.free = found.free or (said.word(found.end) == "of")
             elif word in ORDINALS and (found.definite or self._counted_from(at)) and self.modified(at + 1):
@@ -157,6 +157,8 @@ class NounParts:
         if not determined:
             return False
         following = self.said.word(after)
+        if following == "of" and word in _ALONE:
+            return self.said.word(after + 1) in (*DEFINITE, "all", "them") and self.noun_follows(after + 2)
         if following in ("side", "of", "edge", "corner", "hand", "end", "half", "part"):
             return False
         if following in self.forms or following in GENERIC:

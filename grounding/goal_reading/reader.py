@@ -53,6 +53,7 @@ class GoalReading:
         verbs: whether it has a verb that asks for something.
         corrected: whether the speaker took something back.
         described: whether a colour, a size or a place chose objects.
+        by_place: whether it chose objects by the place where they stand.
         notes: what has to be said about the choice of objects, a sentence each.
         lost: those of the residue's words that surely ask for something, also of one plain structure.
         fallback: why this reader was used in place of the configured one, or "".
@@ -64,6 +65,7 @@ class GoalReading:
     residue: tuple[str, ...] = ()
     beyond: bool = False
     described: bool = False
+    by_place: bool = False
     verbs: bool = False
     corrected: bool = False
     nouns: tuple[str, ...] = ()
@@ -154,6 +156,7 @@ class GoalReader:
             corrected=corrections,
             nouns=tuple(dict.fromkeys(find.nouns)),
             described=find.described,
+            by_place=find.by_place,
             notes=tuple(dict.fromkeys((*find.notes, *composer.notes))),
             lost=lost,
         )

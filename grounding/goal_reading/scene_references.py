@@ -40,7 +40,7 @@ class SceneReferences:
         self.candidates = Candidates(objects, encoder, catalogue) if objects is not None else None
         self.places = StandingPlaces(objects or (), opposite)
         self.subject: tuple[object, ...] | None = None  # what is placed, for "of the same colour"
-        self.by_place: list[str] = []  # the phrases that chose objects by their place
+        self.by_place = False
         self.scope: NounPhrase | None = None  # "of the three red cups, ..."
         self.described = False
         self.notes: list[str] = []
@@ -130,7 +130,7 @@ class SceneReferences:
             found = self.places.beside(phrase, found, self._meant(phrase.landmark))
         if phrase.side is not None or phrase.ordinal is not None:
             found = self.places.on_side(phrase, found)
-            self.by_place.append(phrase.text.lower())
+            self.by_place = True
         return found
 
     def ambiguous(self, phrase: NounPhrase) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from grounding.goal_reading.goal_words import SHAPE_NOUNS
 from grounding.goal_reading.reader import GoalReading, more_than_plain
 from grounding.parse_result import REFUSALS, Parse, Question, shortened
-from grounding.spec import LEGAL_VALUES
+from grounding.spec import LEGAL_VALUES, SLOTS
 
 _ASKING = re.compile(
     r"\s*(?:(?:is|are|was|were|am|does|did|has|how|what|what's|where|where's|when|which|who|whose|why)\b(?! (?:about|an?)\b)|do (?:the|they|we|i|you (?:see|know|think|have))\b)",
@@ -53,7 +53,7 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
         taken_back = (
             plain and (reading.corrected or known) and parse.status == "ok" and parse.spec == reading.goal.parts[0].spec
         )
-        if _only_reported(parse, reading) or (plain and not taken_back):
+        if _only_reported(parse, reading) or (plain and not taken_back and not (known and _places_chose(parse, reading))):
             return None
         return Verdict("ok")
     refused = parse.status == "refused" and not (_idle(parse) and not reading.verbs) and not _ASKING.match(parse.text)
@@ -87,6 +87,15 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
         text = f"it is not clear what should go where in {shortened(parse.text)!r}; say each part plainly, as 'put the mug left of the bowl, then stack the cans'"
         return Verdict("refused", text)
     return None
+
+
+def _places_chose(parse: Parse, reading: GoalReading) -> bool:
+    """Return whether the readings differ only in sides that say which objects are meant: "stack the two rightmost cups"."""
+    spec = reading.goal.parts[0].spec
+    differing = [slot for slot in SLOTS if getattr(spec, slot) != getattr(parse.spec, slot)]
+    sides = ("x_position", "y_position", "rotation")
+    asked = parse.question is None or parse.question.slot in sides
+    return reading.by_place and asked and all(slot in sides and getattr(spec, slot) is None for slot in differing)
 
 
 def _elsewhere(parse: Parse, words: str) -> Verdict | None:
