@@ -29,7 +29,10 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Shape:
-    """A shape and what stands with its noun: size, rotation, rows and columns; `definite` for "the row"."""
+    """A shape and what stands with its noun: size, rotation, rows and columns; `definite` for "the row".
+
+    `measured` is what the length in the chunk says of it: "length of" in "a 40 cm long row", "radius", "diameter" or "wide".
+    """
 
     name: str
     size: str | None = None
@@ -38,4 +41,4 @@ class Shape:
     definite: bool = False
     linked: bool = False
     count: int = 1
-    side: Mapping[str, str] | None = None
+    measured: str | None = None

@@ -11,7 +11,7 @@ _ENDS = frozenset(("stop", "then"))
 _ALIKE = {
     "place": ("place", "along", "inner"), "along": ("along", "place"), "grid": ("grid", "shape"), "shape": ("shape", "grid", "stacked", "side by side"),
     "length": ("gap", "radius", "length of", "away", "move", "apart", "length", "diameter"), "inner": ("inner", "place"),
-    "relation": ("relation", "place", "apart"),
+    "relation": ("relation", "place", "apart"), "move": ("move", "length", "away"),
 }  # fmt: skip
 
 

@@ -112,15 +112,55 @@ _FACTORS: tuple[tuple[tuple[str, ...], float], ...] = (
 )  # fmt: skip
 
 
+# Before and after a length: it is meant as it is said.
+_BEFORE = frozenset("about around roughly approximately approx circa exactly precisely nearly almost only just clear full".split())
+_PHRASES_BEFORE = (
+    ("a", "good"), ("at", "least"), ("at", "most"), ("no", "less", "than"), ("no", "more", "than"), ("more", "or", "less"),
+    ("something", "like"), ("not", "less", "than"),
+)  # fmt: skip
+_AFTER = (("or", "so"), ("or", "thereabouts"), ("give", "or", "take"), ("exactly",), ("or", "thereabout"))
+
+
+def _qualified(said: Words, place: int) -> int:
+    """Return the place of the number that words such as "about" stand before."""
+    at = place
+    while True:
+        phrase = next((one for one in _PHRASES_BEFORE if said.words[at : at + len(one)] == one), None)
+        if phrase is not None:
+            at += len(phrase)
+        elif said.word(at) in _BEFORE:
+            at += 1
+        else:
+            return at
+
+
+def _range(said: Words, place: int) -> int | None:
+    """Return the place after a range, which says no single length: "2 to 3 cm"; `None` where there is none."""
+    first = number_at(said, place)
+    if first is None or said.word(first[1]) not in ("to", "or"):
+        return None
+    last = length_at(said, first[1] + 1)
+    return None if last is None else last[1]
+
+
 def lengths_of(said: Words) -> dict[int, tuple[float, int]]:
-    """Find every length: place -> (metres, place after it)."""
+    """Find every length, with what qualifies it ("about 10 cm"): place -> (metres, place after it).
+
+    A range such as "2 to 3 cm" is no length.
+    """
     found: dict[int, tuple[float, int]] = {}
     place = 0
     while place < len(said.words):
-        length = length_at(said, place)
-        if length is not None:
-            found[place] = round(length[0], 6), length[1]  # to the micrometre: three inches are 0.0762 m
-            place = length[1]
-        else:
+        number = _qualified(said, place)
+        if (end := _range(said, number)) is not None:
+            place = end
+            continue
+        length = length_at(said, number)
+        if length is None:
             place += 1
+            continue
+        end = length[1]
+        end += next((len(one) for one in _AFTER if said.words[end : end + len(one)] == one), 0)
+        found[place] = round(length[0], 6), end  # to the micrometre: three inches are 0.0762 m
+        place = end
     return found

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from grounding.goal_reading.goal_words import PATTERN_WORDS
 from grounding.goal_reading.measures import COUNTS, UNITS, count_at
-from grounding.goal_reading.tokens import Words
+from grounding.goal_reading.tokens import LENGTH, Words
 from grounding.references.attributes import COLOR_WORDS, COMPARATIVES, SUPERLATIVES, TELLING_ADJECTIVES
 from grounding.references.function_words import (
     AMBIGUOUS,
@@ -264,7 +264,7 @@ class NounParts:
     def _unknown_noun(self, at: int) -> bool:
         word = self.said.word(at)
         return (
-            word.isalpha() and len(word) > 2 and word not in FUNCTION_WORDS and word not in NOT_OBJECTS
+            word.isalpha() and word != LENGTH and len(word) > 2 and word not in FUNCTION_WORDS and word not in NOT_OBJECTS
             and word not in TELLING_ADJECTIVES and word not in UNITS and word not in PATTERN_WORDS
             and not word.endswith("ly")
         )  # fmt: skip

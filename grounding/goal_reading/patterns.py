@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
+from grounding.goal_reading.metric_patterns import METRIC_PATTERNS
 from grounding.references.attributes import COMPARATIVES, SUPERLATIVES
 from grounding.references.pattern_parts import any_of
 
@@ -131,18 +132,6 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ("direction", r"(?:starting|beginning)(?: from| at| on| with)? the left(?: side| end)?|from the left(?= [.,;]|$)", lambda m: "left"),
     ("direction", r"(?:starting|beginning)(?: from| at| on)? the right(?: side| end)?|from the right(?= [.,;]|$)", lambda m: "right"),
     ("listed", r"in (?:this|that|the following|exactly this|exactly that|precisely that|just that|the given) (?:order|sequence)|in order(?= [.,;!]|$)", lambda m: True),
-    # lengths
-    ("gap", r"(?:spaced |set |placed |standing |separated |at intervals of |with )?(?:by )?LEN(?: of (?:space|distance|room|air|gap))? apart(?: from (?:each other|one another))?", None),
-    ("gap", r"(?:with |leaving |leave |keep |keeping |and |have |having )*(?:a )?(?:clear )?(?:gaps?|spacing|spaces?|distances?|intervals?|clearance|separation) of LEN(?: (?:between|in between)(?: (?:them|each|each other|each of them|neighbou?rs|the objects|all of them|any two|every two|each pair|one another|adjacent ones|each one))?)?", None),
-    ("gap", r"(?:with |leaving |leave |keep |keeping |at |and |have |having )*(?:a )?LEN(?: of)?(?: clear)? (?:gaps?|spacing|spaces?|distances?|intervals?|clearance|separation|room|space|air)(?: (?:between|in between)(?: (?:them|each|each other|each of them|neighbou?rs|the objects|all of them|any two|every two|each pair|one another|adjacent ones|each one))?)?", None),
-    ("gap", r"(?:with |leaving |leave |keep |keeping |and |have |having |at )*(?:a )?LEN (?:between|in between) (?:them|each|each other|each of them|neighbou?rs|all of them|any two|every two|each pair|one another|adjacent ones|each one)", None),
-    ("gap", r"(?:with |leaving |leave |keep |keeping |and |have |having |at )*(?:a )?LEN (?:between|in between)(?= [.,;!]|$| and)", None),
-    ("gap", r"(?:spaced|separated|spacing|with spacing)(?: by| at| of)? LEN", None),
-    ("gap", r"(?:gap|spacing|spaces|intervals)(?: is| :| =)? LEN|(?:at )?intervals of LEN|every LEN|LEN from (?:each other|one another)|LEN (?:away )?from (?:each other|one another)", None),
-    ("radius", r"(?:with |of |and |having )*(?:a |the )?radius(?: of| is| =| :|)? (?:about )?LEN|(?:with )?(?:a )?(?:about )?LEN(?: in)? radius", None),
-    ("diameter", r"(?:with |of |and |having )*(?:a |the )?diameter(?: of| is| =| :|)? (?:about )?LEN|(?:with )?(?:a )?LEN(?: in)? diameter|LEN across", None),
-    ("length of", r"(?:that is |that's |which is |with |of |and |having )*(?:a |the )?(?:total |overall )?length(?: of)? (?:about )?LEN|(?:that is |that's |which is )?LEN(?: in)?(?: total| overall)? (?:long|length)(?: in total| overall)?", None),
-    ("wide", r"(?:that is |that's |which is )?LEN wide", None),
     # grids
     ("grid", rf"(?:in |into |as |of |make |a )*{_N} (?:by|x) {_M}(?: grid| matrix| array| lattice| pattern| block| arrangement| formation)?", lambda m: (number_of(m.group("n")), number_of(m.group("m")))),
     ("grid", rf"(?:in |into |as |of |with )*{_N} (?:even |equal |straight |neat )?rows? (?:of|with) {_M}(?: columns?)?(?: each)?", lambda m: (number_of(m.group("n")), number_of(m.group("m")))),
@@ -168,15 +157,6 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
         lambda m: "colour" if (m.group("by") or m.group("by2")) == "colour" else "kind",
     ),
     ("group", r"(?:by|in) (?P<by>colour|kind|type) groups?|(?P<by2>colour|kind|type) by (?:colour|kind|type)", lambda m: "colour" if (m.group("by") or m.group("by2")) == "colour" else "kind"),
-    # moves
-    ("move", r"(?:by )?(?:about |exactly |another |a further )*LEN (?:further |farther |more )*(?:(?:over )?to (?:the|my|your) |toward (?:the|my|your) |toward )?(?P<to>left|right)(?:ward|wards)?(?: hand side| side| hand)?(?! of)(?! from)", lambda m: m.group("to")),
-    ("move", r"(?:further |farther |over |more )*(?:to (?:the|my|your) |toward (?:the|my|your) )?(?P<to>left|right)(?:ward|wards)?(?: hand side| side)? (?:by |about |exactly |a further |another )*LEN(?! of)", lambda m: m.group("to")),
-    ("move", r"(?:by )?LEN (?:further |farther |more )?(?:toward|closer to|nearer to|closer|nearer|near to|in the direction of)(?: (?:me|you|us|the robot|the arm|the front|the near edge|the front edge))?(?! to)(?! the)", lambda m: "closer"),
-    ("move", r"(?:closer|nearer|toward)(?: to)?(?: (?:me|you|us|the robot|the arm|the front))? (?:by )?(?:about )?LEN", lambda m: "closer"),
-    ("move", r"(?:by )?LEN (?:further |farther )?(?:away(?: from (?:me|you|us|the robot|the arm))?|further away|back|backward|backwards|to the back|toward the back|further back|farther|further|toward the far (?:edge|side|end)|from me)(?: from (?:me|you|us|the robot|the arm))?(?! of)(?! from)", lambda m: "away"),
-    ("move", r"(?:further |farther )?(?:away|back|backward|backwards)(?: from (?:me|you|us|the robot|the arm))? (?:by )?(?:about )?LEN", lambda m: "away"),
-    ("move?", r"(?:by )?LEN (?:forward|forwards|up|down|upward|downward|sideways|ahead)|(?:forward|forwards|up|down|sideways) (?:by )?LEN", lambda m: m.group()),
-    ("move?", r"(?:just )?(?:a (?:little )?bit|a little|a touch|slightly|a tad|somewhat|a few (?:cm|centimeters|centimetres|inches)|some)(?: further| more)? (?:to (?:the )?(?:left|right|back|front)|toward (?:the )?(?:left|right|back|front|me)|closer|nearer|away|left|right|back|further|forward)(?! of)(?! to)", lambda m: m.group()),
     # relations
     ("relation", r"(?:(?:just|directly|immediately|right|slightly|somewhere|straight|over) )*(?:to |on |at |toward )?(?:the |its |their )?(?:very )?(?P<to>left|right)(?: hand)?(?: side)? (?:of|from)", lambda m: f"{m.group('to')} of"),
     ("relation", r"(?:(?:just|directly|immediately|right|slightly|straight) )*(?:leftward|rightward|west|east)s? of", lambda m: "left of" if m.group().split()[-2].startswith(("left", "west")) else "right of"),
@@ -193,10 +173,6 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ("relation", r"(?:right |exactly |placed |standing )*(?:in|at|into) (?:the|its|their) (?:very |exact )?(?:middle|center|heart) of|amid|amidst", lambda m: "in the middle of"),
     ("inner", r"(?:(?:right|exactly|placed|standing|sitting|in|at|as) )*(?:in |at |as )(?:the|its|their) (?:very |exact |dead )?(?:middle|center|hub|heart)(?: of (?:it|them|that|everything|the (?:circle|ring|arc|square|rectangle|triangle)))?", lambda m: True),
     ("inner", r"inside (?:it|the ring|the circle)", lambda m: True),
-    ("apart", r"LEN (?:away )?from", lambda m: "next to"),
-    ("apart", r"(?:at )?(?:a )?(?:distance of )?LEN (?:away )?from|(?:at )?a distance of LEN from", lambda m: "next to"),
-    ("away", r"(?:by |with |at |and |about |exactly )*(?:a )?(?:(?:distance|gap|space|clearance) of )?LEN (?:away|off|gap|distance|of distance|of space)(?! from)", None),
-    ("away", r"(?:(?:by|with|at) )(?:about |exactly )?(?:a )?(?:(?:distance|gap|space|clearance) of )?LEN(?! from)", None),
     ("relation it", r"(?:right |directly )?on (?:the )?top(?! of)", lambda m: "on"),
     ("another", r"(?:in|into|as|to form|on) (?:another|a second|a separate|their own|its own|the other)(?: one| one too)?(?= [.,;!]|$| and)", lambda m: True),
     ("relation?", r"(?:(?:just|directly|right) )*(?:over(?! (?:next|to|by|on|at|in|near|beside|behind|there|onto|into|here))|above|below|under|underneath|beneath)", lambda m: m.group()),
@@ -212,5 +188,5 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ("beside each other", r"(?:right |directly |just )?(?:next to|beside|near|close to|by|alongside) (?:each other|one another)", lambda m: True),
 )  # fmt: skip
 PATTERNS: tuple[tuple[str, re.Pattern[str], Callable[[re.Match[str]], Any] | None], ...] = tuple(
-    (kind, re.compile(rf"(?:{pattern})(?= |$)"), value) for kind, pattern, value in _PATTERNS
+    (kind, re.compile(rf"(?:{pattern})(?= |$)"), value) for kind, pattern, value in (*_PATTERNS, *METRIC_PATTERNS)
 )

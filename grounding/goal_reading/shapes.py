@@ -8,12 +8,12 @@ from grounding.goal_reading.chunk import Chunk, Shape
 from grounding.goal_reading.goal_words import SHAPE_NOUNS, VERBS
 from grounding.goal_reading.noun_phrases import NounPhraseReader
 from grounding.goal_reading.patterns import number_of
-from grounding.goal_reading.tokens import Words
+from grounding.goal_reading.tokens import LENGTH, Words
 from grounding.structure_words import STRUCTURES
 
 _LINK = re.compile(
     r"(?:(?:so that|so|such that|until|and|which|that|to) (?:they|it|these|those|you|we)?(?: all)? ?(?:form|forms|make|makes|build|builds|become|get|are in|is in|end up in|create|have|has)(?= (?:a|an|one|the)\b)"
-    r"|to (?:form|make|build|create|become)|forming|making|creating|building|shaped like|in the (?:form|shape) of|in the shape|into the (?:form|shape) of|as|into|in to|in|like|out as|up into|up in|up as|out in|out into|of)(?= )"
+    r"|to (?:form|make|build|create|become)|forming|making|creating|building|shaped like|in the (?:form|shape) of|in the shape|into the (?:form|shape) of|as|into|in to|in|like|(?:along|on|onto|at|for|as|in|forming|tracing|trace|to trace|following|outlining) (?:the )?(?:outline|(?:\w+ )?corners|vertices|sides|perimeter|circumference|rim|shape|contour|border) of|along(?= (?:a|an|one|two)\b)|out as|up into|up in|up as|out in|out into|of)(?= )"
 )
 _SHAPE_DETERMINER = re.compile(r"(?:the|a|an|one|this|that|another|some|my|two|three|another|single)(?= )")
 SIZES = {
@@ -29,6 +29,9 @@ _FILLERS = frozenset(
     "very quite rather fairly clean exact standard equal solid hollow flat upright standing vertical plain round rectangular evenly spaced nicely properly"
     " separate different identical matching distinct fully new parallel stable basic little equilateral symmetrical symmetric circular".split()
 )
+
+
+_MEASURED = {"long": "length of", "wide": "wide", "radius": "radius", "diameter": "diameter", "across": "diameter"}
 
 
 class ShapeReader:
@@ -53,7 +56,7 @@ class ShapeReader:
         if determiner:
             count = {"two": 2, "three": 3}.get(determiner[0].group(), 1)
             at = determiner[1]
-        size, rotation, grid, side = None, None, (None, None), None
+        size, rotation, grid, measured = None, None, (None, None), None
         adjectives = 0
         while True:
             word, pair = said.word(at), " ".join(said.words[at : at + 2])
@@ -63,6 +66,8 @@ class ShapeReader:
             )
             if by:
                 grid, at = (number_of(by.group(1)), number_of(by.group(2))), at + 3
+            elif word == LENGTH and (after := self._measured(at)) is not None:
+                measured, at = after
             elif pair in SIZES and self._noun_at(at + 2):
                 size, at = SIZES[pair], at + 2
             elif word in _FILLERS and not self._noun_at(at):
@@ -88,7 +93,16 @@ class ShapeReader:
             return []
         if shape != "line" and rotation is not None:
             return []
-        return [Chunk("shape", Shape(shape, size, rotation, grid, definite, bool(linked), count, side), place, end)]
+        return [Chunk("shape", Shape(shape, size, rotation, grid, definite, bool(linked), count, measured), place, end)]
+
+    def _measured(self, at: int) -> tuple[str, int] | None:
+        """Read what the length before a noun says, and the place after it: "40 cm long", "24 cm wide", "12 cm radius"."""
+        word = self.said.word(at + 1)
+        kind = _MEASURED.get(word)
+        if kind is not None and self._adjective_of_shape(at + 1):
+            return kind, at + 2
+        noun = self._noun_at(at + 1)
+        return ("length of", at + 1) if noun is not None and noun[0] == "line" else None
 
     def _adjective_of_shape(self, at: int) -> bool:
         for each in range(at + 1, at + 5):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from grounding.goal_reading.frame import Frame, Predicate
@@ -98,6 +99,8 @@ class StructureKeys:
             self._set(values, "rotation", each.value.rotation)
             if each.value.count > 1 and not (values["shape"] == "cluster" and frame.has("group")):
                 raise ReadingError(f"{each.said!r} in {shortened(self.text)!r}: say which objects form each of them")
+            if each.value.measured is not None and each.metres is not None:
+                self._key(replace(each, kind=each.value.measured, value=True), values, frame)
             rows, columns = each.value.grid
             if rows is not None and each.value.name in ("grid", "rectangle", "square"):
                 values["shape"] = "grid" if each.value.name == "grid" else values["shape"]

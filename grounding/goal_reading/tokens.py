@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 _TOKEN = re.compile(
-    r"(?<![\w.,])[-−]\s?(?=\d|\.\d)|\d+(?:[.,]\d+)?e\d+(?!\w)|\d+(?:[.,]\d+)?|\.\d+|[½¼¾]|[^\W\d_]+(?:['’][^\W\d_]+)*|['’]{2}|[\"”“″'’′]"
+    r"(?<=\d)[-–](?=\d)|(?<![\w.,])[-−]\s?(?=\d|\.\d)|\d+(?:[.,]\d+)?e\d+(?!\w)|\d+(?:[.,]\d+)?|\.\d+|[½¼¾]|[^\W\d_]+(?:['’][^\W\d_]+)*|['’]{2}|[\"”“″'’′]"
     r"|[.,;:!?()\n]|[–—]|(?<=\s)-+(?=\s)|[^\s\w-]"
 )
 _MINUS = frozenset("-−")
@@ -73,7 +73,9 @@ def split(text: str, corrected: Callable[[str], str] = str) -> Words:
     spans: list[tuple[int, int]] = []
     for match in _TOKEN.finditer(text):
         said = match.group().lower().replace("’", "'") if len(match.group()) > 1 else match.group().lower()
-        if (
+        if said in ("-", "–") and text[match.start() - 1].isdigit() and text[match.end() : match.end() + 1].isdigit():
+            said = "to"  # "2-3 cm"
+        elif (
             said.strip() in _MINUS
             and match.end() < len(text)
             and (text[match.end()].isdigit() or text[match.end()] == ".")
