@@ -103,10 +103,6 @@ def parse_instructions(
 
     interpreter, count, refused, fallback = make_interpreter(options), 0, 0, ""
     at_once = 1 if options.parser == "llm" else AT_ONCE  # a language model parses one by one, and takes seconds
-    if options.parser == "embedding":
-        import torch
-
-        torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
     for given in texts:
         for start in range(0, len(given), at_once):
             for goal in interpreter.interpret_many(given[start : start + at_once], names):

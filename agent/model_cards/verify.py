@@ -104,9 +104,12 @@ def _loaded(network: Network) -> Checkpointed:
 
 
 def _parser(network: Network) -> str:
+    import torch
+
     from grounding.parsers.embedding import EmbeddingParser
 
-    return _finite(EmbeddingParser.from_pretrained(network.folder).reader.state_dict(), network)
+    state = EmbeddingParser.from_pretrained(network.folder).reader.state
+    return _finite({name: torch.from_numpy(array) for name, array in state.items()}, network)
 
 
 def _parser_answer(network: Network) -> str:
@@ -121,10 +124,9 @@ def _parser_answer(network: Network) -> str:
     reader, generator = EmbeddingParser.from_pretrained(network.folder).reader, torch.Generator().manual_seed(0)
     mask = torch.ones(_BATCH, _WORDS, dtype=torch.bool)
     mask[0, -1] = False
-    with torch.inference_mode():
-        votes = reader(torch.randn(_BATCH, _WORDS, 384, generator=generator), mask)
+    votes = reader(torch.randn(_BATCH, _WORDS, 384, generator=generator).numpy(), mask.numpy())
     for question, vote in zip(QUESTIONS, votes, strict=True):
-        _sound(vote, (_BATCH, _WORDS, len(reader.answers[question])))
+        _sound(torch.from_numpy(vote), (_BATCH, _WORDS, len(reader.answers[question])))
     return f"{len(votes)} questions"
 
 

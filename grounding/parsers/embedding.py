@@ -11,14 +11,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from grounding.parse_result import Parse, decide, unreadable
 from grounding.parsers.sentence_encoder import EMBEDDING_WIDTH, MAX_TOKENS, SentenceEncoder
 from grounding.parsers.spelling import Mended, mend
 from grounding.spec import FIRST_SHAPES, SHAPES, SLOTS
 
 if TYPE_CHECKING:
-    import torch
-
     from grounding.parsers.named_encoder import NamedEncoder
     from grounding.parsers.slot_head import SlotReader
 
@@ -42,7 +42,7 @@ class EmbeddingParser:
 
     Args:
         encoder: gives the word states.
-        reader: the trained network; its own, in evaluation mode.
+        reader: the trained network.
         layer: of the encoder, whose states the reader takes; `None` for the last.
         temperatures: question -> what its logits are divided by (Guo et al. 2017).
         name: what the parser is called in reports.
@@ -60,7 +60,7 @@ class EmbeddingParser:
     ) -> None:
         self.name = name
         self.encoder = encoder
-        self.reader = reader.eval()
+        self.reader = reader
         self._layer = layer
         self._temperatures = temperatures
 
@@ -78,7 +78,7 @@ class EmbeddingParser:
             ParserWeightsError: for a file that is missing or does not fit, or for another encoder.
         """
         from safetensors import SafetensorError
-        from safetensors.torch import load_file
+        from safetensors.numpy import load_file
 
         from grounding.parsers.slot_head import QUESTIONS, SlotReader
 
@@ -93,10 +93,8 @@ class EmbeddingParser:
             shapes = config.get("shapes", FIRST_SHAPES)
             if unknown := [shape for shape in shapes if shape not in SHAPES]:
                 raise ValueError(f"unknown shape {unknown[0]!r}; legal values: {', '.join(SHAPES)}")
-            reader = SlotReader(layers=config["layers"], width=width, hidden=config["hidden"], shapes=shapes)
-            reader.load_state_dict(
-                {name: tensor.float() for name, tensor in load_file(folder / "model.safetensors").items()}
-            )
+            state = load_file(folder / "model.safetensors")
+            reader = SlotReader(state, config["layers"], width, config["hidden"], shapes)
             layer = None if config["encoder_layer"] is None else int(config["encoder_layer"])
             temperatures = {question: float(config["temperatures"][question]) for question in QUESTIONS}
             checksum = config["encoder_sha256"]
@@ -137,17 +135,16 @@ class EmbeddingParser:
         return [found[place] for place in range(len(texts))]
 
     def _parse(self, texts: Sequence[str], mended: Sequence[Mended]) -> list[Parse]:
-        import torch
-
+        from grounding.parsers.bert import one_thread, softmax
         from grounding.parsers.slot_head import QUESTIONS, REFUSE
 
         states = self.encoder.token_states([text.text for text in mended], self._layer)
-        with torch.inference_mode():
+        with one_thread():
             votes = dict(zip(QUESTIONS, self.reader(states.hidden, states.mask), strict=True))
-            shares = {
-                question: (vote.sum(dim=1) / self._temperatures[question]).softmax(dim=-1).tolist()
-                for question, vote in votes.items()
-            }
+        shares = {
+            question: softmax(vote.sum(axis=1) / np.float32(self._temperatures[question]), axis=-1).tolist()
+            for question, vote in votes.items()
+        }
         parses = []
         for row, text in enumerate(texts):
             probabilities = {
@@ -161,9 +158,9 @@ class EmbeddingParser:
         return parses
 
     @staticmethod
-    def _added(vote: torch.Tensor) -> list[float]:
+    def _added(vote: np.ndarray) -> list[float]:
         """Return how much each word piece adds to the slot's best value, compared with leaving it open."""
-        best = int(vote.sum(dim=0)[:-1].argmax())
+        best = int(vote.sum(axis=0)[:-1].argmax())
         return (vote[:, best] - vote[:, -1]).tolist()
 
 

@@ -89,21 +89,20 @@ class NamedEncoder:
             texts: B texts.
             layer: must be `None`: of a named encoder only the last layer's states can be had.
         """
-        import torch
-
         if layer is not None:
             raise ValueError(f"of a named encoder only the last layer's states can be had, not those of layer {layer}")
         if not self._has_word_states:
-            hidden = torch.from_numpy(self.encode(texts))[:, None]
-            mask = torch.ones(len(texts), 1, dtype=torch.bool)
-            return TokenStates(hidden, mask, [[(0, len(text))] for text in texts])
+            hidden = self.encode(texts)[:, None]
+            return TokenStates(hidden, np.ones((len(texts), 1), dtype=bool), [[(0, len(text))] for text in texts])
         pieces = self._model.tokenizer(
             texts, padding=True, truncation=True, max_length=self._longest, return_tensors="pt", return_offsets_mapping=True
         )
         spans = [[(int(first), int(last)) for first, last in row] for row in pieces.pop("offset_mapping")]
+        import torch
+
         with torch.inference_mode():
-            hidden = self._model[0](dict(pieces))["token_embeddings"].float()
-        return TokenStates(hidden, pieces["attention_mask"].bool(), spans)
+            hidden = self._model[0](dict(pieces))["token_embeddings"].float().numpy()
+        return TokenStates(hidden, pieces["attention_mask"].bool().numpy(), spans)
 
     def overflowing(self, texts: list[str]) -> list[bool]:
         """Return for each text whether it has more word pieces than the network can take; runs no network."""

@@ -1,7 +1,7 @@
 """Embed sentences with all-MiniLM-L6-v2, the sentence encoder of paper appendix A.1.
 
 The network is BERT with six layers of width 384; sentences are the mean over their word pieces, at
-unit norm. A test holds it to sentence-transformers within 1e-4.
+unit norm. It runs in numpy; a test holds it to sentence-transformers within 1e-4.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    import torch
     from tokenizers import Tokenizer
 
     from grounding.parsers.bert import Bert
@@ -41,8 +40,8 @@ class TokenStates:
         spans: B lists of T (first, last) character ranges into the text; (0, 0) for marks and padding.
     """
 
-    hidden: torch.Tensor
-    mask: torch.Tensor
+    hidden: np.ndarray
+    mask: np.ndarray
     spans: list[list[tuple[int, int]]]
 
 
@@ -75,16 +74,14 @@ class SentenceEncoder:
 
     def encode(self, texts: list[str], batch_size: int = 64) -> np.ndarray:
         """Embed sentences: (n, 384) float32, at unit norm; texts beyond 256 word pieces are cut there."""
-        import torch
-
         embeddings = np.zeros((len(texts), EMBEDDING_WIDTH), dtype=np.float32)
         by_length = sorted(range(len(texts)), key=lambda i: len(texts[i]))  # little padding per batch
         for start in range(0, len(texts), batch_size):
             chosen = by_length[start : start + batch_size]
             states = self.token_states([texts[i] for i in chosen])
-            weights = states.mask[..., None].to(torch.float32)
-            mean = (states.hidden * weights).sum(dim=1) / weights.sum(dim=1)
-            embeddings[chosen] = torch.nn.functional.normalize(mean, dim=-1).numpy()
+            weights = states.mask[..., None].astype(np.float32)
+            mean = (states.hidden * weights).sum(axis=1) / weights.sum(axis=1)
+            embeddings[chosen] = mean / np.linalg.norm(mean, axis=-1, keepdims=True)
         return embeddings
 
     @cached_property
@@ -99,18 +96,15 @@ class SentenceEncoder:
             texts: B texts.
             layer: the states after this many of the network's layers; `None` for the last.
         """
-        import torch
+        from grounding.parsers.bert import one_thread
 
         encodings = self._tokenizer.encode_batch(texts)
-        ids = torch.tensor([encoding.ids for encoding in encodings])
-        mask = torch.tensor([encoding.attention_mask for encoding in encodings], dtype=torch.bool)
-        with torch.inference_mode():
-            hidden = self.network(layer)(ids, mask)
-        return TokenStates(
-            hidden,
-            mask,
-            [encoding.offsets for encoding in encodings],
-        )
+        ids = np.array([encoding.ids for encoding in encodings])
+        mask = np.array([encoding.attention_mask for encoding in encodings], dtype=bool)
+        network = self.network(layer)
+        with one_thread():
+            hidden = network(ids, mask)
+        return TokenStates(hidden, mask, [encoding.offsets for encoding in encodings])
 
     def overflowing(self, texts: list[str]) -> list[bool]:
         """Return for each text whether it has more word pieces than the network can take; runs no network."""

@@ -30,6 +30,7 @@ from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.parsers.slot_head import ANSWERS, QUESTIONS, REFUSE, SlotReader
 from grounding.parsers.spelling import mend
 from grounding.spec import FIRST_SHAPES, SLOTS
+from grounding.training.slot_network import SlotNetwork
 
 # The encoder has six layers. Its lowest two stay as they are and the others learn: with all six frozen,
 # heads on their states read a tenth fewer of the development sentences without a mistake.
@@ -92,20 +93,21 @@ def train(options: ParserTraining, report: Callable[[str], None] = lambda line: 
     torch.set_num_threads(options.threads)
     encoder = SentenceEncoder()
     start = EmbeddingParser.from_pretrained(options.start, encoder).reader if options.start else None
-    reader = fit_reader(encoder, options.sentences, options.seed, start, options.rate, report)
+    network = fit_network(encoder, options.sentences, options.seed, start, options.rate, report)
+    reader = network.reader()
     rows = development_rows()
     temperatures = calibrate(reader, encoder, rows)
     parser = EmbeddingParser(encoder, reader, ENCODER_LAYER, temperatures)
     found = score(rows, parser.parse_batch([row.text for row in rows]))
     options.out.mkdir(parents=True, exist_ok=True)
     save_file(
-        {name: tensor.half() for name, tensor in reader.state_dict().items()},
+        {name: tensor.half() for name, tensor in network.state_dict().items()},
         options.out / "model.safetensors",
     )
     before = json.loads((options.start / "config.json").read_text())["sentences"] if options.start else 0
     config = {
         "encoder_layer": ENCODER_LAYER,
-        "layers": len(reader.layers),
+        "layers": reader.layers,
         "hidden": HIDDEN,
         "shapes": list(FIRST_SHAPES),
         "temperatures": temperatures,
@@ -139,14 +141,14 @@ def batches(sentences: Sequence[LabelledText], rng: np.random.Generator) -> Iter
             yield chunk[k : k + BATCH]
 
 
-def loss_of(reader: SlotReader, encoder: SentenceEncoder, batch: Sequence[LabelledText]) -> torch.Tensor:
+def loss_of(network: SlotNetwork, encoder: SentenceEncoder, batch: Sequence[LabelledText]) -> torch.Tensor:
     """Sum the questions' cross-entropies; the slots of what must be refused do not count."""
     states = encoder.token_states(
         [mend(entry.text, encoder.whole_words).text for entry in batch], ENCODER_LAYER
     )
     # bfloat16 halves the time of a step; the weights stay float32.
     with torch.autocast("cpu", dtype=torch.bfloat16):
-        votes = reader(states.hidden.clone(), states.mask)
+        votes = network(torch.from_numpy(states.hidden), torch.from_numpy(states.mask))
     return loss_of_votes(votes, batch)
 
 
@@ -166,15 +168,15 @@ def loss_of_votes(votes: Sequence[torch.Tensor], batch: Sequence[LabelledText]) 
     return loss
 
 
-def fit_reader(
+def fit_network(
     encoder: SentenceEncoder,
     sentences: int,
     seed: int,
     start: SlotReader | None = None,
     rate: float = 1.0,
     report: Callable[[str], None] = lambda line: None,
-) -> SlotReader:
-    """Fit a slot reader to that many sentences.
+) -> SlotNetwork:
+    """Fit the parser's network to that many sentences.
 
     Args:
         encoder: gives the word states.
@@ -187,39 +189,40 @@ def fit_reader(
     rng = np.random.default_rng(seed)
     with torch.random.fork_rng():
         torch.manual_seed(seed)  # initial weights and dropout know no generator of their own
-        reader = start or _initial_reader(encoder)
+        network = _initial_network(encoder) if start is None else SlotNetwork.of(start)
         steps = sentences // BATCH
-        optimiser, schedule = _optimiser(reader, steps, rate)
+        optimiser, schedule = _optimiser(network, steps, rate)
         started, recent = time.perf_counter(), []
         drawn = list(draw_sentences(steps * BATCH, rng))
         for step, batch in enumerate(batches(drawn, rng), start=1):
-            loss = loss_of(reader.train(), encoder, batch)
+            loss = loss_of(network.train(), encoder, batch)
             optimiser.zero_grad()
             loss.backward()
-            nn.utils.clip_grad_norm_(reader.parameters(), 1.0)
+            nn.utils.clip_grad_norm_(network.parameters(), 1.0)
             optimiser.step()
             schedule.step()
             recent.append(loss.item())
             if step % 100 == 0:
                 seconds = time.perf_counter() - started
                 report(f"step {step} of {steps}, loss {np.mean(recent[-100:]):.3f}, {seconds:.0f} s")
-    return reader.eval()
+    return network.eval()
 
 
-def _initial_reader(encoder: SentenceEncoder) -> SlotReader:
-    """Return a reader whose transformer layers are copies of the encoder's upper ones."""
+def _initial_network(encoder: SentenceEncoder) -> SlotNetwork:
+    """Return a network whose transformer layers are copies of the encoder's upper ones."""
     upper_layers = encoder.network().layers[ENCODER_LAYER:]
-    reader = SlotReader(layers=len(upper_layers), hidden=HIDDEN)
-    reader.layers.load_state_dict(upper_layers.state_dict())
-    return reader
+    network = SlotNetwork(layers=len(upper_layers), hidden=HIDDEN)
+    for own, layer in zip(network.layers, upper_layers, strict=True):
+        own.load_state_dict({name: torch.from_numpy(array) for name, array in layer.state().items()})
+    return network
 
 
 def _optimiser(
-    reader: SlotReader, steps: int, rate: float
+    network: SlotNetwork, steps: int, rate: float
 ) -> tuple[torch.optim.Optimizer, torch.optim.lr_scheduler.LRScheduler]:
     """Return AdamW with one learning rate for the layers and one for the heads, and its one-cycle schedule."""
-    upper = list(reader.layers.parameters())
-    heads = [weight for name, weight in reader.named_parameters() if not name.startswith("layers.")]
+    upper = list(network.layers.parameters())
+    heads = [weight for name, weight in network.named_parameters() if not name.startswith("layers.")]
     rates = [rate * LEARNING_RATE, rate * HEAD_LEARNING_RATE]
     optimiser = torch.optim.AdamW(
         [{"params": upper, "lr": rates[0]}, {"params": heads, "lr": rates[1]}], weight_decay=0.01
@@ -238,9 +241,8 @@ def calibrate(
     logits: dict[str, list[torch.Tensor]] = {question: [] for question in QUESTIONS}
     for row in rows:
         states = encoder.token_states([mend(row.text, encoder.whole_words).text], layer)
-        with torch.inference_mode():
-            for question, vote in zip(QUESTIONS, reader(states.hidden, states.mask), strict=True):
-                logits[question].append(vote[0].sum(dim=0))
+        for question, vote in zip(QUESTIONS, reader(states.hidden, states.mask), strict=True):
+            logits[question].append(torch.from_numpy(vote[0].sum(axis=0)))
     return {question: _temperature(question, logits[question], rows) for question in QUESTIONS}
 
 

@@ -23,9 +23,9 @@ from grounding.corpus.paraphrases import LabelledText
 from grounding.parsers.embedding import EmbeddingParser
 from grounding.parsers.llm_model import cache_folder
 from grounding.parsers.named_encoder import NamedEncoder
-from grounding.parsers.slot_head import SlotReader
 from grounding.parsers.spelling import mend
 from grounding.training.embedding_parser import calibrate, draw_sentences, loss_of_votes
+from grounding.training.slot_network import SlotNetwork
 
 VERSION = 1  # of the fit: a parser of another version in the cache is not used
 SENTENCES, EPOCHS, BATCH = 8000, 10, 32
@@ -70,7 +70,8 @@ def _fit(encoder: NamedEncoder, folder: Path, report: Callable[[str], None], sen
     """Fit, calibrate and measure heads, and write the folder, all of it or nothing."""
     report(f"fitting a parser to the sentence encoder {encoder.source!r}: {sentences} sentences, once")
     batches = list(_encoded(encoder, sentences, report))
-    reader = _trained(batches, encoder.state_width)
+    network = _trained(batches, encoder.state_width)
+    reader = network.reader()
     rows = development_rows()
     temperatures = calibrate(reader, encoder, rows, layer=None)
     name = f"embedding on {Path(encoder.source).name}"
@@ -91,7 +92,7 @@ def _fit(encoder: NamedEncoder, folder: Path, report: Callable[[str], None], sen
     folder.parent.mkdir(parents=True, exist_ok=True)
     unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
     try:
-        save_file(reader.state_dict(), unfinished / "model.safetensors")
+        save_file(network.state_dict(), unfinished / "model.safetensors")
         (unfinished / "config.json").write_text(json.dumps(config, indent=2) + "\n")
         if not folder.exists():  # else another process was quicker
             unfinished.rename(folder)
@@ -105,27 +106,27 @@ def _encoded(encoder: NamedEncoder, count: int, report: Callable[[str], None]) -
     for start in range(0, len(drawn), BATCH):
         batch = drawn[start : start + BATCH]
         states = encoder.token_states([mend(entry.text, encoder.whole_words).text for entry in batch])
-        yield batch, states.hidden.half(), states.mask
+        yield batch, torch.from_numpy(states.hidden).half(), torch.from_numpy(states.mask)
         if (start // BATCH + 1) % REPORT_EVERY == 0:
             report(f"{start + len(batch)} of {count} sentences encoded")
 
 
-def _trained(batches: Sequence[_Batch], width: int) -> SlotReader:
+def _trained(batches: Sequence[_Batch], width: int) -> SlotNetwork:
     """Train heads that have seen every sentence `EPOCHS` times."""
     rng = np.random.default_rng(0)
     with torch.random.fork_rng():
         torch.manual_seed(0)  # initial weights and dropout know no generator of their own
-        reader = SlotReader(layers=0, width=width, hidden=HIDDEN).train()
-        optimiser = torch.optim.AdamW(reader.parameters(), lr=LEARNING_RATE, weight_decay=0.01)
+        network = SlotNetwork(layers=0, width=width, hidden=HIDDEN).train()
+        optimiser = torch.optim.AdamW(network.parameters(), lr=LEARNING_RATE, weight_decay=0.01)
         steps = EPOCHS * len(batches)
         schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, LEARNING_RATE, total_steps=steps + 1, pct_start=0.1)
         for _ in range(EPOCHS):
             for k in rng.permutation(len(batches)):
                 labels, hidden, mask = batches[k]
-                loss = loss_of_votes(reader(hidden.float(), mask), labels)
+                loss = loss_of_votes(network(hidden.float(), mask), labels)
                 optimiser.zero_grad()
                 loss.backward()
-                nn.utils.clip_grad_norm_(reader.parameters(), 1.0)
+                nn.utils.clip_grad_norm_(network.parameters(), 1.0)
                 optimiser.step()
                 schedule.step()
-    return reader.eval()
+    return network.eval()

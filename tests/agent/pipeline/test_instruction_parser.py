@@ -97,7 +97,7 @@ def test_a_stream_is_read_with_little_padding(monkeypatch):
     def counted(encoder, texts, layer=None):
         nonlocal pieces, padding
         found = states(encoder, texts, layer)
-        pieces, padding = pieces + found.mask.numel(), padding + int((~found.mask).sum())
+        pieces, padding = pieces + found.mask.size, padding + int((~found.mask).sum())
         return found
 
     monkeypatch.setattr(SentenceEncoder, "token_states", counted)
