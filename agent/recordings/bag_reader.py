@@ -18,12 +18,15 @@ from typing import Any
 import apsw
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Reader as Reader1
+from rosbags.rosbag1 import ReaderError as Reader1Error
 from rosbags.rosbag2 import Reader as Reader2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.msg import normalize_msgtype
 from rosbags.typesys.store import Typestore
 
 from agent.errors import AgentError, BadInput, one_sentence
 from agent.recordings.decompression import Unpacking, UnpackingLimits
+from agent.recordings.file_repair import NothingWhole, RepairedFile, as_ros2, repaired_mcap, repaired_ros1
 from agent.runtime.progress import report_when_slow
 from agent.runtime.yaml_files import check_yaml
 from structdiffusion.limits import BAG_MESSAGE_BYTES, METADATA_BYTES
@@ -95,16 +98,17 @@ class Bag:
         self.path, self.notes, self._reader, self._unpacking = path, tuple(notes), reader, unpacking
         by_name: dict[tuple[str, str], list[Connection]] = {}
         for connection in reader.connections:
-            by_name.setdefault((connection.topic, connection.msgtype), []).append(connection)
+            by_name.setdefault((connection.topic, normalize_msgtype(connection.msgtype)), []).append(connection)
         self.streams = tuple(
             Stream(topic, kind, sum(connection.msgcount for connection in connections), tuple(connections))
             for (topic, kind), connections in sorted(by_name.items())
         )
         if not any(stream.count for stream in self.streams):
-            raise BadInput(f"{str(path)!r} holds no messages")
+            raise BadInput("; ".join((f"{str(path)!r} holds no messages", *notes)))
         with _as_bad_input(f"cannot find out when {str(path)!r} was recorded"):
             self.start, self.end = int(reader.start_time), int(reader.end_time) - 1
-        self._types = _known_types(ros1=isinstance(reader, Reader1))
+        self._ros1 = isinstance(reader, Reader1) or any(_is_ros1(connection) for connection in reader.connections)
+        self._types = _known_types(self._ros1)
 
     @property
     def seconds(self) -> float:
@@ -141,7 +145,7 @@ class Bag:
         """
         kind = _SAME_AS.get(message.stream.type, message.stream.type)
         with _as_bad_input(f"cannot decode a message on {message.stream.topic} as {message.stream.type}"):
-            if isinstance(self._reader, Reader1):
+            if self._ros1:
                 return self._types.deserialize_ros1(message.raw, kind)
             return self._types.deserialize_cdr(message.raw, kind)
 
@@ -188,9 +192,35 @@ def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
         begins = header[: len(beginning)]
         if begins != beginning:
             raise BadInput(f"{str(path)!r} is not a {kind}: it begins with {begins!r}, where a {kind} begins with {beginning!r}")
-        reader = Reader1(path) if path.suffix == ".bag" else Reader2(path)
-        reader.open()
-    return reader, _cut_note(path, header) if path.suffix == ".db3" else []
+        if path.suffix == ".db3":
+            return _opened_reader(path), _cut_note(path, header)
+        try:
+            return _opened_reader(path if path.suffix == ".bag" else as_ros2(path)), []
+        except Exception:  # as in `_as_bad_input`
+            repaired = _repaired(path)
+            if repaired is None:
+                raise
+            return _opened_reader(repaired), [repaired.note]
+
+
+def _opened_reader(path: Path | RepairedFile) -> Reader1 | Reader2:
+    """Open the library's reader of a file."""
+    reader = Reader1(path) if path.suffix == ".bag" else Reader2(path)  # type: ignore[arg-type]
+    reader.open()
+    return reader
+
+
+def _repaired(path: Path) -> RepairedFile | None:
+    """Return the file without its damaged end, or `None` if nothing of it is whole."""
+    try:
+        return repaired_ros1(path) if path.suffix == ".bag" else repaired_mcap(path)
+    except (NothingWhole, Reader1Error):
+        return None
+
+
+def _is_ros1(connection: Connection) -> bool:
+    """Return whether the messages of an MCAP file's channel are packed as in ROS 1."""
+    return getattr(connection.ext, "serialization_format", "") == "ros1"
 
 
 def _limit_messages(reader: Reader1 | Reader2) -> None:

@@ -30,7 +30,7 @@ from structdiffusion.limits import (
     SLOW_BAG_BYTES,
 )
 
-_zstd = ros2.zstd  # in Python's own library from 3.14 on, and in a package before
+zstd = ros2.zstd  # in Python's own library from 3.14 on, and in a package before
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class _CountedFile:
     """A packed file that is read unpacked and counted."""
 
     def __init__(self, file: BinaryIO, mode: str) -> None:
-        self._file = _zstd.open(file, mode)
+        self._file = zstd.open(file, mode)
 
     def __enter__(self) -> _CountedFile:
         return self
@@ -157,5 +157,5 @@ def _unpacker(start: Callable[[], Any]) -> Callable[..., bytes]:
 
 
 ros1.decompressors.update({"bz2": _unpacker(bz2.BZ2Decompressor), "lz4": _unpacker(LZ4FrameDecompressor)})
-mcap.DECOMPRESSORS.update({"lz4": _unpacker(LZ4FrameDecompressor), "zstd": _unpacker(_zstd.ZstdDecompressor)})
-ros2.zstd = SimpleNamespace(open=_CountedFile, decompress=_unpacker(_zstd.ZstdDecompressor))
+mcap.DECOMPRESSORS.update({"lz4": _unpacker(LZ4FrameDecompressor), "zstd": _unpacker(zstd.ZstdDecompressor)})
+ros2.zstd = SimpleNamespace(open=_CountedFile, decompress=_unpacker(zstd.ZstdDecompressor))

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from agent.errors import BadInput
+from agent.recordings.bayer import MOSAICS, colors_of_mosaic
 from agent.recordings.message_decoding import FARTHEST
+from agent.recordings.rvl import unpack_rvl
 
 DEPTHS = ("16UC1", "mono16", "32FC1")
 _COLORS = {  # encoding -> type of a channel, channels, and which of them are red, green and blue
@@ -33,6 +35,7 @@ _YUV = {  # two pixels in four bytes: where their brightness is, and the two par
 }
 _MOST_PIXELS = 50_000_000  # of a compressed picture: a few bytes can claim any number
 _PNG = b"\x89PNG\r\n\x1a\n"
+_RVL_SIZE = "<II"
 _QUANTISED = "<iff"  # the header of compressedDepth: a number for the format, then A and B
 
 
@@ -52,13 +55,19 @@ def depth_picture(message: Any) -> np.ndarray:
 def color_picture(message: Any) -> np.ndarray:
     """Return the colours (H, W, 3) uint8 RGB of a raw Image.
 
+    The colours of a Bayer mosaic are interpolated.
+
     Raises:
         BadInput: where the encoding is not known, or the message contradicts itself.
     """
     if message.encoding in _YUV:
         return _from_yuv(_pixels(message, "u1", 2), *_YUV[message.encoding])
+    if (mosaic := message.encoding.rstrip("0123456789")) in MOSAICS:
+        wide = message.encoding.endswith("16")
+        pixels = _pixels(message, "u2" if wide else "u1", 1)[..., 0]
+        return np.rint(colors_of_mosaic(pixels >> 8 if wide else pixels, mosaic)).astype(np.uint8)
     if message.encoding not in _COLORS:
-        legal = ", ".join([*_COLORS, *_YUV])
+        legal = ", ".join([*_COLORS, *_YUV, *(f"{name}{bits}" for name in MOSAICS for bits in (8, 16))])
         raise BadInput(f"a picture of encoding {message.encoding!r} cannot be used for colour; legal: {legal}")
     kind, channels, order = _COLORS[message.encoding]
     pixels = _pixels(message, kind, channels)
@@ -80,25 +89,37 @@ def compressed_depth(message: Any) -> np.ndarray:
     """Return the depths (H, W) float32 of a CompressedImage, metres; NaN where nothing was measured.
 
     Raises:
-        BadInput: where it is no PNG of depths, or one packed otherwise.
+        BadInput: where it is neither a PNG of depths nor RVL.
     """
-    data = message.data.tobytes()
+    data, header = message.data.tobytes(), struct.calcsize(_QUANTISED)
     a, b = 0.0, 0.0
-    if not data.startswith(_PNG):
-        header = struct.calcsize(_QUANTISED)
-        if data[header : header + len(_PNG)] != _PNG:
-            raise BadInput(f"a compressed depth picture of format {message.format!r} does not hold a PNG, and only PNG is read")
+    if not data.startswith(_PNG) and len(data) >= header:
         _, a, b = struct.unpack(_QUANTISED, data[:header])
         data = data[header:]
-    picture = _unpacked(data)
-    if not picture.mode.startswith("I"):
-        raise BadInput(f"a compressed depth picture holds a PNG of mode {picture.mode!r}; legal: 16 bits of grey")
-    values = np.array(picture)
+    if data.startswith(_PNG):
+        picture = _unpacked(data)
+        if not picture.mode.startswith("I"):
+            raise BadInput(f"a compressed depth picture holds a PNG of mode {picture.mode!r}; legal: 16 bits of grey")
+        values = np.array(picture)
+    elif "rvl" in message.format.lower():
+        values = _from_rvl(data)
+    else:
+        raise BadInput(f"a compressed depth picture of format {message.format!r} holds neither a PNG nor RVL")
     if message.format.startswith("32FC1"):
         with np.errstate(divide="ignore", invalid="ignore"):
             depth = np.where(values > 0, a / (values - b), np.nan).astype(np.float32)
         return _without_zero(depth)
     return _without_zero(values.astype(np.float32) * np.float32(0.001))
+
+
+def _from_rvl(data: bytes) -> np.ndarray:
+    """Return the values (H, W) uint16 of an RVL picture, which begins with its width and height."""
+    if len(data) < struct.calcsize(_RVL_SIZE):
+        raise BadInput("an RVL picture is cut short: its size is not there")
+    width, height = struct.unpack_from(_RVL_SIZE, data)
+    if not 0 < width * height <= _MOST_PIXELS:
+        raise BadInput(f"an RVL picture claims {width} x {height} pixels")
+    return unpack_rvl(data[struct.calcsize(_RVL_SIZE) :], width * height).reshape(height, width)
 
 
 def is_compressed_depth(topic: str, message_format: str) -> bool:
@@ -114,6 +135,9 @@ def compressed_size(message: Any) -> tuple[int, int]:
     """
     data = message.data.tobytes()
     at = data.find(_PNG, 0, 64)
+    after = struct.calcsize(_QUANTISED)
+    if at < 0 and "rvl" in message.format.lower() and len(data) >= after + struct.calcsize(_RVL_SIZE):
+        return struct.unpack_from(_RVL_SIZE, data, after)
     return _read(data[max(at, 0) :]).size
 
 

@@ -46,7 +46,10 @@ def read_recording(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
 
         return read_other(path, options)
     with open_bag(path) as bag:
-        return _read(bag, options)
+        try:
+            return _read(bag, options)
+        except BadInput as error:  # what was lost with the end of the bag may be the reason
+            raise BadInput("; ".join((str(error), *bag.notes))) from error
 
 
 def _is_bag_folder(path: Path) -> bool:

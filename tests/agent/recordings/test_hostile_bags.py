@@ -67,12 +67,11 @@ def test_a_bag_cut_at_twenty_places(whole, tmp_path):
     data, path = whole.read_bytes(), tmp_path / f"cut{whole.suffix}"
     for part in range(20):
         path.write_bytes(data[: len(data) * part // 20])
-        if whole.suffix == ".db3" and part > 10:  # a database may be whole but for what nobody asks it
-            try:
-                assert "is cut short at" in read_recording(path).notes[0]
-                continue
-            except BadInput:
-                pass
+        try:  # enough of it may be whole; of a database, all but what nobody asks it
+            assert re.search("is cut short at|was cut short or never closed", read_recording(path).notes[0])
+            continue
+        except BadInput:
+            pass
         sentence = refused(path)
         assert "cannot read '" not in sentence or sentence.endswith("` saves what is whole")
         assert str(path) in sentence and ("cut short" in sentence or "empty" in sentence or "begins with" in sentence)
@@ -154,7 +153,7 @@ def test_ten_gigabytes_claimed_in_a_header(tmp_path, field):
 
 def test_ten_gigabytes_claimed_for_a_chunk(tmp_path):
     path = write_bag(tmp_path / "boast.bag", session((0.1,)))
-    refused(claimed(path, rb"compression=none....size=....", b"\xf0\xff\xff\x7f"), "damaged|cut short")
+    read_or_refused(claimed(path, rb"compression=none....size=....", b"\xf0\xff\xff\x7f"))
     path = write_bag(tmp_path / "boast.mcap", session((0.1,)))
     data = bytearray(path.read_bytes())
     start = data.index(b"\x05", 60)
@@ -188,7 +187,7 @@ BLIND = without(DEPTH)
         (BLIND, "nothing that a depth camera measured: .*; it has /camera"),
         ([joints()], r"it has /j2s7s300_driver/out/joint_state \(sensor_msgs/JointState\)"),
         (NO_LENS, "no sensor_msgs/CameraInfo .*depth_info=TOPIC names one.; it has none at all"),
-        (spoilt(encoding="bayer_rggb16"), "nothing that a depth camera measured"),
+        (spoilt(encoding="bayer_xyzw16"), "nothing that a depth camera measured"),
         (spoilt(width=0, height=0, data=NOTHING), f"{DEPTH} .*0 x 0 pixels"),
         (spoilt(data=NOTHING), f"{DEPTH}.*needs 2400 bytes and has 0"),
         (spoilt(width=2**31, height=2**31), "does not fit|needs"),

@@ -113,13 +113,13 @@ def test_quantised_float_depths_are_undone():
     ("read", "message", "said"),
     [
         (depth_picture, raw(colors(), "rgb8"), "'rgb8' holds no depths; legal: 16UC1, mono16, 32FC1"),
-        (color_picture, raw(colors()[..., 0], "bayer_rggb8"), "'bayer_rggb8' cannot be used for colour"),
+        (color_picture, raw(colors()[..., 0], "bayer_xyzw8"), "'bayer_xyzw8' cannot be used for colour"),
         (color_picture, raw(colors()[..., 0], "rgb8"), "needs"),
         (color_picture, raw(colors()[:, :39, :2], "yuv422"), "come in pairs"),
         (compressed_color, SimpleNamespace(format="jpeg", data=np.arange(99, dtype=np.uint8)), "neither JPEG nor PNG"),
         (compressed_depth, compressed(colors(), "PNG", "16UC1; compressedDepth"), "legal: 16 bits of grey"),
-        (compressed_depth, SimpleNamespace(format="16UC1; compressedDepth rvl", data=np.zeros(99, np.uint8)), "does not hold a PNG"),
-        (compressed_depth, SimpleNamespace(format="", data=np.zeros(0, np.uint8)), "does not hold a PNG"),
+        (compressed_depth, SimpleNamespace(format="16UC1; compressedDepth rvl", data=np.zeros(99, np.uint8)), "claims 0 x 0 pixels"),
+        (compressed_depth, SimpleNamespace(format="", data=np.zeros(0, np.uint8)), "neither a PNG nor RVL"),
     ],
 )
 def test_what_is_no_such_picture_is_refused(read, message, said):

@@ -183,11 +183,11 @@ def test_the_colour_nearest_in_its_stamp_is_taken(tmp_path):
 
 
 def test_a_colour_that_cannot_be_used_is_reported_and_refused_only_where_it_is_named(tmp_path):
-    said = [*without(session((0.1,)), COLOR), image(COLOR, colors()[..., 0], "bayer_rggb8", 0.1)]
+    said = [*without(session((0.1,)), COLOR), image(COLOR, colors()[..., 0], "bayer_xyzw8", 0.1)]
     path = write_bag(tmp_path / "bayer.bag", said)
     recording = read_recording(path)
-    assert recording.frame.color is None and "'bayer_rggb8' cannot be used" in recording.notes[0]
-    with pytest.raises(BadInput, match="bayer_rggb8"):
+    assert recording.frame.color is None and "'bayer_xyzw8' cannot be used" in recording.notes[0]
+    with pytest.raises(BadInput, match="bayer_xyzw8"):
         read_recording(path, ReadingOf(topics={"color": COLOR}))
 
 
