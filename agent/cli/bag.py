@@ -128,6 +128,8 @@ def objects(
             except OSError as error:
                 raise BadInput(f"cannot write {str(picture)!r}: {error.strerror}") from error
             print(f"wrote {picture}", file=sys.stderr)
+    if not segments.objects:
+        raise BadInput(f"{str(file)!r} shows a table and no object on it")
 
 
 @bag_app.command("record")

@@ -26,7 +26,9 @@ from rosbags.typesys.store import Typestore
 
 from agent.errors import AgentError, BadInput, one_sentence
 from agent.recordings.decompression import Unpacking, UnpackingLimits
-from agent.recordings.file_repair import NothingWhole, RepairedFile, as_ros2, repaired_mcap, repaired_ros1
+from agent.recordings.file_view import NothingWhole, RepairedFile
+from agent.recordings.mcap_repair import as_ros2, repaired_mcap
+from agent.recordings.ros1_repair import repaired_ros1
 from agent.runtime.progress import report_when_slow
 from agent.runtime.yaml_files import check_yaml
 from structdiffusion.limits import BAG_MESSAGE_BYTES, METADATA_BYTES

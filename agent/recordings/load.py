@@ -11,6 +11,7 @@ import numpy as np
 
 from agent.errors import BadInput, UsageError
 from agent.recordings.bag_reader import METADATA, STORAGES, Bag, Message, Stream, open_bag
+from agent.recordings.cloud_frame import in_optical_frame
 from agent.recordings.image_decoding import color_picture, compressed_color, compressed_depth, depth_picture
 from agent.recordings.joint_states import arm_state, joint_streams
 from agent.recordings.message_decoding import COMPRESSED, Lens, cloud_points, frame_name, lens_of, stamp
@@ -106,16 +107,14 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
             raise
         base_pose, said = None, []
     notes += said
+    intrinsics = None if lens is None else lens.scaled(points.shape[1], points.shape[0]).matrix
+    frame = DepthFrame(points, color, look.frame, (recorded - bag.start) / 1e9, intrinsics, count)
+    if choice.points is not None and base_pose is None and options.world_from_camera is None:
+        frame, told = in_optical_frame(frame)
+        notes += [told] if told else []
     return Recording(
         bag.path,
-        DepthFrame(
-            points,
-            color,
-            look.frame,
-            (recorded - bag.start) / 1e9,
-            None if lens is None else lens.scaled(points.shape[1], points.shape[0]).matrix,
-            count,
-        ),
+        frame,
         base_pose,
         options.world_from_camera,
         arm,

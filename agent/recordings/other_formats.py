@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from agent.errors import BadInput, UsageError
+from agent.recordings.cloud_frame import in_optical_frame
 from agent.recordings.point_cloud_files import SUFFIXES, read_cloud
 from agent.recordings.recording import DepthFrame, ReadingOf, Recording
 from agent.recordings.rgbd_folder import read_rgbd
@@ -26,6 +27,10 @@ def read_other(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
     if path.suffix.lower() in SUFFIXES:
         points, color, notes = read_cloud(path)
         frame = DepthFrame(points, color)
+        said = ""
+        if options.world_from_camera is None:
+            frame, said = in_optical_frame(frame)
+        notes = (said or "the cloud was taken to be in the camera's optical frame: z forward, x right, y down", *notes)
         return Recording(path, frame, None, options.world_from_camera, used={"points": path.name}, notes=notes)
     if not path.exists():
         raise BadInput(f"there is no recording {str(path)!r}")

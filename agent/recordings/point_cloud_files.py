@@ -68,12 +68,12 @@ def read_cloud(path: Path) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ..
         raise BadInput(f"the cloud {str(path)!r} is damaged: of {count} points {lines} are there")
     points, colors = _read(path, count)
     points[~np.isfinite(points).all(axis=1)] = np.nan
-    notes = ("the cloud was taken to be in the camera's optical frame: z forward, x right, y down",)
+    notes: tuple[str, ...] = ()
     distances = np.linalg.norm(points, axis=1)
     middle = float(np.median(distances[distances > 0])) if (distances > 0).any() else 0.0
     if middle > _FARTHEST:
         points = points * np.float32(0.001)
-        notes = (*notes, f"the cloud was taken to be in millimetres: half its points lie beyond {middle:.0f}")
+        notes = (f"the cloud was taken to be in millimetres: half its points lie beyond {middle:.0f}",)
     points = without_nothing(points)
     if not np.isfinite(points).any():
         raise BadInput(f"the cloud {str(path)!r} has no point that measures anything")

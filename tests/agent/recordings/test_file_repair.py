@@ -81,7 +81,7 @@ def test_a_bag_that_is_still_recorded_is_read(tmp_path):
 
 
 def mcap_of_ros1(messages):
-    """Return an MCAP file with the profile of ROS 1, without chunks and summary; `messages` are (topic, type, time, raw)."""
+    """An MCAP file with the profile of ROS 1, without chunks and summary; messages are (topic, type, time, raw)."""
 
     def record(opcode, content):
         return struct.pack("<BQ", opcode, len(content)) + content

@@ -1,13 +1,11 @@
-"""Show a bag that was cut short, or never closed, as the whole file that it would be without its last pieces.
+"""Read ROS 1 bags that were cut short or never closed.
 
-A ROS 1 bag and an MCAP file end with an index; a recorder that dies does not write it, and a copy that stops loses it.
-Every whole piece before the cut is kept. The file itself is not changed: the library reads it through a view with
-another end, or with another beginning: an MCAP file with the profile of ROS 1 has the same records as one of ROS 2.
+A bag ends with an index; a recorder that dies does not write it, and a copy that stops loses it. Every whole chunk
+before the cut is kept, and so are the whole messages of the chunk that was cut.
 """
 
 from __future__ import annotations
 
-import bz2
 import io
 import os
 import struct
@@ -17,181 +15,13 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-from lz4.frame import LZ4FrameDecompressor
 from rosbags.rosbag1 import reader as ros1
-from rosbags.interfaces import MessageDefinition
 from rosbags.rosbag1.reader import Header, ReaderError, RecordType
-from rosbags.rosbag2 import storage_mcap as mcap
 
-from agent.recordings.decompression import zstd
+from agent.recordings.file_view import NothingWhole, RepairedFile, unpacked_beginning
 from structdiffusion.limits import BAG_PIECE_BYTES
 
-_MAGIC_OF_MCAP = b"\x89MCAP0\r\n"
-_HEADER, _FOOTER, _CHUNK, _DATA_END = 0x01, 0x02, 0x06, 0x0F  # the opcodes of MCAP records that matter here
-_BEFORE_PROFILE = 13  # bytes of the header's record before its profile: opcode, length, length of the profile
-_ROS1, _ROS2 = b"ros1", b"ros2"
-_UNPACKERS = {"bz2": bz2.BZ2Decompressor, "lz4": LZ4FrameDecompressor, "zstd": zstd.ZstdDecompressor}
 _INDEX_RECORD = 12  # bytes: seconds, nanoseconds, offset
-
-
-class NothingWhole(Exception):
-    """No piece of the file is whole."""
-
-
-@dataclass(frozen=True)
-class RepairedFile:
-    """A file with another beginning and another end, as far as the readers of bags use a path.
-
-    Attributes:
-        path: the file on the disk.
-        head: replaces its first bytes.
-        kept: how many of its bytes are kept, those replaced included.
-        tail: follows them.
-    """
-
-    path: Path
-    head: bytes
-    kept: int
-    tail: bytes
-
-    @property
-    def suffix(self) -> str:
-        """Return the suffix of the file."""
-        return self.path.suffix
-
-    @property
-    def note(self) -> str:
-        """Return what was done, a sentence."""
-        return f"{self.path.name} was cut short or never closed: its whole messages were read"
-
-    def __str__(self) -> str:
-        return str(self.path)
-
-    def exists(self) -> bool:
-        """Return whether the file is there."""
-        return self.path.exists()
-
-    def is_file(self) -> bool:
-        """Return whether it is a file."""
-        return self.path.is_file()
-
-    def is_dir(self) -> bool:
-        """Return whether it is a folder: never."""
-        return False
-
-    def open(self, mode: str = "rb") -> BinaryIO:
-        """Open the view for reading."""
-        return io.BufferedReader(_View(self), 1 << 16)
-
-
-class _View(io.RawIOBase):
-    """The bytes of a repaired file."""
-
-    def __init__(self, repaired: RepairedFile) -> None:
-        self._file = repaired.path.open("rb")
-        # (begin, end, bytes or the file) of each stretch
-        kept, head, tail = repaired.kept, repaired.head, repaired.tail
-        self._stretches = ((0, len(head), head), (len(head), kept, None), (kept, kept + len(tail), tail))
-        self._at = 0
-
-    def readable(self) -> bool:
-        return True
-
-    def seekable(self) -> bool:
-        return True
-
-    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        origin = {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self._stretches[-1][1]}[whence]
-        if origin + offset < 0:
-            raise OSError(22, "a position before the beginning of the file")
-        self._at = origin + offset
-        return self._at
-
-    def readinto(self, buffer: memoryview) -> int:
-        for begin, end, content in self._stretches:
-            if begin <= self._at < end:
-                most = min(len(buffer), end - self._at)
-                if content is None:
-                    self._file.seek(self._at)
-                    data = self._file.read(most)
-                else:
-                    data = content[self._at - begin : self._at - begin + most]
-                buffer[: len(data)] = data
-                self._at += len(data)
-                return len(data)
-        return 0
-
-    def close(self) -> None:
-        self._file.close()
-        super().close()
-
-
-def as_ros2(path: Path) -> Path | RepairedFile:
-    """Return an MCAP file with the profile of ROS 2; one with the profile of ROS 1 is shown with the other name."""
-    head = _head_of_ros2(path)
-    return RepairedFile(path, head, path.stat().st_size, b"") if head else path
-
-
-def _head_of_ros2(path: Path) -> bytes:
-    """Return the beginning of an MCAP file of ROS 1 with the name of ROS 2; empty for any other file."""
-    with path.open("rb") as file:
-        head = file.read(len(_MAGIC_OF_MCAP) + _BEFORE_PROFILE + len(_ROS1))
-    return head[: -len(_ROS1)] + _ROS2 if head.endswith(struct.pack("<L", len(_ROS1)) + _ROS1) else b""
-
-
-def repaired_mcap(path: Path) -> RepairedFile:
-    """Return an MCAP file up to its last whole record, with an end that has no summary.
-
-    Of a chunk that was cut, the whole records follow by themselves.
-
-    Raises:
-        NothingWhole: when nothing is left.
-    """
-    size, kept, rest = path.stat().st_size, 0, b""
-    with path.open("rb") as file:
-        if file.read(len(_MAGIC_OF_MCAP)) != _MAGIC_OF_MCAP:
-            raise NothingWhole
-        position = len(_MAGIC_OF_MCAP)
-        while len(start := file.read(9)) == 9 and start[0] not in (_DATA_END, _FOOTER):
-            end = position + 9 + struct.unpack("<Q", start[1:])[0]
-            if end > size or (not kept and start[0] != _HEADER):
-                if kept and start[0] == _CHUNK:
-                    rest = _records_of_cut_chunk(file.read(BAG_PIECE_BYTES))
-                break
-            kept = position = file.seek(end)
-    if not kept:
-        raise NothingWhole
-    data_end = struct.pack("<BQL", _DATA_END, 4, 0)
-    footer = struct.pack("<BQQQL", _FOOTER, 20, 0, 0, 0)
-    return RepairedFile(path, _head_of_ros2(path), kept, rest + data_end + footer + _MAGIC_OF_MCAP)
-
-
-def _records_of_cut_chunk(data: bytes) -> bytes:
-    """Return the whole records in the beginning of an MCAP chunk."""
-    if len(data) < 32:
-        return b""
-    length = struct.unpack_from("<L", data, 28)[0]
-    start = 32 + length + 8
-    content = _unpacked_beginning(data[32 : 32 + length].decode("latin-1"), data[start:])
-    end = 0
-    while end + 9 <= len(content):
-        following = end + 9 + struct.unpack_from("<Q", content, end + 1)[0]
-        if following > len(content):
-            break
-        end = following
-    return content[:end]
-
-
-def _unpacked_beginning(compression: str, data: bytes) -> bytes:
-    """Unpack what can be unpacked of a piece that was cut; nothing where the compression is not known."""
-    if compression in ("", "none"):
-        return data
-    if compression not in _UNPACKERS:
-        return b""
-    try:
-        return _UNPACKERS[compression]().decompress(data, max_length=BAG_PIECE_BYTES)
-    except Exception:  # the libraries promise no kind of error for damaged data
-        return b""
 
 
 @dataclass(frozen=True)
@@ -301,7 +131,7 @@ def _content_of_cut_chunk(file: BinaryIO, position: int) -> bytes:
         size = ros1.read_uint32(file)
     except (ReaderError, ValueError):
         return b""
-    return _unpacked_beginning(compression, file.read(min(size, BAG_PIECE_BYTES)))
+    return unpacked_beginning(compression, file.read(min(size, BAG_PIECE_BYTES)))
 
 
 def _rebuilt_chunk(content: bytes, position: int, records: dict[int, bytes]) -> tuple[bytes, list[_Chunk]]:
@@ -380,17 +210,3 @@ def _packed_header(fields: dict[str, bytes]) -> bytes:
         struct.pack("<L", len(name) + 1 + len(value)) + name.encode() + b"=" + value for name, value in fields.items()
     )
     return struct.pack("<L", len(packed)) + packed
-
-
-def _definition(schema: mcap.Schema | None) -> MessageDefinition:
-    """Return the definition of a channel's messages; one in a language that the library does not know is left out.
-
-    Nothing is decoded by it, and other channels of the file can be read all the same.
-    """
-    if schema is not None and schema.encoding not in ("ros2msg", "ros2idl", "omgidl"):
-        schema = None
-    return _definition_of_ros2(schema)
-
-
-_definition_of_ros2 = mcap.get_msgdef
-mcap.get_msgdef = _definition  # where the library looks it up
