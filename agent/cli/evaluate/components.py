@@ -1,8 +1,11 @@
-"""Evaluate single parts of the pipeline: `structagent evaluate completion`, `discriminators` and `coverage`."""
+"""Evaluate single parts of the pipeline: `structagent evaluate completion`, `segmentation`, `discriminators` and
+`coverage`.
+"""
 
 from __future__ import annotations
 
 import os
+from enum import Enum
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -15,6 +18,13 @@ from agent.runtime.output_paths import check_file
 from agent.runtime.stdio import import_pybullet_silently
 
 _CORES = max(1, os.cpu_count() or 1)
+
+
+class TablePart(str, Enum):
+    """The parts of the synthetic tables, which hold different objects."""
+
+    development = "development"
+    test = "test"
 
 
 def completion(
@@ -36,6 +46,35 @@ def completion(
     from agent.evaluation.completion import measure_completion, print_completion
 
     finish(partial(measure_completion, objects, scenes, seed, workers), print_completion, out, json_output)
+
+
+def segmentation(
+    data: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of labelled clouds (.pcd); by default synthetic tables are made."),
+    ] = None,
+    part: Annotated[
+        TablePart, typer.Option(help="Objects of the synthetic tables; perception was tuned on development.")
+    ] = TablePart.test,
+    scenes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of synthetic tables of each class.")] = 10,
+    seed: SeedOption = 0,
+    workers: ProcessesOption = _CORES,
+    out: ReportOption = None,
+    json_output: JsonOption = False,
+) -> None:
+    """Compare the objects that are found in depth pictures with the true ones.
+
+    The labels of a cloud are those of the object segmentation database: 1 to 9 are the table, 20 to 29 the first
+    object, 30 to 39 the second.
+
+    Example: structagent evaluate segmentation --data OSD
+    """
+    check_file(out)
+    import_pybullet_silently()
+    from agent.evaluation.segmentation.measurement import measure_segmentation, print_segmentation
+
+    measure = partial(measure_segmentation, data, part.value, scenes, seed, workers)
+    finish(measure, print_segmentation, out, json_output)
 
 
 def discriminators(
