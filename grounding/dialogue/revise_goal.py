@@ -20,7 +20,7 @@ from grounding.dialogue.part_replacements import replaced, which_is_replaced
 from grounding.dialogue.relative_edits import normalized, relative_edits
 from grounding.dialogue.revise import Revision
 from grounding.dialogue.scene_reader import GoalReader, SpokenReading
-from grounding.goal_reading.goal_words import VERBS
+from grounding.goal_reading.verb_words import VERBS
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError
 from grounding.parse_result import shortened

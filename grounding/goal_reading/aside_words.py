@@ -67,7 +67,8 @@ FACTS = _words(
     "present gift antique called named bought made brought from given belongs belong came come cost costs smell smells look looks very so really "
     "quite too rather all both always already still a an my our his her the of by and also just bit little kind sort again now today yesterday "
     "recently handmade homemade plastic porcelain china glass wooden metal years year ago sister's mother's father's brother's grandmother's "
-    "grandma's mum's mom's souvenir heirloom thing things one ones favourites toy toys me us him it they got to pure real fake"
+    "grandma's mum's mom's souvenir heirloom thing things one ones favourites toy toys me us him it they got to pure real fake "
+    "mess here there everywhere chaos disaster late early time hurry busy tired hungry"
 )
 # Nouns after "for" that are no occasion and nobody: they would be a wish.
 NO_PURPOSE = _words(
@@ -76,6 +77,7 @@ NO_PURPOSE = _words(
 )
 ADDRESS = _words(
     "buddy friend mate pal dude bro man sir madam ma'am miss mister boss captain chief honey darling dear sweetie sweetheart love babe kiddo champ "
+    "pumpkin sugar cupcake cookie peach muffin bear cutie sweets doll duckie ducky cabbage chum lad lass gal girl boy bestie homie sis cuz "
     "robot bot machine computer assistant arm jaco kinova partner sunshine genius chap fella folks guys amigo comrade professor helper there again "
     "all everyone team"
 )

@@ -24,14 +24,14 @@ from grounding.goal_reading.aside_words import (
     STABLE,
 )
 from grounding.goal_reading.clauses import ENDS, SPATIAL, STOPS, Clauses
-from grounding.goal_reading.goal_words import VERBS
 from grounding.goal_reading.politeness import TAG, THANKS, polite_end
 from grounding.goal_reading.tokens import Words
+from grounding.goal_reading.verb_words import VERBS
 from grounding.references.attributes import COLOR_WORDS
 from grounding.references.phrases import Vocabulary
 
 _CONDITION = re.compile(
-    r"(?:if|when|whenever|as soon as|once) (?:you(?:'re|'ve| are| have| can| could| would| will| get| find| feel| don't| may| want to help| please| do me| happen| know| manage)|it(?:'s| is| isn't|'s not| is not| pleases) (?:not |no |n't )?(?:too|to|at all|a|any|much|ok|okay|all right|alright|possible|you)|that(?:'s| is) (?:ok|okay|all right|alright|possible|fine))(?= |$)"
+    r"(?:if|when|whenever|as soon as|once) (?:you(?:'re|'ve| are| have| can| could| would| will| get| find| feel| don't| may| want to help| please| do me| happen| know| manage)|it(?:'s| is| isn't|'s not| is not| pleases) (?:not |no |n't )?(?:too|to|at all|a|any|much|ok|okay|all right|alright|possible|you)|that(?:'s| is) (?:ok|okay|all right|alright|possible|fine)|(?:i|we) (?:had|were|was|could|weren't))(?= |$)"
 )
 _REASON = frozenset(
     "because cause cuz coz since as seeing given considering due owing thanks whereas although though".split()
@@ -43,6 +43,30 @@ _GIVEN = re.compile(
     r"(?: (?:me|us|him|her|them|you|myself|back|home))?"
     r"(?: (?:yesterday|today|recently|last \w+|the other day|as an? \w+|\w+ (?:years|months|weeks|days) ago|(?:from|by|to|for) (?:my|our|his|her|the|a) \w+|(?:in|at|from|to|by) (?!(?:the|a|my|this|your)\b)\w+|so much|very much|most|the most|every day))*"
 )  # fmt: skip
+
+_WANTS = re.compile(
+    r"(?:(?:always|really|just|also|kindly) )*(?:says?|said|thinks?|insists?|wants?|wanted|needs|would like|would love|would prefer|'d like|prefers?|asks?|asked|told me|told us|tells me"
+    r"|suggests?|suggested|recommends?|wishes|demands?|expects?|likes|liked|loves)(?: (?:that|for|to have|to see|you to|me to have|us to have|it if|me to|you|to tell you to))?(?= )"
+)
+_HEADING = re.compile(
+    r"(?:(?:the|your|my|our|new|next|first|second|third|last) )*(?:task|job|to do|todo|order|orders|mission|instruction|instructions|command|request|goal|note|plan|step|wish|assignment)"
+    r"(?: (?:number )?(?:\d+|one|two|three|four))?(?= :)"
+)
+_TIDYING = re.compile(
+    r"(?:please )?(?:rearrange|arrange|reorganize|reorganise|organize|organise|tidy|tidy up|clean|clean up|clear up|straighten up|straighten out|sort out|sort|set up|lay out|fix|change|redo)"
+    r"(?: (?:the|this|my|our|all the|these|those) (?:\w+ )?(?:table|desk|things|objects|items|stuff|mess|scene|workbench|bench|place|workplace|layout|setup|lot)| things| everything| it all| up)?"
+    r"(?: (?:a bit|a little|as follows|like this|like so|this way|in this way|so))?(?= :| so that(?: ,)?| such that(?: ,)?)"
+)
+_HAPPENS = re.compile(
+    r"(?:the|my|our|this|that|one of the|all the|these|those) (?:\w+ ){1,3}?(?:(?:always|often|usually|sometimes|never|nearly|almost|just|constantly|already|really) )*"
+    r"(?:gets|got|get|keeps|keep|kept|has|have|had|fell|falls|fall|broke|breaks|rolled|rolls|roll|slips|slipped|wobbles|wobble|tips|tipped|leaks|leaked|smells|cost|costs|came|won't stop|used to)"
+    r"(?: (?:a|an|been|getting|falling|rolling|knocked|broken|some|no|off|over|down|away|stolen|lost|dirty|in my way|in the way|from|to|my|me|us|such|so))(?= )"
+)
+_ROOM = re.compile(
+    r"so (?:that )?(?:(?:the|my|our|that) (?:\w+ ){1,3}?(?:is|are|stays?|remains?|will be|gets|becomes?|can stay)|there(?:'s| is| will be)|i have|i've got|we have|i get|we get|you have|they have|it leaves|this leaves)"
+    r"(?: (?:nice and|still|all|completely|kept|left|enough|plenty of|some|more|lots of|a bit of|a little))* (?:free|clear|empty|open|available|accessible|unobstructed|room|space|tidy|clean|neat)(?= |$)"
+)
+_UNTIL = (("by", "the", "time"), ("in", "time", "for"))
 
 
 class Asides:
@@ -57,22 +81,31 @@ class Asides:
         self.said, self.forms = said, vocabulary.forms
         self._clauses = Clauses(said, vocabulary)
 
-    def at(self, place: int, after_phrase: bool = False, many: bool = False) -> int | None:
+    def at(self, place: int, after_phrase: bool = False, many: bool = False, fresh: bool = False) -> int | None:
         """Return the place after the aside that begins here; `None` where none begins.
 
         Args:
             place: of its first word.
             after_phrase: whether a noun phrase for objects stands right before it.
             many: whether that phrase means several objects.
+            fresh: whether its sentence says nothing before it that counts.
         """
-        opening = place == 0 or self.said.word(place - 1) in ENDS
+        opening = fresh or place == 0 or self.said.word(place - 1) in ENDS
         ends = [
-            self._phrases(place), self._clause(place), self._purpose(place), self._for(place), self._condition(place),
+            self._phrases(place), self._clause(place), self._room(place), self._purpose(place), self._for(place), self._condition(place), self._deadline(place),
             self._parenthesis(place), self._source(place, many) if after_phrase else None,
         ]  # fmt: skip
         if opening or self.said.word(place - 1) in ("and", "so", "but", *INTERJECTIONS):
-            ends += [self._address(place), self._comment(place), self._exclamation(place)]
+            ends += [self._address(place), self._comment(place), self._exclamation(place), self._heading(place), self._happening(place)]
+        if opening or self.said.word(place - 1) in ("and", "but", "that", "because"):
+            ends.append(self._wanted(place))
         return max((end for end in ends if end is not None and end > place), default=None)
+
+    def endearment(self, place: int) -> bool:
+        """Tell whether a word that names an object elsewhere addresses the robot: "..., honey"."""
+        said, word = self.said, self.said.word(place)
+        alone = said.word(place - 1) in (",", "", ".", "!", "please", "hey", "ok", "okay") and said.word(place + 1) in ("", *ENDS)
+        return alone and word in ADDRESS and not self._clauses.on_table(place)
 
     # Subordinate clauses
 
@@ -186,6 +219,19 @@ class Asides:
             "can", "could", "please", "put", "is", "are", "should", "must", "so", "then", "because", "which", "that", "i", "we", "you",
         )  # fmt: skip
 
+    def _deadline(self, place: int) -> int | None:
+        """Read "before my guests arrive", "by the time dinner is served": the arm works at once in any case."""
+        said = self.said
+        words = said.words[place : place + 3]
+        first = place + 1 if words[:1] == ("before",) else place + 3 if words in _UNTIL else None
+        if first is None:
+            return None
+        end = self._clauses.end(first)
+        if self._clauses.person(first) is not None:
+            return end if self._clauses.about(first, end) and end - first > 1 else None
+        occasion = said.word(end - 1) in OCCASIONS and end - first < 4 or said.word(first) in ("it's", "it", "dinner", "lunch")
+        return end if occasion and not self._clauses.wishes(first, end) else None
+
     def _condition(self, place: int) -> int | None:
         """Read "if you have a minute", "when you get a chance", "if it's not too much trouble"."""
         if self.said.match(_CONDITION, place) is None:
@@ -209,8 +255,40 @@ class Asides:
         if end - place < 2 or said.word(place) in VERBS or not self._clauses.about(place, end):
             return None
         told = self._clauses.person(place)
-        verb = told is None or said.word(told) not in ("", *ENDS) and said.word(told) not in SPATIAL
+        verb = told is None or "'" in said.word(told - 1) or said.word(told) not in ("", *ENDS) and said.word(told) not in SPATIAL
         return end if verb else None
+
+    def _wanted(self, place: int) -> int | None:
+        """Read "my wife wants", "the boss says that": somebody else's wish, which follows."""
+        first = self._clauses.person(place)
+        if first is None or self.said.word(place) in ("i", "we", "nobody"):
+            return None
+        match = self.said.match(_WANTS, first)
+        return None if match is None or self.said.word(match[1]) in ("", *ENDS) else match[1]
+
+    def _happening(self, place: int) -> int | None:
+        """Read what happens to an object: "the bottle always gets knocked over", "the green apple has a worm in it"."""
+        match = self.said.match(_HAPPENS, place)
+        if match is None or not any(self._clauses.is_object(i) for i in range(place, match[1])):
+            return None
+        end = self._clauses.end(match[1])
+        told = end > match[1] and not self._clauses.wishes(match[1], end, facts=True)
+        return end if told and self.said.word(end) not in ("", ".", "!") else None
+
+    def _room(self, place: int) -> int | None:
+        """Read "so the front is free for my laptop", "so that I have room to work"."""
+        match = self.said.match(_ROOM, place)
+        if match is None:
+            return None
+        end = self._clauses.end(match[1]) if self.said.word(match[1]) in ("for", "to") else match[1]
+        return end if not self._clauses.wishes(match[1], end, facts=True) else None
+
+    def _heading(self, place: int) -> int | None:
+        """Read "task:", "to do:", "step one:" before a request."""
+        if (tidying := self.said.match(_TIDYING, place)) is not None:
+            return tidying[1] + (self.said.word(tidying[1]) == ":")
+        match = self.said.match(_HEADING, place)
+        return None if match is None or self.said.word(match[1]) != ":" else match[1] + 1
 
     def _source(self, place: int, many: bool) -> int | None:
         """Read where an object comes from: "the mug that my sister gave me"; of several it could choose some."""

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import replace
 
 from grounding.goal_reading.asides import Asides
+from grounding.goal_reading.care import care_end
 from grounding.goal_reading.chunk import Chunk, Shape
-from grounding.goal_reading.goal_words import NOISE, NOISE_PHRASES, VERB_PHRASES, VERBS
+from grounding.goal_reading.goal_words import NOISE, NOISE_PHRASES
 from grounding.goal_reading.headings import heading_at
 from grounding.goal_reading.marks import marks_at
 from grounding.goal_reading.noun_phrases import NounPhraseReader
@@ -16,9 +18,9 @@ from grounding.goal_reading.patterns import PATTERNS
 from grounding.goal_reading.places import edge_at, place_at
 from grounding.goal_reading.shapes import SIZE_ONE, SIZES, ShapeReader
 from grounding.goal_reading.tokens import LENGTH, Words
+from grounding.goal_reading.verbs import VerbReader
 from grounding.references.phrases import ANY, Vocabulary
 
-_DETERMINERS = frozenset("the a an my your our this that these those its their one".split())
 _JOINTS: Mapping[str, str] = {
     ",": "comma", "and": "and", "&": "and", "plus": "and", "+": "and", ".": "stop", "!": "stop", "?": "stop", ";": "stop",
     ":": "comma", "=": "comma", "/": "comma", "->": "comma", ">": "comma", "(": "comma", ")": "comma", "then": "then", "while": "and", "whereas": "and", "or": "or", "afterward": "then",
@@ -47,6 +49,7 @@ class Chunker:
         self.said, self.metres = said, metres
         self.phrases = NounPhraseReader(said, vocabulary)
         self.shapes = ShapeReader(said, self.phrases)
+        self.verbs = VerbReader(said, self.phrases)
         self.asides = Asides(said, vocabulary)
 
     def chunks(self) -> list[Chunk]:
@@ -64,9 +67,13 @@ class Chunker:
         return _postposed(found)
 
     def _chunk(self, place: int, before: list[Chunk]) -> Chunk:
+        if (particle := self.verbs.particle(place, before)) is not None:
+            return particle
+        if (end := care_end(self.said, place, self.phrases)) is not None:
+            return Chunk("noise", True, place, end)
         options = [
             *self._patterns(place, before), *self._special(place, before), *self.shapes.at(place, before), *self._place(place),
-            *self._verb(place, before), *self._noun_phrase(place), *self._joint(place), *self._noise(place),
+            *self.verbs.at(place, before), *self._noun_phrase(place), *self._joint(place), *self._noise(place, before),
             *self._aside(place, before),
         ]  # fmt: skip
         if options:
@@ -78,11 +85,18 @@ class Chunker:
         for kind, pattern, value in PATTERNS:
             if match := self.said.match(pattern, place):
                 says = value(match[0]) if value is not None else True
+                if kind == "relation?" and match[0].group().endswith("over") and not self._named(match[1]):
+                    found.append(Chunk("noise", True, place, match[1]))  # "shift it over so it's behind the box"
+                    continue
                 if kind == "rows" and says == 1:  # "in one row" is a line
                     found.append(Chunk("shape", Shape("line", linked=True), place, match[1]))
                 elif says is not None and not (kind == "order end" and not _ordering(before)):
                     found.append(Chunk(kind, says, place, match[1]))
         return found
+
+    def _named(self, place: int) -> bool:
+        """Return whether objects or a structure are named from here on."""
+        return self.phrases.at(place) is not None or bool(self.shapes.at(place, []))
 
     def _special(self, place: int, before: list[Chunk]) -> list[Chunk]:
         said, found = self.said, []
@@ -134,49 +148,10 @@ class Chunker:
         phrase = self.phrases.at(at) if self.said.word(at) == "the" else None
         return phrase is not None and phrase.kind == "objects" and phrase.side is not None and phrase.end > at + 2
 
-    def _verb(self, place: int, before: list[Chunk]) -> list[Chunk]:
-        said = self.said
-        if said.word(place - 1) in _DETERMINERS and said.word(place - 1) not in ("that", "this"):
-            return []
-        for length in (4, 3, 2):
-            if place + length > len(said.words):
-                continue
-            phrase = " ".join(said.words[place : place + length])
-            if place + length <= len(said.words) and (kind := VERB_PHRASES.get(phrase)) is not None:
-                return [Chunk("noise" if kind == "noise" else "verb", kind, place, place + length)]
-        word = said.word(place)
-        if word in ("turn", "transform", "convert") and any(
-            pair in (("into", "a"), ("into", "an"), ("into", "one"))
-            for pair in zip(said.words[place : place + 9], said.words[place + 1 : place + 10], strict=False)
-        ):
-            return [Chunk("verb", "place", place, place + 1)]
-        stem = word
-        if word not in VERBS:
-            for ending, instead in (("ing", ""), ("ing", "e"), ("ed", ""), ("ed", "e"), ("s", ""), ("es", "")):
-                stem = word.removesuffix(ending) + instead if word.endswith(ending) else word
-                if len(stem) > 2 and stem[-1:] == stem[-2:-1] and stem not in VERBS and stem[:-1] in VERBS:
-                    stem = stem[:-1]
-                if stem in VERBS:
-                    break
-        if stem in VERBS:
-            particle = said.word(place + 1) in ("up", "out", "down", "over", "around", "together") and VERBS[
-                stem
-            ] not in ("cluster",)
-            end = (
-                place
-                + 1
-                + (particle and said.word(place + 1) in ("up", "out", "down") and said.word(place + 2) != "of")
-            )
-            kind = VERBS[stem]
-            if kind == "surround" and word in ("circle", "ring") and self.phrases.at(end) is None:
-                return []
-            if stem != word and kind in ("place", "make", "take"):
-                return [Chunk("noise", kind, place, place + 1)] if before else []
-            return [Chunk("verb", kind, place, end)]
-        return []
-
     def _noun_phrase(self, place: int) -> list[Chunk]:
         phrase = self.phrases.at(place)
+        if self.asides.endearment(place):
+            return []
         return [] if phrase is None else [Chunk("noun phrase", phrase, place, phrase.end)]
 
     def _aside(self, place: int, before: list[Chunk]) -> list[Chunk]:
@@ -185,7 +160,8 @@ class Chunker:
             one.kind == "noise" and one.said.lower().endswith(" if") for one in before
         ):
             return [Chunk("noise", True, place, place + 1)]  # "it would be nice if the spoon was in the bowl"
-        end = self.asides.at(place, phrase is not None, phrase is not None and phrase.many)
+        fresh = all(one.kind in ("noise", "mentioned") for one in _sentence(before))
+        end = self.asides.at(place, phrase is not None, phrase is not None and phrase.many, fresh)
         if end is None:
             return []
         opening = not before or before[-1].kind == "stop"
@@ -193,6 +169,7 @@ class Chunker:
             phrase
             for at in range(place, end)
             if (phrase := self.phrases.at(at)) is not None and phrase.kind == "objects" and phrase.end <= end
+            and phrase.text.lower() != "can"
         ]
         named = [phrase for phrase in named if phrase.mention.known and phrase.mention.noun != ANY]
         return [Chunk("mentioned", named, place, end) if opening and named else Chunk("noise", True, place, end)]
@@ -205,7 +182,7 @@ class Chunker:
             return [Chunk("then", True, place, place + 2)]
         return [Chunk(kind, True, place, place + 1)] if kind else []
 
-    def _noise(self, place: int) -> list[Chunk]:
+    def _noise(self, place: int, before: list[Chunk]) -> list[Chunk]:
         for length in range(min(8, len(self.said.words) - place), 1, -1):
             if " ".join(self.said.words[place : place + length]) in _NOISE_PHRASES:
                 return [Chunk("noise", True, place, place + length)]
@@ -220,11 +197,21 @@ class Chunker:
             return [Chunk("noise", True, place, place + 1)]  # how it is done: "swiftly"
         if word == "if" and self.said.word(place + 1) not in ("you", "possible", "i", "we"):
             return [Chunk("unknown", "if", place, place + 1)]  # a condition
+        if len(word) == 1 and unicodedata.category(word) == "So":
+            return [Chunk("noise", True, place, place + 1)]  # a picture of a smile
+        if word == "one" and self.said.word(place - 1) in ("left", "right") and before and before[-1].kind == "place":
+            return [Chunk("noise", True, place, place + 1)]  # "in the front right one": a corner, as before
         if word in NOISE or word in "'\"()":
             return [Chunk("noise", True, place, place + 1)]
         if word == LENGTH:
             return [Chunk("length", True, place, place + 1)]
         return []
+
+
+def _sentence(before: list[Chunk]) -> list[Chunk]:
+    """Return the chunks of the sentence that is not ended yet."""
+    stops = [i for i, one in enumerate(before) if one.kind in ("stop", "comma")]
+    return before[stops[-1] + 1 :] if stops else before
 
 
 def _postposed(chunks: list[Chunk]) -> list[Chunk]:

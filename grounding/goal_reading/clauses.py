@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from grounding.goal_reading.aside_words import FACTS, OWNERS, PERSONS, WANTING, WISHES
-from grounding.goal_reading.goal_words import SHAPE_NOUNS, VERBS
+from grounding.goal_reading.goal_words import SHAPE_NOUNS
 from grounding.goal_reading.places import edge_at, place_at
 from grounding.goal_reading.tokens import LENGTH, Words
+from grounding.goal_reading.verb_words import VERBS
 from grounding.references.attributes import COLOR_WORDS
 from grounding.references.phrases import Vocabulary
 
@@ -20,6 +21,11 @@ SPATIAL = frozenset("on in into onto of to at near by with from inside beside be
 _BEFORE_VERBS = frozenset(
     "i we you he she they to not can can't could will would should never always don't doesn't didn't won't must may might cannot who just".split()
 )
+
+_REQUESTS = frozenset((
+    ("can", "you"), ("could", "you"), ("would", "you"), ("will", "you"), ("i", "want"), ("i", "need"), ("i", "would"), ("we", "need"),
+    ("we", "want"),
+))  # fmt: skip
 
 
 class Clauses:
@@ -39,6 +45,10 @@ class Clauses:
         if word not in self.forms:
             return False
         return not self.heads or self.forms[word][0] in self.heads
+
+    def on_table(self, place: int) -> bool:
+        """Return whether the word names an object of the scene."""
+        return self.said.word(place) in self.forms and self.forms[self.said.word(place)][0] in self.heads
 
     def wishes(self, first: int, end: int, facts: bool = False) -> bool:
         """Return whether a word from `first` to `end` could be a wish.
@@ -70,7 +80,8 @@ class Clauses:
             if self.is_object(place) and (not facts or before in SPATIAL or self.said.word(place - 2) in SPATIAL):
                 return True
             side = word in ("left", "right") and self.said.word(place + 1) in ("handed", "handers", "now", "away", "?")
-            if not side and not body and (place_at(self.said, place) or edge_at(self.said, place)):
+            home = word == "back" and before in ("came", "come", "get", "got", "went", "go", "am", "i'm", "be", "been", "was", "going", "coming")
+            if not side and not body and not home and (place_at(self.said, place) or edge_at(self.said, place)):
                 return True
         return False
 
@@ -96,7 +107,7 @@ class Clauses:
                 or named
                 or said.word(at + 1) in ("then", "please", "can", "could", "also")
             )
-        if word == "please":
+        if word in ("please", "let's") or self.said.words[at : at + 2] in _REQUESTS:
             return True
         if word in VERBS and said.word(at - 1) not in _BEFORE_VERBS and said.word(at - 1) not in OWNERS:
             return said.word(at + 1) in (

@@ -108,6 +108,8 @@ class Composer:
                 self.known.mentioned.append((objects, phrase.many))
             elif phrase.kind in ("rest", "all"):
                 continue
+            elif phrase.kind == "pronoun" and isinstance(objects := self.known.meant(phrase), tuple):
+                self.left_out.update(objects)
             else:
                 self._unread(frame)
         if not frame.objects and frame.verb == "leave":

@@ -32,14 +32,14 @@ def without_corrections(chunks: list[Chunk]) -> list[Chunk]:
 
 
 def _moves_joined(chunks: list[Chunk]) -> list[Chunk]:
-    """Join a length with the direction after it, where a correction stood between them: "10 cm, I mean 15 cm, to the left"."""
+    """Join a length with the direction after it, where something stood between them: "10 cm, I mean 15 cm, to the left"."""
     kept: list[Chunk] = []
     for chunk in chunks:
         before = [one for one in kept[-2:] if one.kind != "comma"]
         sideways = (
             chunk.kind == "place" and chunk.value.x_position in ("left", "right") and chunk.value.y_position is None
         )
-        if sideways and before and before[-1].kind == "length":
+        if sideways and before and before[-1].kind in ("length", "away"):
             while kept[-1].kind == "comma":
                 kept.pop()
             length = kept.pop()

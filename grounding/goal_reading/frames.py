@@ -123,6 +123,10 @@ class Framer:
         linked = chunk.value == "make" and frame.objects and not frame.has("shape") and self._pending is None
         if linked:
             return at + 1
+        if frame.verb == "make" and chunk.value == "place" and frame.objects and not frame.predicates and self._pending is None:
+            frame.verb, frame.verb_said = "place", chunk.said.lower()  # "make the drill stand in the corner"
+            self._extend(chunk)
+            return at + 1
         if frame.negated and not frame.verb and not frame.objects:
             frame.verb = chunk.value
             return at + 1

@@ -1,53 +1,16 @@
-"""List the words that goals are said with: verbs, shapes, sides, and what says nothing of a goal."""
+"""List the words that goals are said with: shapes, sides, and what says nothing of a goal."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
+from grounding.goal_reading.verb_words import VERBS
 from grounding.structure_words import STRUCTURES
 
 
 def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
-
-# Verb -> what it asks for: "place" something, "make" a structure, only "take" it, or an act of its own.
-_VERBS = {
-    "place": "put place set position lay arrange organize organise move bring shift slide push pull drag transfer relocate stand "
-    "sit drop keep want have get tuck pop stick park distribute display rearrange order nudge scoot rest deposit locate "
-    "shove plop stash store situate carry relocate reposition hang wedge plonk chuck configure fit insert dump slot need pose perch plunk nestle "
-    "squeeze balance mount prop throw toss send return lift scooch scoot shuffle swing steer roll lean lower raise install settle seat assign "
-    "allocate dispose station pitch hoist ease deliver direct fix pin sandwich tidy sweep rest lodge squash squish jam cram shimmy "
-    "budge jiggle edge guide load stuff bung whack slap bump dock anchor hide give flank centre center",
-    "make": "make build form create construct assemble produce draw design compose shape generate erect fashion craft do prepare establish",
-    "take": "take grab fetch use choose select consider collect",
-    "stack": "stack pile heap",
-    "line": "align queue line string",
-    "cluster": "gather cluster bunch huddle clump crowd bundle herd",
-    "sort": "sort group separate divide categorize categorise classify segregate",
-    "swap": "swap switch exchange interchange trade",
-    "spread": "spread space scatter",
-    "surround": "surround encircle circle ring enclose",
-    "leave": "leave ignore skip omit spare exclude",
-}  # fmt: skip
-VERBS: Mapping[str, str] = {word: kind for kind, words in _VERBS.items() for word in words.split()}
-# Verbs of several words, longest first.
-VERB_PHRASES: Mapping[str, str] = {
-    "pick up": "take", "line up": "line", "form up": "line", "queue up": "line", "pile up": "stack", "stack up": "stack",
-    "space out": "spread", "spread out": "spread", "circle up": "circle", "trade places of": "swap", "set up": "place",
-    "lay out": "place", "set out": "place", "put down": "place", "get rid": "unknown", "make sure": "noise",
-    "gather up": "cluster", "group together": "cluster", "bunch up": "cluster", "bring together": "cluster",
-    "swap around": "swap", "switch around": "swap", "change places": "swap", "swap places": "swap", "trade places": "swap",
-    "switch places": "swap", "swap positions": "swap", "switch positions": "swap", "exchange places": "swap",
-    "exchange positions": "swap", "exchange the positions of": "swap", "swap the positions of": "swap", "switch the positions of": "swap", "swap the places of": "swap", "switch the places of": "swap", "exchange the places of": "swap", "trade the places of": "swap", "change the places of": "swap", "trade positions": "swap", "swap over": "swap", "put up": "place", "leave out": "leave",
-    "lump together": "cluster", "pack together": "cluster", "do not touch": "leave", "don't touch": "leave",
-    "do not move": "leave", "don't move": "leave", "do not use": "leave", "don't use": "leave", "never touch": "leave",
-    "without touching": "leave", "without moving": "leave", "hands off": "leave", "stay away from": "leave",
-    "leave alone": "leave", "never mind": "leave", "forget about": "leave", "do not disturb": "leave",
-    "don't disturb": "leave", "do not include": "leave", "don't include": "leave", "start with": "take", "begin with": "take",
-    "don't bother with": "leave", "don't bother": "leave", "not touch": "leave", "go for": "make", "let's have": "make",
-    "i want": "place", "i would like": "place", "i'd like": "place", "i need": "place", "we need": "place", "give me": "make",
-}  # fmt: skip
 
 # Shape -> nouns beyond those of its own file.
 _MORE_NOUNS: Mapping[str, tuple[str, ...]] = {
@@ -103,7 +66,7 @@ NOISE = _words(
     "ensure mind if possible anyway somehow meanwhile darling sweetheart sir pal bot machine assistant today tonight quick "
     "favor favour help wanna gonna gotta yes yeah yep alright fine cool perfect for like my your is are i've what "
     "appreciate appreciated grateful thats sits stands sit stand gets get end ends up pls need needs that grab "
-    "respectively accordingly finished ready arm jaco instead only just belong belongs lie lies say running stretching basically honestly literally essentially next first second third then both each all of it's with from and "
+    "respectively accordingly myself yourself finished ready arm jaco instead only just belong belongs lie lies say running stretching basically honestly literally essentially next first second third then both each all of it's with from and "
     "up out down over how're ya dude bro team everyone yet still still currently already them their its it simple basic regular proper"
 )
 # What may stand before or after a part and says nothing: phrases, longest first.
@@ -131,6 +94,7 @@ NOISE_PHRASES = (
     "are to be", "i'd love", "i would love", "i'd prefer", "i would prefer", "we should have", "there should be", "i should see",
     "with care", "very carefully", "and then", "and also", "but also", "then also", "on the other hand", "at last", "in one go",
     "one by one", "one at a time", "one after another", "one after the other", "step by step", "right now", "right away", "in turn", "all of", "in place", "into place", "where i can see it", "where i can see them",
+    "that's why", "that is why", "this is why", "which is why", "by myself", "on my own", "by yourself", "by hand", "in any case", "at any rate",
     "its position", "their position", "its place", "their place", "your job is to", "your task is to", "i'm asking you to",
     "in a neat way", "in a tidy way", "nice and neat", "nice and tidy", "nice and even", "nicely and evenly", "evenly spaced", "equally spaced", "at equal distances",
     "with equal spacing", "with equal gaps", "with even gaps", "with even spacing", "spaced evenly", "spaced equally", "at regular intervals", "regularly spaced",

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.tokens import Words
-from grounding.references.attributes import COLOR_WORDS, MEASURES, SUPERLATIVES
+from grounding.references.attributes import COLOR_WORDS, MEASURES, SUPERLATIVES, UNJUDGED
 
 _LINK = re.compile(
     r"(?:,? ?(?:that's|who's|which's)|,? ?(?:that|which|who) (?:is|are|stands?|sits?|lies|lie|was|were|happens to be|rests?))"
@@ -65,7 +65,8 @@ def with_clause(said: Words, phrase: NounPhrase, phrase_at: Callable[[int], Noun
     """
     link = said.match(_LINK, phrase.end) or said.match(_PARTICIPLE, phrase.end)
     at = link[1] if link else phrase.end
-    if link and _judged(said.word(at)) and phrase.mention is not None:
+    unjudged = phrase.mention is not None and not phrase.mention.plural and said.word(at) in UNJUDGED
+    if link and (_judged(said.word(at)) or unjudged) and phrase.mention is not None:
         mention = replace(phrase.mention, modifiers=(*phrase.mention.modifiers, said.word(at)))
         return _ended(said, replace(phrase, mention=mention), at + 1)
     if (outer := said.match(_OUTER, at)) is not None and (

@@ -31,6 +31,57 @@ _PHRASES = tuple(
         r"(?:much obliged|all the best|best regards|kind regards|regards|yours truly|ta very much|that will be all|that would be all|over and out)",
     )
 )  # fmt: skip
+# What opens a request, and asks for nothing by itself.
+_OPENERS = tuple(
+    re.compile(pattern)
+    for pattern in (
+        r"(?:please )?(?:feel free|do not forget|don't forget|dont forget|remember|be sure|make certain|take care|try|attempt|manage|get ready"
+        r"|proceed|time|it's time|it is time|you need|you'll need|you will need|you have|you'll have|you will have|you've got|you're going|you are going"
+        r"|i need you|i expect you|i ask you|i urge you|i dare you|i challenge you|i'm asking you|i'd love you|i'd love for you|i'd like for you"
+        r"|i'm going to need you|i'm gonna need you|i will need you|i'll need you|the (?:goal|idea|plan|task|job|aim|point|trick) (?:here |now |today )?is"
+        r"|what you (?:have|need) to do is|all you have to do is|all you need to do is|what (?:i'd|i would) like you to do is|i'm trying|we're trying"
+        r"|you're supposed|you are supposed|may i ask you|can i ask you|could i ask you|might i ask you) to(?= [a-z])",
+        r"(?:start|begin|finish|end|kick|carry)(?: off| on| up)? by(?= [a-z]+ing)",
+        r"(?:why don't (?:you|we)|why not|what if (?:you|we)|how about (?:you|we)|how about|what about)(?= [a-z])",
+        r"(?:is there )?(?:any|a) (?:chance|way|possibility) (?:that )?(?:you|we) (?:could|can|might|would|get to)(?: possibly)?",
+        r"(?:see|check|find out) (?:if|whether) you can|see to it that|show me how you(?:'d| would| can| could)?|show me that you can|let me see you"
+        r"|prove (?:to me )?that you can|i (?:bet|know|think|believe|guess|assume|hope|trust) (?:that )?you (?:can't|cannot|can|could|will)",
+        r"(?:come|go) on(?= ,| !| \.)",
+        r"(?:all|what|the only thing|the thing) (?:that )?(?:i|we)(?:'d| would| really| just| actually)* (?:want|need|like|ask|request|ask for|am after)(?: now| here| today)? (?:is|are)(?: for you)?(?: to(?= [a-z]))?",
+        r"(?:what (?:i'm|we're) after|my (?:wish|request|order|idea|plan|instruction|instructions)(?: for you)?) (?:is|are)(?: this| as follows| for you)?(?: to(?= [a-z])| that)?",
+        r"(?:i'd|i would|i|we'd|we would) (?:love|like|appreciate|prefer|welcome|dig) it if (?:you|we) (?:could|would|can|might)?",
+        r"(?:i'd|i would) be (?:over the moon|so happy|very happy|in your debt|eternally grateful|obliged|much obliged)(?: if (?:you|we)(?: could| would| can)?)?",
+        r"(?:do you )?(?:think|reckon|suppose) (?:that )?you (?:could|can|might)(?: possibly| maybe)?(?: manage to)?",
+        r"(?:can|could|may|might) (?:i|we) (?:please |perhaps )?(?:have|get|see)|shall we",
+        r"if (?:you'd|you would|you could|you will) be (?:so |very )?(?:kind|good|nice)(?: as to| enough)?",
+        r"if it(?:'s| is| isn't| is not) (?:all the same to you|no bother|no trouble|not too much (?:trouble|to ask|bother|hassle)|too much (?:trouble|to ask|bother|hassle))",
+        r"sorry (?:to (?:bother|trouble|interrupt|disturb|pester) you|for (?:bothering|troubling|interrupting|disturbing) you|to ask)(?: again| once more| with this| so late| but)*",
+        r"(?:no|not a) (?:idea|clue) why(?: ,)?(?: but)?|don't ask(?: me)? why(?: ,)?(?: but)?|i don't know why(?: ,)?(?: but)?|first things first|(?:let's|let us) get started|here's what (?:i|we)(?:'d)? (?:want|need|like)",
+        r"(?:according to|as per|as stated in|following|per) (?:the|my|our|this|that) (?:manual|plan|instructions|drawing|sketch|picture|recipe|book|list|rules|tradition|boss|schedule|blueprint|diagram|spec|specs)",
+        r"would it be (?:too much (?:trouble|to ask|bother)|ok|okay|all right|possible|a problem|feasible)(?: for you)?(?: to(?= [a-z])| if you(?: could)?)?",
+    )
+)
+# How the arm should work; what is built stays the same.
+_MANNERS = tuple(
+    re.compile(pattern)
+    for pattern in (
+        r"nice and (?:slow|slowly|easy|gentle|gently|steady|careful|carefully|quick|quickly|soft)|slow and steady|slow and easy",
+        r"with (?:a (?:lot|bit) of |great |the utmost |utmost |extra |much |due |some |all |maximum )?(?:care|caution|precision|delicacy|patience|feeling)",
+        r"(?:as )?(?:gently|carefully|quickly|slowly|fast|quick|softly|neatly|quietly|precisely|exactly|accurately|best|well|smoothly|swiftly) as (?:you can|possible|you could|you are able(?: to)?|you're able(?: to)?|you like)",
+        r"without (?:any |further )?(?:hurry|haste|delay|rush|fuss|hesitation|ado|stopping|wasting time|rushing|making (?:a |any )?(?:noise|mess|sound|fuss))",
+        r"(?:pronto|on the double|this instant|at full speed|in no time|real quick|super fast|super quick|double quick|quick as you like|slow|quick|fast|asap)(?= [.,;!?]|$| please)",
+        r"(?:with|using) (?:your|the) (?:gripper|arm|hand|hands|robot arm|claw|fingers)",
+        r"in (?:a|one) (?:gentle|smooth|careful|slow|quick|single|swift) (?:way|manner|motion|movement|move|go)",
+        r"(?:take|taking) (?:all the|as much) time (?:you need|as you (?:need|like|want))|in your own time|one (?:at a time|by one|after the other)",
+    )
+)# What is to be done when the work is finished: the program reports in any case.
+_REPORTING = re.compile(
+    r"(?:and |then |, )*(?:you(?:'re| are) (?:all )?(?:done|finished|free to go)"
+    r"|(?:tell|call|inform|notify|alert|ping|message|text) me (?:when|once|as soon as|after) (?:you(?:'re| are|'ve)|it(?:'s| is)|that(?:'s| is)|everything(?:'s| is)) (?:all )?(?:done|finished|ready|in place|complete)"
+    r"|let me know (?:when|once|as soon as|if) (?:you(?:'re| are)|it(?:'s| is)|that(?:'s| is)|everything(?:'s| is)|there(?:'s| is| are)) (?:all )?(?:done|finished|ready|in place|complete|any problems?|a problem|any trouble)"
+    r"|report back(?: to me)?(?: when (?:you're|it's) (?:done|finished))?|tell me if (?:it|that) (?:works|worked|is a problem))"
+)
+
 THANKS = re.compile(
     r"(?:many |much |a thousand |huge )?(?:thanks|thank you|thx|thank u|ty|merci|gracias|danke|grazie|cheers)(?: a (?:lot|bunch|million|ton|heap))?"
 )
@@ -41,5 +92,6 @@ TAG = re.compile(
 
 def polite_end(said: Words, place: int) -> int | None:
     """Return the place after the longest polite phrase that begins at a word; `None` where none does."""
-    ends = [match[1] for pattern in _PHRASES if (match := said.match(pattern, place)) is not None]
+    patterns = (*_PHRASES, *_OPENERS, *_MANNERS, _REPORTING)
+    ends = [match[1] for pattern in patterns if (match := said.match(pattern, place)) is not None]
     return max(ends, default=None)

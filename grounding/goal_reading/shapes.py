@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 
 from grounding.goal_reading.chunk import Chunk, Shape
-from grounding.goal_reading.goal_words import SHAPE_NOUNS, VERBS
+from grounding.goal_reading.goal_words import SHAPE_NOUNS
 from grounding.goal_reading.noun_phrases import NounPhraseReader
 from grounding.goal_reading.patterns import number_of
 from grounding.goal_reading.tokens import LENGTH, Words
+from grounding.goal_reading.verb_words import VERBS
 from grounding.structure_words import STRUCTURES
 
 _LINK = re.compile(

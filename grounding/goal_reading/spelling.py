@@ -8,8 +8,9 @@ from functools import lru_cache
 from rapidfuzz import process
 from rapidfuzz.distance import OSA
 
-from grounding.goal_reading.goal_words import NOISE, PATTERN_WORDS, SHAPE_NOUNS, VERBS
+from grounding.goal_reading.goal_words import NOISE, PATTERN_WORDS, SHAPE_NOUNS
 from grounding.goal_reading.measures import COUNTS, UNITS
+from grounding.goal_reading.verb_words import VERBS
 from grounding.parsers.spelling import SHORTHAND
 from grounding.references.attributes import TELLING_ADJECTIVES
 from grounding.references.function_words import FUNCTION_WORDS, NOT_OBJECTS

@@ -97,6 +97,30 @@ def split(text: str, corrected: Callable[[str], str] = str) -> Words:
     return joined(text, words, spans)
 
 
+_HESITATIONS = frozenset(
+    ("uh", "um", "er", "erm", "uhm", "ehm", "hmm", "hm", "eh", "ah", "well", "like", "you know", "how do you say", "let me see", "let's see")
+)
+_EXPECTING = frozenset(
+    "the a an my your this that these those on in at to of by with between behind beside into onto from and or next around near".split()
+)
+
+
+def fluent(said: Words) -> Words:
+    """Leave out what fills a pause within a phrase: "on, uh, the plate", "the, you know, plate"."""
+    words, spans = list(said.words), list(said.spans)
+    at = 1
+    while at < len(words):
+        first = at + (words[at] == ",")
+        length = next((n for n in (4, 3, 2, 1) if " ".join(words[first : first + n]) in _HESITATIONS), 0)
+        end = first + length
+        closed = words[end : end + 1] == [","]
+        if words[at - 1] in _EXPECTING and length and (closed or words[first] not in ("well", "like", "you")):
+            del words[at : end + closed], spans[at : end + closed]
+        else:
+            at += 1
+    return joined(said.text, words, spans)
+
+
 LENGTH = "LEN"  # stands for a length with its unit
 
 

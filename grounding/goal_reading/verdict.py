@@ -10,8 +10,16 @@ from grounding.goal_reading.reader import GoalReading, more_than_plain
 from grounding.parse_result import REFUSALS, Parse, Question, shortened
 from grounding.spec import LEGAL_VALUES, SLOTS
 
-_ASKING = re.compile(
-    r"\s*(?:(?:is|are|was|were|am|does|did|has|how|what|what's|where|where's|when|which|who|whose|why)\b(?! (?:about|an?)\b)|do (?:the|they|we|i|you (?:see|know|think|have))\b)",
+_QUESTION = re.compile(
+    r"\s*(?:(?:is|are|was|were|am|does|did|has|how|what|what's|where|where's|which|who|whose|why)\b(?! (?:about|an?)\b)"
+    r"|when (?:is|are|was|were|do|does|did|will|can|could|should|would)\b"
+    r"|do (?:the|they|we|i|you (?:see|know|think|have))\b)",
+    re.IGNORECASE,
+)
+# Requests that are worded like questions: "why don't you stack the cans", "what I need is two towers".
+_REQUEST = re.compile(
+    r"\s*(?:why (?:don't|not)\b|is there (?:any|a) (?:way|chance|possibility)\b|is it (?:ok|okay|possible|all right|too much)\b"
+    r"|what (?:if|(?:i|we)(?:'d)? (?:\w+ )?(?:want|need|like|ask)|you (?:have|need) to)\b|do you think (?:you|we) (?:can|could|might)\b)",
     re.IGNORECASE,
 )
 _DENIED = re.compile(
@@ -56,9 +64,11 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
         if _only_reported(parse, reading) or (plain and not taken_back and not (known and _places_chose(parse, reading))):
             return None
         return Verdict("ok")
-    refused = parse.status == "refused" and not (_idle(parse) and not reading.verbs) and not _ASKING.match(parse.text)
+    refused = parse.status == "refused" and not (_idle(parse) and not reading.verbs) and not _asks(parse.text)
     goal = any(REFUSALS[reason] in parse.message for reason in ("several", "relation"))
-    if parse.status != "refused" and not _ASKING.match(parse.text):
+    if reading.work and not _asks(parse.text):
+        return _other_work(parse, reading.work)
+    if parse.status != "refused" and not _asks(parse.text):
         denied = [
             question
             for words in reading.residue
@@ -117,18 +127,29 @@ def _not_understood(parse: Parse, words: tuple[str, ...]) -> Verdict:
     )
 
 
+def _other_work(parse: Parse, verbs: tuple[str, ...]) -> Verdict:
+    listed = " and ".join(repr(each) for each in dict.fromkeys(map(shortened, verbs)))
+    text = f"{listed} in {shortened(parse.text)!r} asks for other work than placing objects; leave it out"
+    return Verdict("refused", text)
+
+
+def _asks(text: str) -> bool:
+    """Return whether a text is worded like a question, and is none that requests something."""
+    return _QUESTION.match(text) is not None and _REQUEST.match(text) is None
+
+
 def _only_reported(parse: Parse, reading: GoalReading) -> bool:
     """Return whether the instruction asks or tells where something is: "is the mug next to the bowl?"."""
     if parse.status != "refused":
         return False
-    if _ASKING.match(parse.text):
+    if _asks(parse.text):
         return True
     return _idle(parse) and not reading.verbs and _STATED.search(parse.text) is not None
 
 
 def _asks_nothing(parse: Parse, reading: GoalReading) -> bool:
     return (
-        parse.status == "refused" and (_idle(parse) or _ASKING.match(parse.text) is not None) and bool(reading.residue)
+        parse.status == "refused" and (_idle(parse) or _asks(parse.text)) and bool(reading.residue)
     )
 
 
