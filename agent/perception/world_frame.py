@@ -20,6 +20,13 @@ _WORTH_TELLING = math.radians(0.5)  # and 5 mm: less is what any calibration lea
 _WORTH_TELLING_M = 0.005
 _DISAGREES = math.radians(5.0)
 _MIDDLE = (0.45, 0.0)  # m: the middle of what the arm reaches
+_SIDES = {
+    "on the camera's side": 0,
+    "at the table's right side as the camera sees it": 1,
+    "at the table's left side as the camera sees it": -1,
+    "opposite the camera": 2,
+}  # -> quarter turns to the left of the camera's direction of view
+_BASE_CLEARANCE = 0.2  # m from the middle of an object to the middle of the arm's base
 _STEP = 0.02  # m, in which a place for objects that spread too wide is sought
 
 
@@ -116,28 +123,62 @@ def _by_hand(world_from_camera: np.ndarray, level_from_camera: np.ndarray, place
 
 
 def _by_view(level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
-    """Assume that the arm stands on the camera's side, where it reaches the objects, because nothing says where it
-    is.
+    """Assume that the arm stands at the side of the table from which it reaches most objects; nothing says where it is.
+
+    The camera's side comes first where others are no better.
     """
-    x, y = _reachable_middle(places)
-    notes = (
+    reached = {side: _standing(places, quarters) for side, quarters in _SIDES.items()}
+    counts = {side: count for side, (_, count) in reached.items()}
+    side = max(counts, key=counts.__getitem__)
+    note = (
         "nothing says where the camera is: up is the table's normal, x the camera's direction of view, and the arm is "
-        "taken to stand on the table where it reaches the objects",
+        "taken to stand on the table where it reaches the objects"
     )
-    return Frames(
-        pose_from_xyz_yaw(_MIDDLE[0] - x, _MIDDLE[1] - y, 0.0, 0.0) @ level_from_camera, WORLD_FROM_BASE.copy(), notes
-    )
+    first = next(iter(_SIDES))
+    if side != first:
+        note = (
+            f"nothing says where the arm is: up is the table's normal, and the arm is taken to stand {side}, where it "
+            f"reaches {counts[side]} of {len(places)} objects; from the camera's side it would reach {counts[first]}; left "
+            "and right are as the arm sees them"
+        )
+    return Frames(reached[side][0] @ level_from_camera, WORLD_FROM_BASE.copy(), (note,))
+
+
+def _standing(places: np.ndarray, quarters: int) -> tuple[np.ndarray, int]:
+    """Return world_from_level (4, 4) of an arm that looks `quarters` quarter turns left of the camera, and its reach.
+
+    Args:
+        places: (N, 2) level frame.
+        quarters: how the arm is turned against the camera's direction of view.
+
+    Returns:
+        The pose, and how many of the places the arm reaches.
+    """
+    turned = pose_from_xyz_yaw(0.0, 0.0, 0.0, -quarters * math.pi / 2)
+    seen = places @ turned[:2, :2].T
+    x, y = _reachable_middle(seen)
+    turned[:2, 3] = _MIDDLE[0] - x, _MIDDLE[1] - y
+    return turned, int(_within_reach(seen, np.array([[x, y]]))[0])
 
 
 def _reachable_middle(places: np.ndarray) -> np.ndarray:
-    """Return the point (2,) to put in the middle of the arm's reach, so that it reaches most of the places (N, 2)."""
-    reach = Table()
-    half = np.array([reach.x_max - reach.x_min, reach.y_max - reach.y_min]) / 2
+    """Return the point (2,) to put in the middle of the arm's reach, so that it reaches most of the places (N, 2).
+
+    The arm's base then stands on no object, unless there is no other way.
+    """
     low, high = places.min(axis=0), places.max(axis=0)
-    if (high - low <= 2 * half).all():
+    if _within_reach(places, (low + high)[None] / 2)[0] == len(places):
         return (low + high) / 2
     x, y = np.meshgrid(*(np.arange(a, b + _STEP, _STEP) for a, b in zip(low, high, strict=True)), indexing="ij")
     tried = np.stack((x.ravel(), y.ravel()), axis=1)
-    inside = (np.abs(places[None] - tried[:, None]) <= half).all(axis=2).sum(axis=1)
+    bases = tried - _MIDDLE
+    on_base = (np.linalg.norm(places[None] - bases[:, None], axis=2) < _BASE_CLEARANCE).sum(axis=1)
     off = np.linalg.norm(tried - places.mean(axis=0), axis=1)
-    return tried[np.lexsort((off, -inside))[0]]
+    return tried[np.lexsort((off, -_within_reach(places, tried), on_base))[0]]
+
+
+def _within_reach(places: np.ndarray, middles: np.ndarray) -> np.ndarray:
+    """Return how many of the places (N, 2) the arm reaches for each middle (M, 2) of its reach: (M,)."""
+    reach = Table()
+    half = np.array([reach.x_max - reach.x_min, reach.y_max - reach.y_min]) / 2
+    return (np.abs(places[None] - middles[:, None]) <= half + 1e-9).all(axis=2).sum(axis=1)
