@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import tomllib
+from collections.abc import Iterator, Sequence
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 
@@ -21,8 +22,9 @@ from agent.cli.doctor import doctor
 from agent.diagnostics.doctor import PYTHON, examine, exit_code
 from agent.diagnostics.installation import changed_files
 from agent.diagnostics.requirements import ROOT, Requirement, required
-from agent.diagnostics.subprocess_worker import carry_out
+from agent.diagnostics.subprocess_worker import Outcome, carry_out
 
+OUTCOMES: dict[str, Outcome] = {}  # of probes that no test of this module can change
 CRASH = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
 LIMIT = 6.0  # s, for one import of a few lines: long enough for those that work, however busy the machine is
 LIBRARY = "raise ImportError('libgomp.so.1: cannot open shared object file: No such file or directory')"
@@ -61,7 +63,22 @@ def modules(tmp_path, monkeypatch):
     return write
 
 
-def test_everything_works_here(command, capsys):
+@pytest.fixture
+def once(monkeypatch):
+    """Carries out each probe once for all tests that take this: importing all packages takes 7 s.
+
+    A probe is its task alone, so a test may take this if it changes nothing that a task uses but does not name.
+    """
+
+    def remembered(tasks: Sequence[str], seconds: float) -> Iterator[Outcome]:
+        new = [task for task in tasks if task not in OUTCOMES]
+        OUTCOMES.update(zip(new, carry_out(new, seconds), strict=True))
+        return iter([OUTCOMES[task] for task in tasks])
+
+    monkeypatch.setattr("agent.diagnostics.doctor.carry_out", remembered)
+
+
+def test_everything_works_here(once, command, capsys):
     code = command(["doctor", "--json"])
     told = json.loads(capsys.readouterr().out)
     broken = [check for check in told["checks"] if check["needed"] and not check["works"]]
@@ -139,7 +156,7 @@ def test_a_package_that_is_missing_or_too_old(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["config.json", "model.safetensors"])
-def test_weights_that_are_damaged(name, tmp_path, monkeypatch):
+def test_weights_that_are_damaged(once, name, tmp_path, monkeypatch):
     shutil.copytree(ROOT / "structdiffusion" / "weights", tmp_path / "own")
     path = tmp_path / "own" / "structure" / name
     path.write_bytes(path.read_bytes()[:-50])
@@ -149,7 +166,7 @@ def test_weights_that_are_damaged(name, tmp_path, monkeypatch):
     assert str(path) in checks["structure"].detail and str(tmp_path / "own") in checks["structure"].mend
 
 
-def test_a_broken_configuration_is_one_check_of_many(tmp_path, command, capsys):
+def test_a_broken_configuration_is_one_check_of_many(once, tmp_path, command, capsys):
     (tmp_path / "structagent.toml").write_text("sed = 1\n")
     assert command(["doctor"]) == 6
     captured = capsys.readouterr()
@@ -188,7 +205,7 @@ def test_endpoint(server, monkeypatch):
 
 
 @pytest.mark.parametrize(("parser", "code"), [("embedding", 0), ("llm", 6)])
-def test_an_endpoint_is_needed_where_it_reads(parser, code, monkeypatch):
+def test_an_endpoint_is_needed_where_it_reads(once, parser, code, monkeypatch):
     monkeypatch.setenv("STRUCTAGENT_LLM_URL", "http://127.0.0.1:1/v1")
     monkeypatch.setenv("STRUCTAGENT_PARSER", parser)
     checks = list(examine())
@@ -218,9 +235,8 @@ def test_installed_files_are_held_to_their_checksums(tmp_path, monkeypatch):
 
 
 def prompt_check(root):
-    """The check of the prompt of slots, among those of all prompts."""
-    checks = [check for check in examine(root=root) if check.name == "prompt"]
-    return next(check for check in checks if "parse_structure.txt" in check.detail)
+    """The check of the prompt of slots, among those of all prompts; what is checked after it is not begun."""
+    return next(check for check in examine(root=root) if check.name == "prompt" and "parse_structure.txt" in check.detail)
 
 
 @pytest.mark.parametrize("parser", ["embedding", "llm"])
