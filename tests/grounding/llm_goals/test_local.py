@@ -12,8 +12,11 @@ from grounding.parsers.llm_local import INSTRUCTION
 from grounding.parsers.llm_reply import LLMError
 
 
+pytestmark = pytest.mark.usefixtures("cache_with_model")
+
+
 @pytest.fixture(scope="module")
-def goals():
+def goals(cache_with_model):
     return LocalGoals()
 
 

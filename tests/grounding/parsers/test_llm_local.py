@@ -22,8 +22,11 @@ PROMPT = load_prompt("parse_structure")
 FEW = with_examples(PROMPT, lambda n: range(3))
 
 
+pytestmark = pytest.mark.usefixtures("cache_with_model")
+
+
 @pytest.fixture(scope="module")
-def model():
+def model(cache_with_model):
     return LocalLLM()
 
 
@@ -113,13 +116,10 @@ def test_the_bare_model_is_another_model(model):
     assert bare.identity != model.identity and bare.identity.startswith("SmolLM2-135M-Instruct")
 
 
-def test_the_conversion_leaves_a_whole_folder_and_nothing_else(monkeypatch, tmp_path):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    half = cache_folder() / default_folder_name()
-    half.mkdir(parents=True)
-    (half / "config.json").write_text("{}")  # as an older program's crash may leave it
-    folder = default_folder()
-    assert folder == half and all((folder / name).is_file() for name in FILES)
+def test_the_conversion_leaves_a_whole_folder_and_nothing_else(monkeypatch, converted):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(converted))
+    folder = cache_folder() / default_folder_name()  # of which `converted` had only a part, as a crash may leave it
+    assert all((folder / name).is_file() for name in FILES)
     assert [path.name for path in cache_folder().iterdir()] == [folder.name]
     made = (folder / "model.safetensors").stat().st_mtime_ns
     assert default_folder() == folder and (folder / "model.safetensors").stat().st_mtime_ns == made
