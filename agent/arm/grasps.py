@@ -53,14 +53,17 @@ def hand_pose(point: np.ndarray, yaw: float, tilt: float = 0.0) -> np.ndarray:
 
     `tilt` turns it about its closing axis, so that it leans by that angle.
     """
-    closing = np.array([math.cos(yaw), math.sin(yaw), 0.0])
-    side = np.array([math.sin(yaw), -math.cos(yaw), 0.0])
-    approach = np.array([0.0, 0.0, -math.cos(tilt)]) + math.sin(tilt) * side
-    pose = np.eye(4)
-    pose[:3, 0], pose[:3, 2] = closing, approach
-    pose[:3, 1] = np.cross(approach, closing)
-    pose[:3, 3] = point
-    return pose
+    # Number by number: a search for grasps makes thousands of poses, and `np.cross` takes longer than all the rest.
+    cos_yaw, sin_yaw, sin_tilt = math.cos(yaw), math.sin(yaw), math.sin(tilt)
+    down_x, down_y, down_z = sin_tilt * sin_yaw, -sin_tilt * cos_yaw, -math.cos(tilt)
+    return np.array(
+        (
+            (cos_yaw, -down_z * sin_yaw, down_x, point[0]),
+            (sin_yaw, down_z * cos_yaw, down_y, point[1]),
+            (0.0, down_x * sin_yaw - down_y * cos_yaw, down_z, point[2]),
+            (0.0, 0.0, 0.0, 1.0),
+        )
+    )
 
 
 def is_round(points: np.ndarray) -> bool:
@@ -135,7 +138,8 @@ def _fitted(
             pose = hand_pose(position, yaw, tilt)
             levels = _in_hand(points, pose)
             above_palm = levels[np.abs(levels[:, 0]) < 0.045, 2]
-            if len(above_palm) and np.percentile(above_palm, 1) < PALM_LEVEL + PALM_CLEARANCE:
+            room = PALM_LEVEL + PALM_CLEARANCE
+            if len(above_palm) and above_palm.min() < room and np.percentile(above_palm, 1) < room:
                 break
             inside = _in_hand(near, pose)
             passing, there = _widths(inside, clearance)
