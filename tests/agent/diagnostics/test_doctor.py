@@ -236,7 +236,8 @@ def test_installed_files_are_held_to_their_checksums(tmp_path, monkeypatch):
 
 def prompt_check(root):
     """The check of the prompt of slots, among those of all prompts; what is checked after it is not begun."""
-    return next(check for check in examine(root=root) if check.name == "prompt" and "parse_structure.txt" in check.detail)
+    prompts = (check for check in examine(root=root) if check.name == "prompt")
+    return next(check for check in prompts if "parse_structure.txt" in check.detail)
 
 
 @pytest.mark.parametrize("parser", ["embedding", "llm"])
