@@ -62,6 +62,10 @@ _HAPPENS = re.compile(
     r"(?:gets|got|get|keeps|keep|kept|has|have|had|fell|falls|fall|broke|breaks|rolled|rolls|roll|slips|slipped|wobbles|wobble|tips|tipped|leaks|leaked|smells|cost|costs|came|won't stop|used to)"
     r"(?: (?:a|an|been|getting|falling|rolling|knocked|broken|some|no|off|over|down|away|stolen|lost|dirty|in my way|in the way|from|to|my|me|us|such|so))(?= )"
 )
+_NO_STAY = re.compile(
+    r"(?:the|my|our|this|that) (?:\w+ ){1,3}?(?:can't|cannot|can not|shouldn't|should not|mustn't|must not) (?:stay|remain|be|stand|sit|lie)"
+    r"(?: (?:back|over|right|there|here|where (?:it|they) (?:is|are)(?: now)?|like (?:that|this)|in that place|that way))+(?= [,.;!]| and| so)"
+)
 _ROOM = re.compile(
     r"so (?:that )?(?:(?:the|my|our|that) (?:\w+ ){1,3}?(?:is|are|stays?|remains?|will be|gets|becomes?|can stay)|there(?:'s| is| will be)|i have|i've got|we have|i get|we get|you have|they have|it leaves|this leaves)"
     r"(?: (?:nice and|still|all|completely|kept|left|enough|plenty of|some|more|lots of|a bit of|a little))* (?:free|clear|empty|open|available|accessible|unobstructed|room|space|tidy|clean|neat)(?= |$)"
@@ -268,6 +272,8 @@ class Asides:
 
     def _happening(self, place: int) -> int | None:
         """Read what happens to an object: "the bottle always gets knocked over", "the green apple has a worm in it"."""
+        if (staying := self.said.match(_NO_STAY, place)) is not None:
+            return staying[1] if any(self._clauses.is_object(i) for i in range(place, staying[1])) else None
         match = self.said.match(_HAPPENS, place)
         if match is None or not any(self._clauses.is_object(i) for i in range(place, match[1])):
             return None

@@ -164,7 +164,8 @@ class Chunker:
         end = self.asides.at(place, phrase is not None, phrase is not None and phrase.many, fresh)
         if end is None:
             return []
-        opening = not before or before[-1].kind == "stop"
+        after_stop = before[max((i + 1 for i, one in enumerate(before) if one.kind == "stop"), default=0) :]
+        opening = all(one.kind in ("noise", "mentioned", "and", "comma") for one in after_stop)
         named = [
             phrase
             for at in range(place, end)

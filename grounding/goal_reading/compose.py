@@ -7,6 +7,7 @@ from typing import Any
 
 from grounding.goal_reading.antecedents import Antecedents
 from grounding.goal_reading.drafts import Draft, made_part
+from grounding.goal_reading.denials import is_replaced, stated
 from grounding.goal_reading.ellipsis import completed
 from grounding.goal_reading.frame import Frame
 from grounding.goal_reading.frame_objects import FrameObjects
@@ -45,9 +46,12 @@ class Composer:
             ReadingQuestion: for a doubt.
             GoalError: for parts that are not legal.
         """
-        for frame in self.frames:
+        for number, frame in enumerate(self.frames):
             self.known.before = len(self.known.mentioned)
-            self._frame(frame)
+            if frame.negated and is_replaced(frame, self.frames[number + 1 :]):
+                self._mention(frame)  # "don't put the cups in a row, put them in a circle"
+            else:
+                self._frame(stated(frame))
         if self.known.unused is not None:
             self._unread(self.known.unused)
         return Goal(tuple(made_part(part, self.parts, self.text, self.find, self.known.left_out) for part in self.parts))
@@ -272,7 +276,8 @@ class Composer:
         ):
             values["shape"] = None
         if frame.has("beside each other") and values["shape"] is None:
-            if count == 2 and objects is not None:
+            placed = values["x_position"] is not None or values["y_position"] is not None
+            if count == 2 and objects is not None and not placed:
                 self._add_relation(frame, RelationPart("next to", objects[:1], objects[1:], keys.distance))
                 if len(frame.predicates) == 1:
                     return
