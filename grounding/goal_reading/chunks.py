@@ -10,9 +10,10 @@ from dataclasses import replace
 from grounding.goal_reading.asides import Asides
 from grounding.goal_reading.care import care_end
 from grounding.goal_reading.chunk import Chunk, Shape
+from grounding.goal_reading.conditions import condition_at
 from grounding.goal_reading.goal_words import NOISE, NOISE_PHRASES
 from grounding.goal_reading.headings import heading_at
-from grounding.goal_reading.marks import marks_at
+from grounding.goal_reading.marks import marks_at, stays_at
 from grounding.goal_reading.noun_phrases import NounPhraseReader
 from grounding.goal_reading.patterns import PATTERNS
 from grounding.goal_reading.places import edge_at, place_at
@@ -34,6 +35,8 @@ _TABLE_SETTING = re.compile(
 _DIAGONAL = re.compile(
     r"diagonal(?:ly)?|zig ?zag|spiral|heart|star|(?:the )?(?:letter|word)s? (?P<l>\w+)|upside down|degrees?"
 )
+
+_WHILE = frozenset(("as long as", "so long as", "provided", "provided that", "providing", "providing that", "on condition that"))
 
 
 class Chunker:
@@ -76,8 +79,16 @@ class Chunker:
             *self.verbs.at(place, before), *self._noun_phrase(place), *self._joint(place), *self._noise(place, before),
             *self._aside(place, before),
         ]  # fmt: skip
-        if options:
-            return max(options, key=lambda chunk: chunk.end)  # of equal length the first
+        longest = max(options, key=lambda chunk: chunk.end, default=None)  # of equal length the first
+        if (condition := condition_at(self.said, place)) is not None:
+            words, end = condition
+            phrase = self.phrases.at(end)
+            if words in _WHILE and phrase is not None and stays_at(self.said, phrase.end):
+                return Chunk("and", True, place, end)  # "as long as the bowl stays where it is"
+            if longest is None or longest.end < end or (longest.end == end and longest.kind in ("noise", "unknown")):
+                return Chunk("condition", words, place, end)
+        if longest is not None:
+            return longest
         return Chunk("unknown", self.said.word(place), place, place + 1)
 
     def _patterns(self, place: int, before: list[Chunk]) -> list[Chunk]:
@@ -196,8 +207,6 @@ class Chunker:
             return [Chunk("stop", True, place, place + 2)]  # "1. stack the cans 2. ..."
         if len(word) > 4 and word.endswith("ly") and word not in _MANNERS_THAT_MATTER:
             return [Chunk("noise", True, place, place + 1)]  # how it is done: "swiftly"
-        if word == "if" and self.said.word(place + 1) not in ("you", "possible", "i", "we"):
-            return [Chunk("unknown", "if", place, place + 1)]  # a condition
         if len(word) == 1 and unicodedata.category(word) == "So":
             return [Chunk("noise", True, place, place + 1)]  # a picture of a smile
         if word == "one" and self.said.word(place - 1) in ("left", "right") and before and before[-1].kind == "place":

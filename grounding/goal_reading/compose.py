@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from grounding.goal_reading.antecedents import Antecedents
-from grounding.goal_reading.drafts import Draft, made_part
 from grounding.goal_reading.denials import is_replaced, stated
+from grounding.goal_reading.drafts import Draft, made_part
 from grounding.goal_reading.ellipsis import completed
 from grounding.goal_reading.frame import Frame
 from grounding.goal_reading.frame_objects import FrameObjects

@@ -9,13 +9,13 @@ from grounding.goal_reading.noun_phrases import NounPhraseReader
 from grounding.goal_reading.tokens import Words
 
 _CORRECTION = re.compile(
-    r"(?:(?:,|\.|!|oh|er|erm|um|uh|ah|hmm) )*(?:no wait|wait no|no sorry|sorry no|no|nope|wait|sorry|oops|whoops|scratch that|strike that|correction|i mean|i meant|i meant to say|actually"
+    r"(?:(?:,|\.|!|oh|er|erm|um|uh|ah|hmm) )*(?:no wait|wait no|no sorry|sorry no|no|nope|wait|sorry|oops|whoops|scratch that|scrap that|strike that|correction|i mean|i meant|i meant to say|actually"
     r"|or rather|no rather|make that|on second thought|on second thoughts|hold on|hang on|my mistake|my bad|pardon me|forget that|cancel that|or better|or actually|or no|but no|change of plan|let me correct that)"
     r"(?:(?: ,| :| \.| !| and| but)? (?:no|wait|sorry|actually|i mean|i meant|rather|oops|make that|scratch that|better|not that|that was wrong|that's wrong|of course|hold on|it should be|do|the other way|please))*(?: ,| :| \.| !)?"
 )
 _NOT = re.compile(r"(?:,? ?(?:and|but) )?(?:not|rather than|instead of|and not|no longer)(?= )")
 _EXCEPT = re.compile(
-    r"(?:, )?(?:except for|except|but not with|but not|and not|apart from|aside from|other than|excluding|excepting|leaving out|not counting|not including|with the exception of|all but|save for|minus|without|but without|bar|barring|but)(?= )"
+    r"(?:, )?(?:except for|except|but not with|but not|and not|apart from|aside from|other than|excluding|excepting|leaving out|not counting|not including|without using|without including|not using|but without using|with the exception of|all but|save for|minus|without|but without|bar|barring|but)(?= )"
 )
 _NO = re.compile(r"(?:, )?(?:but |and )?(?:no|not any)(?= )")
 _THEN = re.compile(
@@ -25,7 +25,8 @@ _NEGATED = re.compile(
     r"(?:do not|don't|dont|never|please don't|must not|mustn't|should not|shouldn't|cannot|can't|avoid|no need to|not to)(?= )"
 )
 _STAYS = re.compile(
-    r"(?:(?:(?:(?:is|are|should be|must be) not|isn't|aren't) (?:a )?(?:part of|involved in|included in|in|needed in|needed for|needed|included|involved|used|to be (?:used|moved|touched|included))(?: (?:it|this|that|them))?"
+    r"(?:(?:(?:(?:is|are|should be|must be) not|isn't|aren't) (?:a )?(?:part of|involved in|included in|in|needed in|needed for|needed|included|involved|used|to be (?:used|moved|touched|included|disturbed))(?: (?:it|this|that|them))?"
+    r"|(?:should|must|may|can|shall|will|do|does) not (?:be )?(?:moved?|touched|shifted|used|disturbed)|(?:mustn't|shouldn't|can't|cannot|don't|doesn't) (?:be (?:moved|touched|shifted|used|disturbed)|move)"
     r"|where (?:it|they) (?:is|are|was|were)(?: now)?|alone|untouched|in (?:its|their) place|as (?:it|they) (?:is|are)|out of (?:it|this)|be|there|(?:can|should|must|may|to) (?:stay|remain)(?: where (?:it|they) (?:is|are)| put| there| untouched)?|stays?(?: where (?:it|they) (?:is|are)| put| there| in place| untouched)?|remains?(?: where (?:it|they) (?:is|are)| there| in place| untouched)?))(?= [.,;!?]| and| but|$)"
 )
 
@@ -58,6 +59,11 @@ def marks_at(said: Words, place: int, before: list[Chunk], phrases: NounPhraseRe
     if (match := said.match(_STAYS, place)) and before:
         found.append(Chunk("stays", True, place, match[1]))
     return found
+
+
+def stays_at(said: Words, place: int) -> bool:
+    """Tell whether a word begins what says that something stays where it is."""
+    return said.match(_STAYS, place) is not None
 
 
 def _leaves_out(phrases: NounPhraseReader, end: int, before: list[Chunk]) -> bool:

@@ -148,7 +148,7 @@ class PhraseLists:
             return True
         return (
             end < len(self.chunks)
-            and self.chunks[end].kind in PREDICATES
+            and self.chunks[end].kind in (*PREDICATES, "stays")
             and self.chunks[end].kind not in ("listed", "direction", "order", "gap", "size")
         )
 

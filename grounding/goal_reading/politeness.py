@@ -54,6 +54,7 @@ _OPENERS = tuple(
         r"(?:do you )?(?:think|reckon|suppose) (?:that )?you (?:could|can|might)(?: possibly| maybe)?(?: manage to)?",
         r"(?:can|could|may|might) (?:i|we) (?:please |perhaps )?(?:have|get|see)|shall we",
         r"if (?:you'd|you would|you could|you will) be (?:so |very )?(?:kind|good|nice)(?: as to| enough)?",
+        r"if there(?:'s| is) (?:still )?(?:any |enough |some )?(?:room|space|time)(?: (?:left|for it|for them))?|(?:space|time) permitting|if (?:it|they|that) fits?|if (?:need be|necessary|needed|required)",
         r"if it(?:'s| is| isn't| is not) (?:all the same to you|no bother|no trouble|not too much (?:trouble|to ask|bother|hassle)|too much (?:trouble|to ask|bother|hassle))",
         r"sorry (?:to (?:bother|trouble|interrupt|disturb|pester) you|for (?:bothering|troubling|interrupting|disturbing) you|to ask)(?: again| once more| with this| so late| but)*",
         r"(?:no|not a) (?:idea|clue) why(?: ,)?(?: but)?|don't ask(?: me)? why(?: ,)?(?: but)?|i don't know why(?: ,)?(?: but)?|first things first|(?:let's|let us) get started|here's what (?:i|we)(?:'d)? (?:want|need|like)",

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Protocol
 from grounding.goal_reading.beyond import asks_beyond, known
 from grounding.goal_reading.chunk import Chunk
 from grounding.goal_reading.chunks import Chunker
+from grounding.goal_reading.clauses import Clauses
 from grounding.goal_reading.compose import Composer
+from grounding.goal_reading.conditions import without_idle_conditions
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
 from grounding.goal_reading.drafts import ImpossibleError
@@ -17,7 +19,7 @@ from grounding.goal_reading.frames import Framer
 from grounding.goal_reading.lost_wishes import lost_wishes
 from grounding.goal_reading.measures import lengths_of
 from grounding.goal_reading.reports import without_reports
-from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
+from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences, UnjudgedError
 from grounding.goal_reading.spelling import corrected
 from grounding.goal_reading.tokens import Words, fluent, joined, split, with_lengths
 from grounding.goals.goal import Goal
@@ -27,6 +29,7 @@ from grounding.references.attributes import SceneObject
 from grounding.references.candidates import SelectionError
 from grounding.references.object_names import vocabulary
 from grounding.references.phrases import Vocabulary
+from grounding.references.sentence_roles import Sentences
 from grounding.references.word_forms import FORMS
 from grounding.spec import FIRST_SHAPES, SpecError
 
@@ -54,6 +57,7 @@ class GoalReading:
         notes: what has to be said about the choice of objects, a sentence each.
         lost: those of the residue's words that surely ask for something, also of one plain structure.
         work: verbs that ask for other work than placing objects.
+        conditions: words that make a wish depend on something, or put it off.
         fallback: why this reader was used in place of the configured one, or "".
     """
 
@@ -70,6 +74,7 @@ class GoalReading:
     notes: tuple[str, ...] = ()
     lost: tuple[str, ...] = ()
     work: tuple[str, ...] = ()
+    conditions: tuple[str, ...] = ()
     fallback: str = ""
 
     @property
@@ -132,13 +137,14 @@ class GoalReader:
             verbs=any(chunk.kind == "verb" for chunk in chunks),
             lost=_lost(framer, composer, known_there),
             work=tuple(chunk.said for chunk in chunks if chunk.kind == "work"),
+            conditions=tuple(chunk.value for chunk in chunks if chunk.kind == "condition"),
         )
         try:
             goal = composer.goal()
             problem = contradiction(goal, None if there is None else [each.name for each in there])
         except ReadingQuestion as doubt:
             return replace(reading, question=doubt.question)
-        except ImpossibleError as error:
+        except (ImpossibleError, UnjudgedError) as error:
             return replace(reading, problem=str(error), beyond=True)
         except (ReadingError, SpecError, SelectionError) as error:
             return replace(reading, problem=_sentence(text, error))
@@ -164,7 +170,9 @@ class GoalReader:
         known: Collection[str] = self._encoder.whole_words if self._encoder is not None else ()
         said: Words = _possessives_apart(fluent(split(text, lambda word: corrected(word, nouns, known))))
         said, metres = with_lengths(said, lengths_of(said))
-        return without_reports(Chunker(said, metres, nouns).chunks(), said, nouns)
+        narrated = Sentences(list(said.words), nouns.forms).narrated
+        chunks = without_idle_conditions(Chunker(said, metres, nouns).chunks(), narrated)
+        return without_reports(chunks, said, Clauses(said, nouns), narrated)
 
 
 def _lost(framer: Framer, composer: Composer, there: Sequence[SceneObject] | None) -> tuple[str, ...]:

@@ -9,14 +9,19 @@ from grounding.goal_reading.chunk import Chunk
 from grounding.goal_reading.clauses import Clauses
 from grounding.goal_reading.frame import PREDICATES
 from grounding.goal_reading.tokens import Words
-from grounding.references.phrases import Vocabulary
-from grounding.references.sentence_roles import Sentences
 
 
-def without_reports(chunks: list[Chunk], said: Words, nouns: Vocabulary) -> list[Chunk]:
-    """Drop what only reports something: "my guests arrive at eight, so ...", if it says nothing that a goal could hold."""
-    narrated = Sentences(list(said.words), nouns.forms).narrated
-    clauses = Clauses(said, nouns)
+def without_reports(
+    chunks: list[Chunk], said: Words, clauses: Clauses, narrated: Sequence[bool]
+) -> list[Chunk]:
+    """Drop what only reports something: "my guests arrive at eight, so ...", if it says nothing that a goal could hold.
+
+    Args:
+        chunks: of the instruction.
+        said: its words.
+        clauses: tells what could be a wish in them.
+        narrated: for each word, whether its sentence only reports something.
+    """
     kept: list[Chunk] = []
     run: list[Chunk] = []
     for chunk in [*chunks, None]:

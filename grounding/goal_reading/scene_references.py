@@ -25,6 +25,10 @@ class ReadingQuestion(ReadingError):
         super().__init__(question.text)
 
 
+class UnjudgedError(ReadingError):
+    """A choice of objects by something that nothing here can tell, such as "the clean ones"."""
+
+
 class SceneReferences:
     """The meaning of noun phrases in one scene, or without one.
 
@@ -115,7 +119,7 @@ class SceneReferences:
         if mention.noun != ANY or self.candidates.judged(mention):
             self.nouns.append(self.candidates.label(mention))
         if mention.noun == ANY and (words := self.candidates.unjudged(mention)) and not self.catalogue:
-            raise ReadingError(f"it is not known which of the objects here are {words[0]!r}; name them")
+            raise UnjudgedError(f"it is not known which of the objects here are {words[0]!r}; name them")
         self.notes += self.candidates.notes([mention])
         if self.catalogue:
             return found

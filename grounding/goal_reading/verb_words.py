@@ -51,7 +51,7 @@ VERB_PHRASES: Mapping[str, str] = {
     "exchange the places of": "swap", "trade the places of": "swap", "change the places of": "swap", "trade positions": "swap",
     "swap over": "swap", "put up": "place", "leave out": "leave",
     "lump together": "cluster", "pack together": "cluster", "do not touch": "leave", "don't touch": "leave",
-    "do not move": "leave", "don't move": "leave", "do not use": "leave", "don't use": "leave", "never touch": "leave",
+    "do not move": "leave", "don't move": "leave", "do not use": "leave", "don't use": "leave", "never touch": "leave", "don't you dare touch": "leave", "don't you dare move": "leave",
     "without touching": "leave", "without moving": "leave", "without disturbing": "leave", "without shifting": "leave",
     "hands off": "leave", "keep your hands off": "leave", "keep your fingers off": "leave", "keep hands off": "leave",
     "keep off": "leave", "stay away from": "leave", "keep away from": "leave", "stay clear of": "leave", "keep clear of": "leave",

@@ -68,6 +68,10 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
     goal = any(REFUSALS[reason] in parse.message for reason in ("several", "relation"))
     if reading.work and not _asks(parse.text):
         return _other_work(parse, reading.work)
+    if reading.conditions and parse.status != "refused":
+        listed = " and ".join(repr(each) for each in dict.fromkeys(reading.conditions))
+        text = f"{listed} in {shortened(parse.text)!r} makes the wish depend on something; say only what should be built now"
+        return Verdict("refused", text)
     if parse.status != "refused" and not _asks(parse.text):
         denied = [
             question
