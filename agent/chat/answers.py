@@ -32,7 +32,7 @@ def answer(acts: Sequence[Act], known: Knowledge) -> str:
 
 
 def reply_to_unknown_question(known: Knowledge) -> str:
-    """Reply to a question that is none of those that can be answered."""
+    """Reply to a question of a kind that the chat cannot answer."""
     return (
         "I cannot answer that. I can say what is on the table (“what do you see”, “where is "
         f"{with_article(known.facts[0].name) if known.facts else 'the cup'}”), what I propose (“why that one”) and what I did "
@@ -83,7 +83,7 @@ def _working(act: Act, known: Knowledge) -> str:
 
 
 def _not_there(act: Act, known: Knowledge) -> str:
-    """Return that nothing is there of what is asked about, or that none of it stands where it is asked for."""
+    """Say that no such object is on the table, or that none stands in the place asked about."""
     if act.relation and known.matching(act.about):
         return f"No {act.about} {_SHORT.get(act.relation, act.relation)} the {act.other} was seen."
     return known.not_there(act.about)
@@ -124,7 +124,7 @@ def _where(act: Act, known: Knowledge) -> str:
 
 
 def _shape_asked_for(words: str) -> str:
-    """Return the shape that some words name, in the singular, whether it can be built or not; empty for none."""
+    """Return the shape that the words name, in the singular, even one that cannot be built; empty if they name none."""
     shape = " ".join(singular(word) for word in words.split())
     return shape if shape in (*SHAPES, *OTHER_SHAPES) else ""
 

@@ -29,7 +29,7 @@ from structdiffusion.observation import Scene
 
 
 class BuildSession(TableSession):
-    """A table with proposals, one of which can be built; as `TableSession`."""
+    """A `TableSession` with proposed arrangements, one of which can be built."""
 
     def __init__(self, options: RunOptions, cache: ResourceCache, listeners: Sequence[Listener]) -> None:
         super().__init__(options, cache, listeners)
@@ -79,11 +79,11 @@ class BuildSession(TableSession):
             self.send(events.Noted(aside))
 
     def _imagined_parts(self, wanted: TableGoal, everything: Scene, looking: float) -> events.Imagined:
-        """Propose arrangements for a goal of several parts; what they set aside takes part too.
+        """Propose arrangements for a goal of several parts; objects that it sets aside take part too.
 
         Args:
-            wanted, everything: as `put_on_table` gives them.
-            looking: how long the look at the table took, in seconds.
+            wanted, everything: as returned by `put_on_table`.
+            looking: duration of the perception step, seconds.
         """
         options = self.options
         planner = self._cache.goal_planner(options.model, options.weights, options.allow_unverified)
@@ -94,10 +94,10 @@ class BuildSession(TableSession):
         return imagined
 
     def choose(self, rank: int) -> None:
-        """Choose another arrangement to be built.
+        """Choose the arrangement to build.
 
         Raises:
-            UsageError: when there is no such arrangement.
+            UsageError: if there is no such arrangement.
         """
         proposal = self._proposed()
         if not 1 <= rank <= len(proposal.imagined.arrangements):
@@ -107,7 +107,7 @@ class BuildSession(TableSession):
         self.send(proposal.chosen)
 
     def again(self) -> bool:
-        """Propose other arrangements, from the next seed; returns as `say`."""
+        """Propose other arrangements with the next seed. Return as `say` does."""
         if not self.situation.asked:
             raise UsageError("nothing was asked for yet; say what to build")
         self.options = replace(self.options, seed=self.options.seed + 1)
@@ -117,7 +117,7 @@ class BuildSession(TableSession):
         return False
 
     def resume(self) -> bool:
-        """Propose what was asked last and does not stand yet once more, on the table as it is; returns as `say`."""
+        """Propose the last request again on the present table, if it is not built yet. Return as `say` does."""
         if self.question is not None:
             self.send(events.Asked(self.question.slot, self.question.text, self.question.options))
             return False
@@ -140,7 +140,7 @@ class BuildSession(TableSession):
     # --- building -----------------------------------------------------------------------
 
     def plan(self) -> None:
-        """Plan the chosen arrangement, send the events of the plan, and move nothing."""
+        """Plan the chosen arrangement and send the events of the plan, without moving anything."""
         from agent.arm.plan_selection import plan_structure
 
         proposal = self._proposed()
@@ -153,7 +153,7 @@ class BuildSession(TableSession):
             self.send(replace(event, arrangement=proposal.rank - 1))
 
     def go(self) -> bool:
-        """Build the chosen arrangement, and judge it; returns whether it stands as asked."""
+        """Build the chosen arrangement and check it. Return whether it stands as asked."""
         from agent.scenes.table_scene import MOVED
 
         proposal, options = self._proposed(), self.options

@@ -21,13 +21,13 @@ from grounding.viewpoint import VIEWPOINTS
 
 
 class CommandRunner:
-    """Carries out slash commands.
+    """Runner of slash commands.
 
     Args:
-        conversation: what they change.
-        screen: where their output is shown.
-        session: the file that keeps the conversation.
-        on_proposal: called when a command has led to a proposal.
+        conversation: the conversation that the commands change.
+        screen: the screen for their output.
+        session: the session file of the conversation.
+        on_proposal: called after a command has produced a proposal.
     """
 
     def __init__(
@@ -38,26 +38,26 @@ class CommandRunner:
         self._overwrites: Path | None = None
 
     def show_table(self) -> None:
-        """Show the table from above, and an instruction that suits it."""
+        """Show the table from above and suggest an instruction that suits it."""
         self._screen.scene(self._conversation.look().to_dict())
         self._screen.note(f"{invitation(self._conversation.example())} /help lists all commands.")
 
     def build(self) -> None:
-        """Build what is proposed, and show the table afterwards."""
+        """Build the proposed arrangement and show the table afterwards."""
         self._screen.busy("looking for a plan")
         self._conversation.go()
-        if self._conversation.options.execute:  # without the arm the table is as it was, and what was tried was shown
+        if self._conversation.options.execute:  # without the arm the table is unchanged, and the trial was shown
             self._screen.scene(self._conversation.look().to_dict())
 
     def run(self, name: str, rest: str) -> None:
         """Carry out a command.
 
         Args:
-            name: with its slash.
-            rest: what follows it.
+            name: the command's name with its slash.
+            rest: the text after the name.
 
         Raises:
-            UsageError: when it cannot be carried out.
+            UsageError: if the command cannot be carried out.
         """
         talk, screen = self._conversation, self._screen
         match name:
@@ -110,7 +110,7 @@ class CommandRunner:
                 self._help()
 
     def _set_option(self, name: str, value: str) -> None:
-        """Change an option where a value is given, and show it."""
+        """Change an option if a value is given, and show its value."""
         talk = self._conversation
         match name:
             case "/parser":
@@ -153,12 +153,16 @@ class CommandRunner:
     def _save(self, path: Path) -> None:
         held = self._conversation.table.held
         if held is not None:
-            raise UsageError(f"the arm holds {held}; undo, or say what to build, before you save")
+            raise UsageError(f"the arm holds {held}; use /undo, or give an instruction that places it, before you save")
         self._conversation.save(self._file("/save", path, SUFFIXES))
         self._screen.note(f"saved {path}; structagent chat --scene {shlex.quote(str(path))} continues with it")
 
     def _file(self, command: str, path: Path, suffixes: Sequence[str]) -> Path:
-        """The path, where it may be written to: a file that is there must be asked for twice."""
+        """Return the path if it may be written to; overwriting a file requires the same command twice.
+
+        Raises:
+            UsageError: for a wrong suffix, a folder, and the first attempt to overwrite a file.
+        """
         if path.suffix.lower() not in suffixes:
             legal = " or ".join(suffixes)
             raise UsageError(f"{command} needs a file that ends in {legal}, got {shortened(str(path))!r}")
@@ -177,9 +181,9 @@ class CommandRunner:
             "circle on the left and the bowl next to it; bigger; the other side; also put the orange on the plate; drop "
             "part 2; 5 cm more; swap them; what do you see; where is the orange; what is left; undo; never mind"
         )
-        self._screen.note("Ctrl-C stops what is going on; Alt-Enter begins another line; Ctrl-D ends")
+        self._screen.note("Ctrl-C stops the current work; Alt-Enter starts a new line; Ctrl-D ends the chat")
 
 
 def _path(text: str) -> Path:
-    """Return a path as it was typed, with the home folder for ~."""
+    """Return the typed path with `~` expanded to the home folder."""
     return Path(text).expanduser() if text.startswith("~/") else Path(text)

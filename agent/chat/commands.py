@@ -23,10 +23,10 @@ class Command:
     """A slash command.
 
     Attributes:
-        name: with its slash.
-        takes: what may follow, for the help; empty where nothing may.
-        does: in a few words.
-        words: the values that may follow, where they are known.
+        name: the name with its slash.
+        takes: the arguments as the help shows them; empty for none.
+        does: what the command does, in a few words.
+        words: the legal arguments, if they can be listed.
     """
 
     name: str
@@ -37,28 +37,28 @@ class Command:
 
 COMMANDS = (
     Command("/scene", "[new [SEED]]", "show the table from above, or set another one", ("new",)),
-    Command("/objects", "", "what stands where"),
-    Command("/candidates", "[K]", "the K best arrangements side by side"),
+    Command("/objects", "", "list the objects and where they stand"),
+    Command("/candidates", "[K]", "show the K best arrangements side by side"),
     Command("/choose", "K", "make arrangement K the one to build"),
-    Command("/why", "", "what speaks for it, and against the others"),
-    Command("/plan", "", "in which order the arm would build it, and with which grasps; nothing moves"),
-    Command("/go", "", "build it"),
+    Command("/why", "", "explain why this arrangement was chosen and not the others"),
+    Command("/plan", "", "show the arm's plan, its order and grasps, without moving anything"),
+    Command("/go", "", "build the proposed arrangement"),
     Command("/again", "", "propose other arrangements, from the next seed"),
-    Command("/continue", "", "build what is proposed, or propose again what was stopped"),
+    Command("/continue", "", "build the proposal, or propose again what was interrupted"),
     Command("/stop", "", "drop the proposal or the question; Ctrl-C stops the arm"),
     Command("/clear", "", "drop the goal; the table stays"),
-    Command("/back", "", "put everything back to where it stood before the last build"),
-    Command("/reset", "", "the table as at the start, and no goal"),
-    Command("/undo", "", "the goal and the table as they were before"),
-    Command("/redo", "", "take an undo back"),
-    Command("/parser", "[NAME]", f"who reads: {' or '.join(PARSERS)}", PARSERS),
-    Command("/viewpoint", "[SIDE]", f"whose left and right is meant: {' or '.join(VIEWPOINTS)}", VIEWPOINTS),
-    Command("/seed", "[N]", "random draws of proposals and plans follow from it"),
-    Command("/save", "FILE", "the table as it stands, as a scene file"),
-    Command("/load", "FILE", "a table from a scene file"),
-    Command("/report", "[FILE]", "the conversation so far as a page"),
-    Command("/help", "", "this"),
-    Command("/quit", "", "end; so does Ctrl-D"),
+    Command("/back", "", "put every object back where it stood before the last build"),
+    Command("/reset", "", "restore the table of the start and drop the goal"),
+    Command("/undo", "", "restore the goal and the table as they were one turn ago"),
+    Command("/redo", "", "revert an undo"),
+    Command("/parser", "[NAME]", f"show or set the parser: {' or '.join(PARSERS)}", PARSERS),
+    Command("/viewpoint", "[SIDE]", f"show or set whose left is meant: {' or '.join(VIEWPOINTS)}", VIEWPOINTS),
+    Command("/seed", "[N]", "show or set the random seed of proposals and plans"),
+    Command("/save", "FILE", "write the present table to a scene file"),
+    Command("/load", "FILE", "load a table from a scene file"),
+    Command("/report", "[FILE]", "write the conversation so far as an HTML page"),
+    Command("/help", "", "list the commands"),
+    Command("/quit", "", "end the chat, as Ctrl-D does"),
 )
 _WHERE_IT_WAS = re.compile(
     r" (?:to )?(?:(?:where|how|the way|as|like) (?:it|they|that|this|everything|things|all) (?:was|were|stood|had been"
@@ -68,15 +68,15 @@ _REQUEST = re.compile(
     r"^(?:(?:no|nope|oops|whoops|oh no|damn|argh) )*(?:(?:can|could|would|will) (?:you|we) |let us |let's |i want to "
     r"|i would like to |i'd like to |you can |you should )?(?:please )?(?:just )?"
 )
-# "put the cups back" may mean the back of the table; where they stood before is no place that an instruction can name.
+# "put the cups back" may mean the back of the table; an instruction cannot name the place where they stood before.
 _BACK_WHERE_IT_WAS = re.compile(r"(?:put|move|bring) (?P<these>the [\w' ]+?) back(?P<where> .+)")
 
 
 def _spoken(line: str) -> str | None:
-    """The command that a line in words is; `None` where it says anything else besides.
+    """Return the command that a line expresses in words; `None` if the line says anything else as well.
 
     Raises:
-        UsageError: where only some of the objects should be put back.
+        UsageError: if only some of the objects should be put back.
     """
     said = " ".join(bare(line).replace(",", " ").split()) or line.strip()
     for shorter in (said, _REQUEST.sub("", said)):
@@ -92,10 +92,10 @@ def _spoken(line: str) -> str | None:
 
 
 def command_of(line: str) -> tuple[Command, str] | None:
-    """Parse a line as a command and what follows it; `None` where it is an instruction.
+    """Parse a line as a command and its argument. Return `None` if the line is an instruction.
 
     Raises:
-        UsageError: when there is no such command, and for a value where none may follow, or none where one must.
+        UsageError: for an unknown command, a superfluous argument and a missing one.
     """
     line = line.strip()
     if line.startswith("/"):  # "/start over", "/never mind"
@@ -118,17 +118,17 @@ def command_of(line: str) -> tuple[Command, str] | None:
         name = begun[0]
     command = COMMANDS[names.index(name)]
     if rest and not command.takes:
-        raise UsageError(f"{name} takes nothing, got {rest!r}")
+        raise UsageError(f"{name} takes no argument, got {rest!r}")
     if not rest and command.takes and not command.takes.startswith("["):
         raise UsageError(f"{name} needs {command.takes}: {name} {command.takes}")
     return command, rest
 
 
 def whole_number(command: str, text: str, least: int, most: int = MOST_NUMBER) -> int:
-    """Parse the number that follows a command.
+    """Parse the number after a command.
 
     Raises:
-        UsageError: when it is none, or not from `least` to `most`.
+        UsageError: if it is not a whole number from `least` to `most`.
     """
     if not text.isdecimal() or len(text) > _MOST_DIGITS or not least <= int(text) <= most:
         legal = f"from {least} on" if most == MOST_NUMBER else f"from {least} to {most}"
@@ -137,10 +137,10 @@ def whole_number(command: str, text: str, least: int, most: int = MOST_NUMBER) -
 
 
 def one_of(command: str, text: str, legal: Sequence[str]) -> str:
-    """Check the word that follows a command.
+    """Return the word after a command if it is legal.
 
     Raises:
-        UsageError: when it is none of the legal ones.
+        UsageError: if it is not one of the legal words.
     """
     if text not in legal:
         raise UsageError(f"{command} takes {' or '.join(legal)}, got {text!r}")
@@ -148,5 +148,5 @@ def one_of(command: str, text: str, legal: Sequence[str]) -> str:
 
 
 def help_lines() -> list[tuple[str, str]]:
-    """List every command with what it takes, and what it does."""
+    """Return (name and arguments, what it does) of every command."""
     return [(f"{command.name} {command.takes}".strip(), command.does) for command in COMMANDS]

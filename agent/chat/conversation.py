@@ -1,6 +1,6 @@
-"""Process each line of a conversation about one table: it leads to a proposal, a question or an answer.
+"""Process each line of a conversation about one table, up to a proposal, a question or an answer.
 
-Knows nothing of terminals: everything that happens is sent to listeners as events.
+The module does not depend on a terminal: everything that happens is sent to listeners as events.
 """
 
 from __future__ import annotations
@@ -27,22 +27,23 @@ from grounding.spec import StructureSpec
 
 
 class Conversation(GoalTurns):
-    """A table and what was said about it: instructions, corrections, answers and questions; as `GoalTurns`.
+    """A conversation about one table: instructions, corrections, answers and questions, in addition to `GoalTurns`.
 
-    A goal is kept as the speaker put it, so that a correction is read in the speaker's own words.
+    A goal is stored from the speaker's viewpoint, so that corrections apply to it directly.
     """
 
     def __init__(self, options: RunOptions, cache: ResourceCache, listeners: Sequence[Listener]) -> None:
         super().__init__(options, cache, listeners)
-        # What was said before a question, and who took part before it; `None` for those of the situation.
+        # The revision that led to a question, and the participants before it; `None` for those of the situation.
         self._asked: tuple[Revision, Participants | None] | None = None
-        self._unclear = ""  # the words of an object that is asked about
-        self._resolved: dict[str, str] = {}  # such words -> the object that an answer said they mean
+        self._unclear = ""  # the words for the object that the question is about
+        self._resolved: dict[str, str] = {}  # such words -> the object that an answer chose for them
 
     # --- instructions and answers ------------------------------------------------------------------------
 
     def say(self, text: str) -> bool:
-        """Read an instruction or a correction, up to a proposal or a question; returns whether there is a proposal."""
+        """Process an instruction or a correction, up to a proposal or a question. Return whether there is a proposal.
+        """
         self._turn.begin()
         self.question = None
         self._resolved, self._asked_parts = {}, None
@@ -65,7 +66,8 @@ class Conversation(GoalTurns):
         return self._cache.interpreter(reading).revise(last, text, self.situation.stands)
 
     def answer(self, value: str | None) -> bool:
-        """Take the answer to the question: one of the slot's values, `None` to leave it open; returns as `say`."""
+        """Apply the answer to the question: one of its options, or `None` to leave the slot open. Return as `say` does.
+        """
         if self.question is not None and self._asked_parts is not None:
             return self._answer_about_parts(value)
         question, asked = self.question, self._asked
@@ -79,18 +81,18 @@ class Conversation(GoalTurns):
                 self._apply(revision, objects)
                 return self.question is None
             spec = apply_answer(revision.spec, question.slot, value)
-            # The parser's guesses have become facts, and what it thought of them is of no interest any more.
+            # The user has confirmed the parser's guesses, so its confidences no longer apply.
             revision = replace(revision, spec=spec, status="ok", message="", question=None, parse=None)
             self._apply(revision.with_objects_of(None), objects)
             return True
-        self.question, self._asked = question, asked  # it stands where the answer cannot be carried out
+        self.question, self._asked = question, asked  # the question remains if the answer cannot be carried out
         return False
 
     def answer_in_words(self, text: str) -> bool:
-        """Take an answer that is none of the options: it completes what was said before the question; returns as `say`.
+        """Apply an answer in free words, which completes the instruction before the question. Return as `say` does.
 
-        The objects stay those of what was said before, unless the answer adds to them or changes them. The question
-        stands where the words say nothing, or what cannot be done; a whole instruction takes its place.
+        The participants stay the same unless the answer adds or changes some. The question remains if the words say
+        nothing or ask for something impossible; a complete instruction replaces it.
         """
         if self.question is not None and self._asked_parts is not None:
             return self._answer_about_parts_in_words(text)
@@ -123,7 +125,7 @@ class Conversation(GoalTurns):
         return False
 
     def _described(self, text: str, names: Sequence[str]) -> str | None:
-        """The only one of these objects that the words describe; `None` where there is no such one."""
+        """Return the single object that the words describe; `None` if they describe none or several."""
         try:
             found = select_objects(text, self.table.referents_of(names), self._cache.encoder)
         except SelectionError:
@@ -135,17 +137,17 @@ class Conversation(GoalTurns):
         self.send(events.Asked(question.slot, question.text, question.options))
 
     def _apply(self, revision: Revision, among: Participants | None = None) -> None:
-        """Apply what was said: ask where it is unclear, otherwise propose.
+        """Apply a revision: ask if it is unclear, otherwise propose.
 
         Args:
-            revision: what was said.
-            among: the objects that take part before it; by default those of the situation.
+            revision: the revision to apply.
+            among: the participants before it; by default those of the situation.
         """
         began, parse, cache = time.perf_counter(), revision.parse, self._cache
         before = self.situation
         if among is not None:
             before = replace(before, goal=revision.spec, objects=among.names, missing=among.missing)
-        try:  # before anything is asked
+        try:  # before any question is asked
             taking = select_participants(revision, self.table, before, cache.encoder, self._resolved)
         except UnclearObjectError as doubt:
             self._unclear = doubt.phrase
@@ -183,11 +185,11 @@ class Conversation(GoalTurns):
     # --- questions --------------------------------------------------------------------
 
     def reply(self, text: str, acts: Sequence[Act]) -> None:
-        """Answer small talk and questions; what is proposed or asked stands.
+        """Answer small talk and questions; a pending proposal or question remains.
 
         Args:
-            text: what was said.
-            acts: what it does; nothing for a question that is none of those that can be answered.
+            text: the line.
+            acts: its dialogue acts; empty for a question of a kind that the chat cannot answer.
         """
         self.send(events.Answered(text, answer(acts, self._known()) if acts else reply_to_unknown_question(self._known())))
 

@@ -17,14 +17,14 @@ _OTHERS_SHOWN = 3  # candidates that an explanation compares
 
 
 def describe_goal(spec: StructureSpec, objects: Sequence[str]) -> str:
-    """Return a goal: "a small circle of cup 1, cup 2 and cup 3 (left)"."""
+    """Describe a goal, as in "a small circle of cup 1, cup 2 and cup 3 (left)"."""
     values = [value for slot, value in spec.tokens() if slot not in ("shape", "size")]
     shape = " ".join(filter(None, (spec.size, spec.shape or "structure")))
     return f"a {shape} of {join_words(objects)}" + (f" ({', '.join(values)})" if values else "")
 
 
 def describe_wish(wish: Build | Situation) -> str:
-    """Return what is wanted or was built: one structure, or the parts with their numbers."""
+    """Describe what is wanted or was built: one structure, or the numbered parts."""
     if wish.parts is None:
         return describe_goal(wish.goal or StructureSpec(), wish.objects)
     parts = wish.spoken_parts if isinstance(wish, Situation) else wish.parts
@@ -34,7 +34,7 @@ def describe_wish(wish: Build | Situation) -> str:
 
 
 def explain_choice(act: Act, known: Knowledge) -> str:
-    """Return what speaks for a candidate, by default the chosen one, and against the next ones."""
+    """Explain why a candidate, by default the chosen one, was preferred to the next ones."""
     proposal = known.situation.proposal
     if proposal is None:
         return f"Nothing is proposed now, so there is no choice to explain. {next_step(known)}"
@@ -55,7 +55,7 @@ def explain_choice(act: Act, known: Knowledge) -> str:
 
 
 def describe_plan(act: Act, known: Knowledge) -> str:
-    """Return what would be built, and where each object that is asked about, by default all, would go."""
+    """Describe what would be built and where each object asked about, by default every one, would go."""
     situation = known.situation
     if known.question is not None or situation.proposal is None or not situation.asked:
         return next_step(known) if known.question is not None else f"Nothing is planned. {next_step(known)}"
@@ -70,7 +70,7 @@ def describe_plan(act: Act, known: Knowledge) -> str:
 
 
 def describe_last_build(act: Act, known: Knowledge) -> str:
-    """Return what was built last."""
+    """Describe the last build."""
     builds = known.situation.builds
     if not builds:
         return f"Nothing that I built stands on the table. {next_step(known)}"
@@ -78,13 +78,13 @@ def describe_last_build(act: Act, known: Knowledge) -> str:
 
 
 def describe_builds(act: Act, known: Knowledge) -> str:
-    """Return everything that was built and not put back, the first build first."""
+    """Describe every build that was not put back, the first build first."""
     builds = known.situation.builds
     return "\n".join(map(describe_build, builds)) if builds else describe_last_build(act, known)
 
 
 def describe_remaining(act: Act, known: Knowledge) -> str:
-    """Return what was asked for and does not stand yet."""
+    """Describe what was asked for and is not built yet."""
     situation = known.situation
     if not situation.asked:
         return f"Nothing is left to do: you have asked for nothing so far. {next_step(known)}"
@@ -102,7 +102,7 @@ def describe_remaining(act: Act, known: Knowledge) -> str:
 
 
 def describe_build(build: Build) -> str:
-    """Return what became of a build, in a sentence or two."""
+    """Describe the outcome of a build in one or two sentences."""
     what = describe_wish(build)
     moved = f"I moved {join_words([with_article(name) for name in build.moved])}" if build.moved else "Nothing was moved"
     if build.trouble:
@@ -120,7 +120,7 @@ def _part_asked_for(number: int, situation: Situation) -> str:
 
 
 def requested(act: Act, known: Knowledge) -> str:
-    """Return what was asked for last."""
+    """Describe the last request."""
     situation = known.situation
     if not situation.asked:
         return f"You have asked for nothing so far. {next_step(known)}"

@@ -1,5 +1,5 @@
-"""Read goals of several parts in a conversation: instructions, corrections of parts, additions, and the answers to questions
-about them.
+"""Read goals of several parts in a conversation: instructions, corrections of parts, additions, and the answers to
+questions about them.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ class GoalTurns(BuildSession):
         self._asked_parts: tuple[GoalRevision, str] | None = None  # what leads to a question about parts, and the text
 
     def _spoken_goal(self) -> Goal:
-        """Return what was asked for last, as it was spoken; its objects are indices into the table's `original_names`."""
+        """Return what was asked for last, as it was spoken; its objects are indices into the table's `original_names`.
+        """
         situation = self.situation
         if (parts := situation.spoken_parts) is not None:
             return parts
@@ -81,7 +82,7 @@ class GoalTurns(BuildSession):
         self.send(events.Asked(question.slot, question.text, question.options))
 
     def _answer_about_parts(self, value: str | None) -> bool:
-        """Take the answer to a question about parts; returns whether there is a proposal then."""
+        """Apply the answer to a question about parts. Return whether there is a proposal afterwards."""
         assert self.question is not None and self._asked_parts is not None  # the caller has looked
         question, (revision, text) = self.question, self._asked_parts
         number = question.options.index(value) if value in question.options else 0
@@ -107,9 +108,9 @@ class GoalTurns(BuildSession):
         return False
 
     def _answer_about_parts_in_words(self, text: str) -> bool:
-        """Take an answer that is none of the options: the words for one of them, or a sentence of its own.
+        """Apply an answer in free words: the words for one of the options, or a sentence of its own.
 
-        The question stands where the sentence leads nowhere.
+        The question remains if the sentence has no effect.
         """
         question, asked = self.question, self._asked_parts
         assert question is not None and asked is not None  # the caller has looked
@@ -122,7 +123,7 @@ class GoalTurns(BuildSession):
         return False
 
     def _option_described(self, text: str) -> str | None:
-        """Return the only option of the question that the words describe; `None` where there is no such one."""
+        """Return the single option that the words describe; `None` if they describe none or several."""
         assert self.question is not None  # the caller has looked
         options, number = self.question.options, None
         if self.question.slot == OBJECT:
@@ -206,7 +207,7 @@ class GoalTurns(BuildSession):
 
 
 def _marked(lines: Sequence[str], revision: GoalRevision, before: Goal) -> tuple[str, ...]:
-    """Say of each part whether a correction added or changed it."""
+    """Return for each part whether a correction added or changed it."""
     return tuple(
         f"{line} ({'new' if number >= len(before.parts) else 'changed'})" if number in revision.changed else line
         for number, line in enumerate(lines)
@@ -214,5 +215,5 @@ def _marked(lines: Sequence[str], revision: GoalRevision, before: Goal) -> tuple
 
 
 def _first_spec(goal: Goal) -> StructureSpec:
-    """Return the slots of the first structure of a goal, none where it has none."""
+    """Return the slots of the first structure of a goal; all unspecified if it has no structure."""
     return goal.structures[0].spec if goal.structures else StructureSpec()

@@ -1,4 +1,4 @@
-"""Suggest an instruction that suits the table, so that the first thing that a user tries works."""
+"""Suggest an instruction that suits the table, so that a user's first attempt works."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from structdiffusion.observation import Scene
 
 _FEWEST_OF_A_KIND, _PAIR = 3, 2
-_DRAWS = 12  # layouts that are tried for one instruction
-_UPRIGHT = 0.1  # rad: what is tilted by more is left alone
-# The instructions that are tried, the first that suits the table is offered.
+_DRAWS = 12  # layouts tried for one instruction
+_UPRIGHT = 0.1  # rad: objects tilted by more are left alone
+# The instructions to try; the first one that suits the table is suggested.
 _SEVERAL = (
     ("put {these} in a small circle on the left", StructureSpec("circle", "small", "left")),
     ("put {these} in a small circle on the right", StructureSpec("circle", "small", "right")),
@@ -47,12 +47,12 @@ _TWO = (
 
 @dataclass(frozen=True)
 class Suggestion:
-    """An instruction that can be built.
+    """A suggested instruction that can be built.
 
     Attributes:
         text: the instruction.
-        spec: what it asks for.
-        objects: the names of those that it means.
+        spec: its slots.
+        objects: the names of the objects that it means.
     """
 
     text: str
@@ -61,15 +61,15 @@ class Suggestion:
 
 
 def suggestion(table: TableScene, scene: Scene) -> Suggestion | None:
-    """Return an instruction that suits the table as it stands; `None` where there is none.
+    """Return an instruction that suits the present table; `None` if there is none.
 
-    Three or more objects of a noun go into a circle or a line, two onto each other; where no noun is shared, everything
-    takes part. It is checked that the words mean these objects, that the hand can grasp each of them, that nothing
-    stands on them, and that the others leave a place for the structure.
+    Three or more objects with the same noun form a circle or a line, two form a tower; if no noun is shared, all
+    objects take part. The words must select exactly these objects, the hand must be able to grasp each of them,
+    nothing may stand on them, and the other objects must leave room for the structure.
 
     Args:
-        table: the objects, with their true or completed bodies.
-        scene: what was seen of them.
+        table: the objects with their true or completed bodies.
+        scene: the observation of them.
     """
     for objects, these, texts in _groups(table):
         if not _free(table, scene, objects):
@@ -82,12 +82,12 @@ def suggestion(table: TableScene, scene: Scene) -> Suggestion | None:
 
 
 def invitation(suggested: Suggestion | None) -> str:
-    """Ask for an instruction, with an example where there is one."""
+    """Ask for an instruction, with an example if there is one."""
     return f"Say what to build, for example “{suggested.text}”." if suggested else "Say what to build."
 
 
 def _groups(table: TableScene) -> Iterator[tuple[tuple[str, ...], str, tuple[tuple[str, StructureSpec], ...]]]:
-    """(names, what they are called together, what can be asked of them), the most promising first."""
+    """Yield (object names, the words for all of them, the instructions to try), the most promising group first."""
     gone = {*table.fallen, *table.out_of_reach}
     there = [(name, model.category) for name, model in zip(table.names, table.models, strict=True) if name not in gone]
     number = Counter(noun for _, noun in there)
@@ -111,7 +111,7 @@ def _means(table: TableScene, text: str, objects: tuple[str, ...]) -> bool:
 
 
 def _free(table: TableScene, scene: Scene, objects: tuple[str, ...]) -> bool:
-    """Whether the hand can grasp all of them, and nothing stands on them."""
+    """Return whether the hand can grasp every object and nothing stands on any of them."""
     clouds = (*scene.objects, *scene.distractors)
     outlines = [shapely.MultiPoint(cloud.points[:, :2]).convex_hull for cloud in clouds]
     bottoms = [cloud.bottom for cloud in clouds]
@@ -129,7 +129,7 @@ def _free(table: TableScene, scene: Scene, objects: tuple[str, ...]) -> bool:
 
 
 def _fits(table: TableScene, spec: StructureSpec, objects: tuple[str, ...]) -> bool:
-    """Whether there is a layout that the other objects leave free."""
+    """Return whether some layout of the structure stays clear of all other objects."""
     poses = table.poses()
     models = dict(zip(table.names, table.models, strict=True))
     items = [layout_item(models[name], yaw_of(poses[name])) for name in objects]

@@ -20,19 +20,19 @@ Words = Callable[[], Sequence[str]]
 
 
 class Lines(Protocol):
-    """Whatever gives one line after another.
+    """A source of lines.
 
     Attributes:
-        typed: whether a user types them.
+        typed: whether a user types the lines.
     """
 
     typed: bool
 
     def ask(self, prompt: str) -> str | None:
-        """Return the next line; `None` after the last.
+        """Return the next line, or `None` after the last one.
 
         Raises:
-            KeyboardInterrupt: when it is interrupted.
+            KeyboardInterrupt: on Ctrl-C.
         """
 
 
@@ -40,9 +40,9 @@ class PlainLines:
     """The lines of a file or of a terminal without cursor control.
 
     Args:
-        file: to read from.
-        show: writes text, and nothing after it.
-        typed: whether a user types at a terminal, which shows what is typed; else each line is shown behind its
+        file: the stream to read from.
+        show: writes text without a line break.
+        typed: whether a user types at a terminal, which echoes the text. Otherwise each line is printed after its
             prompt, so that the output reads as a conversation.
     """
 
@@ -50,7 +50,7 @@ class PlainLines:
         self._file, self._show, self.typed = file, show, typed
 
     def ask(self, prompt: str) -> str | None:
-        """See `Lines`."""
+        """Return the next line, as `Lines.ask` does."""
         if self.typed:
             self._show(prompt)
         line = self._file.readline(LONGEST_LINE)
@@ -69,8 +69,8 @@ class PromptedLines:
     """A prompt: arrows go through the history, Tab completes, Alt-Enter begins another line, Ctrl-D ends.
 
     Args:
-        commands: slash command -> the words that may follow it.
-        words: the words that instructions are made of, asked for each time.
+        commands: slash command -> its legal arguments.
+        words: returns the words to complete in instructions; called each time.
     """
 
     typed = True
@@ -106,7 +106,7 @@ class PromptedLines:
         )
 
     def ask(self, prompt: str) -> str | None:
-        """See `Lines`."""
+        """Return the next line, as `Lines.ask` does."""
         try:
             return self._session.prompt(prompt)
         except EOFError:
@@ -114,12 +114,12 @@ class PromptedLines:
 
 
 def completions(text: str, commands: dict[str, Sequence[str]], words: Sequence[str]) -> Iterator[Completion]:
-    """Yield what can stand where the cursor is.
+    """Yield the completions at the cursor.
 
     Args:
-        text: before the cursor.
-        commands: slash command -> the words that may follow it.
-        words: the words that instructions are made of.
+        text: the text before the cursor.
+        commands: slash command -> its legal arguments.
+        words: the words to complete in instructions.
     """
     from prompt_toolkit.completion import Completion
 
@@ -151,8 +151,9 @@ def _history():  # noqa: ANN202
 
 
 def history_file() -> Path | None:
-    """Return where earlier lines are kept: structagent/history in XDG_STATE_HOME or ~/.local/state; `None` without a
-    home."""
+    """Return the path of the line history, structagent/history in XDG_STATE_HOME or ~/.local/state; `None` without a
+    home folder.
+    """
     state = os.environ.get("XDG_STATE_HOME", "")
     if state:
         return Path(state) / "structagent" / "history"

@@ -1,4 +1,4 @@
-"""Handle Ctrl-C in a chat: it stops the current work, and ends the process after three that stopped nothing."""
+"""Handle Ctrl-C in a chat: it stops the current work, and the third one that stops nothing ends the process."""
 
 from __future__ import annotations
 
@@ -19,14 +19,15 @@ _SHOW_CURSOR = "\x1b[?25h"
 
 @contextmanager
 def exit_on_repeated_interrupts(screen: TextIO) -> Iterator[Callable[[], None]]:
-    """End the process with exit code 130 at the third Ctrl-C that stops nothing; gives what says that one did.
+    """End the process with exit code 130 at the third Ctrl-C that stops nothing.
 
-    The first two raise `KeyboardInterrupt` as usual. A library may catch one, or lose it in a callback, and waiting for
-    a library to be loaded must not be cut off: at the third nothing is waited for. The session is written line by line,
-    so nothing of it is lost. A process that ignores Ctrl-C, as background processes of shells do, continues to ignore it.
+    The first two raise `KeyboardInterrupt` as usual. A library may catch one or lose it in a callback, and loading a
+    library must not be cut short, so the third one ends the process without waiting. The session is written line by
+    line, so nothing of it is lost. A process that ignores Ctrl-C, such as a background process of a shell, continues
+    to ignore it.
 
     Args:
-        screen: where the chat is shown.
+        screen: the stream that the chat is shown on.
     """
     pressed = 0
 

@@ -1,4 +1,4 @@
-"""Collect what an answer can use: the present table and the state of the conversation."""
+"""Collect the facts for answers: the present table and the state of the conversation."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ DECIDE = "“y” builds it, “n” drops it, and words such as “bigger” ch
 
 @dataclass(frozen=True)
 class Knowledge:
-    """All that an answer can draw on.
+    """All facts that an answer can use.
 
     Attributes:
-        seen: the table as it is now.
-        situation: where the conversation stands.
-        question: what the agent has asked and is not answered yet, or `None`.
-        example: finds an instruction that suits the table, if there is one.
-        held: the name of what is in the hand, or `None`.
+        seen: the observation of the present table.
+        situation: the state of the conversation.
+        question: the agent's unanswered question, or `None`.
+        example: returns an instruction that suits the table, or `None`.
+        held: the name of the object in the hand, or `None`.
         fallen: the names of the objects that fell off the table.
-        encoder: finds what unknown nouns mean.
-        out_of_reach: the names of the objects that the arm cannot take.
+        encoder: sentence encoder for unknown nouns.
+        out_of_reach: the names of the objects that the arm cannot reach.
     """
 
     seen: events.Perceived
@@ -57,17 +57,17 @@ class Knowledge:
 
     @cached_property
     def facts(self) -> list[Fact]:
-        """What there is to say of each object."""
+        """Return the facts of each object."""
         return object_facts(self.seen, self.situation.viewpoint)
 
     def matching(self, about: str) -> list[Fact]:
-        """Return the objects that some words mean; "it" and "they" are those that take part."""
+        """Return the objects that the words mean; "it" and "they" mean the participants."""
         if about in ("it", "they", "them", "those", "these") and self.situation.asked:
             return [fact for fact in self.facts if fact.name in self.situation.objects]
         return matching_facts(about, self.facts, self.encoder)
 
     def not_there(self, about: str) -> str:
-        """Return that nothing on the table is what some words mean, and what there is."""
+        """Say that nothing on the table matches the words, and what is there."""
         gone = [name for name in self.fallen if singular(about.split()[-1]) in name]
         if gone:
             return f"{capitalized(join_words([with_article(name) for name in gone]))} fell off the table."
@@ -81,17 +81,17 @@ class Knowledge:
         return f"{phrase} on the table. {there}"
 
     def meant(self, act: Act) -> list[Fact]:
-        """Return the objects that an act asks about: "cups on the plate", "things on the left"."""
+        """Return the objects that an act asks about, such as "cups on the plate" or "things on the left"."""
         found = self.matching(act.about)
         return self.standing(found, act.relation, act.other) if act.relation else found
 
     def standing(self, these: Sequence[Fact], relation: str, other: str) -> list[Fact]:
-        """Return those of these objects that stand so by others, or in a part of the table.
+        """Return those objects that are in a relation to others, or in a region of the table.
 
         Args:
-            these: some of the facts.
+            these: the facts of the objects to choose from.
             relation: one of the values of `RELATIONS_SAID`.
-            other: the words for what they stand by.
+            other: the words for the reference objects.
         """
         if (region := region_of(other)) and relation in ("on", "in"):
             return [one for one in these if in_region(one, region)]
@@ -103,13 +103,13 @@ class Knowledge:
         return [one for one in these if one not in references and related(one, relation, references, viewpoint)]
 
     def references(self, words: str) -> list[Fact]:
-        """Return the objects that some words mean, each of "the mug and the bowl" by itself."""
+        """Return the reference objects that the words mean; "the mug and the bowl" means both."""
         phrases = (re.sub(r"^(?:the|a|an) ", "", each) for each in words.split(" and "))
         return list({one.name: one for each in phrases for one in self.matching(each)}.values())
 
 
 def next_step(known: Knowledge) -> str:
-    """Return what the speaker can say next."""
+    """Return a sentence about what the speaker can say next."""
     if known.question is not None:
         return f"I still need an answer: {known.question.text}"
     if known.situation.proposal is not None:

@@ -1,7 +1,8 @@
 """Measure how soon the chat reacts to a line and proposes, for `structagent evaluate chat`.
 
-An instruction and corrections of it, one after another, after one that warms up. "reaction" is the time from Enter
-until words are shown, "proposal" until the ranked arrangements are; a terminal's own time is not in it.
+The lines are an instruction and corrections of it, after one line that warms up. "reaction" is the time from Enter
+until words are shown, "proposal" the time until the ranked arrangements are shown. The time that a terminal needs to
+draw is not included.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ Result = dict[str, Any]
 
 
 class _Watched(io.StringIO):
-    """A terminal that notes when words were first written to it."""
+    """A terminal that records when words were first written to it."""
 
     first: float | None = None
 
@@ -37,14 +38,14 @@ class _Watched(io.StringIO):
 
 
 def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Result:
-    """Return median seconds to the reaction and to the proposal.
+    """Measure the median seconds to the reaction and to the proposal.
 
     Args:
-        runs: how many lines, after the one that warms up.
-        scene: as `structagent chat --scene` takes it.
-        model: as `--model` takes it.
+        runs: the number of lines, not counting the one that warms up.
+        scene: as for `structagent chat --scene`.
+        model: as for `--model`.
 
-    Raises: as the conversation does.
+    Raises: the errors of the conversation.
     """
     import torch
     from rich.console import Console

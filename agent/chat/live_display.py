@@ -1,4 +1,4 @@
-"""Show on a terminal what is in progress; show nothing if there is no terminal."""
+"""Show work in progress on a terminal; show nothing if there is no terminal."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from rich.text import Text
 
 
 class LiveDisplay:
-    """A region of the terminal that is drawn again and again, and disappears in the end.
+    """A region of the terminal that is redrawn while work is in progress and then removed.
 
     Args:
-        console: where it is drawn.
+        console: the console to draw on.
     """
 
     def __init__(self, console: Console) -> None:
@@ -23,21 +23,21 @@ class LiveDisplay:
 
     @property
     def possible(self) -> bool:
-        """Whether the console is a terminal that can move its cursor."""
+        """Return whether the console is a terminal that can move its cursor."""
         return self._console.is_terminal and not self._console.is_dumb_terminal
 
     def spin(self, message: str) -> None:
-        """Show that something is at work, until `stop`."""
+        """Show a spinner with a message until `stop`."""
         if self.possible:
             self._show(Spinner("dots", Text(message, "dim")), moving=True)
 
     def draw(self, content: Any) -> None:
-        """Show some content, in the place of what is shown, until `stop`."""
+        """Show the content instead of the present one until `stop`."""
         if self.possible:
             self._show(content, moving=False)
 
     def stop(self) -> None:
-        """Remove what is shown."""
+        """Remove the region."""
         if self._live is not None:
             self._live.stop()
             self._live = None

@@ -12,17 +12,17 @@ from agent.rendering import terminal_canvas
 from agent.rendering.object_markers import Marker, markers_of_candidate, markers_of_scene
 from agent.rendering.side_view import side_view
 
-_COLUMNS = 56  # of a map that stands alone
-_BESIDE_COLUMNS = 38  # of one beside others
-_LEAST_COLUMNS = 18  # of a map with a caption; where fewer fit beside each other, the next goes below
-_WIDE = 100  # columns of a terminal from which on three maps stand side by side
+_COLUMNS = 56  # width of a single map
+_BESIDE_COLUMNS = 38  # width of a map beside others
+_LEAST_COLUMNS = 18  # least width of a map with a caption; if it does not fit beside the others, it goes below
+_WIDE = 100  # least columns of a terminal for three maps side by side
 
 
 class Maps:
-    """Draws maps on a console, each with its key unless that was shown last.
+    """Maps on a console, each with its key unless the same key was shown last.
 
     Args:
-        console: where to draw them.
+        console: the console to draw on.
     """
 
     def __init__(self, console: Console) -> None:
@@ -32,12 +32,11 @@ class Maps:
 
     @property
     def columns(self) -> int:
-        """The width of a map that stands alone."""
+        """Return the width of a single map, columns."""
         return max(min(_COLUMNS, self._console.width), terminal_canvas.LEAST_COLUMNS)
 
     def beside(self, count: int, most: int = _BESIDE_COLUMNS) -> int:
-        """Return the width of one of `count` maps: three stand side by side where there is room, otherwise two, or
-        one."""
+        """Return the width of one of `count` maps, columns; up to three share a row if the terminal is wide enough."""
         if count < 2:
             return self.columns
         count = min(count, 3 if self._console.width >= _WIDE else 2)
@@ -45,15 +44,15 @@ class Maps:
         return min(max(_LEAST_COLUMNS, min(most, fitting)), max(self._console.width, terminal_canvas.LEAST_COLUMNS))
 
     def forget_key(self) -> None:
-        """Let the next map have its key, whether or not that was shown last."""
+        """Show the key with the next map even if it was shown last."""
         self._key = []
 
     def show(self, scene: Mapping[str, Any], markers: Sequence[Marker]) -> None:
-        """Show one map as large as there is room for, and its key.
+        """Show one map as large as fits, and its key.
 
         Args:
             scene: an event `Perceived` in its JSON form.
-            markers: what is on the table.
+            markers: the objects on the table.
         """
         self._print(self._drawn(scene, markers, self.columns))
         self._show_key(scene)
@@ -61,7 +60,7 @@ class Maps:
     def show_candidates(
         self, scene: Mapping[str, Any], candidates: Sequence[Mapping[str, Any]], captions: Sequence[Sequence[Text]]
     ) -> None:
-        """Candidates side by side, as many as fit, each with the lines of its caption, and one key for all."""
+        """Show candidates side by side, as many as fit, each with its caption, and one key for all."""
         columns = self.beside(len(candidates))
         drawn = [
             self._drawn(scene, markers_of_candidate(scene, one["positions"], one["turns"]), columns)
@@ -71,7 +70,7 @@ class Maps:
         self._show_key(scene)
 
     def previews(self, scene: Mapping[str, Any], payload: Mapping[str, Any], columns: int) -> list[Text]:
-        """Return the samples of an event `Previewed` in its JSON form, side by side, from above alone."""
+        """Return the samples of an event `Previewed` in its JSON form, side by side, seen from above only."""
         width = min(self.beside(len(payload["positions"]), columns), columns)
         pictures = [
             terminal_canvas.picture(markers_of_candidate(scene, positions, turns), scene["table"], width, self._colors)

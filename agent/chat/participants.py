@@ -1,4 +1,4 @@
-"""Decide which objects take part after a line: some are added, removed or exchanged for others."""
+"""Decide which objects take part after a line, which may add, remove or exchange some."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ _COUNTED_OFF = re.compile(r"\d|\b(?:first|second|third|fourth|fifth|last)\b")
 
 
 class UnclearObjectError(NotBuildable):
-    """Several objects on the table fit words that speak of one.
+    """Raised if several objects on the table fit words for a single one.
 
     Attributes:
         phrase: the words.
-        names: of the objects that may be meant.
+        names: the names of the objects that may be meant.
     """
 
     def __init__(self, message: str, phrase: str, names: tuple[str, ...]) -> None:
@@ -40,12 +40,12 @@ class UnclearObjectError(NotBuildable):
 
 @dataclass(frozen=True)
 class Participants:
-    """The objects that take part.
+    """The objects that take part in a goal.
 
     Attributes:
-        names: of the objects that do.
-        missing: name -> why an object that was asked for does not.
-        notes: what has to be said about the choice, a sentence each.
+        names: their names.
+        missing: name -> why an object that was asked for takes no part.
+        notes: remarks on the choice for the user, a sentence each.
     """
 
     names: tuple[str, ...]
@@ -60,20 +60,20 @@ def select_participants(
     encoder: SentenceEncoder,
     resolved: Mapping[str, str] = MappingProxyType({}),
 ) -> Participants:
-    """Find the objects that take part after what was said.
+    """Find the objects that take part after a revision.
 
     Args:
-        revision: what was said.
-        table: what stands there now.
-        situation: where the conversation stood.
-        encoder: finds what unknown nouns mean.
-        resolved: phrase -> name of the object that an answer said it means.
+        revision: the revision.
+        table: the present table.
+        situation: the state of the conversation before it.
+        encoder: sentence encoder for unknown nouns.
+        resolved: phrase -> name of the object that an answer chose for it.
 
     Raises:
-        UnclearObjectError: when several objects fit words that speak of one.
-        SelectionError: when something is named that is not there.
-        NotBuildable: when too few or too many take part, when what should go takes no part, when what should come
-            does already, and when a change speaks of some of those that take part.
+        UnclearObjectError: if several objects fit words for a single one.
+        SelectionError: if a named object is not on the table.
+        NotBuildable: if too few or too many objects take part, if an object to be removed takes no part, if an object
+            to be added takes part already, and if a change names only some of the participants.
     """
     gone = {*table.fallen, *table.out_of_reach}
     there = tuple(name for name in table.names if name not in gone)
@@ -87,7 +87,7 @@ def select_participants(
 
 
 def _select(revision: Revision, finder: _ObjectFinder, has_goal: bool) -> tuple[str, ...]:
-    """Return the names of the objects that take part, some of them perhaps twice; raises as `select_participants`."""
+    """Return the names of the participants, possibly with repetitions; raises as `select_participants` does."""
     text, before = revision.objects_text or "", finder.before
     if revision.objects_about:
         finder.check_that_all_are_described(revision.objects_about)
@@ -129,7 +129,7 @@ def _count_error(revision: Revision, selected: Sequence[str], missing: Mapping[s
 
 @dataclass(frozen=True)
 class _ObjectFinder:
-    """Finds objects by their description, among those on the table and among those that take part."""
+    """A search for described objects among those on the table and among the participants."""
 
     table: TableScene
     there: tuple[str, ...]
@@ -140,16 +140,16 @@ class _ObjectFinder:
     notes: list[str] = field(default_factory=list)
 
     def find(self, text: str, names: Sequence[str], all_there: bool = False) -> tuple[str, ...]:
-        """Return those of these objects that the text describes.
+        """Return the named objects that the text describes.
 
         Args:
             text: the description.
-            names: the objects.
-            all_there: they are all that can take part: what else fits is missing.
+            names: the names of the objects to search.
+            all_there: whether these are all objects that can take part, so that any other match is missing.
 
         Raises:
-            UnclearObjectError: when several of them fit words that speak of one.
-            SelectionError: when something is named that is not among them.
+            UnclearObjectError: if several of them fit words for a single one.
+            SelectionError: if a described object is not among them.
         """
         if all_there:
             self._find_missing(text, names)
@@ -165,10 +165,10 @@ class _ObjectFinder:
             raise UnclearObjectError(str(error), error.phrase, tuple(names[i] for i in error.indices)) from error
 
     def _find_missing(self, text: str, names: Sequence[str]) -> None:
-        """Find what the text describes that cannot take part.
+        """Return the described objects that cannot take part.
 
         Raises:
-            NotBuildable: when such an object was named by itself.
+            NotBuildable: if such an object was named individually.
         """
         gone = {name: "it has fallen off the table" for name in self.table.fallen}
         gone |= {name: "the arm cannot take it" for name in self.table.out_of_reach}
@@ -184,10 +184,10 @@ class _ObjectFinder:
         self.missing.update((everything[i], gone[everything[i]]) for i in selection.indices if everything[i] in gone)
 
     def find_leaving(self, text: str) -> tuple[str, ...]:
-        """Return the described objects that take part: of several cups, "the cup" is one that does.
+        """Return the described participants: of several cups, "the cup" is the one that takes part.
 
         Raises:
-            NotBuildable: when no such object takes part.
+            NotBuildable: if no such object takes part.
         """
         described = self._find_preferring(text, self.before)
         goes = tuple(name for name in described if name in self.before)
@@ -197,14 +197,14 @@ class _ObjectFinder:
         return goes
 
     def find_joining(self, text: str, goes: bool = False) -> tuple[str, ...]:
-        """Return the described objects, preferably those that do not take part yet.
+        """Return the described objects, with preference for those that do not take part yet.
 
         Args:
             text: the description.
-            goes: whether others go, so that there is something to change even where these take part.
+            goes: whether other objects are removed, so that the line changes something even if these take part already.
 
         Raises:
-            NotBuildable: when nothing would change, because they take part already.
+            NotBuildable: if nothing would change because they take part already.
         """
         described = self._find_preferring(text, tuple(name for name in self.there if name not in self.before), some=True)
         if not goes and set(described) <= set(self.before):
@@ -212,10 +212,10 @@ class _ObjectFinder:
         return described
 
     def check_that_all_are_described(self, text: str) -> None:
-        """Check that the text describes all that take part.
+        """Check that the text describes all participants.
 
         Raises:
-            NotBuildable: when it describes some of them: only the whole structure can be changed.
+            NotBuildable: if it describes only some of them, since only the whole structure can be changed.
         """
         described = self._find_preferring(text, self.before)
         if others := [name for name in self.before if name not in described]:
@@ -225,12 +225,12 @@ class _ObjectFinder:
             )
 
     def _find_preferring(self, text: str, names: tuple[str, ...], some: bool = False) -> tuple[str, ...]:
-        """Return the described objects, preferably those named, where others of their kind fit too.
+        """Return the described objects, with preference for the named ones if others of their kind fit too.
 
         Args:
             text: the description.
-            names: of the preferred objects.
-            some: whether it does where some of what is described is among them.
+            names: the names of the preferred objects.
+            some: whether it is enough that some of the described objects are among them.
         """
         try:
             described = self.find(text, self.there)

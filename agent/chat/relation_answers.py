@@ -1,4 +1,4 @@
-"""Answer questions about several objects: what stands by what, which of two is taller, how far apart they are."""
+"""Answer questions about several objects: their relations, comparisons and distances."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ Answer = Callable[[Act, Knowledge], str]
 
 
 def named(facts: Sequence[Fact]) -> str:
-    """Return "the banana, cup 1 and cup 2"."""
+    """Join the names of objects, as in "the banana, cup 1 and cup 2"."""
     return join_words([with_article(one.name) for one in facts])
 
 
 def sides_in_words(one: Fact) -> str:
-    """Return "9 cm tall and 8 by 8 cm across"."""
+    """Format the size of an object, as in "9 cm tall and 8 by 8 cm across"."""
     long, short, height = (round(100 * side) for side in one.sides)
     return f"{height} cm tall and {long} by {short} cm across"
 
@@ -41,7 +41,8 @@ MEASURES: Mapping[str, tuple[Callable[[Fact], float], Callable[[Fact], str]]] = 
 
 
 def measure_of(word: str) -> tuple[str, bool]:
-    """Return what a superlative, a comparative or "as tall as" compares, and whether it means the most of it."""
+    """Return the measure that a superlative, a comparative or "as tall as" compares, and whether it asks for the most.
+    """
     if word.startswith("as "):
         return {"tall": "height", "high": "height", "wide": "width", "long": "width"}.get(
             word.split()[1], "volume"
@@ -50,12 +51,12 @@ def measure_of(word: str) -> tuple[str, bool]:
 
 
 def none_there(about: str, known: Knowledge) -> str:
-    """Return that nothing on the table is what some words mean; empty where something is."""
+    """Say that nothing on the table matches the words; empty if something does."""
     return "" if known.references(about) or region_of(about) else known.not_there(about)
 
 
 def answer_related(act: Act, known: Knowledge) -> str:
-    """Return what stands by an object, or in a part of the table."""
+    """Answer which objects are in a relation to another one, or in a region of the table."""
     relation = act.relation or ("nearest" if act.value in ("nearest", "closest", "next") else "on")
     if absent := none_there(act.other, known):
         return absent
@@ -104,7 +105,7 @@ def _supports(these: Sequence[Fact]) -> str:
 
 
 def answer_holds(act: Act, known: Knowledge) -> str:
-    """Return whether objects stand as the question says, and where they stand instead."""
+    """Answer whether objects stand as the question says, and if not, where they stand."""
     these = known.matching(act.about)
     if not these:
         return known.not_there(act.about)
@@ -135,7 +136,7 @@ def _where_they_are(these: Sequence[Fact], act: Act, known: Knowledge) -> str:
 
 
 def answer_empty(act: Act, known: Knowledge) -> str:
-    """Return whether something stands on an object."""
+    """Answer whether something stands on an object."""
     these = known.references(act.other)
     if not these:
         return known.not_there(act.other)
@@ -146,7 +147,7 @@ def answer_empty(act: Act, known: Knowledge) -> str:
 
 
 def answer_distance(act: Act, known: Knowledge) -> str:
-    """Return how far two objects are apart."""
+    """Answer how far apart two objects are."""
     ones, others = known.references(act.about), known.references(act.other)
     for found, words in ((ones, act.about), (others, act.other)):
         if not found:
@@ -162,7 +163,7 @@ def answer_distance(act: Act, known: Knowledge) -> str:
 
 
 def answer_compare(act: Act, known: Knowledge) -> str:
-    """Return which of two objects, or groups, is taller, wider or larger."""
+    """Answer which of two objects, or groups, is taller, wider or larger."""
     ones, others = known.references(act.about), known.references(act.other)
     for found, words in ((ones, act.about), (others, act.other)):
         if not found:
@@ -190,7 +191,7 @@ def _tied(one: float, other: float, measure: str) -> bool:
 
 
 def answer_same(act: Act, known: Knowledge) -> str:
-    """Return whether objects have the same size, height or colour."""
+    """Answer whether objects have the same size, height or colour."""
     these = known.references(act.about)
     if not these:
         return known.not_there(act.about)
@@ -213,7 +214,7 @@ def answer_same(act: Act, known: Knowledge) -> str:
 
 
 def answer_reach(act: Act, known: Knowledge) -> str:
-    """Return whether the arm can take an object, as far as is known before it plans."""
+    """Answer whether the arm can reach an object, as far as is known before planning."""
     these = known.meant(act)
     if not these:
         return known.not_there(act.about)

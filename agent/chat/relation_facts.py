@@ -22,13 +22,13 @@ _REGION_WORDS = frozenset("the your my very far near side half part end edge of 
 
 
 def region_of(words: str) -> str:
-    """Return the part of the table that some words mean, as `Fact.place` names it; empty where they mean none."""
+    """Return the region of the table that the words mean, as named in `Fact.place`; empty if they mean none."""
     left_over = [word for word in words.split() if word not in _REGION_WORDS]
     return REGIONS.get(left_over[0], "") if len(left_over) == 1 else ""
 
 
 def in_region(one: Fact, region: str) -> bool:
-    """Return whether an object stands in a part of the table, one of the values of `REGIONS`."""
+    """Return whether an object stands in a region of the table, one of the values of `REGIONS`."""
     if region == "middle":
         return "in the middle" in one.place or "in the center" in one.place
     return region in one.place
@@ -40,17 +40,17 @@ def clear_gap(one: Fact, other: Fact) -> float:
 
 
 def direction_from(reference: Fact, one: Fact, viewpoint: str) -> str:
-    """Return on which side of a reference an object stands, as the speaker sees it: the nearest of four directions."""
+    """Return the nearest of the four directions in which an object stands from a reference, as the speaker sees it."""
     return max(_HEADINGS, key=lambda name: _along(reference, one, name, viewpoint))
 
 
 def related(one: Fact, relation: str, references: Sequence[Fact], viewpoint: str) -> bool:
-    """Return whether an object stands so by any of the references; by both of two where it is "between" them.
+    """Return whether an object is in a relation to any of the references; for "between", to both of two.
 
     Args:
-        one: the object.
-        relation: one of the values of `grounding.dialogue.act_words.RELATIONS_SAID`, but "nearest".
-        references: not the object itself.
+        one: the facts of the object.
+        relation: one of the values of `grounding.dialogue.act_words.RELATIONS_SAID` except "nearest".
+        references: the facts of the other objects; the object itself is ignored.
         viewpoint: whose left and right is meant.
     """
     others = [each for each in references if each.name != one.name]
@@ -72,7 +72,7 @@ def _stands(one: Fact, relation: str, other: Fact, viewpoint: str) -> bool:
 
 
 def _along(reference: Fact, one: Fact, direction: str, viewpoint: str) -> float:
-    """Return the cosine of the angle from a direction of the speaker to that of the object."""
+    """Return the cosine of the angle between a direction, as the speaker sees it, and the way to the object."""
     way = np.subtract(one.position[:2], reference.position[:2])
     towards = np.array(_DIRECTIONS[direction]) * (-1 if viewpoint == "opposite" else 1)
     return float(way @ towards / max(float(np.hypot(*way)), 1e-9))

@@ -18,25 +18,25 @@ from grounding.dialogue.acts import acts_of, is_question
 
 _YES = ("y", "yes", "yes please", "go", "go ahead", "do it", "build it", "ok", "okay", "sure")
 _NO = ("n", "no", "no thanks", "no thank you", "never mind", "nevermind")
-_INTERRUPTS = 3  # so many times Ctrl-C in a row, with no line done in between, end the chat
+_INTERRUPTS = 3  # number of Ctrl-C in a row, with no line completed in between, that ends the chat
 _DROPPED = "the question is dropped; say it another way"
 _ANY = ("any", "either", "whatever", "i don't mind", "doesn't matter")
 
 
 class Chat:
-    """One chat.
+    """A chat: reads lines and carries them out.
 
     Args:
-        conversation: what is talked about.
-        screen: where it is shown.
-        lines: where its lines come from.
-        session: the file that keeps it.
-        yes: build without asking.
-        stopped: called whenever the chat asks for a line, so that what was interrupted has stopped.
+        conversation: the conversation.
+        screen: the screen that shows it.
+        lines: the source of its lines.
+        session: its session file.
+        yes: whether to build without asking.
+        stopped: called whenever the chat asks for a line, at which point any interrupted work has stopped.
 
     Attributes:
-        defects: how often the program itself was at fault.
-        unwritten: how often a file could not be written.
+        defects: number of unexpected errors of the program itself.
+        unwritten: number of files that could not be written.
     """
 
     def __init__(
@@ -57,14 +57,14 @@ class Chat:
 
     @property
     def exit_code(self) -> int:
-        """0, or the exit code of the worst error of the chat."""
+        """Return 0, or the exit code of the worst error of the chat."""
         return DEFECT if self.defects else NotWritten.exit_code if self.unwritten else DONE
 
     def run(self) -> None:
-        """Talk until the lines end, or the user quits.
+        """Process lines until they end or the user quits.
 
         Raises:
-            KeyboardInterrupt: when it is interrupted three times in a row.
+            KeyboardInterrupt: if it is interrupted three times in a row.
         """
         self._commands.show_table()
         while True:
@@ -82,7 +82,7 @@ class Chat:
                 self._interrupts = 0
             except KeyboardInterrupt:
                 self._count_interrupt()
-                if not self._lines.typed:  # no user is there to say how to continue
+                if not self._lines.typed:  # there is no user who can say how to continue
                     raise
                 self._screen.complain("interrupted")
             except Exception as error:
@@ -93,7 +93,7 @@ class Chat:
                 self._screen.idle()
 
     def _count_interrupt(self) -> None:
-        """Let the interruption that is being handled end the chat where it is the third in a row."""
+        """Count an interruption, and raise it again if it is the third in a row."""
         self._interrupts += 1
         if self._interrupts >= _INTERRUPTS:
             raise KeyboardInterrupt
@@ -108,7 +108,7 @@ class Chat:
             self._screen.note("Ctrl-C once more ends the chat, as Ctrl-D and /quit do")
 
     def _defect(self, error: Exception) -> str:
-        """Write the traceback of a defect beside the session, for a report; the chat continues."""
+        """Write the traceback of a defect beside the session file. Return the message to show."""
         path = self._session.with_name("traceback.txt")
         self.defects += 1
         what = f"{type(error).__name__}: {one_sentence(error)}"
@@ -126,7 +126,7 @@ class Chat:
         return "build it? [y/n] > " if self._conversation.situation.proposal is not None else "> "
 
     def handle(self, line: str) -> bool:
-        """Carry out one line, whose words have single spaces between them; returns whether the chat continues."""
+        """Carry out one line, whose words are separated by single spaces. Return whether the chat continues."""
         if not line:
             return True
         found = command_of(line)
@@ -154,7 +154,8 @@ class Chat:
             self._proposed()
 
     def _replied(self, line: str) -> bool:
-        """Answer a line that is small talk or a question and asks for nothing to be built; returns whether it was one."""
+        """Answer a line that is small talk or a question and asks for nothing to be built. Return whether it was one.
+        """
         acts = acts_of(line)
         if not acts and not (is_question(line) and self._conversation.asks_for_nothing(line)):
             return False

@@ -28,18 +28,18 @@ from grounding.spec import LEGAL_VALUES
 
 
 def run_chat(options: RunOptions, console: Console, session: Path, lines: TextIO, yes: bool) -> int:
-    """Talk with the user until the lines end.
+    """Run a chat until its lines end.
 
     Args:
-        options: as of a run.
-        console: where the chat is shown.
-        session: the file that keeps it; one that exists is continued.
-        lines: what is typed; a prompt is shown where it is a terminal, as `console` must be then.
-        yes: build without asking.
+        options: the options of a run.
+        console: the console to show the chat on.
+        session: the session file; an existing one is continued.
+        lines: the stream of lines; if it is a terminal, `console` must be one too, and a prompt is shown.
+        yes: whether to build without asking.
 
     Returns:
-        The exit code: 0, or that of the worst that happened: a file could not be written, or the program itself was at
-        fault. Each was shown when it happened, and the chat continued.
+        The exit code: 0, or that of the worst error, a file that could not be written or a defect of the program. Each
+        error was shown when it happened, and the chat continued.
     """
     cache = ResourceCache()
     screen = ChatScreen(console)
@@ -58,15 +58,15 @@ def run_chat(options: RunOptions, console: Console, session: Path, lines: TextIO
 
 
 def _join(preloading: Thread) -> None:
-    """Wait until everything is loaded: a process that ends while a library is being loaded crashes."""
+    """Wait until everything is loaded, since a process that ends while a library is being loaded crashes."""
     while preloading.is_alive():
-        with suppress(KeyboardInterrupt):  # users in a hurry press it more than once
+        with suppress(KeyboardInterrupt):  # impatient users press Ctrl-C more than once
             preloading.join()
 
 
 @contextmanager
 def _without_control_echo(lines: TextIO) -> Iterator[None]:
-    """Keep a terminal from writing ^C into a picture that is being drawn."""
+    """Keep the terminal from echoing ^C into a map that is being drawn."""
     if not lines.isatty():
         yield
         return
@@ -83,12 +83,12 @@ def _without_control_echo(lines: TextIO) -> Iterator[None]:
 
 
 def _preload(cache: ResourceCache, options: RunOptions) -> None:
-    """Load the models; an error here comes up again, and is shown, where they are needed."""
+    """Load the models; a known error is ignored here, because it is raised again and shown when they are needed."""
     import torch
 
     from agent.errors import exit_code_of
 
-    torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
+    torch.set_num_threads(1)  # the tensors are too small for several threads to pay
     try:
         cache.preload(options.reading, options.model, options.weights, options.allow_unverified)
     except Exception as error:
@@ -109,14 +109,14 @@ def _lines(lines: TextIO, console: Console, conversation: Conversation) -> Lines
 
 
 def _vocabulary(conversation: Conversation) -> Sequence[str]:
-    """The words that Tab offers: values of slots, and what stands on the table."""
+    """Return the words that Tab completes: values of slots and nouns of the objects on the table."""
     values = [value for slot in LEGAL_VALUES.values() for value in slot]
     nouns = {model.category for model in conversation.table.models}
     return sorted({*values, *nouns, *(f"{noun}s" for noun in nouns)})
 
 
 class _TurnRecords:
-    """Writes every event, with its pictures, to the session; each turn has a record of its own."""
+    """A listener that writes every event and its pictures to the session, with one record per turn."""
 
     def __init__(self, writer: SessionWriter) -> None:
         self._writer = writer

@@ -1,4 +1,4 @@
-"""Describe the scores of candidates in words: factors, comparisons with the best, captions of maps."""
+"""Describe the scores of candidates in words: factors, comparisons with the best one, captions of maps."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from agent.reporting.event_text import shortcoming
 
 
 def factor_rows(candidate: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return (name, value) of every factor of a candidate's score; takes its JSON form."""
+    """Return (name, value) of every factor of the score of a candidate in its JSON form."""
     return [(name, number(value, 3)) for name, value in candidate["scores"].items()]
 
 
 def comparison_rows(candidates: Sequence[Mapping[str, Any]], rank: int, count: int) -> list[tuple[str, str, str]]:
-    """Return (rank, score, what it lacks) of the candidates beside one of them: the best ones and the worst.
+    """Return (rank, score, shortcoming) of the best candidates and the worst one, leaving out a given one.
 
     Args:
         candidates: in their JSON form, best first.
-        rank: of the one that is left out, from 1.
-        count: how many of the best are compared.
+        rank: the rank of the candidate to leave out, from 1.
+        count: the number of best candidates.
     """
     shown = [*candidates[:count], *([candidates[-1]] if candidates[-1]["rank"] > count else [])]
     best = candidates[0]["scores"]
@@ -35,11 +35,11 @@ def comparison_rows(candidates: Sequence[Mapping[str, Any]], rank: int, count: i
 
 
 def caption_of(candidate: Mapping[str, Any], best: Mapping[str, Any], columns: int) -> list[Text]:
-    """Return the lines below a candidate's map: its score, and what it lacks where it is not the best.
+    """Return the lines below a candidate's map: its score and, unless it is the best, its shortcoming.
 
     Args:
         candidate, best: in their JSON form.
-        columns: the width of the map.
+        columns: the width of the map in characters.
     """
     head = Text(f"{candidate['rank']}  score {number(candidate['scores']['total'], 2)}", "bold")
     if candidate["rank"] == best["rank"]:

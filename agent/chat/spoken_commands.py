@@ -1,5 +1,5 @@
-"""Define what people say instead of a slash command: one wording per line, as a regular expression that must match the
-whole line as `grounding.dialogue.acts.bare` leaves it. A backslash at the end of a line joins it with the next one.
+"""Define the wordings for slash commands: one per line, as a regular expression that must match the whole line after
+`grounding.dialogue.acts.bare`. A backslash at the end of a line joins it with the next one.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ WORDINGS: Mapping[str, str] = {
 
 
 def _joined(lines: str) -> list[str]:
-    """Return the wordings, with lines joined that a backslash divides."""
+    """Return the wordings, with lines joined at a trailing backslash."""
     return re.sub(r"\\\n\s*", "", lines).splitlines()
 
 
@@ -98,5 +98,5 @@ SPOKEN = tuple(
 
 
 def spoken_command(said: str) -> str | None:
-    """Return the command, with its slash, that a bare line is; `None` where it says anything else besides."""
+    """Return the command, with its slash, that a bare line expresses; `None` if it says anything else as well."""
     return next((name for name, wording in SPOKEN if wording.fullmatch(said)), None)

@@ -24,15 +24,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Proposal:
-    """Ranked arrangements for a goal, and the one that would be built.
+    """The ranked arrangements for a goal and the chosen one.
 
     Attributes:
         spec: the goal in the world's frame.
-        scene: what was seen.
-        imagined: every arrangement.
-        viable_count: how many of them, the best first, are worth a try.
-        rank: of the chosen one, from 1.
-        several: a goal of several parts, in the world's frame; `None` for one structure, which `spec` says.
+        scene: the observation.
+        imagined: the event with all arrangements.
+        viable_count: the number of arrangements, best first, that are worth trying.
+        rank: the rank of the chosen arrangement, from 1.
+        several: a goal of several parts in the world's frame; `None` for a single structure, which is in `spec`.
     """
 
     spec: StructureSpec
@@ -44,28 +44,28 @@ class Proposal:
 
     @property
     def chosen(self) -> events.Chosen:
-        """The event of the choice."""
+        """Return the event of the choice."""
         return chosen_event(self.rank, self.imagined.arrangements[self.rank - 1], self.scene, self.several)
 
     @property
     def wanted(self) -> StructureSpec | TableGoal:
-        """What is asked for."""
+        """Return the goal."""
         return self.spec if self.several is None else self.several
 
     @property
     def ranks_to_try(self) -> list[int]:
-        """What to try, in this order: the chosen arrangement, then the others that are worth it."""
+        """Return the ranks to try in order: the chosen arrangement, then the other viable ones."""
         return [self.rank, *(rank for rank in range(1, self.viable_count + 1) if rank != self.rank)]
 
     @property
     def arrangements_to_try(self) -> list[Arrangement]:
-        """The arrangements of these ranks."""
+        """Return the arrangements of `ranks_to_try`."""
         return [self.imagined.arrangements[rank - 1] for rank in self.ranks_to_try]
 
     @cached_property
     def realised(self) -> StructureSpec:
-        """The size, place and heading that the chosen arrangement has, asked for or not, in the world's frame; nothing
-        for a goal of several parts.
+        """Return the size, place and heading of the chosen arrangement in the world's frame, requested or not; all
+        unspecified for a goal of several parts.
         """
         if self.several is not None:
             return StructureSpec()
@@ -79,15 +79,15 @@ class Proposal:
 
 @dataclass(frozen=True)
 class Build:
-    """One build, or attempt at one.
+    """A build or an attempt at one.
 
     Attributes:
-        goal: what was to be built, as it was spoken.
-        objects: the names of those that took part.
-        before: name -> world_from_object (4, 4) of everything on the table before.
-        moved: the names of the objects that stand elsewhere since.
-        trouble: why it does not stand as asked; empty where it does.
-        parts, names: as of the situation.
+        goal: the slots from the speaker's viewpoint.
+        objects: the names of the participants.
+        before: name -> world_from_object (4, 4) of every object before the build.
+        moved: the names of the objects that it moved.
+        trouble: why it does not stand as asked; empty if it does.
+        parts, names: as in `Situation`.
     """
 
     goal: StructureSpec
@@ -104,17 +104,17 @@ class Situation:
     """The state of a conversation, to which "undo" can return.
 
     Attributes:
-        goal: what is wanted, as it was spoken; `None` before the first instruction.
-        objects: the names of those that take part.
-        poses: name -> world_from_object (4, 4) of everything on the table.
-        proposal: what would be built; `None` where there is nothing to decide.
-        viewpoint: whose left and right the goal speaks of.
-        shown: the last proposal, also where it was declined or is built.
+        goal: the slots from the speaker's viewpoint; `None` before the first instruction.
+        objects: the names of the participants.
+        poses: name -> world_from_object (4, 4) of every object on the table.
+        proposal: the pending proposal, if any.
+        viewpoint: whose left and right the goal means.
+        shown: the last proposal, including one that was declined or built.
         missing: name -> why an object that was asked for takes no part.
-        builds: what was built up to here and not put back, the last one last.
-        parts: a goal of several parts in the world's frame, its objects as indices into the table's `original_names`;
-            `None` where what is wanted is the one structure of `goal`.
-        names: the table's `original_names`, where there are parts.
+        builds: the builds so far that were not put back, oldest first.
+        parts: a goal of several parts in the world's frame, with objects as indices into the table's `original_names`;
+            `None` if the goal is the single structure of `goal`.
+        names: the table's `original_names` if there are parts.
     """
 
     goal: StructureSpec | None
@@ -130,12 +130,12 @@ class Situation:
 
     @property
     def asked(self) -> bool:
-        """Whether anything was asked for."""
+        """Return whether anything was asked for."""
         return self.goal is not None or self.parts is not None
 
     @property
     def built(self) -> bool:
-        """Whether what was asked for last stands, built by the arm."""
+        """Return whether the arm has built the last request successfully."""
         last = self.builds[-1] if self.builds else None
         if last is None or last.trouble or not last.moved:
             return False
@@ -143,22 +143,23 @@ class Situation:
 
     @property
     def spoken_parts(self) -> Goal | None:
-        """A goal of several parts as it was spoken."""
+        """Return the goal of several parts from the speaker's viewpoint."""
         return self.parts.turned() if self.parts is not None and self.viewpoint == "opposite" else self.parts
 
     @property
     def stands(self) -> StructureSpec | None:
-        """What the last proposal realises, as it would be spoken; `None` before there was one."""
+        """Return the slots that the last proposal realises, from the speaker's viewpoint; `None` before the first one.
+        """
         realised = self.shown and self.shown.realised
         return realised.turned() if realised and self.viewpoint == "opposite" else realised
 
     @property
     def spec(self) -> StructureSpec | None:
-        """The goal in the world's frame."""
+        """Return the goal in the world's frame."""
         return self.goal.turned() if self.goal and self.viewpoint == "opposite" else self.goal
 
     def seen_from(self, viewpoint: str) -> Situation:
-        """Return the same situation, its goal in the words of a speaker at this side of the table."""
+        """Return the same situation with its goal expressed from a viewpoint."""
         if viewpoint == self.viewpoint:
             return self
         builds = tuple(replace(build, goal=build.goal.turned()) for build in self.builds)
@@ -166,7 +167,7 @@ class Situation:
 
 
 def apply_answer(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec:
-    """Return the goal with an answer in it; slots that the answered shape does not have are left out."""
+    """Return the goal with an answer applied, without slots that the shape of the answer does not have."""
     value = None if value == OPEN else value
     if slot == CORNER:
         x_position, y_position = CORNERS[value] if value else (None, None)
@@ -178,18 +179,18 @@ def apply_answer(spec: StructureSpec, slot: str, value: str | None) -> Structure
 
 
 def complete_spec(said: StructureSpec, before: StructureSpec) -> StructureSpec:
-    """Return what was said, completed from before where it leaves open slots of its shape."""
+    """Return the new goal, with open slots of its shape filled from the previous one."""
     legal = ("shape", *SLOTS_OF_SHAPE[said.shape or before.shape])
     values = {slot: getattr(said, slot) or getattr(before, slot) for slot in SLOTS}
     return StructureSpec(**{slot: value for slot, value in values.items() if slot in legal})
 
 
 def with_a_shape(revision: Revision, last: StructureSpec) -> Revision:
-    """Return the revision, with a question where it was not said yet what is to be built, or anything at all.
+    """Return the revision, with a question for the shape if no shape is known yet.
 
     Args:
-        revision: what was said.
-        last: the goal before; nothing specified where there was none.
+        revision: the revision.
+        last: the previous goal; all unspecified if there was none.
     """
     first_words = revision.kind == "edit" and last == StructureSpec()
     if revision.status != "ok" or revision.spec.shape is not None:

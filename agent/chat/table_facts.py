@@ -1,4 +1,4 @@
-"""State facts about the objects on the table: colour, size, place, and which of them a phrase means."""
+"""Collect facts about the objects on the table (colour, size, place), and match phrases with objects."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ _THIRDS = ("left", "center", "right"), ("near you", "halfway back", "far from yo
 
 @dataclass(frozen=True)
 class Fact:
-    """One object on the table.
+    """The facts of one object on the table.
 
     Attributes:
         name, noun: "cup 2", and "cup".
         display_name: its name with all the words that describe it: "cup 2, red, tall".
-        color: its colour's name, or empty where it has not been seen.
+        color: the name of its colour, or empty if the colour was not seen.
         position: (x, y, z) of its cloud's mean, world frame, metres.
         sides: length and width as seen from above, and height, metres.
-        place: where it stands, as the speaker sees it: "on the left, near you".
-        outline: as seen from above, world frame, metres.
+        place: its place from the speaker's viewpoint: "on the left, near you".
+        outline: its outline from above, world frame, metres.
         on: the name of the object that it stands on, or empty.
     """
 
@@ -60,13 +60,13 @@ class Fact:
 
     @property
     def where(self) -> str:
-        """Where it is, in words and numbers."""
+        """Return its place in words and coordinates."""
         on = f"on {with_article(self.on)}, " if self.on else ""
         return f"{on}{self.place}: {format_coordinates(self.position)}"
 
 
 def with_article(name: str) -> str:
-    """Return the name in a sentence: "the banana", but "cup 2"."""
+    """Return the name as used in a sentence: "the banana", but "cup 2"."""
     return name if re.search(r"\d$", name) else f"the {name}"
 
 
@@ -74,7 +74,7 @@ def object_facts(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]
     """Return the facts of each object that was seen.
 
     Args:
-        seen: what was seen, with its clouds.
+        seen: the observation with its clouds.
         viewpoint: whose left and right is meant, "robot" or "opposite".
     """
     clouds = (*seen.scene.objects, *seen.scene.distractors)
@@ -97,12 +97,12 @@ def object_facts(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]
 
 
 def matching_facts(about: str, facts: Sequence[Fact], encoder: SentenceEncoder | None = None) -> list[Fact]:
-    """Return the objects that a noun phrase means, all of its kind; none where no such object is there.
+    """Return all objects that a noun phrase describes; empty if there is none.
 
     Args:
         about: "banana", "red cup", "cup 2", "things".
-        facts: of all objects.
-        encoder: finds what unknown nouns mean.
+        facts: the facts of all objects.
+        encoder: sentence encoder for unknown nouns.
     """
     words = about.split()
     if not words or _ANY.issuperset(words):
@@ -120,20 +120,20 @@ def matching_facts(about: str, facts: Sequence[Fact], encoder: SentenceEncoder |
         selection = select_objects(f"put the {' '.join(words)}", [fact.display_name for fact in facts], encoder)
     except SelectionError:
         return []
-    # Without a noun that is known, or a word that tells objects apart, everything would be meant.
+    # Without a known noun or a word that distinguishes objects, the phrase would match every object.
     telling = selection.named or len(selection.indices) < len(facts) or not unknown_adjectives(about, facts)
     return [facts[index] for index in selection.indices] if telling else []
 
 
 def unknown_adjectives(about: str, facts: Sequence[Fact]) -> list[str]:
-    """Return the words before a noun of which nothing is known, such as "wooden"."""
+    """Return the adjectives about which nothing is known, such as "wooden"."""
     known = {adjective(word) for fact in facts for word in _words(fact.display_name)}
     words = [word for word in about.split()[:-1] if not word.isdecimal() and word not in ORDINALS]
     return [word for word in words if known.isdisjoint((adjective(word), *rivals(adjective(word))))]
 
 
 def place_in_words(position: Sequence[float], table: Sequence[float], viewpoint: str = "robot") -> str:
-    """Return where a point is on the table, as the speaker sees it: "on the left, near you".
+    """Describe the place of a point from the speaker's viewpoint, as in "on the left, near you".
 
     Args:
         position: (x, y, ...) world frame, metres.
@@ -151,13 +151,13 @@ def place_in_words(position: Sequence[float], table: Sequence[float], viewpoint:
 
 
 def format_coordinates(position: Sequence[float]) -> str:
-    """Return "x 0.32 m, y -0.21 m"; nothing is at "-0.00"."""
+    """Format a position, as in "x 0.32 m, y -0.21 m", without negative zeros."""
     x, y = (round(float(value), 2) + 0.0 for value in position[:2])
     return f"x {x:.2f} m, y {y:.2f} m"
 
 
 def count_by_noun(facts: Sequence[Fact]) -> str:
-    """Return what is there, counted: "3 cups, 2 boxes and an orange"."""
+    """Count objects by noun, as in "3 cups, 2 boxes and an orange"."""
     nouns = [fact.noun for fact in facts]
     return join_words([_counted(noun, nouns.count(noun)) for noun in dict.fromkeys(nouns)]) or "nothing"
 
@@ -169,12 +169,12 @@ def _counted(noun: str, count: int) -> str:
 
 
 def join_words(words: Sequence[str]) -> str:
-    """Return "cup 1, cup 2 and cup 3"."""
+    """Join words, as in "cup 1, cup 2 and cup 3"."""
     return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 
 
 def capitalized(text: str) -> str:
-    """Return the sentence with its first letter in upper case, the others as they are."""
+    """Return the sentence with its first letter in upper case and all others unchanged."""
     return text[:1].upper() + text[1:]
 
 
@@ -194,7 +194,7 @@ def _sides(cloud: ObjectCloud) -> tuple[float, float, float]:
 
 
 def _supports(clouds: Sequence[ObjectCloud], outlines: Sequence[BaseGeometry]) -> list[str]:
-    """The name of what each object stands on; empty for the table."""
+    """Return the name of what each object stands on; empty for the table."""
     bottoms = [cloud.bottom for cloud in clouds]
     names = []
     for upper in range(len(clouds)):

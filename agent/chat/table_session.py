@@ -25,19 +25,20 @@ if TYPE_CHECKING:
 
 
 class TableSession:
-    """One table with its situation, its history and its options; close it, or use it in a `with` block.
+    """A table with its situation, history and options; close it, or use it in a `with` block.
 
     Args:
-        options: as of a run; its scene is the table.
-        cache: the models.
-        listeners: get every event.
+        options: the options of a run; its scene is the table.
+        cache: the cache of models and scenes.
+        listeners: receive every event.
 
     Attributes:
         options: as given; the seed, the parser and the viewpoint can be changed during the conversation.
         listeners: as given.
-        source, table: where the table comes from, and it.
-        situation: where the conversation stands.
-        question: what was asked and not yet answered, or `None`.
+        source: the source of the table.
+        table: the table.
+        situation: the state of the conversation.
+        question: the unanswered question, or `None`.
     """
 
     def __init__(self, options: RunOptions, cache: ResourceCache, listeners: Sequence[Listener]) -> None:
@@ -55,7 +56,7 @@ class TableSession:
         self.close()
 
     def close(self) -> None:
-        """End the table's physics."""
+        """Close the table's physics simulation."""
         self.table.world.close()
 
     def _set_out(self, options: RunOptions) -> tuple[SceneSource, TableScene]:
@@ -78,10 +79,10 @@ class TableSession:
         self.situation = situation
 
     def undo(self) -> None:
-        """Go back by one turn: the goal, and the objects on the table.
+        """Restore the goal and the objects as they were one turn ago.
 
         Raises:
-            UsageError: when there is nothing to go back to.
+            UsageError: if there is no earlier turn.
         """
         self._go_to("undo", self._past, self._future)
 
@@ -89,15 +90,15 @@ class TableSession:
         """Revert an undo.
 
         Raises:
-            UsageError: when nothing was undone.
+            UsageError: if nothing was undone.
         """
         self._go_to("redo", self._future, self._past)
 
     def put_back(self) -> None:
-        """Put everything where it stood before the last build; the goal stays. Can be undone.
+        """Put every object back where it stood before the last build, and keep the goal. Can be undone.
 
         Raises:
-            UsageError: when nothing was moved.
+            UsageError: if nothing was moved.
         """
         builds = self.situation.builds
         last = next((number for number in reversed(range(len(builds))) if builds[number].moved), None)
@@ -107,10 +108,10 @@ class TableSession:
         self._return_to("put back", replace(self.situation, poses=before, proposal=None, builds=builds[:last]))
 
     def reset(self) -> None:
-        """Put the table back to its start, and drop the goal. Can be undone.
+        """Restore the table of the start and drop the goal. Can be undone.
 
         Raises:
-            UsageError: when everything is as at the start.
+            UsageError: if nothing has changed since the start.
         """
         start = self._start
         if not self.situation.asked and self.question is None and not self.situation.builds:
@@ -125,10 +126,10 @@ class TableSession:
         self.send(_restored(how, situation, moved))
 
     def forget(self) -> None:
-        """Drop the goal, and what is proposed or asked; the table stays. Can be undone.
+        """Drop the goal and any proposal or question, and keep the table. Can be undone.
 
         Raises:
-            UsageError: when there is no goal.
+            UsageError: if there is no goal.
         """
         if not self.situation.asked and self.question is None:
             raise UsageError("there is no goal; say what to build")
@@ -139,7 +140,7 @@ class TableSession:
         self.send(events.Noted("the goal is dropped, and the table stays as it is; say what to build"))
 
     def stop(self) -> None:
-        """Drop the question or the proposal that stands, and say so; the goal stays."""
+        """Drop the pending question or proposal and send a note; the goal stays."""
         said = "there is nothing to stop: there is no proposal and no question"
         if self.question is not None:
             said = "the question is dropped; nothing was moved"
@@ -166,20 +167,20 @@ class TableSession:
     # --- the table ---------------------------------------------------------------------------
 
     def example(self) -> Suggestion | None:
-        """Return an instruction that suits the table as it stands, if there is one."""
+        """Return an instruction that suits the present table, or `None`."""
         return suggestion(self.table, self.table.look())
 
     def look(self) -> events.Perceived:
-        """Look at the table as it is now; no event is sent."""
+        """Observe the present table without sending an event."""
         began = time.perf_counter()
         scene = self.table.look()
         return perceived_event(scene, time.perf_counter() - began, self.table)
 
     def another_table(self, scene: str, seed: int) -> None:
-        """Replace the table by another one, "simulated" or of a scene file; the old conversation ends.
+        """Replace the table by a simulated one or one from a scene file, and start a new conversation.
 
         Raises:
-            UsageError, BadInput, SceneError: when there is no such scene; the old table stays.
+            UsageError, BadInput, SceneError: if there is no such scene; the old table stays.
         """
         options = replace(self.options, scene=scene, seed=seed)
         source, table = self._set_out(options)
@@ -189,26 +190,26 @@ class TableSession:
         self._start = self.situation = self._fresh()
 
     def save(self, path: Path) -> None:
-        """Write the table as it stands as a scene file.
+        """Write the present table to a scene file.
 
         Raises:
-            BadInput: when it cannot be written.
+            BadInput: if it cannot be written.
         """
         from agent.scenes.files import write_scene
 
         write_scene(self.source.saved(self.table, path.parent), path, "structagent chat")
 
     def speak_from(self, viewpoint: str) -> None:
-        """Change whose left and right is meant; the goal so far is turned with it."""
+        """Set whose left and right is meant, and convert the present goal."""
         self.situation = self.situation.seen_from(viewpoint)
         self.options = replace(self.options, reading=replace(self.options.reading, viewpoint=viewpoint))
 
     def read_with(self, parser: str) -> None:
-        """Change the parser that reads the instructions."""
+        """Set the parser for instructions."""
         self.options = replace(self.options, reading=replace(self.options.reading, parser=parser))
 
     def seed_with(self, seed: int) -> None:
-        """Change the seed of proposals and plans from now on; the table stays."""
+        """Set the seed of further proposals and plans; the table stays."""
         self.options = replace(self.options, seed=seed)
 
 

@@ -11,17 +11,17 @@ from agent.rendering.text import duration
 
 
 class TextPrinter:
-    """Prints text on a console.
+    """A printer of text on a console.
 
     Args:
-        console: where to print.
+        console: the console.
     """
 
     def __init__(self, console: Console) -> None:
         self._console = console
 
     def title(self, title: str, seconds: float | None = None) -> None:
-        """Print an empty line and a title, with the time that its step took."""
+        """Print an empty line and a title, with the duration of its step."""
         line = Text(title, "bold cyan")
         if seconds is not None:
             line.append(f" {duration(seconds)}", "not bold dim default")
@@ -34,7 +34,7 @@ class TextPrinter:
             self.line(f"  {line}")
 
     def line(self, text: str, style: str = "") -> None:
-        """Print a line; where it has to be broken, it continues a little further to the right."""
+        """Print a line; if it is wrapped, its continuation is indented a little further."""
         indent = " " * (len(text) - len(text.lstrip()) + 2)
         lines = textwrap.wrap(
             text, self._console.width, subsequent_indent=indent, drop_whitespace=True, break_on_hyphens=False

@@ -1,4 +1,4 @@
-"""Track one turn of a conversation: its step, its duration, and how it fails."""
+"""Track one turn of a conversation: its step, its duration and its failure."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from agent.event_base import Event
 
 
 class Turn:
-    """Times the parts of a turn, and reports what goes wrong in them.
+    """A timer for the parts of a turn, which reports their failures.
 
     Args:
-        send: gets the events of a failure.
+        send: receives the events of a failure.
 
     Attributes:
-        step: the step that the turn is in, as an event `Failed` names it.
-        seconds: how long the turn has worked so far; time spent waiting for the user does not count.
-        trouble: why the last part that failed did, in a sentence; empty before that.
+        step: the current step, as named in an event `Failed`.
+        seconds: working time of the turn so far, without time spent waiting for the user.
+        trouble: why the last failed part failed, in a sentence; empty if none failed.
     """
 
     def __init__(self, send: Callable[[Event], None]) -> None:
@@ -28,15 +28,15 @@ class Turn:
         self.step, self.seconds, self.trouble = "parse", 0.0, ""
 
     def begin(self) -> None:
-        """Begin the next turn: no time has passed in it."""
+        """Begin the next turn and reset its time."""
         self.seconds = 0.0
 
     @contextmanager
     def part(self, step: str) -> Iterator[None]:
-        """Run a part of the turn: a known error in it is sent as events and ends the part.
+        """Run a part of the turn; a known error in it is sent as events and ends the part.
 
         Args:
-            step: in which the part begins.
+            step: the step in which the part begins.
         """
         self.step, began = step, time.perf_counter()
         try:

@@ -28,22 +28,22 @@ from agent.reporting.event_text import (
     verdict_title,
 )
 
-SHOWN = 3  # candidates, where they are asked for
+SHOWN = 3  # number of candidates that /candidates shows
 _PREVIEW_COLUMNS = 24
-_PREVIEW_EVERY = 4  # steps: drawing must not slow the model down
+_PREVIEW_EVERY = 4  # steps between previews, so that drawing does not slow the model down
 _PLANNING = "looking for another plan"
 _AT_WORK = "the arm is at work; Ctrl-C stops it"
 
 
 class ChatScreen:
-    """Shows events as they happen.
+    """A listener that shows events as they happen.
 
     Args:
-        console: where to show them.
-        echo: show what was said too, which a terminal has already shown where it was typed.
+        console: the console to show them on.
+        echo: whether to show the user's lines too, for sessions that were not typed on this console.
 
     Attributes:
-        maps: the maps that it shows.
+        maps: the display of maps.
     """
 
     def __init__(self, console: Console, echo: bool = False) -> None:
@@ -54,10 +54,10 @@ class ChatScreen:
         self._scene: Mapping[str, Any] | None = None
         self._imagined: Mapping[str, Any] | None = None
         self._rank = 1
-        self._unplanned: list[int] = []  # ranks without a plan, the first of which was shown
-        self._failed_check = False  # whether the last event was one
-        self._named: Sequence[str] = ()  # the objects of the last reading
-        self._hinted = False  # that more candidates can be shown, to a user who types
+        self._unplanned: list[int] = []  # ranks without a plan; the first one was shown
+        self._failed_check = False  # whether the last event was a failed check
+        self._named: Sequence[str] = ()  # the objects of the last parse
+        self._hinted = False  # whether the hint at /candidates and /why was shown
 
     def on_event(self, event: Event) -> None:
         """Show one event."""
@@ -78,11 +78,11 @@ class ChatScreen:
     # --- while something is at work ----------------------------------------------------------
 
     def busy(self, what: str) -> None:
-        """Show that something is at work, until the next thing is shown; on a terminal alone."""
+        """Show a spinner until something else is shown; only on a terminal."""
         self._live.spin(what)
 
     def idle(self) -> None:
-        """Show that nothing is at work any more."""
+        """Remove the spinner."""
         self._live.stop()
 
     def _preview(self, payload: Mapping[str, Any]) -> None:
@@ -95,14 +95,14 @@ class ChatScreen:
     # --- views ----------------------------------------------------------------
 
     def scene(self, payload: Mapping[str, Any] | None = None) -> None:
-        """Show the table from above, with the names of what stands on it.
+        """Show the table from above with the names of its objects.
 
         Args:
             payload: an event `Perceived` in its JSON form; by default the last one.
         """
         payload = payload or self._scene
         if payload is None:
-            self.note("nothing was looked at yet")
+            self.note("no table has been observed yet")
             return
         self.idle()
         self._scene = payload
@@ -111,21 +111,21 @@ class ChatScreen:
             self.note(note)
 
     def forget(self) -> None:
-        """Forget the scene and its candidates: another table was set."""
+        """Forget the scene and its candidates after a change of the table."""
         self._scene, self._imagined, self._rank = None, None, 1
         self._named = ()
         self.maps.forget_key()
 
     def scene_read(self, payload: Mapping[str, Any]) -> None:
-        """Print what stands where, in words; takes an event `Perceived` in its JSON form."""
+        """Print the place of each object in words; takes an event `Perceived` in its JSON form."""
         self.idle()
         self._scene = payload
         self._text.block(aligned([describe_row(one) for one in payload["objects"]]))
 
     def candidates(self, count: int) -> None:
-        """Show the best candidates from above, with their scores and what the lower ones lack; several side by side."""
+        """Show the best candidates side by side from above, with their scores and shortcomings."""
         if self._imagined is None or self._scene is None:
-            self.note("nothing was proposed yet")
+            self.note("no arrangement has been proposed yet")
             return
         payload = self._imagined
         shown = payload["candidates"][:count]
@@ -141,9 +141,9 @@ class ChatScreen:
             self.note(f"/candidates shows the best {min(SHOWN, len(payload['candidates']))}, /why explains the ranking")
 
     def why(self) -> None:
-        """Print the factors of the chosen candidate's score, and what the others lack."""
+        """Print the factors of the chosen candidate's score and the shortcomings of the others."""
         if self._imagined is None:
-            self.note("nothing was proposed yet")
+            self.note("no arrangement has been proposed yet")
             return
         candidates = self._imagined["candidates"]
         self._text.title(f"candidate {self._rank}: its score is the product of these factors")
@@ -162,7 +162,7 @@ class ChatScreen:
         self._text.line(message, "dim")
 
     def complain(self, message: str) -> None:
-        """Print why something could not be done."""
+        """Print an error."""
         self.idle()
         self._text.line(message, "red")
 
@@ -193,7 +193,7 @@ class ChatScreen:
         self.candidates(1)
 
     def _failed(self, payload: Mapping[str, Any]) -> None:
-        if not self._failed_check:  # which has said it all
+        if not self._failed_check:  # the check has already said why
             self.complain(payload["message"])
 
     def _finished(self, payload: Mapping[str, Any]) -> None:
@@ -205,7 +205,7 @@ class ChatScreen:
             self.busy(_AT_WORK)
 
     def _filmed(self, payload: Mapping[str, Any]) -> None:
-        """A film is for the page alone."""
+        """Ignore a film, which only the HTML page can show."""
 
     def _plan_failed(self, payload: Mapping[str, Any]) -> None:
         self._unplanned = [payload["arrangement"] + 1]
@@ -224,7 +224,7 @@ class ChatScreen:
             self._text.line(f"> {line}", "bold")
 
     def _parsed(self, payload: Mapping[str, Any]) -> None:
-        """The slots; of a correction those alone that it changed."""
+        """Show the parsed slots; for a correction, only those that it changed."""
         before, changed = payload["before"], payload["before"] is not None
         self._text.title("changed" if changed else "understood", payload["seconds"])
         if payload.get("parts"):

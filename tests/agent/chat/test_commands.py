@@ -36,7 +36,7 @@ def test_commands(line, name, rest):
         ("/chose 3", "there is no /chose; did you mean /choose?"),
         ("/re", "there is no /re; did you mean /reset or /redo or /report?"),
         ("/", "there is no /"),
-        ("/undo 3", "/undo takes nothing, got '3'"),
+        ("/undo 3", "/undo takes no argument, got '3'"),
         ("/save", "/save needs FILE"),
     ],
 )

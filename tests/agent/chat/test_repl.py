@@ -142,7 +142,7 @@ def test_a_page_does_not_overwrite_what_is_no_page(chat_of, tmp_path):
 
 def test_another_table_is_another_talk(chat_of):
     shown, chat = chat_of("put the cups in a row", "/scene new 5", "/why", "/candidates")
-    assert shown.count("nothing was proposed yet") == 2 and chat.defects == 0
+    assert shown.count("no arrangement has been proposed yet") == 2 and chat.defects == 0
 
 
 QUESTIONS = ("hello", "what do you see", "where is the orange", "why that one", "what are you going to do", "thanks")

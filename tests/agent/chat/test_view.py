@@ -192,6 +192,6 @@ def test_why_names_every_factor_of_the_chosen_one(run_events):
         screen.on_event(event)
     screen.why()
     text = console.file.getvalue()
-    assert text.startswith("nothing was proposed yet")
+    assert text.startswith("no arrangement has been proposed yet")
     for factor in ("total", "structure", "collision", "bounds"):
         assert factor in text
