@@ -33,7 +33,7 @@ class NotBuildable(AgentError):
 
 
 class NoValidGoal(AgentError):
-    """No imagined arrangement is valid."""
+    """No proposed arrangement is valid."""
 
     exit_code = NO_VALID_GOAL
 

@@ -163,7 +163,7 @@ class Perceived(EventBase):
 
 @dataclass(frozen=True)
 class Candidate:
-    """One imagined arrangement.
+    """One proposed arrangement.
 
     Attributes:
         rank: from 1, the best.
@@ -194,7 +194,7 @@ class Previewed(EventBase):
 
 
 @dataclass(frozen=True)
-class Imagined(EventBase):
+class Proposed(EventBase):
     """The model proposed arrangements, and they were ranked, best first.
 
     `networks` has, by network, the SHA-256 of both files and whether they are those of its card.

@@ -14,9 +14,10 @@ from agent.rendering.image_files import FORMAT
 from agent.rendering.text import duration
 from agent.reporting.html.document import document
 
-# The first of each that a row has; where it has no goal, the table is shown as it was found.
-_SHOWN = (("goal-overlay", "imagined-goal", "camera-before", "scene-before"), ("camera-after",))
-_CAPTIONS = {"goal-overlay": "goal", "imagined-goal": "goal", "camera-after": "result"}
+# The first picture of each group that a row has; a row without a goal shows the table as it was found. Rows of earlier
+# versions have the picture under its old name "imagined-goal".
+_SHOWN = (("goal-overlay", "proposed-goal", "imagined-goal", "camera-before", "scene-before"), ("camera-after",))
+_CAPTIONS = {"goal-overlay": "goal", "proposed-goal": "goal", "imagined-goal": "goal", "camera-after": "result"}
 _STYLE = """
 main { max-width: 1320px; }
 .rows { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 360px), 1fr)); gap: 16px;

@@ -57,7 +57,7 @@ class BuildSession(TableSession):
             self.send(events.Noted(shortfall))
         looking = time.perf_counter() - began
         self.send(perceived_event(scene, looking, self.table))
-        self._turn.step = "imagination"
+        self._turn.step = "propose"
         options, cache = self.options, self._cache
         planner = cache.planner(options.model, options.weights, options.allow_unverified)
         networks = cache.provenance(options.model, options.weights)
@@ -66,19 +66,19 @@ class BuildSession(TableSession):
                 self.send(events.Noted(one.card))
         if wanted is None or everything is None:
             goal = make_goal(situation.spec, cache.encoder)
-            imagined = propose_arrangements(planner, options.model, scene, goal, options.seed, self.send)
+            proposed = propose_arrangements(planner, options.model, scene, goal, options.seed, self.send)
         else:
-            imagined = self._imagined_parts(wanted, everything, looking)
-        imagined = replace(imagined, networks=networks)
-        self.send(imagined)
-        viable = len(filter_viable(imagined.arrangements))
-        proposal = Proposal(situation.spec or StructureSpec(), imagined.scene, imagined, viable, several=wanted)
+            proposed = self._proposed_parts(wanted, everything, looking)
+        proposed = replace(proposed, networks=networks)
+        self.send(proposed)
+        viable = len(filter_viable(proposed.arrangements))
+        proposal = Proposal(situation.spec or StructureSpec(), proposed.scene, proposed, viable, several=wanted)
         self._remember(replace(situation, proposal=proposal, shown=proposal))
         self.send(proposal.chosen)
         if aside := describe_aside(proposal.chosen):
             self.send(events.Noted(aside))
 
-    def _imagined_parts(self, wanted: TableGoal, everything: Scene, looking: float) -> events.Imagined:
+    def _proposed_parts(self, wanted: TableGoal, everything: Scene, looking: float) -> events.Proposed:
         """Propose arrangements for a goal of several parts; objects that it sets aside take part too.
 
         Args:
@@ -87,11 +87,11 @@ class BuildSession(TableSession):
         """
         options = self.options
         planner = self._cache.goal_planner(options.model, options.weights, options.allow_unverified)
-        imagined = propose_goal(planner, options.model, everything, wanted, options.seed)
-        if len(imagined.scene.objects) > self.table.count:
-            self.table.involve([cloud.name for cloud in imagined.scene.objects])
-            self.send(perceived_event(imagined.scene, looking, self.table))
-        return imagined
+        proposed = propose_goal(planner, options.model, everything, wanted, options.seed)
+        if len(proposed.scene.objects) > self.table.count:
+            self.table.involve([cloud.name for cloud in proposed.scene.objects])
+            self.send(perceived_event(proposed.scene, looking, self.table))
+        return proposed
 
     def choose(self, rank: int) -> None:
         """Choose the arrangement to build.
@@ -100,8 +100,8 @@ class BuildSession(TableSession):
             UsageError: if there is no such arrangement.
         """
         proposal = self._proposed()
-        if not 1 <= rank <= len(proposal.imagined.arrangements):
-            raise UsageError(f"there is no candidate {rank}; legal: 1 to {len(proposal.imagined.arrangements)}")
+        if not 1 <= rank <= len(proposal.proposed.arrangements):
+            raise UsageError(f"there is no candidate {rank}; legal: 1 to {len(proposal.proposed.arrangements)}")
         proposal = replace(proposal, rank=rank)
         self.situation = replace(self.situation, proposal=proposal, shown=proposal)
         self.send(proposal.chosen)

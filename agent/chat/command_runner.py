@@ -94,7 +94,7 @@ class CommandRunner:
                 screen.scene(talk.look().to_dict())
                 proposal = talk.situation.proposal
                 if proposal is not None:  # shown again, not sent: nothing new was proposed
-                    screen.on_event(proposal.imagined)
+                    screen.on_event(proposal.proposed)
                     screen.on_event(proposal.chosen)
             case "/parser" | "/viewpoint" | "/seed":
                 self._set_option(name, rest)

@@ -38,7 +38,7 @@ def explain_choice(act: Act, known: Knowledge) -> str:
     proposal = known.situation.proposal
     if proposal is None:
         return f"Nothing is proposed now, so there is no choice to explain. {next_step(known)}"
-    candidates = proposal.imagined.candidates
+    candidates = proposal.proposed.candidates
     rank = int(act.value or proposal.rank)
     if not 1 <= rank <= len(candidates):
         return f"There is no candidate {rank}; there are 1 to {len(candidates)}."

@@ -66,7 +66,7 @@ def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Re
 
     class ProposalTimes:
         def on_event(self, event: Event) -> None:
-            if isinstance(event, events.Imagined):
+            if isinstance(event, events.Proposed):
                 proposed.append(time.perf_counter())
 
     reactions, proposals = [], []

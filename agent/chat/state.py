@@ -29,7 +29,7 @@ class Proposal:
     Attributes:
         spec: the goal in the world's frame.
         scene: the observation.
-        imagined: the event with all arrangements.
+        proposed: the event with all arrangements.
         viable_count: the number of arrangements, best first, that are worth trying.
         rank: the rank of the chosen arrangement, from 1.
         several: a goal of several parts in the world's frame; `None` for a single structure, which is in `spec`.
@@ -37,7 +37,7 @@ class Proposal:
 
     spec: StructureSpec
     scene: Scene
-    imagined: events.Imagined
+    proposed: events.Proposed
     viable_count: int
     rank: int = 1
     several: TableGoal | None = None
@@ -45,7 +45,7 @@ class Proposal:
     @property
     def chosen(self) -> events.Chosen:
         """Return the event of the choice."""
-        return chosen_event(self.rank, self.imagined.arrangements[self.rank - 1], self.scene, self.several)
+        return chosen_event(self.rank, self.proposed.arrangements[self.rank - 1], self.scene, self.several)
 
     @property
     def wanted(self) -> StructureSpec | TableGoal:
@@ -60,7 +60,7 @@ class Proposal:
     @property
     def arrangements_to_try(self) -> list[Arrangement]:
         """Return the arrangements of `ranks_to_try`."""
-        return [self.imagined.arrangements[rank - 1] for rank in self.ranks_to_try]
+        return [self.proposed.arrangements[rank - 1] for rank in self.ranks_to_try]
 
     @cached_property
     def realised(self) -> StructureSpec:
@@ -73,7 +73,7 @@ class Proposal:
         from structdiffusion.protocol.slot_measurement import realised_spec
 
         seen = [estimate(cloud) for cloud in self.scene.objects]
-        bodies = imagined_bodies(seen, self.imagined.arrangements[self.rank - 1].goal_from_initial)
+        bodies = imagined_bodies(seen, self.proposed.arrangements[self.rank - 1].goal_from_initial)
         return realised_spec(bodies, self.scene.table, self.spec.shape)
 
 

@@ -52,7 +52,7 @@ class ChatScreen:
         self.maps = Maps(console)
         self._live, self._text = LiveDisplay(console), TextPrinter(console)
         self._scene: Mapping[str, Any] | None = None
-        self._imagined: Mapping[str, Any] | None = None
+        self._candidates: Mapping[str, Any] | None = None
         self._rank = 1
         self._unplanned: list[int] = []  # ranks without a plan; the first one was shown
         self._failed_check = False  # whether the last event was a failed check
@@ -112,7 +112,7 @@ class ChatScreen:
 
     def forget(self) -> None:
         """Forget the scene and its candidates after a change of the table."""
-        self._scene, self._imagined, self._rank = None, None, 1
+        self._scene, self._candidates, self._rank = None, None, 1
         self._named = ()
         self.maps.forget_key()
 
@@ -124,10 +124,10 @@ class ChatScreen:
 
     def candidates(self, count: int) -> None:
         """Show the best candidates side by side from above, with their scores and shortcomings."""
-        if self._imagined is None or self._scene is None:
+        if self._candidates is None or self._scene is None:
             self.note("no arrangement has been proposed yet")
             return
-        payload = self._imagined
+        payload = self._candidates
         shown = payload["candidates"][:count]
         several = len(shown) > 1
         which = ", the best first" if several else "; the best of them:"
@@ -142,10 +142,10 @@ class ChatScreen:
 
     def why(self) -> None:
         """Print the factors of the chosen candidate's score and the shortcomings of the others."""
-        if self._imagined is None:
+        if self._candidates is None:
             self.note("no arrangement has been proposed yet")
             return
-        candidates = self._imagined["candidates"]
+        candidates = self._candidates["candidates"]
         self._text.title(f"candidate {self._rank}: its score is the product of these factors")
         self._text.block(aligned(factor_rows(candidates[self._rank - 1])))
         self._text.title("the others")
@@ -170,7 +170,7 @@ class ChatScreen:
 
     def _started(self, payload: Mapping[str, Any]) -> None:
         self._say_line(payload["instruction"])
-        self._imagined = None
+        self._candidates = None
 
     def _commanded(self, payload: Mapping[str, Any]) -> None:
         self._say_line(payload["line"])
@@ -189,7 +189,7 @@ class ChatScreen:
             self.scene(payload)
 
     def _proposed(self, payload: Mapping[str, Any]) -> None:
-        self._imagined, self._rank = payload, 1
+        self._candidates, self._rank = payload, 1
         self.candidates(1)
 
     def _failed(self, payload: Mapping[str, Any]) -> None:
@@ -285,9 +285,9 @@ class ChatScreen:
             return
         self._rank = payload["rank"]
         self._text.line(f"  candidate {self._rank} is chosen")
-        if self._imagined is not None and self._scene is not None:
-            one = self._imagined["candidates"][self._rank - 1]
-            caption = caption_of(one, self._imagined["candidates"][0], self.maps.columns)
+        if self._candidates is not None and self._scene is not None:
+            one = self._candidates["candidates"][self._rank - 1]
+            caption = caption_of(one, self._candidates["candidates"][0], self.maps.columns)
             self.maps.show_candidates(self._scene, [one], [caption])
 
     def _others_without_a_plan(self) -> None:
@@ -300,7 +300,7 @@ class ChatScreen:
 _SHOW: Mapping[str, Callable[[ChatScreen, Mapping[str, Any]], None]] = {
     "started": ChatScreen._started, "commanded": ChatScreen._commanded, "parsed": ChatScreen._parsed,
     "asked": ChatScreen._asked, "noted": ChatScreen._noted, "answered": ChatScreen._answered,
-    "restored": ChatScreen._restored, "perceived": ChatScreen._perceived, "imagined": ChatScreen._proposed,
+    "restored": ChatScreen._restored, "perceived": ChatScreen._perceived, "proposed": ChatScreen._proposed,
     "chosen": ChatScreen._chosen, "checked": ChatScreen._checked, "failed": ChatScreen._failed,
     "finished": ChatScreen._finished, "tried": ChatScreen._tried, "pictured": ChatScreen._pictured,
     "filmed": ChatScreen._filmed, "plan_failed": ChatScreen._plan_failed,

@@ -76,7 +76,7 @@ def _is_given(ctx: typer.Context, name: str) -> bool:
 def _sentence(row: dict[str, Any]) -> str:
     """Describe one measurement in a sentence."""
     spread = f"median of {row['runs']} runs; {row['seconds_min']:.2f} to {row['seconds_max']:.2f}"
-    rollout = f"; the physics rollout adds {row['imagined_seconds']:.2f} s" if row["imagined_seconds"] else ""
+    rollout = f"; the physics rollout adds {row['rollout_seconds']:.2f} s" if row["rollout_seconds"] else ""
     threads = "1 thread" if row["threads"] == 1 else f"{row['threads']} threads"
     return (
         f"{row['model']}, {row['objects']} objects, {row['candidates']} candidates, {threads}: "

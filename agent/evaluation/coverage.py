@@ -128,8 +128,8 @@ def _coverage_rows(candidates: int, planner: Planner, scene: EvaluationScene) ->
 
 def _realised(scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangement]) -> list[StructureSpec]:
     objects = [estimate(cloud) for cloud in scene.objects]
-    imagined = (imagined_bodies(objects, arrangement.goal_from_initial) for arrangement in arrangements)
-    return [realised_spec(bodies, scene.table, spec.shape) for bodies in imagined]
+    proposed = (imagined_bodies(objects, arrangement.goal_from_initial) for arrangement in arrangements)
+    return [realised_spec(bodies, scene.table, spec.shape) for bodies in proposed]
 
 
 def _spread(rows: Sequence[Row]) -> dict[str, Row]:

@@ -31,7 +31,7 @@ from structdiffusion.planners.factory import WEIGHTS
 from structdiffusion.planners.registry import networks_of
 
 ABOUT, ROWS = "about.json", "rows.jsonl"
-ROW_FORMAT = 2  # of the rows' keys; rows of another one cannot be resumed
+ROW_FORMAT = 3  # of the rows' keys; rows of another one cannot be resumed
 _ABSENT = object()
 
 

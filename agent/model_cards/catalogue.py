@@ -17,9 +17,9 @@ PARSERS = Path(grounding.__file__).parent / "weights"
 CONFIG, WEIGHTS = "config.json", "model.safetensors"
 # What each family of networks does, in a table's few words; more is in about/FAMILY.md.
 FAMILIES: Mapping[str, str] = {
-    "diffusion": "imagines arrangements",
-    "cvae": "imagines arrangements (baseline)",
-    "structformer": "imagines arrangements of one shape (baseline)",
+    "diffusion": "proposes arrangements",
+    "cvae": "proposes arrangements (baseline)",
+    "structformer": "proposes arrangements of one shape (baseline)",
     "structure": "judges whether an arrangement is what was asked for",
     "collision": "judges whether two objects intersect",
     "embedding": "reads instructions",

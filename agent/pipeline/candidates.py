@@ -35,7 +35,7 @@ def is_viable(arrangement: Arrangement) -> bool:
 
     The more objects there are, the smaller is the product of all scores, good as they may be.
     """
-    return arrangement.scores["total"] >= LEAST_SCORE or arrangement.scores.get("imagined") == 1.0
+    return arrangement.scores["total"] >= LEAST_SCORE or arrangement.scores.get("rollout") == 1.0
 
 
 def filter_viable(arrangements: Sequence[Arrangement]) -> list[Arrangement]:

@@ -33,7 +33,7 @@ def propose_arrangements(
     seed: int,
     on_preview: Callable[[events.Previewed], None] | None = None,
     count: int = CANDIDATES,
-) -> events.Imagined:
+) -> events.Proposed:
     """Let the planner propose arrangements, and rank them.
 
     Args:
@@ -74,12 +74,12 @@ def propose_arrangements(
     lowering = np.tile(np.eye(4), (len(scene.objects), 1, 1))
     lowering[:, 2, 3] = [-cloud.bottom for cloud in scene.objects]
     arrangements = [replace(each, goal_from_initial=each.goal_from_initial @ lowering) for each in arrangements]
-    return _imagined(model, scene, arrangements, time.perf_counter() - began)
+    return _proposed(model, scene, arrangements, time.perf_counter() - began)
 
 
 def propose_goal(
     planner: GoalPlanner, model: str, scene: Scene, wanted: TableGoal, seed: int, count: int = CANDIDATES
-) -> events.Imagined:
+) -> events.Proposed:
     """Let the planner propose arrangements for a goal of several parts, and rank them.
 
     Args:
@@ -114,10 +114,10 @@ def propose_goal(
     part = scene.select(touched)
     _check_nothing_on_top(part)
     arrangements = [Arrangement(each.goal_from_initial[touched], dict(each.scores)) for each in found]
-    return _imagined(model, part, arrangements, time.perf_counter() - began)
+    return _proposed(model, part, arrangements, time.perf_counter() - began)
 
 
-def _imagined(model: str, scene: Scene, arrangements: Sequence[Arrangement], seconds: float) -> events.Imagined:
+def _proposed(model: str, scene: Scene, arrangements: Sequence[Arrangement], seconds: float) -> events.Proposed:
     candidates = tuple(
         events.Candidate(
             rank,
@@ -127,7 +127,7 @@ def _imagined(model: str, scene: Scene, arrangements: Sequence[Arrangement], sec
         )
         for rank, arrangement in enumerate(arrangements, start=1)
     )
-    return events.Imagined(model, candidates, seconds, scene=scene, arrangements=tuple(arrangements))
+    return events.Proposed(model, candidates, seconds, scene=scene, arrangements=tuple(arrangements))
 
 
 def _check_enough_objects(scene: Scene, goal: StructureGoal) -> None:

@@ -51,7 +51,7 @@ class RunOptions:
         model: the planner's name, as `structdiffusion.planners.diffusion` has it.
         weights: the folder of its checkpoints, or `None` for those shipped.
         seed: of everything drawn at random.
-        execute: build with the arm, or stop at the imagined goal and only try it in physics.
+        execute: build with the arm, or stop at the proposed goal and only try it in physics.
         reading: how the instruction is read.
         recorded: how a recording is taken.
         allow_unverified: take checkpoints that are not what their cards say.
@@ -151,10 +151,10 @@ class _Run:
                 yield perceived_event(scene, time.perf_counter() - began, table)
                 if shortfall := describe_shortfall(table, "take part"):
                     yield events.Noted(shortfall)
-                self.step = "imagination"
+                self.step = "propose"
                 asked = make_goal(goal.spec, cache.encoder)
-                imagined = propose_arrangements(planner, options.model, scene, asked, options.seed)
-                yield from self._carried_out(table, goal.spec, replace(imagined, networks=networks))
+                proposed = propose_arrangements(planner, options.model, scene, asked, options.seed)
+                yield from self._carried_out(table, goal.spec, replace(proposed, networks=networks))
                 return
             if spec is not None:
                 whole = structure_of(table, goal.spec)
@@ -181,23 +181,23 @@ class _Run:
         yield perceived_event(scene.select(wanted.movable), looking, table)
         if shortfall := describe_shortfall(table, "take part"):
             yield events.Noted(shortfall)
-        self.step = "imagination"
+        self.step = "propose"
         planner = cache.goal_planner(options.model, options.weights, options.allow_unverified)
-        imagined = propose_goal(planner, options.model, scene, wanted, options.seed)
-        if len(imagined.scene.objects) > table.count:  # something has to be set aside, and takes part too
-            table.involve([cloud.name for cloud in imagined.scene.objects])
-            yield perceived_event(imagined.scene, looking, table)
+        proposed = propose_goal(planner, options.model, scene, wanted, options.seed)
+        if len(proposed.scene.objects) > table.count:  # something has to be set aside, and takes part too
+            table.involve([cloud.name for cloud in proposed.scene.objects])
+            yield perceived_event(proposed.scene, looking, table)
         networks = cache.provenance(options.model, options.weights)
-        yield from self._carried_out(table, wanted, replace(imagined, networks=networks))
+        yield from self._carried_out(table, wanted, replace(proposed, networks=networks))
 
     def _carried_out(
-        self, table: TableScene, wanted: StructureSpec | TableGoal, imagined: events.Imagined
+        self, table: TableScene, wanted: StructureSpec | TableGoal, proposed: events.Proposed
     ) -> Iterator[Event]:
         """Choose among the proposals, build or try the choice, and say what was left out."""
         from agent.pipeline.candidates import filter_viable
 
-        yield imagined
-        scene, arrangements = imagined.scene, filter_viable(imagined.arrangements)
+        yield proposed
+        scene, arrangements = proposed.scene, filter_viable(proposed.arrangements)
         chosen = chosen_event(1, arrangements[0], scene, wanted if isinstance(wanted, TableGoal) else None)
         yield chosen
         if aside := describe_aside(chosen):

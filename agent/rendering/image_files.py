@@ -12,7 +12,7 @@ from PIL import Image
 from agent import events
 from agent.event_base import Event
 from agent.rendering.animation import animation
-from agent.rendering.scene_images import from_above, goal_overlay, imagined
+from agent.rendering.scene_images import from_above, goal_from_above, goal_overlay
 
 FORMAT = "webp"
 FILM = "film"  # the name of the film among the pictures
@@ -49,8 +49,8 @@ def pictures_of(event: Event) -> Iterator[Picture]:
             if event.scene.color is not None and event.scene.intrinsics is not None:
                 overlay = goal_overlay(event.scene, event.arrangement)
                 yield Picture("goal-overlay", "the proposed goal over the camera picture", webp_of(overlay))
-            image = imagined(event.scene, event.arrangement)
-            yield Picture("imagined-goal", "the proposed goal from above, and the paths to it", webp_of(image))
+            image = goal_from_above(event.scene, event.arrangement)
+            yield Picture("proposed-goal", "the proposed goal from above, and the paths to it", webp_of(image))
         case events.Pictured():
             yield Picture(event.name, event.caption, webp_of(event.image))
         case events.Filmed() if len(event.frames):

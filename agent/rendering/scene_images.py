@@ -216,7 +216,7 @@ def from_above(scene: Scene) -> np.ndarray:
     return sheet.finish()
 
 
-def imagined(scene: Scene, arrangement: Arrangement) -> np.ndarray:
+def goal_from_above(scene: Scene, arrangement: Arrangement) -> np.ndarray:
     """Draw the goal from above, (H, W, 3) uint8: every cloud moved there, in front of where it starts, and an arrow."""
     sheet = _table_sheet(scene.table)
     _quiet(sheet, scene.distractors)

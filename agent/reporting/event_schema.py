@@ -58,11 +58,11 @@ def payload_conflict(payload: Mapping[str, Any], part: int) -> str | None:
             for key in ("positions", "turns"):
                 if len(payload[key]) != part:
                     return f"tried.{key} must have {part} entries, one for each object"
-        case "imagined":
+        case "proposed":
             for number, candidate in enumerate(payload["candidates"]):
                 for key in ("positions", "turns"):
                     if len(candidate[key]) != part and (key == "positions" or candidate[key]):  # turns may be untold
-                        return f"imagined.candidates[{number}].{key} must have {part} entries, one for each object"
+                        return f"proposed.candidates[{number}].{key} must have {part} entries, one for each object"
         case "chosen":
             for number, goal in enumerate(payload["goals"]):
                 where = f"chosen.goals[{number}]"

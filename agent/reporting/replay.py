@@ -30,7 +30,7 @@ def records_of(session: Session) -> list[RunRecord]:
             records.append(RunRecord())
         records[-1].on_event(RecordedEvent(line.event))
         report = records[-1].report
-        if line.event["kind"] == "imagined" and report["scene"] is None:
+        if line.event["kind"] == "proposed" and report["scene"] is None:
             report["scene"] = scene
         scene = report["scene"] or scene
     before = records[0].report

@@ -1,6 +1,6 @@
 """Log a run for the Rerun viewer: clouds, camera, candidates, goal, and during the build the objects and the arm.
 
-Everything is on one timeline, `physics`: the seconds for which the arm has been at work. What was seen and imagined
+Everything is on one timeline, `physics`: the seconds for which the arm has been at work. What was seen and proposed
 before anything moved is at 0.
 
 | entity | what |
@@ -106,7 +106,7 @@ class RerunLog:
                 self._say(f"“{event.instruction}”")
             case events.Perceived():
                 self._perceived(event.scene)
-            case events.Imagined():
+            case events.Proposed():
                 for rank, arrangement in enumerate(event.arrangements[:CANDIDATES], start=1):
                     self._arrangement(f"world/candidates/rank_{rank}", event.scene, arrangement)
             case events.Chosen():

@@ -1,6 +1,6 @@
 """Record everything that happened in a run: `report.json`, the pictures, and `report.html` from both.
 
-`report.json`, schema version 4; every key is always there, `null` or empty where the run did not get so far:
+`report.json`, schema version 5; every key is always there, `null` or empty where the run did not get so far:
 
 | key | value |
 |---|---|
@@ -10,7 +10,7 @@
 | `parse` | spec, confidence and evidence per slot, parser, nouns named; the whole `goal`, and one line for each of its `parts` |
 | `remarks` | what was asked, answered, noted, commanded and restored besides, in order, each with its `kind` |
 | `scene` | objects (names, nouns, who takes part, mean position and outline in the world frame, colour), table |
-| `imagination` | model, the checksums of its networks (`networks`), and every candidate with its scores, positions and turns, best first |
+| `proposals` | model, the checksums of its networks (`networks`), and every candidate with its scores, positions and turns, best first |
 | `chosen` | the rank and the goal of each object; of several parts also which place it, whether it stays or is set aside |
 | `arm` | the arm's events in order, each with its `kind` |
 | `tried` | without the arm: where the released objects came to rest, positions and turns as a candidate's |
@@ -20,7 +20,8 @@
 
 Lengths in metres, angles in radians, times in seconds. Schema version 2 has `remarks`, outlines, colours, turns and the
 film, and its pictures are WebP files, where those of version 1 were PNG. In version 3 the `display_name` of an object is
-what was `called` before. Version 4 has `goal` and `parts`.
+what was `called` before. Version 4 has `goal` and `parts`. In version 5 `proposals`, the step `propose` and the score
+`rollout` replace `imagination`, `imagination` and `imagined`.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ from agent.runtime.atomic_files import write_all_whole
 from agent.runtime.output_ownership import files_written, mark
 from agent.runtime.redaction import without_credentials
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 _REMARKS = ("asked", "answered", "noted", "commanded", "restored")
 
 
@@ -67,7 +68,7 @@ class RunRecord:
             "parse": None,
             "remarks": [],
             "scene": None,
-            "imagination": None,
+            "proposals": None,
             "chosen": None,
             "arm": [],
             "tried": None,
@@ -107,8 +108,8 @@ class RunRecord:
                 report["parse"] = self._timed("parse", payload)
             case "perceived":
                 report["scene"] = self._timed("scene", payload)
-            case "imagined":
-                report["imagination"] = self._timed("imagination", payload)
+            case "proposed":
+                report["proposals"] = self._timed("propose", payload)
             case "chosen":
                 report["chosen"] = _without_kind(payload)
             case "tried":

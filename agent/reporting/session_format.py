@@ -2,15 +2,17 @@
 
 The first line says what the session is; it stands again where a later process continues the file:
 
-    {"schema_version": 3, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": ...}
+    {"schema_version": 4, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": ...}
 
 Every other line is an event (its payload, see `agent.event_base`) or a picture; `seconds` count from the latest start:
 
     {"seconds": 1.25, "event": {"kind": "started", "instruction": "stack the cans", "options": {...}}}
     {"seconds": 2.5, "picture": {"name": "scene-before", "caption": "...", "format": "webp", "data": "<base64>"}}
 
-An event `started` begins a turn. In version 1 the `display_name` of an object that was seen was its key `called`. Up to
-version 2 what was read was one structure: the event `parsed` had no `goal`, no `parts` and no `objects`, and `restored` no `parts`.
+An event `started` begins a turn. In version 1 the `display_name` of an object was called `called`. Up to version 2 every
+goal was one structure: the event `parsed` had no `goal`, `parts` and `objects`, and `restored` no `parts`. Up to version 3
+the event `proposed` was called `imagined`, its picture `imagined-goal`, its step `imagination`, and the score `rollout` was
+called `imagined`.
 """
 
 from __future__ import annotations
@@ -22,8 +24,8 @@ from typing import Any
 from grounding.goals.goal import Goal
 from grounding.spec import SLOTS, SpecError
 
-SCHEMA_VERSION = 3
-READABLE_VERSIONS = (1, 2, 3)
+SCHEMA_VERSION = 4
+READABLE_VERSIONS = (1, 2, 3, 4)
 
 
 def encode_line(entry: Mapping[str, Any]) -> bytes:
@@ -32,7 +34,7 @@ def encode_line(entry: Mapping[str, Any]) -> bytes:
 
 
 def decode_line(line: bytes) -> Any:
-    """Return the JSON value of a line, or `None`, which is no line of a session, where it holds none."""
+    """Return the JSON value of a line, or `None` if the line is not JSON."""
     try:
         return json.loads(line)
     except (ValueError, RecursionError):  # a UnicodeDecodeError is a ValueError too
@@ -40,7 +42,7 @@ def decode_line(line: bytes) -> Any:
 
 
 def is_start(entry: Any) -> bool:
-    """Return whether this is a session's first line, of whatever schema version."""
+    """Return whether this is the first line of a session, in any schema version."""
     return isinstance(entry, dict) and {"schema_version", "version", "started", "machine"} <= entry.keys() and (
         isinstance(entry["started"], str) and isinstance(entry.get("options"), dict)
     )
@@ -50,23 +52,51 @@ def upgrade_payload(payload: Any, schema_version: int) -> Any:
     """Return an event's payload in the current schema version.
 
     Args:
-        payload: as it was read, which may be anything.
-        schema_version: in which it was written, one of `READABLE_VERSIONS`.
+        payload: the JSON value that was read, of any type.
+        schema_version: the version in which it was written, one of `READABLE_VERSIONS`.
     """
     if schema_version == SCHEMA_VERSION or not isinstance(payload, dict):
         return payload
+    payload = _with_proposals(payload)
     match payload.get("kind"):
         case "perceived" if schema_version == 1 and isinstance(payload.get("objects"), list):
             return payload | {"objects": [_with_display_name(one) for one in payload["objects"]]}
-        case "parsed":
+        case "parsed" if schema_version <= 2:
             return {"goal": _goal_of_slots(payload.get("spec")), "parts": [], "objects": []} | payload
-        case "restored":
+        case "restored" if schema_version <= 2:
             return {"parts": []} | payload
     return payload
 
 
+def upgrade_picture_name(name: str, schema_version: int) -> str:
+    """Return the name of a picture in the current schema version."""
+    return "proposed-goal" if schema_version <= 3 and name == "imagined-goal" else name
+
+
+def _with_proposals(payload: dict[str, Any]) -> dict[str, Any]:
+    """Return an event of version 3 or earlier with the present names of proposals, their step and their scores."""
+    match payload.get("kind"):
+        case "imagined":
+            candidates = payload.get("candidates")
+            if isinstance(candidates, list):
+                candidates = [_with_rollout(one) for one in candidates]
+            return payload | {"kind": "proposed", "candidates": candidates}
+        case "chosen":
+            return _with_rollout(payload)
+        case "failed" if payload.get("step") == "imagination":
+            return payload | {"step": "propose"}
+    return payload
+
+
+def _with_rollout(scored: Any) -> Any:
+    if not isinstance(scored, dict) or not isinstance(scored.get("scores"), dict):
+        return scored
+    scores = {("rollout" if key == "imagined" else key): value for key, value in scored["scores"].items()}
+    return scored | {"scores": scores}
+
+
 def _goal_of_slots(spec: Any) -> dict[str, Any]:
-    """Return the goal of one structure; an empty one where the slots are none, which is told elsewhere."""
+    """Return the goal of one structure; empty if the slots are invalid, which the check of the payload reports."""
     try:
         return Goal.from_dict({slot: spec.get(slot) for slot in SLOTS}).to_dict()
     except (AttributeError, TypeError, SpecError):

@@ -12,7 +12,7 @@ from typing import Any
 from agent.errors import BadInput
 from agent.rendering.image_files import FORMAT, Picture
 from agent.reporting.event_schema import payload_conflict, payload_error
-from agent.reporting.session_format import READABLE_VERSIONS, SCHEMA_VERSION, decode_line, is_start, upgrade_payload
+from agent.reporting.session_format import READABLE_VERSIONS, SCHEMA_VERSION, decode_line, is_start, upgrade_payload, upgrade_picture_name
 from structdiffusion.limits import SESSION_BYTES, SESSION_START_BYTES
 
 
@@ -125,4 +125,5 @@ def _session_line(entry: Any, where: str, version: int) -> SessionLine:
         data = base64.b64decode(picture["data"], validate=True)
     except (binascii.Error, ValueError) as error:
         raise BadInput(f"{where}: the picture's data is not base64") from error
-    return SessionLine(seconds, picture=Picture(picture["name"], picture["caption"], data))
+    name = upgrade_picture_name(picture["name"], version)
+    return SessionLine(seconds, picture=Picture(name, picture["caption"], data))

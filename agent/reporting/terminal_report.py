@@ -46,8 +46,8 @@ class TerminalReport:
                 self._parsed(payload)
             case "perceived":
                 self._perceived(payload)
-            case "imagined":
-                self._imagined(payload)
+            case "proposed":
+                self._proposed(payload)
             case "chosen":
                 self._chosen(payload)
             case "checked":
@@ -101,7 +101,7 @@ class TerminalReport:
         for note in payload.get("notes", ()):
             self._line(note)
 
-    def _imagined(self, payload: Mapping[str, Any]) -> None:
+    def _proposed(self, payload: Mapping[str, Any]) -> None:
         self._step("Proposed", payload["seconds"])
         self._line(f"{len(payload['candidates'])} candidates by the model “{payload['model']}”, best first:")
         shown = payload["candidates"][:_CANDIDATES_SHOWN]

@@ -41,7 +41,7 @@ def observed_scene(objects: int, seed: int) -> Scene:
 def measure(model: str, objects: int, candidates: int, runs: int, weights: Path | None = None) -> Result:
     """Measure the seconds of `runs` proposals; return them with the settings that they depend on.
 
-    "imagined_seconds" is the additional time of the physics rollouts. It is `None` for sentence-conditioned planners:
+    "rollout_seconds" is the additional time of the physics rollouts. It is `None` for sentence-conditioned planners:
     this module has no sentence encoder, and uses a stand-in embedding. Sampling and ranking take as long with it, but
     the arrangements would not stand.
     """
@@ -58,12 +58,12 @@ def measure(model: str, objects: int, candidates: int, runs: int, weights: Path 
         return sorted(seconds[1:])  # without the warm-up
 
     middle = runs // 2
-    imagined: float | None = 0.0
-    seconds = timed(_without_imagination(planner))
+    rollout: float | None = 0.0
+    seconds = timed(_without_rollouts(planner))
     if PLANNERS[model].sentence:
-        imagined = None
-    elif PLANNERS[model].imagined:
-        imagined = timed(planner)[middle] - seconds[middle]
+        rollout = None
+    elif PLANNERS[model].rollouts:
+        rollout = timed(planner)[middle] - seconds[middle]
     return {
         "model": model,
         "objects": objects,
@@ -73,15 +73,15 @@ def measure(model: str, objects: int, candidates: int, runs: int, weights: Path 
         "seconds_min": seconds[0],
         "seconds_median": seconds[middle],
         "seconds_max": seconds[-1],
-        "imagined_seconds": imagined,
+        "rollout_seconds": rollout,
     }
 
 
-def _without_imagination(planner: Planner) -> Planner:
+def _without_rollouts(planner: Planner) -> Planner:
     if isinstance(planner, GeometricPlanner):
         return GeometricPlanner()
     bare = copy(planner)
-    bare.post_process = replace(planner.post_process, imagined=0)
+    bare.post_process = replace(planner.post_process, rollouts=0)
     return bare
 
 
@@ -102,9 +102,9 @@ def plot(results: Sequence[Result], path: Path) -> None:
         rows = sorted((row for row in results if row[fixed] == held), key=lambda row: row[key])
         across, seconds = [row[key] for row in rows], [row["seconds_median"] for row in rows]
         panel.plot(across, seconds, "o-", label="sampled and ranked")
-        if all(row["imagined_seconds"] is not None for row in rows):
-            whole = [s + row["imagined_seconds"] for s, row in zip(seconds, rows)]
-            panel.plot(across, whole, "o--", label="and tried out in imagination")
+        if all(row["rollout_seconds"] is not None for row in rows):
+            whole = [s + row["rollout_seconds"] for s, row in zip(seconds, rows)]
+            panel.plot(across, whole, "o--", label="with physics rollouts")
         panel.set(xlabel=f"{key} ({held} {fixed})", ylabel="seconds", ylim=(0, None))
         panel.grid(alpha=0.3)
         panel.legend()

@@ -23,7 +23,7 @@ from structdiffusion.protocol.semantic import FAILURE_CLASSES
 from structdiffusion.structures.structure import LayoutError
 from structdiffusion.worker_process import WORKER_DIED
 
-SCHEMA = "structagent-success/2"
+SCHEMA = "structagent-success/3"
 Row = dict[str, Any]
 NO_ARRANGEMENT = "no arrangement"  # the planner proposed nothing: counted beside the four failure classes
 
@@ -93,7 +93,7 @@ class SceneResult:
             "draw": scene.draw,
             "spec": drawn.spec.to_dict(),
             "words": scene.words,
-            "heard": scene.parsed.to_dict() if scene.parsed else None,
+            "parsed": scene.parsed.to_dict() if scene.parsed else None,
             "objects": [model.name for model in drawn.models[: drawn.count]],
             "distractors": [model.name for model in drawn.models[drawn.count :]],
             "success": self.success_at(1),
@@ -122,7 +122,7 @@ def lost_row(structure: str, number: int, seed: int, reason: str) -> Row:
         "draw": None,
         "spec": None,
         "words": None,
-        "heard": None,
+        "parsed": None,
         "objects": [],
         "distractors": [],
         "success": False,

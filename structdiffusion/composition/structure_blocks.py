@@ -252,8 +252,8 @@ class StructureBlocks:
         ranked = rerank_by_physics(
             PhysicsRollout(own, bodies), arrangements, spec, _TRIED_STACKS, enough=_ENOUGH_STACKS
         )
-        best = max(arrangement.scores["imagined"] for arrangement in ranked)
-        return [arrangement for arrangement in ranked if arrangement.scores["imagined"] == best]
+        best = max(arrangement.scores["rollout"] for arrangement in ranked)
+        return [arrangement for arrangement in ranked if arrangement.scores["rollout"] == best]
 
     def _require_suitable(self, part: StructurePart, items: Sequence[Item]) -> None:
         """Raise a `LayoutError` for too few objects, or a stack of several that nothing can stand on."""

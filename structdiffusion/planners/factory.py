@@ -52,7 +52,7 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
         raise ValueError(f"model cannot be {name!r}; legal values: {LEGAL_NAMES}")
     parts = PLANNERS[name]
     if parts.network == "geometric":
-        return GeometricPlanner(parts.imagined)
+        return GeometricPlanner(parts.rollouts)
     folder = Path(weights) if weights is not None else WEIGHTS
     if not folder.is_dir():
         raise CheckpointError(f"there is no folder {folder} with checkpoints")
@@ -96,9 +96,9 @@ def _load_judges(
             discriminators=parts.discriminators,
             mean_collision=parts.mean_collision,
             bounds=parts.bounds,
-            imagined_checks=parts.checks,
+            estimated_checks=parts.checks,
         )
-    post_process = PostProcessor(parts.placed, parts.refined, ranker, parts.imagined)
+    post_process = PostProcessor(parts.placed, parts.refined, ranker, parts.rollouts)
     return post_process, PoseSearch(structure) if parts.cem else None, structure if parts.guidance else None
 
 

@@ -25,11 +25,11 @@ class GeometricPlanner:
     """The geometric planner, given only what the camera saw.
 
     Args:
-        imagined: how many of the best are tried in physics rollouts (`physics_reranking`).
+        rollouts: how many of the best are tried in physics rollouts (`physics_reranking`).
     """
 
-    def __init__(self, imagined: int = 0) -> None:
-        self.imagined = imagined
+    def __init__(self, rollouts: int = 0) -> None:
+        self.rollouts = rollouts
 
     def propose(
         self, scene: Scene, goal: StructureGoal, *, count: int = 64, generator: torch.Generator
@@ -63,8 +63,8 @@ class GeometricPlanner:
         if not arrangements:
             raise reason
         arrangements.sort(key=lambda arrangement: -arrangement.scores["total"])
-        if self.imagined:
-            return rerank_by_physics(PhysicsRollout(scene), arrangements, goal.spec, self.imagined)
+        if self.rollouts:
+            return rerank_by_physics(PhysicsRollout(scene), arrangements, goal.spec, self.rollouts)
         return arrangements
 
     @staticmethod

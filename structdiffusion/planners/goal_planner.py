@@ -285,9 +285,9 @@ class _Composer:
         return motions
 
     def _arrangement(
-        self, motions: np.ndarray, placement: Placement, aside: set[int], imagined: float
+        self, motions: np.ndarray, placement: Placement, aside: set[int], rollout: float
     ) -> GoalArrangement:
-        scores = {"margin": placement.margin, "quality": placement.quality, "imagined": imagined}
+        scores = {"margin": placement.margin, "quality": placement.quality, "rollout": rollout}
         total = {"total": float(np.prod(list(scores.values())))}
         moved = tuple(sorted(placement.motions))
         return GoalArrangement(moved, tuple(sorted(aside)), motions, {**scores, **total})
@@ -300,9 +300,9 @@ def _without_physics(planner: StructurePlanner) -> StructurePlanner:
     """
     bare = copy(planner)
     if isinstance(bare, GeometricPlanner):
-        bare.imagined = 0
+        bare.rollouts = 0
     elif hasattr(bare, "post_process"):
-        bare.post_process = replace(bare.post_process, imagined=0)
+        bare.post_process = replace(bare.post_process, rollouts=0)
     if isinstance(bare, DiffusionPlanner):
         bare.sentence, bare.candidates = False, None
     return bare

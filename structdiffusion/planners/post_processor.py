@@ -30,13 +30,13 @@ class PostProcessor:
             (`table_regions`).
         refined: correct poses that miss a check by little, and move objects apart (`refinement`).
         ranker: ranks the arrangements; without it they keep the order of sampling.
-        imagined: how many of the best-ranked are tried in physics rollouts (`physics_reranking`).
+        rollouts: how many of the best-ranked are tried in physics rollouts (`physics_reranking`).
     """
 
     placed: bool = True
     refined: bool = True
     ranker: Ranker | None = None
-    imagined: int = 0
+    rollouts: int = 0
 
     def __call__(
         self, seen: EncodedScene, scene: Scene, goal: StructureGoal, sampled: PoseSamples, generator: torch.Generator
@@ -56,8 +56,8 @@ class PostProcessor:
             )  # fmt: skip
             ranked = [replace(arrangement, scores=row) for arrangement, row in zip(arrangements, scores)]
             arrangements = sorted(ranked, key=lambda arrangement: -arrangement.scores["total"])
-        if self.imagined:
-            arrangements = rerank_by_physics(PhysicsRollout(scene), arrangements, goal.spec, self.imagined)
+        if self.rollouts:
+            arrangements = rerank_by_physics(PhysicsRollout(scene), arrangements, goal.spec, self.rollouts)
         return arrangements
 
     def _place(

@@ -26,7 +26,7 @@ class PlannerParts:
         mean_collision: rank by the mean over pairs of the chance of no collision, as in the paper, not the product.
         bounds: whether hanging over the table's edge counts in the rank.
         checks: whether the checks on estimated outlines count in the rank.
-        imagined: how many of the best are tried in physics rollouts.
+        rollouts: how many of the best are tried in physics rollouts.
         sampler: "ddim", or "ddpm" as in the paper.
         steps: of denoising.
         candidates: a fixed number of proposals that overrides the requested number; `None` uses the requested number.
@@ -43,7 +43,7 @@ class PlannerParts:
     mean_collision: bool = False
     bounds: bool = True
     checks: bool = True
-    imagined: int = 0
+    rollouts: int = 0
     sampler: str = "ddim"
     steps: int = 25
     candidates: int | None = None
@@ -51,10 +51,10 @@ class PlannerParts:
 
 # Physics rollouts try the best-ranked until enough of them stand; this limit is rarely reached.
 _TRIED = 40
-_FULL = PlannerParts("diffusion", imagined=_TRIED)
-_UNRANKED = replace(_FULL, ranked=False, imagined=0)
+_FULL = PlannerParts("diffusion", rollouts=_TRIED)
+_UNRANKED = replace(_FULL, ranked=False, rollouts=0)
 _AS_IN_THE_PAPER = {
-    "placed": False, "refined": False, "mean_collision": True, "bounds": False, "checks": False, "imagined": 0,
+    "placed": False, "refined": False, "mean_collision": True, "bounds": False, "checks": False, "rollouts": 0,
 }  # fmt: skip
 _PAPER = replace(_FULL, **_AS_IN_THE_PAPER)
 
@@ -64,7 +64,7 @@ def _with_variants(name: str, parts: PlannerParts) -> dict[str, PlannerParts]:
     paper = replace(parts, **_AS_IN_THE_PAPER)
     return {
         name: parts,
-        f"{name}-unranked": replace(parts, ranked=False, imagined=0),
+        f"{name}-unranked": replace(parts, ranked=False, rollouts=0),
         f"{name}-paper": paper,
         f"{name}-paper-unranked": replace(paper, ranked=False),
     }
@@ -75,7 +75,7 @@ PLANNERS: Mapping[str, PlannerParts] = {
     "diffusion": replace(_FULL, sentence=True),
     "diffusion-tokens": _FULL,
     "geometric": PlannerParts("geometric"),
-    "geometric+imagined": PlannerParts("geometric", imagined=_TRIED),
+    "geometric+rollout": PlannerParts("geometric", rollouts=_TRIED),
     "diffusion-unranked": replace(_UNRANKED, sentence=True),
     "diffusion-tokens-unranked": _UNRANKED,
     # As in the paper: no geometry, the two discriminators' rank alone, or none.
@@ -91,7 +91,7 @@ PLANNERS: Mapping[str, PlannerParts] = {
     # One part left out, or another number of steps or candidates.
     "diffusion-tokens-no-placement": replace(_FULL, placed=False, refined=False),
     "diffusion-tokens-no-refinement": replace(_FULL, refined=False),
-    "diffusion-tokens-no-imagination": replace(_FULL, imagined=0),
+    "diffusion-tokens-no-rollout": replace(_FULL, rollouts=0),
     "diffusion-tokens-no-discriminators": replace(_FULL, discriminators=False),
     "diffusion-tokens-mean-collision": replace(_FULL, mean_collision=True),
     "diffusion-tokens-no-bounds": replace(_FULL, bounds=False),

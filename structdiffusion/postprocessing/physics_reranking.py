@@ -34,7 +34,7 @@ def rerank_by_physics(
     best: int,
     enough: int = ENOUGH,
 ) -> list[Arrangement]:
-    """Return the arrangements, best first, after physics rollouts of the best-ranked ones (score "imagined").
+    """Return the arrangements, best first, after physics rollouts of the best-ranked ones (score "rollout").
 
     Stacks are tried under several hypotheses about what the camera did not see. The order is by the share of hypotheses under
     which an arrangement stood (zero if untried) plus half of its mean room to the limits of the protocol: five of five
@@ -74,7 +74,7 @@ def rerank_by_physics(
     for number, (arrangement, moved) in enumerate(zip(arrangements, motions, strict=True)):
         outcome = outcomes.get(number, _Outcome())
         worth = max(_FELL, outcome.share) if number in outcomes else presumed[orders[number]]
-        scores = {**arrangement.scores, "imagined": worth, "total": worth * totals[number]}
+        scores = {**arrangement.scores, "rollout": worth, "total": worth * totals[number]}
         rank = (-outcome.share - outcome.room * _ROOM, -scores["total"])
         rows.append((rank, replace(arrangement, goal_from_initial=moved, scores=scores)))
     return [row for _, row in sorted(rows, key=lambda row: row[0])]

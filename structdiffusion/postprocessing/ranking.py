@@ -41,7 +41,7 @@ class Ranker:
 
     Attributes:
         structure, collision: trained discriminators.
-        imagined_checks: whether the checks of the evaluation protocol on estimated outlines, and supports, count.
+        estimated_checks: whether the checks of the evaluation protocol on estimated outlines, and supports, count.
         discriminators: whether the discriminators count.
         mean_collision: score collisions by the mean over pairs of the probability of no collision, as in the paper,
             instead of the probability that no pair collides (noisy or).
@@ -50,7 +50,7 @@ class Ranker:
 
     structure: StructureDiscriminator
     collision: CollisionDiscriminator
-    imagined_checks: bool = True
+    estimated_checks: bool = True
     discriminators: bool = True
     mean_collision: bool = False
     bounds: bool = True
@@ -96,7 +96,7 @@ class Ranker:
         for k, row in enumerate(rows):
             if self.bounds:
                 row["bounds"] = math.exp(-table.overhang(np.concatenate(outlines[k])) / _OVERHANG)
-            if self.imagined_checks:
+            if self.estimated_checks:
                 row["checks"] = checks_score(objects, motions[k], spec, table)
                 row["support"] = support_score(objects, motions[k])
             row["total"] = math.prod(row.values())
@@ -171,12 +171,12 @@ def checks_score(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: S
         objects: N estimates.
         motions: (N, 4, 4) upright motions, world frame.
     """
-    as_imagined = _held(objects, motions, spec, table)
-    if as_imagined < 1.0:
-        return as_imagined
+    as_proposed = _held(objects, motions, spec, table)
+    if as_proposed < 1.0:
+        return as_proposed
     rng = np.random.default_rng(0)
     landed = (np.array([_landed(m, thing, rng) for m, thing in zip(motions, objects)]) for _ in range(_TRIALS - 1))
-    return (as_imagined + sum(_held(objects, trial, spec, table) for trial in landed)) / _TRIALS
+    return (as_proposed + sum(_held(objects, trial, spec, table) for trial in landed)) / _TRIALS
 
 
 def _held(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: StructureSpec, table: Table) -> float:

@@ -97,7 +97,7 @@ def run_events(scene: Scene) -> list[Event]:
             0.2,
         ),
         events.Perceived(seen, (0.18, 0.72, -0.45, 0.45), 1.0, scene=scene),
-        events.Imagined(
+        events.Proposed(
             "diffusion",
             tuple(events.Candidate(rank, scores, places, (0.0, 0.1, -0.1)) for rank in range(1, 13)),
             2.0,

@@ -59,7 +59,7 @@ class SuccessConfig:
         distribution however many follow.
         """
         parts = PLANNERS[model]
-        chooses = parts.ranked or parts.cem or parts.imagined
+        chooses = parts.ranked or parts.cem or parts.rollouts
         return parts.candidates or (self.candidates if chooses else min(self.candidates, self.top_k))
 
     def command(self, models: Sequence[str], structures: Sequence[str], scenes: int) -> str:

@@ -302,8 +302,8 @@ def _arranged_parts(
     from agent.pipeline.table_goal import TableGoal
 
     wanted = TableGoal(goal.goal, scene.names, np.tile(np.eye(4), (len(scene), 1, 1)))
-    imagined = propose_goal(planner, model, scene.observation(range(len(scene))), wanted, seed, count)
-    return imagined.arrangements, tuple(scene.names.index(cloud.name) for cloud in imagined.scene.objects)
+    proposed = propose_goal(planner, model, scene.observation(range(len(scene))), wanted, seed, count)
+    return proposed.arrangements, tuple(scene.names.index(cloud.name) for cloud in proposed.scene.objects)
 
 
 def _ranked(

@@ -39,7 +39,7 @@ def swatch(marker: Marker) -> str:
 
 def candidates(report: Mapping[str, Any]) -> str:
     """Draw the best candidates of a report side by side, with their scores and why they are not the best."""
-    scene, ranked = report["scene"], report["imagination"]["candidates"]
+    scene, ranked = report["scene"], report["proposals"]["candidates"]
     chosen = report["chosen"]["rank"] if report["chosen"] else None
     shown = [each for each in ranked if each["rank"] <= CANDIDATES_SHOWN or each["rank"] == chosen]
     figures = []

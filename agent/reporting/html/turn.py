@@ -67,7 +67,7 @@ class Turn:
             return "good", "Built as asked" if report["verdict"]["how"] == "arm" else "A valid goal was found"
         if code == INTERRUPTED:
             return "quiet", "Stopped"
-        if code == NOT_BUILDABLE and report["imagination"] is None:
+        if code == NOT_BUILDABLE and report["proposals"] is None:
             return "quiet", "Refused"
         if code not in (None, DONE):
             return "bad", "Not built"
@@ -83,7 +83,7 @@ class Turn:
     def sections(self) -> str:
         """Return all that there is to show, as HTML."""
         parts = (
-            self._parse(), self._scene(), self._imagination(), self._arm(), self._verdict(), self._remarks(),
+            self._parse(), self._scene(), self._proposals(), self._arm(), self._verdict(), self._remarks(),
             self._time(), self._options(),
         )  # fmt: skip
         return "\n".join(part for part in parts if part)
@@ -148,18 +148,18 @@ class Turn:
         notes = "".join(map(paragraph, scene.get("notes", ())))
         return section("Scene before", pictures + seen + notes, self._seconds("scene"))
 
-    def _imagination(self) -> str:
-        imagination = self.report["imagination"]
-        if imagination is None:
+    def _proposals(self) -> str:
+        proposals = self.report["proposals"]
+        if proposals is None:
             return ""
-        ranked = imagination["candidates"]
-        content = f"<p>{len(ranked)} candidates by the model “{escape(imagination['model'])}”, best first. "
+        ranked = proposals["candidates"]
+        content = f"<p>{len(ranked)} candidates by the model “{escape(proposals['model'])}”, best first. "
         content += "A score is the product of its factors; up is away from the robot.</p>"
         if self.report["scene"] is not None and ranked:
             content += legend(self.report["scene"]) + candidates(self.report)
-        content += album([self._figures.get("goal-overlay"), self._figures.get("imagined-goal")])
+        content += album([self._figures.get("goal-overlay"), self._figures.get("proposed-goal")])
         content += self._goals()
-        return section("Proposals", content + self._scores(ranked), self._seconds("imagination"))
+        return section("Proposals", content + self._scores(ranked), self._seconds("propose"))
 
     def _goals(self) -> str:
         """Where each object goes for a goal of several parts, and for which of them."""

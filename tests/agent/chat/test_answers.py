@@ -146,7 +146,7 @@ def test_a_proposal_is_explained(conversation):
     conversation.say("put the cups in a small circle on the left")
     known = conversation._known()
     why = answer(acts_of("why that one"), known)
-    total = conversation.situation.proposal.imagined.candidates[0].scores["total"]
+    total = conversation.situation.proposal.proposed.candidates[0].scores["total"]
     assert why.startswith(f"Candidate 1 is the best of 64: its score, {total:.2f}, is the product of")
     assert answer(acts_of("why candidate 99"), known).startswith("There is no candidate 99; there are 1 to 64.")
     plan = answer(acts_of("what are you going to do"), known).splitlines()

@@ -33,7 +33,7 @@ def assert_stands_at(conversation, poses):
 def test_an_instruction_becomes_a_proposal_and_moves_nothing(conversation, sent):
     before = conversation.table.poses()
     assert conversation.say("put the cups in a small circle on the left")
-    assert kinds(sent) == ["started", "parsed", "perceived", "imagined", "chosen"]
+    assert kinds(sent) == ["started", "parsed", "perceived", "proposed", "chosen"]
     (parsed,) = of(sent, events.Parsed)
     assert parsed.spec == StructureSpec("circle", "small", "left") and parsed.named == CUPS and parsed.before is None
     (seen,) = of(sent, events.Perceived)
@@ -292,14 +292,14 @@ def test_a_candidate_that_is_not_there(conversation):
             conversation.choose(rank)
 
 
-def test_again_imagines_from_the_next_seed(conversation):
+def test_again_proposes_from_the_next_seed(conversation):
     conversation.say("put the cups in a circle")
-    first = conversation.situation.proposal.imagined
+    first = conversation.situation.proposal.proposed
     assert conversation.again()
     assert conversation.options.seed == 1
-    assert conversation.situation.proposal.imagined.candidates[0] != first.candidates[0]
+    assert conversation.situation.proposal.proposed.candidates[0] != first.candidates[0]
     conversation.undo()
-    assert conversation.situation.proposal.imagined is first
+    assert conversation.situation.proposal.proposed is first
 
 
 @pytest.mark.parametrize("kind", [Picked, Placed])

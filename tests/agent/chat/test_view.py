@@ -120,8 +120,8 @@ def test_the_key_is_not_repeated_until_it_changes_or_somebody_asks(run_events):
 
 def test_a_tower_is_recognised_as_a_stack(run_events):
     tower = tuple((0.4, 0.1, 0.03 + 0.06 * level) for level in (0, 2, 1))
-    imagined = replace(run_events[3], candidates=(replace(run_events[3].candidates[0], positions=tower),))
-    lines = shown([*run_events[:3], imagined]).splitlines()
+    proposed = replace(run_events[3], candidates=(replace(run_events[3].candidates[0], positions=tower),))
+    lines = shown([*run_events[:3], proposed]).splitlines()
     title = next(k for k, line in enumerate(lines) if line.startswith("stacked"))
     assert lines[title] == "stacked: 2 on 3 on 1; from the side:"
     assert [line.strip(" []") for line in lines[title + 1 : title + 4]] == ["2", "3", "1"]

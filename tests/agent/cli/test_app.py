@@ -193,8 +193,8 @@ def test_candidates_that_score_next_to_nothing_are_no_goal():
 
     good, bad = (Arrangement(np.eye(4)[None], {"total": score}) for score in (LEAST_SCORE, LEAST_SCORE / 2))
     assert filter_viable([good, bad]) == [good]
-    stood = Arrangement(np.eye(4)[None], {"total": LEAST_SCORE / 9, "imagined": 1.0})
-    fell = Arrangement(np.eye(4)[None], {"total": LEAST_SCORE / 9, "imagined": 0.1})
+    stood = Arrangement(np.eye(4)[None], {"total": LEAST_SCORE / 9, "rollout": 1.0})
+    fell = Arrangement(np.eye(4)[None], {"total": LEAST_SCORE / 9, "rollout": 0.1})
     assert filter_viable([stood, good, bad, fell]) == [stood, good]
     with pytest.raises(NoValidGoal, match="none of 2 proposed arrangements is good enough"):
         filter_viable([bad, bad])
@@ -298,7 +298,7 @@ def test_run_without_the_arm_reports_json_alone_on_standard_output(tmp_path):
     assert report == json.loads((tmp_path / "report" / "report.json").read_text())
     assert report["outcome"]["success"] and report["verdict"]["how"] == "released"
     assert all(seen["category"] == "box" for seen in report["scene"]["objects"] if seen["takes_part"])
-    assert np.isfinite(report["imagination"]["candidates"][0]["scores"]["total"])
+    assert np.isfinite(report["proposals"]["candidates"][0]["scores"]["total"])
     assert "Understood" in done.stderr and "report: " in done.stderr
     assert (tmp_path / "report" / "report.html").is_file()
 
@@ -316,7 +316,7 @@ def test_run_with_the_arm_builds_and_reports(tmp_path, capsys):
     assert all(event["position_error_m"] < 0.04 for event in placed)
     assert report["verdict"]["how"] == "arm" and all(check["passed"] for check in report["verdict"]["checks"])
     pictures = {entry["name"] for entry in report["pictures"]}
-    assert {"placement-1-picked", "placement-1-after", "camera-after", "imagined-goal"} <= pictures
+    assert {"placement-1-picked", "placement-1-after", "camera-after", "proposed-goal"} <= pictures
 
 
 def test_same_seed_same_report(tmp_path):
@@ -325,7 +325,7 @@ def test_same_seed_same_report(tmp_path):
         arguments = ["run", "make a line of boxes", "--objects", folder, "--model", "geometric", "--no-execute"]
         assert command_line([*arguments, "--seed", "5", "--out", str(tmp_path / attempt)]) == 0
         report = json.loads((tmp_path / attempt / "report.json").read_text())
-        reports.append((report["scene"]["objects"], report["imagination"]["candidates"], report["verdict"]["checks"]))
+        reports.append((report["scene"]["objects"], report["proposals"]["candidates"], report["verdict"]["checks"]))
     assert reports[0] == reports[1]
 
 

@@ -49,7 +49,7 @@ def words(program, *line: str) -> list[str]:
         (["scene", "new", "--shape", "t"], ["tower", "table setting", "triangle"]),
         (["train", "structu"], ["structure"]),
         (["train", "structure", ""], []),
-        (["run", "--model", "geo"], ["geometric", "geometric+imagined"]),
+        (["run", "--model", "geo"], ["geometric", "geometric+rollout"]),
         (["train", "p"], ["parser"]),
         (["parse", "--", "--vie"], []),
         (["completion", ""], ["bash", "zsh", "fish"]),

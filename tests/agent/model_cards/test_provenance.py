@@ -111,7 +111,7 @@ def test_a_run_refuses_them_unless_told_and_its_report_has_the_checksums(weights
     assert "structure/model.safetensors is not the file that its card tells of" in told and "Traceback" not in told
     assert command_line([*arguments, "--out", "allowed", "--allow-unverified"]) in (0, 4, 5)  # as the arm fares
     report = json.loads((tmp_path / "allowed" / "report.json").read_text())
-    networks = report["imagination"]["networks"]
+    networks = report["proposals"]["networks"]
     assert set(networks) == set(MADE_OF) and networks["diffusion"]["card"] == MATCHES
     content = (weights / "structure" / "model.safetensors").read_bytes()
     assert networks["structure"]["sha256"]["model.safetensors"] == hashlib.sha256(content).hexdigest()

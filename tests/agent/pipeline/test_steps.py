@@ -48,28 +48,28 @@ def stacked() -> Iterator[TableScene]:
 
 def test_the_planner_sees_what_stands_on_something_lowered(stacked):
     scene, planner = stacked.look(), Watched()
-    imagined = propose_arrangements(planner, "geometric", scene, StructureGoal(StructureSpec("line")), 0)
+    proposed = propose_arrangements(planner, "geometric", scene, StructureGoal(StructureSpec("line")), 0)
     assert [cloud.bottom for cloud in scene.objects] == pytest.approx([0.0, BLOCKS[0].height, 0.0])
     assert [cloud.bottom for cloud in planner.shown.objects] == [0.0, 0.0, 0.0]
     assert abs(planner.shown.objects[1].points[:, 2].max() - BLOCKS[1].height) < 0.01
-    assert imagined.scene is scene and len(imagined.candidates) == len(imagined.arrangements) > 1
+    assert proposed.scene is scene and len(proposed.candidates) == len(proposed.arrangements) > 1
 
 
 def test_the_motion_is_right_from_where_it_really_stands(stacked):
     scene = stacked.look()
-    imagined = propose_arrangements(GeometricPlanner(), "geometric", scene, StructureGoal(StructureSpec("line")), 0)
-    best = imagined.arrangements[0]
+    proposed = propose_arrangements(GeometricPlanner(), "geometric", scene, StructureGoal(StructureSpec("line")), 0)
+    best = proposed.arrangements[0]
     for pose, motion in zip(stacked.world.poses(), best.goal_from_initial, strict=True):
         assert (motion @ pose)[2, 3] == pytest.approx(0.0, abs=0.01)  # of a line everything stands on the table
     for cloud, motion, place in zip(
-        scene.objects, best.goal_from_initial, imagined.candidates[0].positions, strict=True
+        scene.objects, best.goal_from_initial, proposed.candidates[0].positions, strict=True
     ):
         assert place == pytest.approx(transform_points(motion, cloud.points).mean(axis=0), abs=1e-4)
 
 
 def test_a_tower_of_what_is_a_tower_already_has_its_heights(stacked):
-    imagined = propose_arrangements(GeometricPlanner(), "geometric", stacked.look(), StructureGoal(StructureSpec("tower")), 0)
-    goals = imagined.arrangements[0].goal_from_initial @ np.array(stacked.world.poses())
+    proposed = propose_arrangements(GeometricPlanner(), "geometric", stacked.look(), StructureGoal(StructureSpec("tower")), 0)
+    goals = proposed.arrangements[0].goal_from_initial @ np.array(stacked.world.poses())
     order = np.argsort(goals[:, 2, 3])
     heights = np.concatenate(([0.0], np.cumsum([BLOCKS[i].height for i in order])))[:3]
     assert goals[order, 2, 3] == pytest.approx(heights, abs=0.02)
@@ -103,7 +103,7 @@ def test_no_layout_is_no_valid_goal():
         propose_arrangements(GeometricPlanner(), "geometric", Scene(tuple(slabs)), StructureGoal(StructureSpec("line")), 0)
 
 
-def test_the_same_seed_imagines_the_same():
+def test_the_same_seed_proposes_the_same():
     scene = Scene((cube("a", 0.3, 0.0), cube("b", 0.5, 0.2)))
     first, again, other = (
         propose_arrangements(GeometricPlanner(), "geometric", scene, StructureGoal(StructureSpec("line")), seed) for seed in (1, 1, 2)

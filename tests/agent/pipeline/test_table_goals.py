@@ -133,14 +133,14 @@ def test_what_any_arrangement_moves_takes_part_and_stays_where_an_arrangement_le
     wanted, scene = put_on_table(blocks, goal_of(SWAP))
     swap = steps_of((0, 1), (1, 0))
     planner = Given(swap, {**swap, 2: (0.05, 0.0)})
-    imagined = propose_goal(planner, "given", scene, wanted, 0)
-    assert [cloud.name for cloud in imagined.scene.objects] == ["block 1", "block 2", "block 3"]
-    assert [cloud.name for cloud in imagined.scene.distractors] == ["block 4"]
+    proposed = propose_goal(planner, "given", scene, wanted, 0)
+    assert [cloud.name for cloud in proposed.scene.objects] == ["block 1", "block 2", "block 3"]
+    assert [cloud.name for cloud in proposed.scene.distractors] == ["block 4"]
     assert len(planner.scene.objects) == 4
-    first, second = imagined.arrangements
+    first, second = proposed.arrangements
     np.testing.assert_array_equal(first.goal_from_initial[2], np.eye(4))
     assert second.goal_from_initial[2][0, 3] == 0.05
-    chosen = [chosen_event(1, each, imagined.scene, wanted) for each in (first, second)]
+    chosen = [chosen_event(1, each, proposed.scene, wanted) for each in (first, second)]
     assert [goal["stays"] for goal in chosen[0].goals] == [False, False, True] and not describe_aside(chosen[0])
     assert [goal["aside"] for goal in chosen[1].goals] == [False, False, True]
     assert describe_aside(chosen[1]) == "set aside, because it stands in the way: block 3"
@@ -166,11 +166,11 @@ def test_a_goal_without_a_layout_names_its_part(blocks):
 
 def released(table: TableScene, goal: Goal, planner: Given) -> list[Event]:
     wanted, scene = put_on_table(table, goal)
-    imagined = propose_goal(planner, "given", scene, wanted, 0)
-    table.involve([cloud.name for cloud in imagined.scene.objects])
+    proposed = propose_goal(planner, "given", scene, wanted, 0)
+    table.involve([cloud.name for cloud in proposed.scene.objects])
     happened = []
     try:
-        for event in release_in_physics(table, imagined.scene, wanted, imagined.arrangements[0]):
+        for event in release_in_physics(table, proposed.scene, wanted, proposed.arrangements[0]):
             happened.append(event)
     except NoValidGoal:
         pass
@@ -202,8 +202,8 @@ def test_what_no_part_names_may_be_set_aside_and_nothing_else_moves_it(blocks):
 def test_a_swap_is_built_by_way_of_a_free_place_and_what_stays_is_not_touched(blocks):
     goal = goal_of(SWAP)
     wanted, scene = put_on_table(blocks, goal)
-    imagined = propose_goal(Given(steps_of((0, 1), (1, 0))), "given", scene, wanted, 0)
-    happened = list(build_with_arm(blocks, imagined.scene, wanted, imagined.arrangements, 0, film=False))
+    proposed = propose_goal(Given(steps_of((0, 1), (1, 0))), "given", scene, wanted, 0)
+    happened = list(build_with_arm(blocks, proposed.scene, wanted, proposed.arrangements, 0, film=False))
     planned = next(event for event in happened if isinstance(event, Planned))
     assert sorted(planned.order) in ([0, 0, 1], [0, 1, 1])
     assert [event.aside for event in happened if isinstance(event, Placed)].count(True) == 1
@@ -216,10 +216,10 @@ def test_a_swap_is_built_by_way_of_a_free_place_and_what_stays_is_not_touched(bl
 
 def test_a_goal_that_holds_already_needs_no_motion(blocks):
     wanted, scene = put_on_table(blocks, goal_of({**LEFT_OF, "objects": [0]}))
-    imagined = propose_goal(Given({}), "given", scene, wanted, 0)
+    proposed = propose_goal(Given({}), "given", scene, wanted, 0)
     happened = []
     with pytest.raises(ExecutionFailed, match="the goal was built but does not stand as asked .semantic.: .*left of"):
-        for event in build_with_arm(blocks, imagined.scene, wanted, imagined.arrangements, 0, film=False):
+        for event in build_with_arm(blocks, proposed.scene, wanted, proposed.arrangements, 0, film=False):
             happened.append(event)
     planned = next(event for event in happened if isinstance(event, Planned))
     assert planned.order == () and not any(isinstance(event, Placed) for event in happened)

@@ -92,7 +92,7 @@ def test_listeners_hear_everything_in_order_and_may_compute():
         torch.set_num_threads(threads)
     assert counter.count == len(heard) == len(result.events)
     assert second == ["tower", "line"]
-    assert heard[:4] == ["Started", "Parsed", "Perceived", "Imagined"] and heard[-1] == "Finished"
+    assert heard[:4] == ["Started", "Parsed", "Perceived", "Proposed"] and heard[-1] == "Finished"
     assert [event["kind"] for event in result.events][:3] == ["started", "parsed", "perceived"]
     json.dumps(result.events, allow_nan=False)
 

@@ -13,7 +13,7 @@ from PIL import Image
 from agent.event_base import RecordedEvent
 from agent.rendering.image_files import Picture, pictures_of, webp_of
 from agent.rendering.palette import color_of
-from agent.rendering.scene_images import goal_overlay, imagined
+from agent.rendering.scene_images import goal_from_above, goal_overlay
 from agent.reporting.event_text import shortcoming
 from agent.reporting.html.charts import gauge, timing
 from agent.reporting.html.figures import CANDIDATES_SHOWN, candidates, legend
@@ -56,7 +56,7 @@ def test_goals_are_drawn_in_the_objects_own_colours(large):
     motions = np.tile(np.eye(4), (3, 1, 1))
     motions[:, 1, 3] = 0.12
     scene, arrangement = replace(large, objects=own), Arrangement(motions)
-    overlay, above = goal_overlay(scene, arrangement), imagined(scene, arrangement)
+    overlay, above = goal_overlay(scene, arrangement), goal_from_above(scene, arrangement)
     for cloud, color in zip(own, colors, strict=True):
         goal = cloud.centroid + (0.0, 0.12, 0.0)
         assert near(overlay, *VIEWS["robot"].pixels(goal), color, reach=4)
@@ -76,7 +76,7 @@ def test_goals_are_in_front_of_faded_starts_with_an_arrow_s_head_between(large):
     one = replace(large.objects[0], colors=np.tile(np.array(blue, np.uint8), (len(large.objects[0].points), 1)))
     motion = np.eye(4)[None].copy()
     motion[0, 1, 3] = 0.4
-    image = imagined(replace(large, objects=(one,), distractors=()), Arrangement(motion)).astype(int)
+    image = goal_from_above(replace(large, objects=(one,), distractors=()), Arrangement(motion)).astype(int)
     blueness = image[..., 2] - image[..., 0]
     column, row = (round(value) for value in from_above_pixels(one.centroid))
     goal, _ = (round(value) for value in from_above_pixels(one.centroid + (0.0, 0.4, 0.0)))
@@ -90,7 +90,7 @@ def test_goals_are_in_front_of_faded_starts_with_an_arrow_s_head_between(large):
 def test_what_takes_no_part_has_a_dashed_outline_in_its_own_colour(large):
     red = np.tile(np.array((200, 30, 30), np.uint8), (len(large.distractors[0].points), 1))
     stays = replace(large.distractors[0], colors=red)
-    image = imagined(replace(large, distractors=(stays,)), Arrangement(np.tile(np.eye(4), (3, 1, 1)))).astype(int)
+    image = goal_from_above(replace(large, distractors=(stays,)), Arrangement(np.tile(np.eye(4), (3, 1, 1)))).astype(int)
     column, row = (round(value) for value in from_above_pixels(stays.centroid))
     part = image[row - 15 : row + 15, column - 15 : column + 15]
     assert 15 < np.median(part[..., 0] - part[..., 2]) < 110  # reddish, and faded
@@ -110,7 +110,7 @@ def test_names_of_a_tower_stand_below_each_other_however_long_they_are(large):
         tower[index, :2, 3] = np.array((0.6, 0.44)) - cloud.centroid[:2]  # all at the table's left edge
     names = [f"an exceptionally long-named object number {number}" for number in range(3)]
     named = tuple(replace(cloud, name=name) for cloud, name in zip(large.objects, names, strict=True))
-    image = imagined(replace(large, objects=named), Arrangement(tower)).astype(int)
+    image = goal_from_above(replace(large, objects=named), Arrangement(tower)).astype(int)
     below = round(750 * (0.72 + 0.05 - 0.57)) + 4  # the row of the clouds' nearest edge; 750 pixels a metre
     found = [np.nonzero((np.abs(image - color_of(i)).max(axis=2) < 20)[below:]) for i in range(3)]
     lines = sorted(np.median(rows) for rows, _ in found)
@@ -121,7 +121,7 @@ def test_names_of_a_tower_stand_below_each_other_however_long_they_are(large):
 
 def test_live_events_bring_their_pictures(run_events):
     named = [picture.name for event in run_events for picture in pictures_of(event)]
-    assert named == ["camera-before", "scene-before", "goal-overlay", "imagined-goal", "placement-1-after"]
+    assert named == ["camera-before", "scene-before", "goal-overlay", "proposed-goal", "placement-1-after"]
 
 
 def test_a_picture_is_kept_as_it_is():
@@ -140,7 +140,7 @@ def report(run_events):
 
 
 def test_candidates_are_drawn_from_the_report(report):
-    ranked = report["imagination"]["candidates"]
+    ranked = report["proposals"]["candidates"]
     ranked[1]["scores"] = ranked[1]["scores"] | {"total": 0.45, "collision": 0.48}
     ranked[1]["positions"] = [[0.4, 0.1, 0.03], [0.5, 0.2, 0.03], [0.6, 0.3, 0.03]]
     text = candidates(report)
@@ -158,7 +158,7 @@ def test_candidates_are_drawn_from_the_report(report):
 
 
 def test_a_stack_is_drawn_from_the_side_too(report):
-    ranked = report["imagination"]["candidates"]
+    ranked = report["proposals"]["candidates"]
     ranked[0]["positions"] = [[0.4, 0.1, 0.03], [0.4, 0.1, 0.15], [0.4, 0.1, 0.09]]
     first, second = re.findall(r"<figcaption>.*?</figcaption>", candidates(report))[:2]
     assert "stacked: 2 on 3 on 1" in first and "stack" not in second
@@ -167,7 +167,7 @@ def test_a_stack_is_drawn_from_the_side_too(report):
 
 def test_the_letter_of_what_lies_below_stands_where_it_is_seen(report):
     """That of a plate beside the bowl on it; that of a cup below a cup is in the caption alone."""
-    ranked = report["imagination"]["candidates"]
+    ranked = report["proposals"]["candidates"]
     ranked[0]["positions"] = [[0.4, 0.1, 0.01], [0.4, 0.1, 0.06], [0.5, 0.3, 0.03]]
     letters = re.findall(r"<text[^>]*>(\w)</text>", candidates(report).partition("</svg>")[0])
     assert sorted(letters) == ["2", "3", "a"]

@@ -35,7 +35,7 @@ from agent.reporting.session_reader import Session
 from agent.reporting.terminal_report import TerminalReport
 
 KEYS = {
-    "schema_version", "version", "instruction", "options", "outcome", "parse", "scene", "imagination", "chosen", "arm",
+    "schema_version", "version", "instruction", "options", "outcome", "parse", "scene", "proposals", "chosen", "arm",
     "verdict", "seconds", "pictures", "remarks", "tried",
 }  # fmt: skip
 
@@ -58,8 +58,8 @@ def test_report_keeps_everything_as_strict_json(run_events):
     assert report["schema_version"] == SCHEMA_VERSION
     assert report["parse"]["spec"]["shape"] == "circle" and report["parse"]["spec"]["rotation"] is None
     assert [seen["takes_part"] for seen in report["scene"]["objects"]] == [True, True, True, False]
-    assert len(report["imagination"]["candidates"]) == 12
-    assert report["imagination"]["candidates"][0]["scores"]["collision"] == 0.97
+    assert len(report["proposals"]["candidates"]) == 12
+    assert report["proposals"]["candidates"][0]["scores"]["collision"] == 0.97
     assert [entry["kind"] for entry in report["arm"]] == ["planned", "picked", "placed"]
     assert report["verdict"]["checks"][0]["measured"] is None  # infinity
     assert report["outcome"] == {
@@ -69,7 +69,7 @@ def test_report_keeps_everything_as_strict_json(run_events):
         "message": "the structure was built but does not stand as asked",
         "seconds": 14.0,
     }
-    seconds = {"parse": 0.2, "scene": 1.0, "imagination": 2.0, "plan": 3.0, "build": 4.0, "check": 2.5}
+    seconds = {"parse": 0.2, "scene": 1.0, "propose": 2.0, "plan": 3.0, "build": 4.0, "check": 2.5}
     assert report["seconds"] == seconds
 
 
@@ -79,7 +79,7 @@ def test_folder_has_report_page_and_pictures(run_events, tmp_path):
     assert page.name == "report.html"
     names = {path.name for path in page.parent.iterdir()}
     assert names == {".structagent.json", "report.html", "report.json"} | {entry["file"] for entry in record.report["pictures"]}
-    assert {"camera-before.webp", "scene-before.webp", "imagined-goal.webp", "placement-1-after.webp"} <= names
+    assert {"camera-before.webp", "scene-before.webp", "proposed-goal.webp", "placement-1-after.webp"} <= names
     for path in page.parent.glob("*.webp"):
         assert Image.open(path).size[0] >= 64
 

@@ -56,7 +56,7 @@ def recording(table, tmp_path):
 
         log.on_event(events.Started("put the box to the left", {}))
         log.on_event(perceived_event(scene, 0.1))
-        log.on_event(events.Imagined("geometric", (), 0.1, scene=scene, arrangements=(arrangement,) * (CANDIDATES + 2)))
+        log.on_event(events.Proposed("geometric", (), 0.1, scene=scene, arrangements=(arrangement,) * (CANDIDATES + 2)))
         log.on_event(chosen_event(1, arrangement, scene))
         with pytest.raises(KeyboardInterrupt):
             for event in build_with_arm(table, scene, StructureSpec("line"), [arrangement], 0, film=False, on_step=on_step):

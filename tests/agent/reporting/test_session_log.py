@@ -191,10 +191,10 @@ def test_payloads_of_events_are_distinguished_from_other_objects(run_events):
 @pytest.mark.parametrize(
     ("kind", "change", "part"),
     [
-        ("imagined", lambda payload: payload["candidates"][2]["positions"].pop(), "[2].positions must have 3 entries"),
-        ("imagined", lambda payload: payload["candidates"][1]["turns"].pop(), "candidates[1].turns must have 3 entries"),
-        ("imagined", lambda payload: payload.update(seconds=None), "imagined.seconds must be a number"),
-        ("imagined", lambda payload: payload.update(seconds=1e300), "imagined.seconds must be a number"),
+        ("proposed", lambda payload: payload["candidates"][2]["positions"].pop(), "[2].positions must have 3 entries"),
+        ("proposed", lambda payload: payload["candidates"][1]["turns"].pop(), "candidates[1].turns must have 3 entries"),
+        ("proposed", lambda payload: payload.update(seconds=None), "proposed.seconds must be a number"),
+        ("proposed", lambda payload: payload.update(seconds=1e300), "proposed.seconds must be a number"),
         ("chosen", lambda payload: payload["goals"][0].pop("name"), "chosen.goals[0].name must be a string"),
         ("planned", lambda payload: payload["order"].append(1), "planned.grasps must have as many entries"),
         ("planned", lambda payload: payload["order"].__setitem__(0, 3), "planned.order must have numbers from 0"),
@@ -319,6 +319,37 @@ def test_in_a_session_of_schema_version_2_what_was_read_is_a_goal_of_one_structu
     assert len(read["goal"]["parts"]) == parts and read["parts"] == [] == read["objects"]
     if parts:
         assert read["goal"]["parts"][0]["kind"] == "structure" and read["goal"]["parts"][0]["size"] == "small"
+
+
+def test_a_session_of_schema_version_3_is_read_with_the_present_names_of_proposals(run_events, path):
+    with SessionWriter(path, {}) as session:
+        session.on_event(events.Failed("propose", "no candidate is worth trying", 4))
+    current = read_session(path)
+    lines = lines_of(path)
+    for line in lines:
+        if "schema_version" in line:
+            line["schema_version"] = 3
+        event, picture = line.get("event", {}), line.get("picture", {})
+        for scored in [event, *(event.get("candidates") or ())]:
+            if "scores" in scored:
+                scored["scores"]["imagined"] = scored["scores"].pop("total")
+        if event.get("kind") == "proposed":
+            event["kind"] = "imagined"
+        if event.get("step") == "propose":
+            event["step"] = "imagination"
+        if picture.get("name") == "proposed-goal":
+            picture["name"] = "imagined-goal"
+    path.write_text("".join(f"{json.dumps(line)}\n" for line in lines), encoding="utf-8")
+    text = path.read_text(encoding="utf-8")
+    assert all(name in text for name in ('"imagined"', '"imagined-goal"', '"imagination"')) and "rollout" not in text
+    read = read_session(path)
+    assert [line.picture for line in read.lines] == [line.picture for line in current.lines]
+    assert [line.event and line.event["kind"] for line in read.lines] == [
+        line.event and line.event["kind"] for line in current.lines
+    ]
+    events_of = {line.event["kind"]: line.event for line in read.lines if line.event is not None}
+    assert "rollout" in events_of["chosen"]["scores"] and events_of["failed"]["step"] == "propose"
+    assert all("rollout" in one["scores"] for one in events_of["proposed"]["candidates"])
 
 
 def test_a_session_of_this_version_needs_the_goal(path):

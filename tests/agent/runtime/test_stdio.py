@@ -10,7 +10,7 @@ import pytest
 import trimesh
 
 from agent.cli.app import command_line
-from agent.events import Imagined
+from agent.events import Proposed
 from agent.reporting.terminal_report import TerminalReport
 from agent.runtime.stdio import NO_TEXT, ReaderGone
 
@@ -111,7 +111,7 @@ def test_a_command_ends_when_nobody_reads_its_errors(folder):
 
 def test_a_run_that_nobody_reads_any_more_says_so_in_its_report(folder, monkeypatch):
     def on_event(self, event):
-        if isinstance(event, Imagined):
+        if isinstance(event, Proposed):
             raise ReaderGone(0)
 
     monkeypatch.chdir(folder)

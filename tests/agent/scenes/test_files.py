@@ -345,7 +345,7 @@ def test_a_run_builds_with_the_objects_of_the_file(tmp_path):
     assert seen["Bob"]["position"][:2] == pytest.approx([0.30, 0.30], abs=0.02)
     again = run("put the cups in a small circle on the left", path)
     assert again["scene"]["objects"] == report["scene"]["objects"]
-    assert again["imagination"]["candidates"] == report["imagination"]["candidates"]
+    assert again["proposals"]["candidates"] == report["proposals"]["candidates"]
 
 
 def test_names_and_colours_of_the_file_choose(tmp_path):

@@ -13,18 +13,18 @@ def test_seconds_are_measured_and_ordered():
     result = measure("diffusion-tokens", objects=3, candidates=2, runs=3)
     assert 0 < result["seconds_min"] <= result["seconds_median"] <= result["seconds_max"]
     assert (result["objects"], result["candidates"], result["runs"]) == (3, 2, 3)
-    assert isinstance(result["imagined_seconds"], float)
+    assert isinstance(result["rollout_seconds"], float)
 
 
 def test_what_a_stand_in_for_a_sentence_asks_for_is_not_tried_out():
     result = measure("diffusion", objects=3, candidates=2, runs=1)
-    assert result["seconds_median"] > 0 and result["imagined_seconds"] is None
+    assert result["seconds_median"] > 0 and result["rollout_seconds"] is None
 
 
 def test_a_sweep_covers_both_numbers_and_is_drawn(monkeypatch, tmp_path):
     monkeypatch.setattr(latency, "_CANDIDATES", (1, 2))
     monkeypatch.setattr(latency, "_OBJECTS", (3, 7))
-    results = sweep("geometric+imagined", runs=1)
+    results = sweep("geometric+rollout", runs=1)
     assert [(row["objects"], row["candidates"]) for row in results] == [(7, 1), (7, 2), (3, 64)]
     plot(results, tmp_path / "out" / "benchmark.png")
     assert (tmp_path / "out" / "benchmark.png").read_bytes().startswith(b"\x89PNG")

@@ -77,8 +77,8 @@ def scene():
 @pytest.mark.parametrize("name", LEARNED)
 def test_every_learned_planner_proposes(weights, scene, name):
     planner, parts = load_planner(name, weights), PLANNERS[name]
-    if name != "diffusion":  # imagination takes the most time, and is the same for all
-        planner.post_process = replace(planner.post_process, imagined=0)
+    if name != "diffusion":  # physics rollouts take the most time and are the same for all
+        planner.post_process = replace(planner.post_process, rollouts=0)
     found = planner.propose(scene, GOAL, count=6, generator=generator())
     assert len(found) == 6
     for arrangement in found:
@@ -88,7 +88,7 @@ def test_every_learned_planner_proposes(weights, scene, name):
         assert all(upright) == parts.placed  # what an untrained network samples stands nowhere upright by chance
     totals = [arrangement.scores["total"] for arrangement in found]
     assert totals == sorted(totals, reverse=True)
-    expected = {"total"} | ({"imagined"} if name == "diffusion" else set())
+    expected = {"total"} | ({"rollout"} if name == "diffusion" else set())
     if parts.ranked:
         expected |= {"structure", "collision"} if parts.discriminators else set()
         expected |= ({"bounds"} if parts.bounds else set()) | ({"checks", "support"} if parts.checks else set())

@@ -63,7 +63,7 @@ def folder(tmp_path_factory):
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_the_geometric_planner_imagines_what_passes_the_checks(library, shape):
+def test_the_geometric_planner_proposes_what_passes_the_checks(library, shape):
     """From clouds alone, its best proposal passes every check on the estimated outlines, upright, on the table."""
     for seed in range(2):
         spec = full_spec(shape, np.random.default_rng(seed))

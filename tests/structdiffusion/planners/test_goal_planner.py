@@ -262,5 +262,5 @@ def test_what_falls_off_its_carrier_in_every_trial_is_refused(five, monkeypatch)
     with pytest.raises(LayoutError, match=f"the block 1 does not come to rest on the block 3: {detail}"):
         five.proposed(related("on", (0,), (2,)))
     # Of other relations what fell is still proposed, after what was not tried.
-    imagined = [arrangement.scores["imagined"] for arrangement in five.proposed(related("next to", (0,), (2,)))]
-    assert imagined == sorted(imagined, reverse=True) and imagined.count(0.1) == 6
+    rollout = [arrangement.scores["rollout"] for arrangement in five.proposed(related("next to", (0,), (2,)))]
+    assert rollout == sorted(rollout, reverse=True) and rollout.count(0.1) == 6

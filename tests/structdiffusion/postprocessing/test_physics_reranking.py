@@ -1,4 +1,4 @@
-"""What is tried first, when it is enough, and what having stood is worth; the physics of it is in test_imagination."""
+"""Test the order of the physics rollouts, when they end, and their scores; test_physics_rollout tests the physics."""
 
 from types import SimpleNamespace
 
@@ -23,7 +23,7 @@ def tower(*bottom_up: int, total: float = 0.5, at: float = 0.0) -> Arrangement:
 
 
 class Fancied:
-    """An imagination whose verdicts are told by a function of the motions and the hypothesis."""
+    """A physics rollout whose verdicts are given by a function of the motions and the hypothesis."""
 
     def __init__(self, measured) -> None:
         self.measured, self.asked = measured, []
@@ -42,7 +42,7 @@ def test_what_stands_under_every_hypothesis_comes_first():
     fancied = Fancied(lambda motions, number: CALM if motions[0, 0, 3] == 0.2 or number < 2 else None)
     found = rerank_by_physics(fancied, [doubtful, sure], TOWER, 8)
     assert [row.goal_from_initial[0, 0, 3] for row in found] == [0.2, 0.1]
-    assert [row.scores["imagined"] for row in found] == pytest.approx([1.0, 2 / HYPOTHESES])
+    assert [row.scores["rollout"] for row in found] == pytest.approx([1.0, 2 / HYPOTHESES])
     assert found[1].scores["total"] == pytest.approx(0.9 * 2 / HYPOTHESES)
 
 
@@ -57,7 +57,7 @@ def test_another_order_is_tried_after_one_that_falls_again_and_again():
     other = tower(1, 0, 2, total=0.3, at=99)
     fancied = Fancied(lambda motions, number: CALM if motions[0, 0, 3] == 99 else None)
     found = rerank_by_physics(fancied, [*same, other], TOWER, 6)
-    assert found[0].goal_from_initial[0, 0, 3] == 99 and found[0].scores["imagined"] == 1.0
+    assert found[0].goal_from_initial[0, 0, 3] == 99 and found[0].scores["rollout"] == 1.0
     tried = [motions[0, 0, 3] for motions, number in fancied.asked if number == 0]
     assert tried[:3] == [0, 1, 2] and 99 in tried
 
@@ -65,12 +65,12 @@ def test_another_order_is_tried_after_one_that_falls_again_and_again():
 def test_trying_ends_when_enough_stand_or_enough_was_tried():
     rows = [tower(0, 1, total=0.9, at=k) for k in range(50)]
     stands = Fancied(lambda motions, number: CALM)
-    assert [row.scores["imagined"] for row in rerank_by_physics(stands, rows, TOWER, 16)[: ENOUGH + 1]] == [1.0] * ENOUGH + [0.5]
+    assert [row.scores["rollout"] for row in rerank_by_physics(stands, rows, TOWER, 16)[: ENOUGH + 1]] == [1.0] * ENOUGH + [0.5]
     assert len(stands.asked) == ENOUGH * HYPOTHESES
     falls = Fancied(lambda motions, number: None)
     found = rerank_by_physics(falls, rows, TOWER, 16)
     assert len(falls.asked) == 16  # what falls as guessed is not tried otherwise
-    assert [row.scores["imagined"] for row in found].count(0.1) == 16
+    assert [row.scores["rollout"] for row in found].count(0.1) == 16
     unsure = Fancied(lambda motions, number: CALM if number < 3 else None)
     rerank_by_physics(unsure, rows, TOWER, 50)
     assert MOST <= len(unsure.asked) < MOST + HYPOTHESES < 50 * HYPOTHESES
@@ -96,7 +96,7 @@ def test_where_all_on_the_table_falls_trying_ends_and_the_total_decides():
     found = rerank_by_physics(fancied, rows, StructureSpec("line"), 16)
     assert len(fancied.asked) == 8
     assert [row.goal_from_initial[0, 0, 3] for row in found] == list(range(20))
-    assert {row.scores["imagined"] for row in found} == {0.1}
+    assert {row.scores["rollout"] for row in found} == {0.1}
 
 
 def test_one_that_stands_is_looked_for_beyond_the_first_that_fall():
@@ -111,5 +111,5 @@ def test_a_tower_is_tried_after_everything_on_the_table_fell():
     rows = [flat(at, 0.9 - 0.01 * at) for at in range(12)] + [tower(0, 1, 2, total=0.1, at=99)]
     fancied = Fancied(lambda motions, number: CALM if motions[0, 0, 3] == 99 else None)
     found = rerank_by_physics(fancied, rows, StructureSpec(x_position="left"), 16)
-    assert found[0].goal_from_initial[0, 0, 3] == 99 and found[0].scores["imagined"] == 1.0
+    assert found[0].goal_from_initial[0, 0, 3] == 99 and found[0].scores["rollout"] == 1.0
     assert len(fancied.asked) == 8 + HYPOTHESES

@@ -1,4 +1,4 @@
-"""Imagination knows clouds alone, and yet what falls in the end falls in imagination."""
+"""Test that physics rollouts, which use only clouds, agree with the true objects."""
 
 import numpy as np
 import pytest
@@ -73,7 +73,7 @@ def test_what_lands_on_a_level_top_or_on_the_table_stays_where_it_is(models, sce
     np.testing.assert_array_equal(rollout.set_down(beside), beside)
 
 
-def test_the_verdict_of_imagination_is_that_of_the_truth(models, scene):
+def test_the_verdict_of_a_rollout_is_that_of_the_true_objects(models, scene):
     two = scene.select([0, 2])  # the bowl and the block; the can is a distractor
     rollout = PhysicsRollout(two)
     for height, off, stands in ((0.064, 0.0, True), (0.064, 0.075, False), (0.03, 0.0, False), (0.0, 0.1, False)):
@@ -94,10 +94,10 @@ def test_the_best_are_tried_until_enough_of_them_stand(scene):
         return rerank_by_physics(PhysicsRollout(two), rows, TOWER, best)
 
     found = tried(bad, good)
-    assert [row.scores["imagined"] for row in found] == [1.0, 0.1]
+    assert [row.scores["rollout"] for row in found] == [1.0, 0.1]
     np.testing.assert_allclose(found[0].goal_from_initial, good, atol=0.003)
     assert [row.scores["total"] for row in found] == pytest.approx([0.5, 0.09])
-    assert [row.scores["imagined"] for row in tried(good, good, good, bad)] == [1.0, 1.0, 1.0, 0.5]
-    assert [row.scores["imagined"] for row in tried(bad, good, best=1)] == [0.5, 0.1]
+    assert [row.scores["rollout"] for row in tried(good, good, good, bad)] == [1.0, 1.0, 1.0, 0.5]
+    assert [row.scores["rollout"] for row in tried(bad, good, best=1)] == [0.5, 0.1]
     stood_first = tried(bad, good, lowest=0.01)
     assert [row.scores["total"] for row in stood_first] == pytest.approx([0.01, 0.09])

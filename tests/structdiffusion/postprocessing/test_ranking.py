@@ -106,7 +106,7 @@ def test_distractors_count_and_far_pairs_are_not_asked_about():
 def test_one_hit_among_many_pairs_is_not_averaged_away():
     """The product over pairs: two overlapping pairs weigh more than one, and one already sinks the arrangement."""
     one, two = scores(
-        Ranker(Constant(), NearestPoints(), imagined_checks=False),
+        Ranker(Constant(), NearestPoints(), estimated_checks=False),
         np.array([shift(0, 0, 0.15, 0), [[0, 0.15, 0], [0, 0, 0], [0, -0.15, 0]]]),
     )
     assert one["collision"] < 0.5
@@ -155,7 +155,7 @@ def test_every_part_of_the_score_can_be_left_out():
     for option, missing in (
         ("discriminators", {"structure", "collision"}),
         ("bounds", {"bounds"}),
-        ("imagined_checks", {"checks", "support"}),
+        ("estimated_checks", {"checks", "support"}),
     ):
         (row,) = scores(Ranker(Constant(), NearestPoints(), **{option: False}), broken)
         assert set(row) == full - missing

@@ -68,7 +68,7 @@ def test_the_report_has_a_row_for_every_scene(first, config):
     rows = evaluation["scenes"]
     assert [(row["structure"], row["number"]) for row in rows] == [(s, n) for s in ("line", "tower") for n in (0, 1)]
     assert all(row["model"] == "geometric" and row["seed"] == 20 and row["proposed"] == 4 for row in rows)
-    assert all(row["words"] and row["heard"] is None for row in rows)  # no words for whom nobody speaks to
+    assert all(row["words"] and row["parsed"] is None for row in rows)  # no instruction is parsed for these models
     assert evaluation["aggregate"]["all"]["n"] == 4 and evaluation["about"]["candidates"] == 4
     assert report["resources"]["rows"] == 4 and evaluation["aggregate"]["all"]["seconds_total"] > 0
     assert len((out / "rows.jsonl").read_text().splitlines()) == 4
@@ -78,7 +78,7 @@ def test_the_report_has_a_row_for_every_scene(first, config):
 
 
 def test_the_rows_are_the_same_with_more_workers(config):
-    models = ["geometric", "geometric+imagined"]  # on one scene: two rows, and only those need workers to be started
+    models = ["geometric", "geometric+rollout"]  # on one scene: two rows, and only those need workers to be started
     alone, together = (measure_success(config, models, ["line"], 1, workers=workers) for workers in (0, 2))
     assert (alone["resources"]["workers"], together["resources"]["workers"]) == (0, 2)
     assert timeless(together) == timeless(alone) and together["command"] == alone["command"]
@@ -101,8 +101,8 @@ def test_what_is_there_is_not_computed_again(first, config, finished, monkeypatc
 
 
 def test_models_and_scenes_are_added(first, config, finished):
-    more = measure_success(config, ["geometric+imagined"], ["line"], 1, workers=0, out=finished)
-    assert [evaluation["about"]["model"] for evaluation in more["evaluations"]] == ["geometric", "geometric+imagined"]
+    more = measure_success(config, ["geometric+rollout"], ["line"], 1, workers=0, out=finished)
+    assert [evaluation["about"]["model"] for evaluation in more["evaluations"]] == ["geometric", "geometric+rollout"]
     assert more["resources"]["rows"] == 1 and timeless(more)[0] == timeless(first[1])[0]
     report = measure_success(config, MODELS, ["tower"], 3, workers=0, out=finished)
     assert report["resources"]["rows"] == 1 and "--scenes 3" in report["command"]
