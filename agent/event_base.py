@@ -13,17 +13,17 @@ import numpy as np
 
 
 class Event(Protocol):
-    """Anything that happens while an instruction is carried out, live or read from a session file."""
+    """An event while an instruction is carried out, live or read from a session file."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the event's payload: its JSON form, with its kind and its fields."""
 
 
 class Listener(Protocol):
-    """Anything that events are sent to: a screen, a report, a file."""
+    """A receiver of events: a screen, a report, a file."""
 
     def on_event(self, event: Event) -> None:
-        """Take one event in. Events come in the order in which they happen."""
+        """Process one event. Events arrive in the order in which they happen."""
 
 
 def send(event: Event, listeners: Iterable[Listener]) -> None:
@@ -33,7 +33,7 @@ def send(event: Event, listeners: Iterable[Listener]) -> None:
 
 
 class EventBase:
-    """Gives a dataclass its payload: its kind, and every field that is not for listeners in this process alone."""
+    """A base of dataclasses that builds their payload: the kind, and every field that is not `live_only`."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the event's payload."""
@@ -46,7 +46,7 @@ class EventBase:
 
 @dataclass(frozen=True)
 class RecordedEvent:
-    """An event from a session file, of which nothing but its payload is left."""
+    """An event from a session file, which has only its payload."""
 
     payload: Mapping[str, Any]
 
@@ -56,7 +56,7 @@ class RecordedEvent:
 
 
 def live_only(**keywords: Any) -> Any:
-    """Declare a field for listeners in this process alone, such as pictures and clouds."""
+    """Declare a field that is left out of the payload, such as pictures and clouds."""
     return field(metadata={"payload": False}, **keywords)
 
 

@@ -1,7 +1,7 @@
 """Define the events of carrying out an instruction, one frozen dataclass per step.
 
 The pipeline yields these; the terminal, `report.json` and `report.html` are listeners of the same events, so that they
-all report the same. `to_dict` gives the payload, an event's JSON form, which pictures are not part of.
+all report the same. `to_dict` returns the payload, an event's JSON form without pictures.
 The arm's own events are in `agent.arm.events`. Lengths in metres, angles in radians, times in seconds.
 """
 
@@ -21,7 +21,7 @@ from structdiffusion.structures.checks import Check
 
 @dataclass(frozen=True)
 class Started(EventBase):
-    """The instruction and everything that decides what follows."""
+    """The instruction and all options of the run."""
 
     instruction: str
     options: Mapping[str, Any]
@@ -29,7 +29,7 @@ class Started(EventBase):
 
 @dataclass(frozen=True)
 class Asked(EventBase):
-    """The speaker has to say more. `options` are the values of the slot that may be meant, the likeliest first."""
+    """A question to the speaker. `options` are the possible values of the slot, the most likely first."""
 
     slot: str
     question: str
@@ -38,21 +38,21 @@ class Asked(EventBase):
 
 @dataclass(frozen=True)
 class Noted(EventBase):
-    """Something that the speaker should know, in a sentence."""
+    """A remark for the speaker, in a sentence."""
 
     message: str
 
 
 @dataclass(frozen=True)
 class Commanded(EventBase):
-    """In a conversation: a line that is no instruction, such as "/undo" or the answer to a question."""
+    """In a conversation: a line that is not an instruction, such as "/undo" or the answer to a question."""
 
     line: str
 
 
 @dataclass(frozen=True)
 class Answered(EventBase):
-    """In a conversation: a question or a greeting, and what the agent says to it, in lines of plain text."""
+    """In a conversation: a question or a greeting, and the agent's reply in lines of plain text."""
 
     question: str
     answer: str
@@ -60,13 +60,13 @@ class Answered(EventBase):
 
 @dataclass(frozen=True)
 class Restored(EventBase):
-    """In a conversation: the goal and the table are as they were at another time.
+    """In a conversation: the goal and the table were restored to another state.
 
     Attributes:
-        how: "undo": before the last turn; "redo": after the turn that was undone; "reset": at the start; "put back":
-            the table as it was before the last build, with the same goal.
-        spec: the goal that holds now, `None` before the first.
-        objects: the names of those that took part.
+        how: "undo": the state before the last turn; "redo": the state after the turn that was undone; "reset": the
+            start; "put back": the table as it was before the last build, with the same goal.
+        spec: the present goal, `None` before the first one.
+        objects: the names of the participants.
         moved: the names of the objects that were put back.
         parts: one line for each part of a goal of several parts, which `spec` does not hold; empty otherwise.
     """
@@ -83,20 +83,20 @@ class Parsed(EventBase):
     """The instruction was read.
 
     Attributes:
-        spec: the five slots as they were read; an open slot is `None`.
-        confidence: slot -> how sure the parser is, in [0, 1].
-        evidence: slot -> the words that speak for it.
-        parser: which parser read it.
-        dropped: slot -> value that was heard but cannot go with the rest, such as a tower's size.
-        named: the nouns that say which objects take part; empty when all do.
-        viewpoint: whose left and right was meant, "robot" or "opposite".
-        prompt_sha256: checksum of the LLM's prompt, where it read.
-        fallback: why another parser than the one that was asked for read it, or empty.
-        before: in a conversation the goal that this one changes; `None` for a goal of its own.
-        goal: the whole goal, as `grounding.goals.goal.Goal.to_dict` has it; its objects are indices into `objects`, and
-            those of one plain structure the nouns that were named.
-        parts: one line for each part of a goal that is more than the five slots of one structure; empty otherwise.
-        objects: the names of the objects that the indices of such a goal mean.
+        spec: the five parsed slots; an open slot is `None`.
+        confidence: slot -> the parser's confidence in [0, 1].
+        evidence: slot -> the words that its value is based on.
+        parser: the parser that was used.
+        dropped: slot -> parsed value that does not fit the other slots, such as a tower's size.
+        named: the nouns of the objects that take part; empty if all do.
+        viewpoint: whose left and right is meant, "robot" or "opposite".
+        prompt_sha256: checksum of the LLM's prompt if an LLM was the parser.
+        fallback: why another parser than the requested one was used, or empty.
+        before: in a conversation the goal that this one changes; `None` for a new goal.
+        goal: the whole goal, as from `grounding.goals.goal.Goal.to_dict`; its objects are indices into `objects`, or
+            for one plain structure the nouns of `named`.
+        parts: one line for each part of a goal that goes beyond the slots of one structure; empty otherwise.
+        objects: the names to which the indices of such a goal refer.
     """
 
     spec: StructureSpec
@@ -120,14 +120,14 @@ class SeenObject:
     """One object of the scene.
 
     Attributes:
-        name, category: what it is called, and its noun.
-        takes_part: whether the instruction means it.
-        position: its cloud's mean, world frame.
-        points: how many points the cloud has.
-        outline: the corners (x, y) of the cloud seen from above, world frame; empty where it spans no area.
+        name, category: its name and its noun.
+        takes_part: whether it takes part in the goal.
+        position: the mean of its cloud, world frame.
+        points: the number of points in the cloud.
+        outline: the corners (x, y) of the cloud seen from above, world frame; empty if it spans no area.
         color: its mean colour (RGB, 0 to 255), or `None`.
-        display_name: what an instruction can call it, such as "object 3, red, tall".
-        color_name: the name of its colour, where that is known; empty otherwise.
+        display_name: its name with descriptions for instructions, such as "object 3, red, tall".
+        color_name: the name of its colour, or empty if unknown.
     """
 
     name: str
@@ -143,12 +143,12 @@ class SeenObject:
 
 @dataclass(frozen=True)
 class Perceived(EventBase):
-    """The camera looked at the table.
+    """The camera observed the table.
 
     Attributes:
-        objects: those that take part first, in the order of every arrangement, then the distractors.
+        objects: the participants in the order of every arrangement, then the distractors.
         table: (x_min, x_max, y_min, y_max), world frame.
-        notes: what had to be assumed, a sentence each.
+        notes: assumptions that were made, a sentence each.
         scene: the clouds and the picture.
         labelled: a picture (H, W, 3) uint8 with the objects marked and named, or `None`.
     """
@@ -168,8 +168,8 @@ class Candidate:
     Attributes:
         rank: from 1, the best.
         scores: as in `Arrangement`.
-        positions: (N, 3) where the cloud's mean of each object goes, world frame.
-        turns: (N,) how far each turns about z on the way there.
+        positions: (N, 3) goal of the mean of each object's cloud, world frame.
+        turns: (N,) rotation of each object about z from its initial pose.
     """
 
     rank: int
@@ -180,11 +180,11 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Previewed(EventBase):
-    """The model at work: what some of its samples look like after `step` of `steps`; of passing interest.
+    """Some samples of the model after `step` of `steps`; shown live and not recorded.
 
     Attributes:
-        positions: (S, N, 3) where the cloud's means go, world frame.
-        turns: (S, N) how far the objects turn about z.
+        positions: (S, N, 3) goals of the means of the clouds, world frame.
+        turns: (S, N) rotations of the objects about z.
     """
 
     step: int
@@ -197,7 +197,7 @@ class Previewed(EventBase):
 class Proposed(EventBase):
     """The model proposed arrangements, and they were ranked, best first.
 
-    `networks` has, by network, the SHA-256 of both files and whether they are those of its card.
+    `networks` maps each network to the SHA-256 of both files and whether they match its card.
     """
 
     model: str
@@ -213,11 +213,11 @@ class Chosen(EventBase):
     """The arrangement that will be built.
 
     Attributes:
-        rank: counts from 1; it can change when the arm finds no plan for it.
+        rank: its rank from 1; another one may be chosen later if the arm finds no plan for it.
         scores: as in `Arrangement`.
-        goals: for each object that takes part its `name`, the `position` that its cloud's mean goes to, and
-            `goal_from_initial` (4, 4). For a goal of several parts also `parts`, the numbers of those that name it, from
-            1; `stays`, whether it is in its place already; `aside`, whether it only makes room.
+        goals: for each participant its `name`, the goal `position` of the mean of its cloud, and `goal_from_initial`
+            (4, 4). For a goal of several parts also `parts`, the numbers from 1 of the parts that name it; `stays`,
+            whether it is in its place already; `aside`, whether it is only moved to make room.
     """
 
     rank: int
@@ -238,12 +238,12 @@ class Pictured(EventBase):
 
 @dataclass(frozen=True)
 class Tried(EventBase):
-    """The chosen arrangement was released in physics without the arm, on a copy of the table: where everything ended.
+    """The chosen arrangement was released in physics without the arm, on a copy of the table.
 
     Attributes:
-        positions: (N, 3) where the cloud's mean of each object that takes part came to rest, world frame; of one that
-            was not released any more, where it stands.
-        turns: (N,) how far each turned about z on the way there.
+        positions: (N, 3) final mean of the cloud of each participant, world frame; for an object that was not released,
+            its present one.
+        turns: (N,) rotation of each about z from its initial pose.
     """
 
     positions: tuple[tuple[float, float, float], ...]
@@ -263,12 +263,12 @@ class Checked(EventBase):
     """The final verdict.
 
     Attributes:
-        success: whether the structure stands as it was asked for.
+        success: whether the result stands as asked.
         failure_class: the first cause of failure, or `None`.
         checks: every check with its measured value.
         detail: the first cause of failure in a sentence, with its value and limit.
-        how: "arm" when the structure was built, "released" when the goal was only tried without the arm.
-        on: the shapes that were checked: "the true objects", or those that a recording was completed to.
+        how: "arm" if the goal was built, "released" if it was only tried without the arm.
+        on: the bodies that were checked: "the true objects", or the completed bodies of a recording.
     """
 
     success: bool
@@ -282,7 +282,7 @@ class Checked(EventBase):
 
 @dataclass(frozen=True)
 class Failed(EventBase):
-    """The run ended without a structure: in which step, why, and the exit code that says so."""
+    """The run failed: the step, the reason and the exit code."""
 
     step: str
     message: str
@@ -291,7 +291,7 @@ class Failed(EventBase):
 
 @dataclass(frozen=True)
 class Finished(EventBase):
-    """The end of every run. `seconds` is the time of the whole run."""
+    """The run ended. `seconds` is the time of the whole run."""
 
     success: bool
     exit_code: int

@@ -35,12 +35,12 @@ main { max-width: 1320px; }
 
 
 def index_page(rows: Sequence[Row | BadRow], ended: Mapping[str, Mapping[str, Any]], folder: Path) -> str:
-    """Return the page (HTML); pictures and reports are named as they are found from the folder.
+    """Return the page (HTML), with links to pictures and reports relative to the folder.
 
     Args:
-        rows: all of the file.
-        ended: the results of those that have ended, by id.
-        folder: that of the batch, in which pictures are looked for.
+        rows: all rows of the file.
+        ended: the results of the finished rows by id.
+        folder: the folder of the batch with the pictures.
     """
     failed = [row.id for row in rows if row.id in ended and not ended[row.id]["success"]]
     waiting = len(rows) - len(ended)

@@ -1,8 +1,8 @@
 """Store the results of a batch: `results.jsonl`, a page, and `rows/ID` with report and session of rows that saw a
 scene.
 
-Only an empty folder or one made by a batch is accepted, unless forced (`agent.runtime.output_ownership`). In `rows/ID` only
-files that a batch wrote are replaced; other files beside them stay.
+Only an empty folder or one made by a batch is accepted, unless forced (`agent.runtime.output_ownership`). In `rows/ID`
+only files that a batch wrote are replaced; other files beside them stay.
 
 `results.jsonl` is a journal while the batch works: one process appends a whole line for every row that ends, and forces
 it to the disk; of two lines with one id the later holds. When all rows have ended it is replaced by one line per row in
@@ -51,16 +51,16 @@ class Results:
     """The results in a folder, for one batch at a time. Close it, or use it as a context manager.
 
     Args:
-        folder: made where it is not there; what a batch that was killed has left half done is cleaned up.
-        force: accept a folder that holds something else, too.
+        folder: the folder, created if missing; unfinished output of a batch that was killed is removed.
+        force: accept a folder that contains other files.
 
     Attributes:
-        path: of the journal.
+        path: the path of the journal.
         by_id: row id -> the latest line, as a dictionary.
 
     Raises:
-        UsageError: when the folder is a file, another batch is at work in it, or it holds files of another origin.
-        BadInput: when its `results.jsonl` is not one of a batch.
+        UsageError: if the folder is a file, is in use by another batch, or contains files that no batch wrote.
+        BadInput: if its `results.jsonl` was not written by a batch.
     """
 
     def __init__(self, folder: Path, force: bool = False) -> None:
@@ -97,10 +97,11 @@ class Results:
         os.close(self._lock)
 
     def workplace(self, row_id: str) -> Path:
-        """Return where the report of a row is written before it is moved into place; not there yet.
+        """Return the path at which the report of a row is written before it is moved into place; it does not exist yet.
 
         Raises:
-            BadInput: when the row's own folder is no folder, or holds files with names of ours that no batch wrote.
+            BadInput: if the row's folder is not a folder, or has files under the names of report files that no batch
+                wrote.
         """
         final = self._rows / row_id
         check_subfolder(final)
@@ -113,11 +114,11 @@ class Results:
         return self._work / row_id
 
     def has_report(self, result: dict[str, Any]) -> bool:
-        """Return whether the report that a result names is there, if it names one."""
+        """Return whether the report that a result names exists; true if it names none."""
         return result["report"] is None or (self.folder / result["report"]).is_file()
 
     def add(self, result: dict[str, Any]) -> None:
-        """Move the files of a row from its workplace into place, and keep its result."""
+        """Move the files of a row into place and store its result."""
         final, workplace = self._rows / result["id"], self._work / result["id"]
         check_subfolder(final)
         if final.exists():
@@ -129,7 +130,7 @@ class Results:
         self._journal.add(result)
 
     def arrange(self, results: Sequence[dict[str, Any]]) -> None:
-        """Replace the journal by these results in one step."""
+        """Replace the journal with these results in one step."""
         self._journal.arrange(results)
 
     def write_page(self, page: str) -> None:
@@ -137,7 +138,7 @@ class Results:
         write_whole(self.folder / PAGE, page)
 
     def _clear(self, final: Path) -> None:
-        """Remove what a batch wrote into a row's folder, and the folder where nothing else is in it."""
+        """Remove the files that a batch wrote into a row's folder, and the folder if it is empty then."""
         remove_written(final, "run")
         with suppress(OSError):
             if [path.name for path in final.iterdir()] == [MARKER]:
@@ -145,17 +146,17 @@ class Results:
             final.rmdir()
 
     def _sweep(self) -> None:
-        """Remove the workplaces of batches that were killed: folders with the names that `tempfile` gave them."""
+        """Remove the temporary folders of batches that were killed."""
         for path in self.folder.glob(f"{_WORK}*"):
             if _WORKPLACE.fullmatch(path.name) and not path.is_symlink():
                 shutil.rmtree(path, ignore_errors=True)
 
 
 def _check_results(path: Path) -> None:
-    """Refuse a file of results that is none, before anything is written beside it.
+    """Refuse an invalid results file before anything is written beside it.
 
     Raises:
-        BadInput: when it is something else, or a symbolic link.
+        BadInput: if it is not the results of a batch, or is a symbolic link.
     """
     if not os.path.lexists(path):
         return
@@ -168,7 +169,7 @@ def _check_results(path: Path) -> None:
 
 
 def _move(workplace: Path, final: Path) -> None:
-    """Move a workplace, or where other files stayed in the row's folder, what is in it."""
+    """Move a temporary folder into place; if other files remain in the row's folder, move only its files."""
     if not final.exists():
         workplace.rename(final)
         return

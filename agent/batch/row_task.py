@@ -4,9 +4,9 @@
 |---|---|
 | `id`, `line`, `text`, `seed`, `model` | the row |
 | `fingerprint` | of everything that decides the result; a row that has changed is carried out again |
-| `success`, `exit_code` | as of a run; 1 where the tool itself broke down, or its process died |
+| `success`, `exit_code` | as of a run; 1 for a defect of the tool or a worker that died |
 | `step`, `message` | where and why it failed: a step of a run, "row" for a bad row, "crash" |
-| `spec`, `goal` | what was read: the five slots of one structure, and the goal with all its parts |
+| `spec`, `goal` | the parsed instruction: the five slots of one structure, and the goal with all its parts |
 | `rank`, `score` | the arrangement that was tried: its place from 1, and its total score |
 | `failure_class`, `checks` | the first cause of failure, and every check with its measured value and limit |
 | `report` | the page, seen from the batch's folder |
@@ -40,10 +40,10 @@ def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
     """Carry out a row.
 
     Args:
-        row: what to do.
-        folder: gets the report and the session where something was seen, and the traceback of a defect; made where it
-            is needed.
-        cache: what rows share.
+        row: the row.
+        folder: the folder for the report and the session, if the row reaches a scene, and for the traceback of a
+            defect; created if needed.
+        cache: the models and scenes that rows share.
 
     Returns:
         The row's line of `results.jsonl`.
@@ -66,9 +66,9 @@ def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
 
 
 def is_final(result: Mapping[str, Any]) -> bool:
-    """Return whether the same row would end in the same way again.
+    """Return whether repeating the row would give the same outcome.
 
-    It would not where the tool broke down, a worker died or the report could not be written.
+    It may not after a defect of the tool, the death of a worker, or a report that could not be written.
     """
     return result["exit_code"] != CRASHED and result["step"] != _REPORT
 
@@ -79,7 +79,7 @@ def refused_result(row: BadRow) -> dict[str, Any]:
 
 
 def lost_result(row: Row, reason: str) -> dict[str, Any]:
-    """Return the result of a row whose worker died at it."""
+    """Return the result of a row whose worker died."""
     return failed(row, CRASHED, "crash", reason)
 
 

@@ -4,7 +4,7 @@ A file is JSON lines if its name ends in .jsonl or .ndjson, and plain text if it
 character that is not a space decides: "{" begins JSON lines. In both, blank lines are left out.
 
 Plain text has an instruction a line; lines that begin with "#" are left out. A JSON line is an object with these keys,
-of which only `text` must be there; a value that is `null` counts as not given:
+of which only `text` is required; `null` counts as missing:
 
 | key | value |
 |---|---|
@@ -49,12 +49,12 @@ class Row:
     """One instruction to carry out.
 
     Attributes:
-        line: where it is in its file, counted from 1.
-        id: unique in its file, and the name of its report's folder.
+        line: its line number in the file, from 1.
+        id: its id, unique in the file, and the name of its report's folder.
         text: the instruction.
-        options: everything else that decides the result; paths are absolute.
-        fingerprint: of all that; a result with the same one need not be computed again. A scene file counts by its
-            content; what lies in folders of meshes and weights is not looked at.
+        options: all other inputs of the result; paths are absolute.
+        fingerprint: a checksum of these inputs; a result with the same one need not be computed again. A scene file
+            counts by its content, folders of meshes and weights only by their paths.
     """
 
     line: int
@@ -66,7 +66,7 @@ class Row:
 
 @dataclass(frozen=True)
 class BadRow:
-    """A row that cannot be carried out: why, in a sentence, and the exit code that says whose error it is."""
+    """A row that cannot be carried out, with the reason in a sentence and the exit code."""
 
     line: int
     id: str
@@ -80,11 +80,11 @@ def read_rows(source: str, defaults: RunOptions) -> list[Row | BadRow]:
 
     Args:
         source: the file's path, or "-" for standard input.
-        defaults: the options of a row that gives none.
+        defaults: the options of rows that do not give their own.
 
     Raises:
-        BadInput: when there is no such file, or it has no rows.
-        UsageError, BadInput: when the defaults themselves are not legal.
+        BadInput: if the file does not exist or has no rows.
+        UsageError, BadInput: if the defaults are not legal.
     """
     if source == STANDARD_INPUT and sys.stdin is None:
         raise BadInput("the rows should come from standard input, which is closed")
@@ -115,24 +115,24 @@ def _is_json(source: str, content: bytes) -> bool:
 
 
 def flags_of(options: RunOptions) -> dict[str, Any]:
-    """Return options by the names of their flags, those that are not given left out."""
+    """Return the given options by the names of their flags."""
     values = asdict(options) | asdict(options.reading)
     named = {name: values[name] for name in _SETTINGS if values[name] is not None}
     return named | ({"weights": str(options.weights)} if options.weights is not None else {})
 
 
 def with_options(base: RunOptions, given: Mapping[str, Any], folder: Path, flags: bool = False) -> RunOptions:
-    """Return `base` with the values of some flags, checked.
+    """Return `base` with the checked values of some flags.
 
     Args:
-        base: what holds where nothing is given.
+        base: the options for flags that are not given.
         given: flag -> value.
-        folder: where relative paths start from.
+        folder: the folder to which paths are relative.
         flags: whether messages are about flags of the command line, or about the keys of a row.
 
     Raises:
         UsageError: for a value that is not legal.
-        BadInput: for a value of the wrong type, or a file or folder that is not there.
+        BadInput: for a value of the wrong type, or a missing file or folder.
     """
     values = {name: _accepted(name, value, folder, flags) for name, value in given.items()}
     if "weights" in values:
@@ -165,14 +165,14 @@ def _json_excerpt(value: Any) -> str:
 
 
 class _Reader:
-    """Reads lines of one file; knows which ids were taken before."""
+    """A reader of the lines of one file, which remembers the ids in use."""
 
     def __init__(self, folder: Path, defaults: RunOptions, as_json: bool) -> None:
         self._folder, self._defaults, self._as_json = folder, defaults, as_json
         self._lines: dict[str, int] = {}  # id, in small letters, because not every disk tells "A" from "a" -> line
 
     def row(self, line: int, content: bytes) -> Iterator[Row | BadRow]:
-        """Read the row in a line that is not blank; yields nothing for a comment."""
+        """Yield the row in a line that is not blank; nothing for a comment."""
         own, text = f"line-{line:03d}", None
         try:
             if len(content) > ROW_BYTES:
@@ -220,8 +220,8 @@ class _Reader:
 def _object(line: str) -> dict[str, Any]:
     """Return the object in a line of JSON.
 
-    Raises:
-        BadInput: when there is none.
+        Raises:
+            BadInput: if the line is not a JSON object.
     """
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -247,7 +247,7 @@ def _object(line: str) -> dict[str, Any]:
 
 
 def fingerprint(text: str, options: RunOptions) -> str:
-    """Return sixteen hexadecimal digits that change with anything that decides a row's result; see `Row`."""
+    """Return a checksum of sixteen hexadecimal digits of all inputs of a row's result; see `Row`."""
     decides = json_value(asdict(options)) | {"text": text}
     if not options.allow_unverified:  # as before there was a choice
         del decides["allow_unverified"]

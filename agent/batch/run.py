@@ -32,24 +32,23 @@ def run_batch(
     retry: bool = False,
     force: bool = False,
 ) -> Summary:
-    """Carry out every row of a file whose outcome is not known yet.
+    """Carry out every row of a file that has no final outcome yet.
 
-    The outcome is known of rows that succeeded, and of rows that failed and would fail in the same way again. Rows whose
-    worker died, or that were interrupted, are carried out again.
+    An outcome is final if the row succeeded, or failed and would fail in the same way again. Rows whose worker died, or
+    that were interrupted, are repeated.
 
     Args:
         source: the file, or "-" for standard input.
         out: the folder; see `agent.batch.results`.
-        defaults: the options of a row that gives none.
-        workers: how many processes, never more than rows; `None` for one per core.
-        ray: the address of a Ray cluster whose workers do it, or `None` for processes of this machine.
-        retry: carry out all rows that failed once more.
-        force: take a folder that holds something else, too.
+        defaults: the options of rows that do not give their own.
+        workers: the number of processes, at most one per row; `None` for one per core.
+        ray: the address of a Ray cluster to use, or `None` for processes on this machine.
+        retry: repeat all rows that failed.
+        force: accept a folder that contains other files.
 
     Raises:
-        BadInput: when there is no such file, it has no rows, or the folder's results are not those of a batch.
-        UsageError: for options that are not legal, a folder in which another batch is at work, or a cluster that does
-            not answer.
+        BadInput: if the file does not exist or has no rows, or the folder's results were not written by a batch.
+        UsageError: for illegal options, a folder in use by another batch, or a cluster that does not answer.
     """
     rows = read_rows(source, defaults)
     with Results(out, force) as results:
@@ -77,7 +76,7 @@ def run_batch(
 
 
 def _is_known(row: Row | BadRow, results: Results, retry: bool) -> bool:
-    """Return whether the folder has the result of a row, so that the row need not be carried out."""
+    """Return whether the folder has the final result of a row."""
     result = results.by_id.get(row.id)
     if result is None or retry and not result["success"]:
         return False
@@ -87,7 +86,7 @@ def _is_known(row: Row | BadRow, results: Results, retry: bool) -> bool:
 
 
 def _beginning(rows: int, to_do: int, known: Sequence[Mapping[str, Any]]) -> str:
-    """Describe in a line which results exist and which rows remain."""
+    """Describe in a line how many results exist and how many rows remain."""
     succeeded = sum(result["success"] for result in known)
     failed = len(known) - succeeded
     said = [f"{succeeded} done before and kept"] if succeeded else []
@@ -113,19 +112,19 @@ def _ended(jobs: Sequence[Job], workers: int | None, ray: str | None) -> Iterato
 
 
 class _Page:
-    """The page of the folder, written now and then while the batch works."""
+    """The page of the folder, written at intervals while the batch runs."""
 
     def __init__(self, rows: Sequence[Row | BadRow], results: Results) -> None:
         self._rows, self._results = rows, results
         self._written = time.monotonic()
 
     def update(self) -> None:
-        """Write the page unless that was done a moment ago."""
+        """Write the page unless it was written a moment ago."""
         if time.monotonic() - self._written >= _PAGE_SECONDS:
             self.write()
 
     def write(self) -> None:
-        """Write the page with all rows, whether they have ended or not."""
+        """Write the page with all rows, finished or not."""
         by_id = self._results.by_id
         # The result of a row that has changed since is that of another row.
         ended = {row.id: by_id[row.id] for row in self._rows if _is_of(row, by_id.get(row.id))}

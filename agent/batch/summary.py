@@ -32,9 +32,9 @@ class Summary:
 
     Attributes:
         results: one per row, as in `results.jsonl`.
-        kept: how many were there before.
-        path: of `results.jsonl`.
-        page: that shows all rows.
+        kept: the number of results from earlier runs of the batch.
+        path: the path of `results.jsonl`.
+        page: the path of the page with all rows.
     """
 
     results: Sequence[Mapping[str, Any]]
@@ -49,12 +49,12 @@ class Summary:
 
     @property
     def exit_code(self) -> int:
-        """0 where all rows succeeded, otherwise that of the most serious failure."""
+        """Return 0 if all rows succeeded, otherwise the exit code of the most serious failure."""
         codes = {result["exit_code"] for result in self.failures}
         return next((code for code in OUTCOMES if code in codes), DONE)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the summary as JSON has it."""
+        """Return the summary as JSON values."""
         codes = Counter(result["exit_code"] for result in self.results)
         return {
             "rows": len(self.results),
@@ -85,7 +85,7 @@ class Summary:
         }
 
     def print_table(self, results: TextIO, width: int | None) -> None:
-        """Print the table for people; messages are cut so that lines fit into `width` characters, if it is not `None`."""
+        """Print the table; messages are shortened so that lines fit into `width` characters, unless it is `None`."""
         summary = self.to_dict()
         rows = [("outcome", "rows"), *((OUTCOMES[int(code)], str(n)) for code, n in summary["outcomes"].items())]
         print(aligned([*rows, ("all", str(summary["rows"]))], left=1), file=results)
@@ -116,7 +116,7 @@ def outcome_in_words(result: Mapping[str, Any]) -> str:
 
 
 def _kind_of_goal(result: Mapping[str, Any]) -> str:
-    """Return what a row asked for: the shape or the relation of its only part, or "several parts"."""
+    """Return the kind of a row's goal: the shape or the relation of its only part, or "several parts"."""
     parts = (result.get("goal") or {}).get("parts") or [result["spec"]]  # results of before have the slots alone
     return "several parts" if len(parts) > 1 else parts[0].get("relation") or parts[0].get("shape") or "open"
 

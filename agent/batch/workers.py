@@ -1,4 +1,4 @@
-"""Carry out rows in processes on this machine or in workers of a Ray cluster; each loads what rows share once.
+"""Carry out rows in processes on this machine or in workers of a Ray cluster; each loads shared models once.
 
 When a worker dies, its row counts as failed, and another worker takes its place.
 """
@@ -22,29 +22,30 @@ from structdiffusion.parallel import Lost, in_parallel
 
 @dataclass(frozen=True)
 class Job:
-    """A row, and the folder on this machine that gets its report."""
+    """A row, and the folder on this machine for its report."""
 
     row: Row
     folder: Path
 
 
 def run_locally(jobs: Sequence[Job], workers: int) -> Iterator[dict[str, Any]]:
-    """Carry out every row in one of `workers` processes; yields the results as they end. Close it to stop them."""
+    """Carry out the rows in `workers` processes and yield the results as they finish; close the generator to stop them.
+    """
     with closing(in_parallel(_carried_out, ResourceCache, (), jobs, workers, ordered=False, threads=None)) as ended:
         for result in ended:
             yield lost_result(result.job.row, result.reason) if isinstance(result, Lost) else result
 
 
 def run_on_ray(jobs: Sequence[Job], address: str, workers: int | None) -> Iterator[dict[str, Any]]:
-    """Carry out every row as `run_locally`, by workers of a Ray cluster, whose machines need structagent and the
-    rows' files.
+    """Carry out the rows as `run_locally` does, in workers of a Ray cluster whose machines have structagent and the
+    files of the rows.
 
     Args:
         jobs: the rows.
-        address, workers: as `ray_cluster` takes them.
+        address, workers: as for `ray_cluster`.
 
     Raises:
-        UsageError: when Ray is not installed, or no cluster answers at the address.
+        UsageError: if Ray is not installed, or no cluster answers at the address.
     """
     with ray_cluster(address, workers) as count:
         ended = in_parallel(_carried_out_there, ResourceCache, (), jobs, count, ray=True, ordered=False, threads=None)
@@ -63,7 +64,7 @@ def _carried_out(cache: ResourceCache, job: Job) -> dict[str, Any]:
 
 
 def _carried_out_there(cache: ResourceCache, job: Job) -> tuple[Job, dict[str, Any], dict[str, bytes]]:
-    """Return the job, its row's result, and its files (name -> content) as bytes, because disks are not shared."""
+    """Return the job, the result of its row, and its files (name -> bytes), because disks are not shared."""
     with tempfile.TemporaryDirectory() as folder:
         result = carry_out(job.row, Path(folder), cache)
         return job, result, {path.name: path.read_bytes() for path in Path(folder).iterdir()}

@@ -63,7 +63,7 @@ def measure_arm(
     """Measure found plans and standing structures over `count` scenes of each structure; return a JSON-ready report.
 
     Args:
-        objects: as `load_objects` takes it.
+        objects: as for `load_objects`.
         model: the planner.
         weights: folder of its checkpoints; `None` for the shipped ones.
         count: scenes per structure.
@@ -148,7 +148,7 @@ def _build_scene(candidates: int, planner: Planner, scene: EvaluationScene) -> R
 
 
 def _verdict(world: TabletopWorld, scene: EvaluationScene, arrangement: Arrangement, initial: np.ndarray) -> Row:
-    """Judge what the arm built by the arrangement that it followed, from initial poses (N, 4, 4)."""
+    """Check the arm's result against the arrangement that it built; takes initial poses (N, 4, 4)."""
     failure, checks = judge_built(world, range(len(initial)), arrangement.goal_from_initial @ initial, scene.spec)
     failed = [f"{c.name}: {c.measured:.3g}, allowed {c.limit}" for c in checks if not c.passed]
     return {"stands": failure is None, "failure": failure, "failed_checks": failed}

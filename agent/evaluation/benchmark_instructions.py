@@ -27,7 +27,7 @@ class Instruction:
         number: its place in the benchmark, which decides its scene.
         row: the benchmark's row.
         ground_truth: its true slots.
-        parse: what the parser made of it.
+        parse: the parser's result.
         embedding: (384,) of the sentence that a planner gets with the true slots: these in the corpus's words, or the
             instruction itself.
         embedding_parsed: (384,) of the sentence that it gets with the parsed slots; the same if that is the instruction
@@ -68,7 +68,7 @@ def read_instructions(
     Args:
         rows: rows of the benchmark with their places in it.
         options: how they are read.
-        as_said: as `LanguageConfig` has it.
+        as_said: as in `LanguageConfig`.
 
     Returns:
         The instructions, and the number of other sentences by reason.
@@ -92,7 +92,8 @@ def read_instructions(
 
 
 def true_slots(row: benchmark.Row, parsed: StructureSpec | None) -> StructureSpec | None:
-    """Return the true slots of a row: where several values are acceptable, the parsed one, otherwise the best.
+    """Return the true slots of a row; of several acceptable values, the parsed one if it is acceptable, otherwise the
+    best.
 
     `None` for values that no structure can have together.
     """

@@ -1,9 +1,9 @@
 """Measure how close bodies completed from partial views come to the true ones: `structagent evaluate completion`.
 
 All methods of completion get the same simulated views. For each object, the completed surface and volume are compared
-with the true ones. For each scene, the completed bodies are moved as its reference arrangement moves the true ones, which
-do not collide there; and pairs of objects are placed side by side at distances at which the true ones just touch, or
-just do not. Two bodies collide if they penetrate each other by more than the 2 mm of the evaluation protocol.
+with the true ones. For each scene, the completed bodies are moved as its reference arrangement moves the true ones,
+which do not collide there; and pairs of objects are placed side by side at distances at which the true ones just touch,
+or just do not. Two bodies collide if they penetrate each other by more than the 2 mm of the evaluation protocol.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def measure_completion(objects: str, count: int, seed: int, workers: int) -> Row
     """Measure every method of completion on the same views, over `count` scenes of each structure; JSON-ready.
 
     Args:
-        objects: as `load_objects` takes it.
+        objects: as for `load_objects`.
         count: scenes per structure.
         seed: of scenes, sensor noise and placements.
         workers: processes.

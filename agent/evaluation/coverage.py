@@ -1,6 +1,6 @@
 """Measure how a planner fills the slots that the instruction leaves open: `structagent evaluate coverage`.
 
-Where only the shape is specified, samples should differ in everything else. For each open slot, the evaluation measures
+If only the shape is specified, samples should differ in everything else. For each open slot, the evaluation measures
 which of its values the samples realise, on the estimated bodies, and how evenly they spread over the values that fit.
 """
 
@@ -54,8 +54,8 @@ def measure_coverage(
 ) -> Row:
     """Measure how evenly samples spread over the values of open slots; return a JSON-ready report.
 
-    There are `count` scenes of each kind. The kinds are the four shapes with all other slots open, and an open shape with
-    only the x position specified.
+    There are `count` scenes of each kind. The kinds are the four shapes with all other slots open, and an open shape
+    with only the x position specified.
 
     Args: as `measure_arm`.
     """  # fmt: skip
@@ -133,7 +133,9 @@ def _realised(scene: Scene, spec: StructureSpec, arrangements: Sequence[Arrangem
 
 
 def _spread(rows: Sequence[Row]) -> dict[str, Row]:
-    """Return for each slot the number of scenes, and for each group of samples the evenness and the share of each value."""
+    """Return for each slot the number of scenes, and for each group of samples the evenness and the share of each
+    value.
+    """
     spread: dict[str, Row] = {}
     for slot in dict.fromkeys(row["slot"] for row in rows):
         of_slot = [row for row in rows if row["slot"] == slot]

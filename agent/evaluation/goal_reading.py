@@ -21,7 +21,8 @@ TIMED = 50  # instructions that are timed one by one
 
 
 def goal_rows(name: str) -> list[GoalRow]:
-    """Return the rows of an included set of goals, "templated" or "free", or of a file in the format of the benchmark."""
+    """Return the rows of an included set of goals, "templated" or "free", or of a file in the format of the benchmark.
+    """
     return SHIPPED_GOALS[name]() if name in SHIPPED_GOALS else load_goal_rows(name)
 
 
@@ -33,7 +34,7 @@ def measure_goal_reading(
     Args:
         interpreter: reads the instructions.
         rows: the instructions.
-        progress: is told how many are done.
+        progress: called with the number of finished rows.
     """
     readings: list[Interpretation | None] = [None] * len(rows)
     done = 0

@@ -1,7 +1,7 @@
 """Run sentences through parser, planner and physics: `structagent evaluate language`.
 
-Each row of the parsing benchmark gets a scene for its true slots. A planner solves the scene twice: with the parsed slots,
-and with the true ones (the oracle). What stands only with the true slots is the cost of parsing.
+Each row of the parsing benchmark gets a scene for its true slots. A planner solves the scene twice: with the parsed
+slots, and with the true ones (the oracle). The scenes that succeed only with the true slots are the cost of parsing.
 """
 
 from __future__ import annotations
@@ -52,15 +52,15 @@ class LanguageConfig:
 
     Attributes:
         data: "free", "templated", or a file in the format of the benchmark.
-        objects: as `load_objects` takes it.
-        model: the planner, as `load_planner` takes it.
+        objects: as for `load_objects`.
+        model: the planner, as for `load_planner`.
         weights: folder of the checkpoints; `None` for the shipped ones.
-        parser: that reads the sentences, as `ReadingOptions` takes it.
+        parser: the parser, as in `ReadingOptions`.
         seed: of scenes, sensor noise and sampling.
         candidates: arrangements that the planner proposes; the best is tried.
         as_said: give planners of sentences the instruction itself, not the parsed slots in the corpus's words.
-        allow_unverified: use checkpoints that differ from their model cards. Rows are told apart by the checksums of the
-            networks in any case.
+        allow_unverified: use checkpoints that differ from their model cards. Rows are told apart by the checksums of
+            the networks in any case.
     """
 
     data: str = "free"
@@ -154,7 +154,7 @@ def _load(
 def _evaluate_instruction(
     seed: int, candidates: int, loaded: tuple[tuple[ObjectModel, ...], Planner], instruction: Instruction
 ) -> Row:
-    """Solve the scene of one sentence; return its row, without a structure if no scene can be drawn for it."""
+    """Solve the scene of one sentence and return its row, which has no structure if no scene can be drawn for it."""
     models, planner = loaded
     truth = instruction.ground_truth
     about = {"number": instruction.number, **instruction.reading}

@@ -1,4 +1,5 @@
-"""Measure what is found in bags of simulated scenes and how that changes outcomes: `structagent evaluate recordings`.
+"""Measure which objects are found in bags of simulated scenes, and the effect on runs: `structagent evaluate
+recordings`.
 
 Each scene is simulated, recorded into a bag, and perceived from there: the masks of the objects are compared with those
 of the simulation. Then the same instruction is carried out twice: in simulation, on the true objects, and on the
@@ -87,14 +88,14 @@ def measure_recordings(
     """Measure masks and verdicts over `count` scenes of each structure; return a JSON-ready report.
 
     Args:
-        objects: as `load_objects` takes it.
+        objects: as for `load_objects`.
         model: the planner.
         weights: folder of its checkpoints; `None` for the shipped ones.
         count: scenes per structure.
         seed: of scenes, sensor noise, sampling and planning.
         execute: build with the arm, or only check each goal without it.
         workers: processes; `None` for one per core, 0 for this process alone.
-        out, allow_unverified: as `measure_arm` takes them.
+        out, allow_unverified: as for `measure_arm`.
 
     Raises: as `measure_arm`.
     """
@@ -134,7 +135,7 @@ def print_recordings(report: dict[str, Any], results: TextIO) -> None:
 
 
 def _draw_job(library: Sequence[ObjectModel], objects: str, place: Place, seed: int) -> _Job:
-    """Draw a scene in which everything takes part and the camera sees all of it."""
+    """Draw a scene in which every object takes part and is seen by the camera."""
     structure, count = place
     for draw in range(_DRAWS):
         rng = np.random.default_rng((seed, SHAPES.index(structure), count, draw))
@@ -208,7 +209,8 @@ def _record(job: _Job, objects: str, seed: int, folder: Path) -> _Recording:
 
 
 def _compare_masks(recording: _Recording, source: RecordedSource) -> tuple[Row, dict[str, str]]:
-    """Compare the found masks with the true ones; return what the row says of them, and a noun for each found object."""
+    """Compare the found masks with the true ones; return the row's keys about them, and a noun for each found object.
+    """
     overlaps = _overlaps(recording.masks, source.segments.labels)
     best = overlaps.max(axis=1, initial=0.0)  # of each true object
     count = len(source.segments.objects)

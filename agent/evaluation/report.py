@@ -46,7 +46,7 @@ def report_frame(command: str, count: int, seed: int | None = None, packages: Se
         command: that makes the report.
         count: number of rows, or of what else is counted.
         seed: of the evaluation; `None` if nothing is drawn.
-        packages: whose code decides the rows too, beside `structdiffusion`.
+        packages: other packages besides `structdiffusion` whose code affects the rows.
     """
     return {
         "schema_version": SCHEMA_VERSION,
@@ -102,7 +102,7 @@ def missing_note(count: int, unit: str) -> str:
 
     Args:
         count: number of such rows.
-        unit: what a row is about, such as "scene".
+        unit: the term for a row, such as "scene".
     """
     if not count:
         return ""
@@ -111,7 +111,7 @@ def missing_note(count: int, unit: str) -> str:
 
 
 def left_out_note(count: int) -> str:
-    """Return the note on scenes that count nowhere because their worker died; empty if there are none."""
+    """Return the note on scenes that are left out because their worker died; empty if there are none."""
     if not count:
         return ""
     return f"{count} {'scene is' if count == 1 else 'scenes are'} left out of these figures because a {WORKER_DIED}"

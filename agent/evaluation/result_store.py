@@ -2,7 +2,7 @@
 
 | file | content |
 |---|---|
-| `about.json` | what decides the rows; a command for which it differs is refused |
+| `about.json` | the inputs of the rows; a command with different ones is refused |
 | `rows.jsonl` | the rows, appended as they come |
 """
 
@@ -31,7 +31,7 @@ from structdiffusion.planners.factory import WEIGHTS
 from structdiffusion.planners.registry import networks_of
 
 ABOUT, ROWS = "about.json", "rows.jsonl"
-ROW_FORMAT = 3  # of the rows' keys; rows of another one cannot be resumed
+ROW_FORMAT = 3  # version of the rows' keys; rows of another version cannot be resumed
 _ABSENT = object()
 
 
@@ -39,19 +39,19 @@ class ResultStore:
     """The stored rows of one evaluation. Close it, or use it as a context manager.
 
     Args:
-        path: of the folder, which is made if it does not exist.
-        config: the `fingerprint` of what decides the rows; later commands may add networks to it.
-        keys: what every row has.
-        files: names of other files that will be written there.
+        path: the path of the folder, created if missing.
+        config: the `fingerprint` of the rows; later commands may add networks to it.
+        keys: the keys that every row has.
+        files: the names of other files that will be written there.
 
     Attributes:
-        path: of the folder.
-        rows: in the order in which they came.
+        path: the path of the folder.
+        rows: the rows in the order in which they were added.
 
     Raises:
-        UsageError: when the folder is a file, is in use by another evaluation, holds rows of another configuration, or
+        UsageError: if the folder is a file, is in use by another evaluation, contains rows of another configuration, or
             was not written by structagent.
-        BadInput: when it holds something else.
+        BadInput: if its files are not those of an evaluation.
     """
 
     def __init__(self, path: Path, config: Mapping[str, Any], keys: set[str], files: Sequence[str]) -> None:
@@ -139,7 +139,7 @@ def _option(key: str, value: Any) -> str:
 
 @contextmanager
 def store_folder(out: Path | None) -> Iterator[Path]:
-    """Give the folder of `--out`, or a temporary one if there is none."""
+    """Yield the folder of `--out`, or a temporary one if there is none."""
     if out is not None:
         yield out
     else:
@@ -154,7 +154,7 @@ def fingerprint(
     weights: Path | None,
     packages: Sequence[ModuleType] = (),
 ) -> dict[str, Any]:
-    """Return what two commands must have in common for their rows to stand in one table, JSON-ready.
+    """Return the inputs that two commands must share for their rows to be compared, JSON-ready.
 
     "code", "library" and "networks" are SHA-256 checksums: of the code between a goal and its verdict, of the objects,
     and of every network of these planners.
@@ -164,7 +164,7 @@ def fingerprint(
         library: the objects.
         models: names of planners.
         weights: folder of the checkpoints; `None` for the shipped ones.
-        packages: whose code decides the rows too, beside `structdiffusion`.
+        packages: other packages besides `structdiffusion` whose code affects the rows.
     """
     networks = sorted({network for model in models for network in networks_of(model)})
     return {

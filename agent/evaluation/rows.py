@@ -1,6 +1,6 @@
 """Compute the rows of an evaluation in workers, store them as they arrive, and resume a command that was stopped.
 
-A worker that dies takes the job along that it was at. Its row says so (`LOST`), and the same command tries it again.
+The row of a job whose worker died is marked as `LOST`, and the same command repeats it.
 """
 
 from __future__ import annotations
@@ -33,20 +33,21 @@ def stored_scene_rows(
     workers: int | None = None,
     out: Path | None = None,
 ) -> list[Row]:
-    """Return a row for each of `count` scenes of each structure: those stored in a folder, and the missing ones computed.
+    """Return a row for each of `count` scenes of each structure: those stored in a folder, and the missing ones
+    computed.
 
     Args:
-        compute: gives the rows of some places, as they end; its lost jobs have a structure and a number.
-        config: the `fingerprint` of what decides the rows.
+        compute: yields the rows of some places as they finish; its lost jobs have a structure and a number.
+        config: the `fingerprint` of the rows.
         count: scenes per structure.
         seed: of the scenes.
-        what: rows are called in the progress, such as "scenes built".
-        files: names of the files that will be written beside the rows.
+        what: the term for the rows in the progress, such as "scenes built".
+        files: names of the other files that will be written to the folder.
         workers: processes; `None` for one per core, 0 for this process alone.
-        out: folder that stores the rows as they come; `None` stores nothing.
+        out: folder that stores the rows; `None` stores nothing.
 
     Raises:
-        UsageError, BadInput: as `ResultStore`.
+        UsageError, BadInput: as raised by `ResultStore`.
     """
     # Structures in turn, so that the rows of an evaluation that was stopped are of all of them.
     places = [(shape, number) for number in range(count) for shape in FIRST_SHAPES]
@@ -74,16 +75,16 @@ def add_rows(
     total: int,
     done: int = 0,
 ) -> list[Row]:
-    """Store results as they come, and show the progress.
+    """Store results as they finish, and show the progress.
 
     Args:
         add: stores a row.
         results: rows, and jobs whose worker died.
-        row_of: makes the row of a lost job.
-        what, total, done: as `progress` takes them.
+        row_of: returns the row of a lost job.
+        what, total, done: as for `progress`.
 
     Returns:
-        All rows, in the order in which they came.
+        All rows in the order in which they finished.
     """
     rows = []
     with progress(what, total, done) as advance:

@@ -14,11 +14,11 @@ _NUMBER = r"\d+(?:\.\d+)?"
 
 
 def conditions_of(objects_per_scene: str | None, table: str | None, camera: str) -> Conditions:
-    """Return the conditions that option values name; `None`, and the side "robot", are those of training.
+    """Return the conditions for option values; `None`, and the side "robot", mean the conditions of training.
 
     Args:
-        objects_per_scene: as `parsed_count`.
-        table: as `parsed_table`.
+        objects_per_scene: as for `parsed_count`.
+        table: as for `parsed_table`.
         camera: one of `CAMERA_SIDES`.
 
     Raises:
@@ -35,7 +35,7 @@ def parsed_count(text: str) -> tuple[int, int]:
     """Return the smallest and the largest number of "8-10", or of "8" alone.
 
     Raises:
-        UsageError: for anything else.
+        UsageError: for any other text.
     """
     found = re.fullmatch(r"(\d+)(?:-(\d+))?", text.strip())
     low, high = (int(found[1]), int(found[2] or found[1])) if found else (0, 0)
@@ -51,7 +51,7 @@ def parsed_table(text: str) -> Table:
     """Return the table of "0.40x0.60": its depth, away from the robot, and its breadth, metres, about the usual centre.
 
     Raises:
-        UsageError: for anything else.
+        UsageError: for any other text.
     """
     found = re.fullmatch(rf"({_NUMBER})\s*[xX×]\s*({_NUMBER})", text.strip())
     depth, breadth = (float(found[1]), float(found[2])) if found else (0.0, 0.0)

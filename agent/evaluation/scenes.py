@@ -54,7 +54,7 @@ def with_sentences(scenes: Sequence[EvaluationScene], *, parsed: bool) -> list[E
 
     Args:
         scenes: without sentences.
-        parsed: add what the parser makes of each sentence, which is all that a planner of sentences may know.
+        parsed: add the parser's result for each sentence, the only input of sentence-conditioned planners.
     """
     if not scenes:
         return []

@@ -39,22 +39,22 @@ def build_with_arm(
     on_step: Callable[[TableScene], None] | None = None,
     log: TrajectoryLog | None = None,
 ) -> Generator[Event, None, None]:
-    """Build with the arm, look after every placement, and judge what stands.
+    """Build with the arm, take a picture after every placement, and check the result.
 
     Args:
-        table: where it is built.
-        scene: what was seen there.
-        wanted: what was asked for: the slots of one structure, or a goal of several parts.
+        table: the table to build on.
+        scene: the observation of it.
+        wanted: the goal: the slots of one structure, or a goal of several parts.
         arrangements: proposed goals, best first.
-        seed: of what the arm's planning draws at random.
+        seed: the random seed of the arm's planning.
         ranks: of the arrangements, from 1; by default they are numbered in order.
         film: whether to film the arm at work too, however the build ends.
         on_step: called after every physics step while the arm is at work.
         log: gets every motion of the arm.
 
     Raises:
-        ExecutionFailed: when not everything was placed, or what was built does not stand as asked.
-        KeyboardInterrupt: when somebody interrupts it; the event `Stopped` comes first where the arm was at work.
+        ExecutionFailed: if an object could not be placed, or the result does not stand as asked.
+        KeyboardInterrupt: on an interruption, after the event `Stopped` if the arm was at work.
     """
     from agent.arm.executor import build_structure
     from agent.pipeline.film import Film

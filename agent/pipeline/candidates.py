@@ -16,7 +16,7 @@ LEAST_SCORE = 0.05
 
 
 def checked_planner(name: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
-    """Load the planner of a name, with the checkpoints in a folder, or those shipped where it is `None`.
+    """Load a planner by name, with the checkpoints in a folder, or the shipped ones if it is `None`.
 
     Raises:
         UsageError: for an unknown name.
@@ -42,7 +42,7 @@ def filter_viable(arrangements: Sequence[Arrangement]) -> list[Arrangement]:
     """Keep the arrangements that are worth a try, best first.
 
     Raises:
-        NoValidGoal: when there is none.
+        NoValidGoal: if there is none.
     """
     good = [arrangement for arrangement in arrangements if is_viable(arrangement)]
     if not good:

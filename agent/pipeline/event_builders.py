@@ -27,7 +27,7 @@ def parsed_event(goal: Interpretation, seconds: float, names: Sequence[str] = ()
     """Make the event of an instruction that was parsed, with the nouns that name its objects.
 
     Args:
-        goal: what it asks for.
+        goal: the goal of the instruction.
         seconds: how long it took.
         names: of the objects that the indices in a goal of several parts mean.
     """
@@ -51,7 +51,7 @@ def parsed_event(goal: Interpretation, seconds: float, names: Sequence[str] = ()
 
 
 def perceived_event(scene: Scene, seconds: float, table: TableScene | None = None) -> events.Perceived:
-    """Make the event of a look at the table, with the descriptions and notes of `table` where it is given."""
+    """Make the event of an observation, with the descriptions and notes of `table` if given."""
     display_names = {} if table is None else dict(zip(table.names, table.display_names, strict=True))
     colors = {} if table is None else dict(zip(table.names, table.color_names, strict=True))
     seen = [
@@ -82,7 +82,7 @@ def describe_shortfall(table: TableScene, what: str) -> str:
         what: a verb phrase in the plural, such as "take part".
 
     Returns:
-        A sentence; empty where all of them take part.
+        A sentence; empty if all of them take part.
     """
     if not table.missing:
         return ""
@@ -123,7 +123,7 @@ def chosen_event(
 
 
 def describe_aside(chosen: events.Chosen) -> str:
-    """Say which objects a choice for a goal of several parts sets aside; empty where there are none."""
+    """Say which objects a chosen arrangement of a goal of several parts sets aside; empty if there are none."""
     names = ", ".join(goal["name"] for goal in chosen.goals if goal.get("aside"))
     return f"set aside, because it stands in the way: {names}" if names else ""
 

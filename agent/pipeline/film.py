@@ -41,7 +41,7 @@ class Film:
         self._steps += 1
 
     def finish(self) -> Filmed | None:
-        """Return the film, with a last picture of how it is now; `None` where nothing has moved."""
+        """Return the film, ending with a picture of the present state; `None` if nothing has moved."""
         if not self._frames:
             return None
         return Filmed(self._every * TIME_STEP, np.stack((*self._frames, self._camera())))

@@ -28,8 +28,8 @@ class ReadingOptions:
         llm_model: a folder or a name of the local model, or the endpoint's name for it; `None` for the default.
         llm_url: an OpenAI-compatible endpoint; `None` for the local model.
         replies: a file in which the LLM's replies are kept, and found again.
-        encoder: a folder or a name of the embedding parser's sentence encoder; `None` for the built-in one. Nouns and the
-            planners' sentences stay with the built-in one, with which their threshold and weights were made.
+        encoder: a folder or a name of the embedding parser's sentence encoder; `None` for the built-in one. Nouns and
+            the planners' sentences stay with the built-in one, with which their threshold and weights were made.
         key_url: the endpoint that the user named by a flag, in the environment or in the own file. The key is sent to
             its host and nowhere else, whatever endpoint a batch's row or a project's file names.
     """

@@ -39,10 +39,10 @@ def propose_arrangements(
     Args:
         planner: the planner.
         model: its name.
-        scene: what was seen.
-        goal: what is asked for.
+        scene: the observation.
+        goal: the goal.
         seed: of the samples.
-        on_preview: called with the first samples while they are denoised, where the planner can show them.
+        on_preview: called with the first samples during denoising, if the planner supports it.
         count: how many arrangements are proposed.
 
     Raises:
@@ -86,16 +86,17 @@ def propose_goal(
         planner: the planner.
         model: its name.
         scene: what was seen, all of it as objects, in the order of the goal's indices.
-        wanted: what is asked for.
+        wanted: the goal.
         seed: of the samples.
         count: how many arrangements are proposed.
 
     Returns:
-        The arrangements, for those objects that the goal places or that any arrangement sets aside: they are the objects
+        The arrangements, for those objects that the goal places or that any arrangement sets aside: they are the
+            objects
         of its scene, and all others its distractors. An object that stays in an arrangement has the identity as motion.
 
     Raises:
-        NotBuildable: when something that has to stay stands on what is moved.
+        NotBuildable: if an object that has to stay stands on one that has to move.
         NoValidGoal: when there is no arrangement at all.
     """
     import torch

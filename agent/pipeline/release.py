@@ -32,13 +32,13 @@ def release_in_physics(
     """Try a goal under the physical part of the evaluation protocol, without the arm, on a copy of the table.
 
     Args:
-        table: where it would be built; it stays as it is.
-        scene: what was seen there.
-        wanted: what was asked for: the slots of one structure, or a goal of several parts.
+        table: the table, which is not changed.
+        scene: the observation of it.
+        wanted: the goal: the slots of one structure, or a goal of several parts.
         arrangement: the goal.
 
     Raises:
-        NoValidGoal: when it does not hold.
+        NoValidGoal: if it does not hold.
     """
     began = time.perf_counter()
     pictures: list[np.ndarray] = []
@@ -65,7 +65,7 @@ def _placed(
     arrangement: Arrangement,
     on_end: Callable[[TabletopWorld], None],
 ) -> Verdict:
-    """Release an arrangement in a world of its own; the verdict's poses are those of the objects that take part."""
+    """Release an arrangement in a separate world; the verdict's poses are those of the participants."""
     from structdiffusion.protocol.physical_stability import place_and_check
 
     poses, count = table.world.poses(), table.count

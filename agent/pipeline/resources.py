@@ -50,7 +50,7 @@ class ResourceCache:
             return interpreter
 
     def planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
-        """Return a planner, as `agent.pipeline.candidates.checked_planner`."""
+        """Return a planner, as `agent.pipeline.candidates.checked_planner` does."""
         from agent.model_cards.provenance import provenance_of
         from agent.pipeline.candidates import checked_planner
 

@@ -46,9 +46,9 @@ class RunOptions:
     """The options of a run; with its instruction they decide its result.
 
     Attributes:
-        scene: where the scene comes from: "simulated", "example", or the path of a scene file or a recording.
+        scene: the source of the scene: "simulated", "example", or the path of a scene file or a recording.
         objects: for a simulated scene "ycb", "procedural", "random_urdfs" or a folder of meshes.
-        model: the planner's name, as `structdiffusion.planners.diffusion` has it.
+        model: the planner's name in `structdiffusion.planners.registry`.
         weights: the folder of its checkpoints, or `None` for those shipped.
         seed: of everything drawn at random.
         execute: build with the arm, or stop at the proposed goal and only try it in physics.
@@ -166,7 +166,7 @@ class _Run:
             yield from self._whole(table, whole, began)
 
     def _among_drawn(self, goal: Interpretation, source: SceneSource, table: TableScene) -> Interpretation:
-        """Return what is meant on a table that was drawn for it, where it was meant in a library before."""
+        """Return the goal with indices into the drawn table instead of the library."""
         if source.catalogue:
             goal = goal.among(table.referents)
         if goal.status != "ok":
@@ -193,7 +193,7 @@ class _Run:
     def _carried_out(
         self, table: TableScene, wanted: StructureSpec | TableGoal, proposed: events.Proposed
     ) -> Iterator[Event]:
-        """Choose among the proposals, build or try the choice, and say what was left out."""
+        """Choose a proposal, build or try it, and report objects that were left out."""
         from agent.pipeline.candidates import filter_viable
 
         yield proposed

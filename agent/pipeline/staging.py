@@ -25,7 +25,7 @@ class Staging:
 
     Attributes:
         scene: "simulated", or the path of a scene file.
-        objects: the library of a simulated scene, as `load_objects` takes it.
+        objects: the library of a simulated scene, as for `load_objects`.
         instruction: a scene is drawn for it as for a run; `None` for a table to talk about.
         arm: the arm's model, one of `ARM_MODELS`.
         seed: of everything drawn at random.
@@ -44,7 +44,7 @@ class Staged:
 
     Attributes:
         table: as it stands.
-        source: where it comes from.
+        source: the source of the scene.
     """
 
     table: TableScene
@@ -60,8 +60,8 @@ def staged(staging: Staging) -> Iterator[Staged]:
     """Set out the scene on its table, whose physics ends with the `with` block.
 
     Raises:
-        NotBuildable: for an instruction that is not understood, or that names what is not there.
-        SceneError: when these objects cannot make what it asks for.
+        NotBuildable: for an instruction that is not understood, or that names a missing object.
+        SceneError: if the goal cannot be made with these objects.
         UsageError, BadInput, ObjectError: for a scene, arm or objects that there are not.
     """
     model, cache = arm_model(staging.arm), ResourceCache()

@@ -1,4 +1,4 @@
-"""Relate a goal of several parts to a table: which objects it moves, in which order, and how the table stood before."""
+"""Relate a goal of several parts to a table: the objects to move, their order, and their initial poses."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ class TableGoal:
     """A goal over the objects of one table.
 
     Attributes:
-        goal: the parts; every object is an index into `names`, and every structure has its objects written out.
+        goal: the parts; every object is an index into `names`, and every structure lists its objects.
         names: of the N objects that were seen.
-        world_from_initial: (N, 4, 4) where they stood before anything was moved.
-        colors: the name of each object's colour, empty where it is not known.
+        world_from_initial: (N, 4, 4) their poses before anything was moved.
+        colors: the name of each object's colour, empty if unknown.
         unseen: name -> world_from_initial (4, 4) of what else stands on the table.
     """
 
@@ -42,7 +42,7 @@ class TableGoal:
 
     @property
     def movable(self) -> tuple[int, ...]:
-        """Return the objects that a part places, ascending; what they are placed by moves only where that makes room."""
+        """Return the objects that the parts place, ascending; reference objects move only to make room."""
         return tuple(sorted({index for part in self.goal.parts for index in _listed(part.objects)}))
 
     @property
@@ -52,16 +52,16 @@ class TableGoal:
 
     @property
     def all_names(self) -> tuple[str, ...]:
-        """Return the names of everything that stands on the table, what was seen first."""
+        """Return the names of all objects on the table, observed ones first."""
         return (*self.names, *self.unseen)
 
     @property
     def all_initial(self) -> np.ndarray:
-        """Return where everything of `all_names` stood before anything was moved, (M, 4, 4)."""
+        """Return the poses (M, 4, 4) of `all_names` before anything was moved."""
         return np.array([*self.world_from_initial, *self.unseen.values()])
 
     def set_aside(self, moved: Collection[str]) -> tuple[int, ...]:
-        """Return which of the objects that are moved only make room: those that no part names."""
+        """Return the objects that are moved only to make room, which no part names."""
         named = self.goal.named_objects()
         return tuple(i for i, name in enumerate(self.names) if name in moved and i not in named)
 
@@ -71,7 +71,7 @@ class TableGoal:
         return tuple(number for number, part in enumerate(self.goal.parts) if index in self._named_by(part))
 
     def placement_rules(self, scene: Scene) -> PlacementRules:
-        """Return what the relations "on" and "in" say of the order and the collisions of placements.
+        """Return the rules for the order and the collisions of placements that follow from the relations "on" and "in".
 
         Args:
             scene: with the objects that are moved, and the others as distractors.
@@ -102,12 +102,13 @@ class TableGoal:
         return {*self._members(part.objects), *self._members(second)}
 
     def _members(self, objects: Objects | None) -> tuple[int, ...]:
-        """Return the objects of a relation, those of a structure where it speaks of one."""
+        """Return the objects of a relation; for a structure, all of its objects."""
         return _listed(self.goal.parts[objects.part].objects if isinstance(objects, PartReference) else objects)
 
 
 def planned_as_structure(spec: StructureSpec | None) -> bool:
-    """Return whether a planner of one structure plans this alone: the shapes that every network knows, and an open one.
+    """Return whether a planner of single structures can plan this: the shapes that every network knows, or an open
+    shape.
 
     Args:
         spec: the slots of a goal that is one structure without further keys; `None` for any other goal.
@@ -116,22 +117,22 @@ def planned_as_structure(spec: StructureSpec | None) -> bool:
 
 
 def structure_of(table: TableScene, spec: StructureSpec) -> Goal:
-    """Return the goal of one structure of the objects that take part on a table, as indices into its `original_names`."""
+    """Return the goal of one structure of a table's participants, as indices into its `original_names`."""
     taking = set(table.names[: table.count])
     return Goal((StructurePart.of(spec, [i for i, name in enumerate(table.original_names) if name in taking]),))
 
 
 def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
-    """Look at a table for a goal, whose indices are those of `table.original_names`.
+    """Observe a table and convert a goal, whose indices are those of `table.original_names`.
 
     What no part names takes no part in the goal where the camera does not see it. The objects that the parts place take
     part on the table from now on.
 
     Returns:
-        The goal over the objects that were seen, and the scene in which they are the objects, in the same order.
+        The goal over the observed objects, and the observation with these objects in the same order.
 
     Raises:
-        NotBuildable: when a part places what the arm cannot take, or names what is no longer on the table.
+        NotBuildable: if a part places an object that the arm cannot reach, or names one that is no longer on the table.
         SceneError: when there are more objects than planners take.
         ObservationError: when the camera does not see an object that a part names.
     """

@@ -1,4 +1,4 @@
-"""Judge what the arm built: the checks of the evaluation protocol, on the true objects at rest."""
+"""Judge the arm's result by the checks of the evaluation protocol, on the true objects at rest."""
 
 from __future__ import annotations
 
@@ -22,16 +22,17 @@ if TYPE_CHECKING:
 def judge_built(
     world: TabletopWorld, indices: Sequence[int], world_from_goal: np.ndarray, spec: StructureSpec
 ) -> tuple[str | None, tuple[Check, ...]]:
-    """Wait 2 s, then check where the objects are and what they make.
+    """Wait 2 s, then check the poses of the objects and the structure.
 
     Args:
-        world: the physics in which the arm has built.
+        world: the physics world in which the arm has built.
         indices: the N objects of the structure, as the world counts them.
         world_from_goal: (N, 4, 4) where each was to go.
-        spec: what was asked for.
+        spec: the requested slots.
 
     Returns:
-        The first cause of failure, one of `structdiffusion.protocol.semantic.FAILURE_CLASSES` or `None`, and every check.
+        The first cause of failure, one of `structdiffusion.protocol.semantic.FAILURE_CLASSES` or `None`, and every
+        check.
     """
     world.settle(FINAL_SECONDS, until_rest=False)
     physical = _physical_checks(world, indices, world_from_goal)
@@ -41,16 +42,16 @@ def judge_built(
 def judge_goal(
     world: TabletopWorld, names: Sequence[str], moved: Sequence[int], world_from_goal: np.ndarray, wanted: TableGoal
 ) -> tuple[str | None, tuple[Check, ...]]:
-    """Wait 2 s, then check where the moved objects are, and every part of the goal.
+    """Wait 2 s, then check the poses of the moved objects and every part of the goal.
 
     Args:
-        world: the physics in which the arm has built.
+        world: the physics world in which the arm has built.
         names: of its objects.
         moved: the M objects that were moved, as the world counts them.
         world_from_goal: (M, 4, 4) where each was to go.
-        wanted: what was asked for.
+        wanted: the goal.
 
-    Returns: as `judge_built`.
+    Returns: the same as `judge_built`.
     """
     from structdiffusion.protocol.goal_checks import goal_checks
 

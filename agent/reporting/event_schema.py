@@ -37,7 +37,7 @@ def event_classes() -> dict[str, type]:
 
 
 def payload_error(payload: object) -> str | None:
-    """Say what is wrong with an event's payload, in words that continue "line 3: "; `None` where nothing is."""
+    """Describe the error in an event's payload, in words that continue "line 3: "; `None` if it is valid."""
     if not isinstance(payload, Mapping) or not isinstance(payload.get("kind"), str):
         return 'an event must be an object with a "kind"'
     event = event_classes().get(payload["kind"])
@@ -47,11 +47,11 @@ def payload_error(payload: object) -> str | None:
 
 
 def payload_conflict(payload: Mapping[str, Any], part: int) -> str | None:
-    """Say what in a payload, in which `payload_error` finds nothing, does not match what was seen before it.
+    """Describe how a payload that `payload_error` accepts contradicts the earlier events; `None` if it does not.
 
     Args:
         payload: the event.
-        part: how many of the objects that were seen last take part.
+        part: the number of participants in the last observation.
     """
     match payload["kind"]:
         case "tried":

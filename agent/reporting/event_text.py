@@ -10,7 +10,7 @@ from agent.rendering.text import duration, number, place, slot_label
 
 
 def describe_row(one: Mapping[str, Any]) -> tuple[str, str, str]:
-    """Describe an object that was seen: its name, where it is, and whether it stays there.
+    """Describe an observed object: its name, its place, and whether it takes part.
 
     Args:
         one: a `SeenObject` in its JSON form.
@@ -92,12 +92,12 @@ def verdict_sentence(payload: Mapping[str, Any]) -> str:
 
 
 def check_sentence(check: Mapping[str, Any]) -> str:
-    """Say what a check of the verdict measured and what is allowed: "farthest from its goal (m): 0.012 (at most 0.04)"."""
+    """Describe a check's measured value and limit, as in "farthest from its goal (m): 0.012 (at most 0.04)"."""
     return f"{check['name']}: {number(check['measured'], 3)} ({check['limit']})"
 
 
 def parse_notes(payload: Mapping[str, Any]) -> list[str]:
-    """List what there is to say of an event "parsed" in its JSON form besides the slots, a sentence each."""
+    """List the remarks on an event "parsed" in its JSON form besides the slots, a sentence each."""
     notes = []
     if payload["viewpoint"] != "robot":
         notes.append(f"spoken from the {payload['viewpoint']} side of the table, turned to the robot's")
@@ -144,7 +144,8 @@ def remark_sentence(payload: Mapping[str, Any]) -> str:
             return payload["message"]
 
 
-# What a low factor of a candidate's score says, after `structdiffusion.postprocessing.ranking` and `structdiffusion.planners.diffusion`.
+# What a low factor of a candidate's score says, after `structdiffusion.postprocessing.ranking` and
+# `structdiffusion.planners.diffusion`.
 _SHORTCOMING = {
     "structure": "it looks less like what was asked for",
     "collision": "objects come too close to each other",

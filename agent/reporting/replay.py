@@ -15,9 +15,9 @@ from agent.runtime.atomic_files import write_whole
 
 
 def records_of(session: Session) -> list[RunRecord]:
-    """Make one record for each turn; what happened before the first instruction, if anything, is one too.
+    """Make one record for each turn, and one for events before the first instruction, if any.
 
-    A turn that did not look at the table worked on what the turn before it saw.
+    A turn without an observation of its own uses that of the previous turn.
     """
     records = [RunRecord()]
     scene = None
@@ -42,7 +42,7 @@ def write_page(session: Path, page: Path) -> Path:
 
     Args:
         session: the file.
-        page: where the page goes; its folder is made.
+        page: the path of the page; its folder is created if missing.
 
     Returns:
         `page`.
@@ -76,7 +76,7 @@ def replay(
         session: the events.
         listener: gets the events.
         speed: how many times as fast as it happened; `None` for at once.
-        sleep: waits for so many seconds.
+        sleep: waits for a number of seconds.
     """
     passed = 0.0
     for line in session.lines:

@@ -1,7 +1,7 @@
 """Log a run for the Rerun viewer: clouds, camera, candidates, goal, and during the build the objects and the arm.
 
-Everything is on one timeline, `physics`: the seconds for which the arm has been at work. What was seen and proposed
-before anything moved is at 0.
+Everything is on one timeline, `physics`: the working time of the arm in seconds. Observations and proposals before
+anything moved are at 0.
 
 | entity | what |
 |---|---|

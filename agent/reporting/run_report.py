@@ -1,27 +1,26 @@
 """Record everything that happened in a run: `report.json`, the pictures, and `report.html` from both.
 
-`report.json`, schema version 5; every key is always there, `null` or empty where the run did not get so far:
+`report.json`, schema version 5; every key is always present, `null` or empty if the run did not get that far:
 
 | key | value |
 |---|---|
 | `schema_version`, `version` | of this layout, of structagent |
-| `instruction`, `options` | what was asked for |
+| `instruction`, `options` | the request |
 | `outcome` | `success`, `exit_code`, `step` and `message` of the failure, `seconds` of the whole run |
-| `parse` | spec, confidence and evidence per slot, parser, nouns named; the whole `goal`, and one line for each of its `parts` |
-| `remarks` | what was asked, answered, noted, commanded and restored besides, in order, each with its `kind` |
-| `scene` | objects (names, nouns, who takes part, mean position and outline in the world frame, colour), table |
-| `proposals` | model, the checksums of its networks (`networks`), and every candidate with its scores, positions and turns, best first |
-| `chosen` | the rank and the goal of each object; of several parts also which place it, whether it stays or is set aside |
-| `arm` | the arm's events in order, each with its `kind` |
-| `tried` | without the arm: where the released objects came to rest, positions and turns as a candidate's |
-| `verdict` | success, failure class, every check with its measured value and limit |
-| `seconds` | step -> time |
-| `pictures` | name, file (WebP; `film` is an animated one, with `interval` seconds between its frames), caption |
+| `parse` | spec, confidence and evidence per slot, parser, nouns named; the whole `goal`, and one line for each of its
+`parts` | | `remarks` | questions, answers, notes, commands and restored states in order, each with its `kind` | |
+`scene` | objects (names, nouns, who takes part, mean position and outline in the world frame, colour), table | |
+`proposals` | model, the checksums of its networks (`networks`), and every candidate with its scores, positions and
+turns, best first | | `chosen` | the rank and the goal of each object; of several parts also which place it, whether it
+stays or is set aside | | `arm` | the arm's events in order, each with its `kind` | | `tried` | without the arm: where
+the released objects came to rest, positions and turns as a candidate's | | `verdict` | success, failure class, every
+check with its measured value and limit | | `seconds` | step -> time | | `pictures` | name, file (WebP; `film` is an
+animated one, with `interval` seconds between its frames), caption |
 
 Lengths in metres, angles in radians, times in seconds. Schema version 2 has `remarks`, outlines, colours, turns and the
-film, and its pictures are WebP files, where those of version 1 were PNG. In version 3 the `display_name` of an object is
-what was `called` before. Version 4 has `goal` and `parts`. In version 5 `proposals`, the step `propose` and the score
-`rollout` replace `imagination`, `imagination` and `imagined`.
+film, and its pictures are WebP files, where those of version 1 were PNG. In version 3 the `display_name` of an object
+is what was `called` before. Version 4 has `goal` and `parts`. In version 5 `proposals`, the step `propose` and the
+score `rollout` replace `imagination`, `imagination` and `imagined`.
 """
 
 from __future__ import annotations
@@ -47,10 +46,10 @@ _REMARKS = ("asked", "answered", "noted", "commanded", "restored")
 
 
 class RunRecord:
-    """Collects the events of one run, live or from a session file.
+    """A record of the events of one run, live or from a session file.
 
     Args:
-        session: gets every event and picture too, each picture being drawn once.
+        session: also receives every event and picture; each picture is drawn once.
 
     Attributes:
         report: the dictionary that becomes `report.json`.
@@ -90,7 +89,7 @@ class RunRecord:
         return Turn(self.report, self.pictures)
 
     def on_event(self, event: Event) -> None:
-        """Take one event in, and draw the pictures that belong to it where it is a live one."""
+        """Record one event; for a live event, draw its pictures."""
         self._add(event.to_dict())
         if self._session is not None:
             self._session.on_event(event)
@@ -125,7 +124,7 @@ class RunRecord:
             case "filmed":
                 self._interval = payload["interval"]
             case "pictured" | "previewed":
-                return  # pictures come by themselves; a preview is of passing interest
+                return  # pictures arrive separately, and previews are not recorded
             case kind:
                 report["arm"].append(payload)
                 if kind == "planned":  # its time counts from the start of the search
@@ -134,7 +133,7 @@ class RunRecord:
                     report["seconds"]["build"] = round(report["seconds"].get("build", 0.0) + payload["seconds"], 3)
 
     def on_picture(self, picture: Picture) -> None:
-        """Take one picture in; a later one of the same name takes its place."""
+        """Record one picture; it replaces an earlier one with the same name."""
         if picture.name not in self.pictures:
             entry = {"name": picture.name, "file": f"{picture.name}.{FORMAT}", "caption": picture.caption}
             if picture.name == FILM:
@@ -145,11 +144,11 @@ class RunRecord:
     def write(self, folder: Path) -> Path:
         """Write `report.json`, the pictures and `report.html` into `folder`; returns the path of the page.
 
-        Files of an earlier run are replaced when all of this one have found room on the disk, and its other pictures
-        are removed, so that none of them is taken for one of this run.
+        Files of an earlier run are replaced once all new files fit on the disk, and its other pictures are removed, so
+        that none of them is mistaken for one of this run.
 
         Raises:
-            NotWritten: when that is not possible; an earlier report is then whole.
+            NotWritten: if that is not possible; an earlier report is then unchanged.
         """
         files: dict[str, bytes | str] = {f"{name}.{FORMAT}": content for name, content in self.pictures.items()}
         files |= {"report.json": self.json() + "\n", "report.html": run_page(self.turn)}

@@ -1,6 +1,6 @@
 """Define the lines of session files: their layout, their schema versions, and their conversion to bytes and back.
 
-The first line says what the session is; it stands again where a later process continues the file:
+The first line describes the session; it is repeated where a later process continues the file:
 
     {"schema_version": 4, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": ...}
 
@@ -9,10 +9,10 @@ Every other line is an event (its payload, see `agent.event_base`) or a picture;
     {"seconds": 1.25, "event": {"kind": "started", "instruction": "stack the cans", "options": {...}}}
     {"seconds": 2.5, "picture": {"name": "scene-before", "caption": "...", "format": "webp", "data": "<base64>"}}
 
-An event `started` begins a turn. In version 1 the `display_name` of an object was called `called`. Up to version 2 every
-goal was one structure: the event `parsed` had no `goal`, `parts` and `objects`, and `restored` no `parts`. Up to version 3
-the event `proposed` was called `imagined`, its picture `imagined-goal`, its step `imagination`, and the score `rollout` was
-called `imagined`.
+An event `started` begins a turn. In version 1 the `display_name` of an object was called `called`. Up to version 2
+every goal was one structure: the event `parsed` had no `goal`, `parts` and `objects`, and `restored` no `parts`. Up to
+version 3 the event `proposed` was called `imagined`, its picture `imagined-goal`, its step `imagination`, and the score
+`rollout` was called `imagined`.
 """
 
 from __future__ import annotations

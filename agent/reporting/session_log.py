@@ -1,7 +1,7 @@
 """Write session files: all events, one JSON object per line (see `agent.reporting.session_format`).
 
-Each line is written at once and never changed again, so that a process that is killed loses at most the line that it was
-writing; such an incomplete line is skipped when the file is read. Keys and passwords are never in a session.
+Each line is written at once and never changed again, so that a process that is killed loses at most the line that it
+was writing; such an incomplete line is skipped when the file is read. Keys and passwords are never in a session.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ class SessionWriter:
         options: of the command, for the first line.
         replace: replace a file that exists.
         from_kind: write nothing before an event of this kind comes, and then everything before it too.
-        owner: the kind of command whose output the file's folder is marked as (`agent.runtime.output_ownership`); `None` for no mark.
+        owner: the kind of command whose output the file's folder is marked as (`agent.runtime.output_ownership`);
+            `None` for no mark.
 
     Raises:
         UsageError: when another process writes the file, or it is something else than a session.
@@ -87,7 +88,7 @@ class SessionWriter:
         self._waiting = []
 
     def on_event(self, event: Event) -> None:
-        """Write one event; what is of passing interest is left out."""
+        """Write one event; previews are left out."""
         payload = event.to_dict()
         if payload["kind"] in _PASSING:
             return
@@ -122,7 +123,7 @@ class SessionWriter:
         self._waiting = []
 
     def _continued(self) -> Any:
-        """Open and lock the file, and append what was waiting; a symbolic link is not followed."""
+        """Open and lock the file, and append the pending lines; a symbolic link is not followed."""
         torn = not self.path.is_symlink() and self.path.exists() and _is_torn(self.path)
         flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW
         file = os.fdopen(os.open(self.path, flags, 0o666), "ab", buffering=0)
@@ -135,7 +136,7 @@ class SessionWriter:
         return file
 
     def _replaced(self) -> Any:
-        """Open and lock a new file with what was waiting, in place of an earlier one."""
+        """Open and lock a new file with the pending lines, which replaces an earlier one."""
         with ExitStack() as until_replaced:
             if self.path.exists() and not self.path.is_symlink():
                 earlier = until_replaced.enter_context(self.path.open("rb"))
@@ -162,7 +163,7 @@ class SessionWriter:
 
 
 def run_session(folder: Path, options: Mapping[str, Any]) -> SessionWriter:
-    """Open the session of one run in its report's folder: `session.jsonl`, in the place of an earlier run's.
+    """Open the session file of a run, `session.jsonl` in its report's folder; it replaces that of an earlier run.
 
     Args:
         folder: made, with the file, when the run has seen something; before that there is nothing worth a folder.

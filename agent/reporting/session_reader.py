@@ -21,9 +21,9 @@ class SessionLine:
     """One line of a session: an event or a picture.
 
     Attributes:
-        seconds: since the session began; where it was continued, since then, on top of what had passed before.
+        seconds: working time since the session began; the parts of a continued session are added up.
         event: the event's JSON form, or `None`.
-        picture: or `None`.
+        picture: the picture, or `None`.
     """
 
     seconds: float
@@ -33,13 +33,13 @@ class SessionLine:
 
 @dataclass(frozen=True)
 class Session:
-    """A session that was read.
+    """The content of a session file.
 
     Attributes:
-        version: of the structagent that wrote it.
-        started: when it began, as ISO 8601 has it.
-        machine: what it ran on.
-        options: of the command.
+        version: the version of structagent that wrote it.
+        started: the time when it began, in ISO 8601.
+        machine: a description of the machine.
+        options: the options of the command.
         lines: events and pictures, in order.
     """
 
@@ -53,11 +53,11 @@ class Session:
 def read_session(path: Path) -> Session:
     """Read a session file.
 
-    A torn line is passed over where a process may have left one: at the end, and before another's first line.
+    An incomplete line is ignored where a killed process may have left one: at the end, and before a further first line.
 
     Raises:
-        BadInput: when there is no such file, or it is no session, or one of another schema version, or a line of it is
-            broken; the message has the line's number.
+        BadInput: if the file does not exist, is not a session, has an unknown schema version, or has an invalid line;
+            the message has the line's number.
     """
     try:
         with path.open("rb") as file:  # a pipe is read once

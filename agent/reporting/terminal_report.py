@@ -26,10 +26,10 @@ _CANDIDATES_SHOWN = 5
 
 
 class TerminalReport:
-    """Prints the events of one run, or of several, one step after another.
+    """A listener that prints the events of one run or several, step by step.
 
     Args:
-        console: where to print; rich leaves colours out where it is no terminal.
+        console: the console to print on, without colours if it is not a terminal.
     """
 
     def __init__(self, console: Console) -> None:

@@ -48,10 +48,10 @@ class RecordedObject:
     """One object of a recording and its body in the twin.
 
     Attributes:
-        name: "object 3", or "mug 3" where the user said what it is.
+        name: "object 3", or "mug 3" if the user named it.
         display_name: what an instruction can call it: "mug 3, red, tall".
         attributes: its colour and size, as far as they were seen.
-        cloud: what was seen of it.
+        cloud: its observed cloud.
         model: its completed body.
         world_from_object: (4, 4) where that stands.
         trouble: why the arm cannot grasp it, or empty.
@@ -70,11 +70,11 @@ class RecordedSource:
     """The scene of a recording.
 
     Args:
-        path: whatever `agent.recordings.load.read_recording` takes.
+        path: as for `agent.recordings.load.read_recording`.
         options: how it is taken.
 
     Attributes:
-        recording, segments: what was read, and what was found in it.
+        recording, segments: the recording, and the objects found in it.
         objects: in the order of their numbers.
         referents: the same, as an instruction can refer to them.
 
@@ -138,7 +138,9 @@ class RecordedSource:
         return RecordedScene(self, ordered, sum(not each.trouble for each in self.objects), seed)
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
-        """See `SceneSource`; the bodies go into a folder of meshes beside the scene file."""
+        """Return the scene as `SceneSource.saved` does; the bodies are written to a folder of meshes beside the scene
+        file.
+        """
         meshes = folder / _MESHES
         meshes.mkdir(parents=True, exist_ok=True)
         pose_of = table.poses()
@@ -198,8 +200,8 @@ class RecordedScene(TableScene):
     """The twin of a recorded scene, before the arm has moved anything.
 
     Args:
-        source: the recording and what was found in it.
-        ordered: its objects, those that take part first.
+        source: the recording with the objects found in it.
+        ordered: its objects, participants first.
         count: how many take part.
         seed: the sensor's noise in later looks, and which points are kept of large clouds, follow from it.
     """
@@ -235,7 +237,7 @@ class RecordedScene(TableScene):
         self.remember({each.name: _thinned(each.cloud, thinning) for each in ordered})
 
     def _come_to_rest(self) -> list[str]:
-        """Let the bodies settle; return a note for each that does not stay where it was seen."""
+        """Let the bodies settle; return a note for each that moves away from its observed place."""
         self.world.settle(_SETTLE_SECONDS)
         notes = []
         for name, before, now in zip(self.names, self.world_from_initial, self.world.poses(), strict=True):
@@ -246,7 +248,7 @@ class RecordedScene(TableScene):
         return notes
 
     def look(self) -> Scene:
-        """Look as at any table, but return what the recording's camera saw as long as nothing has moved."""
+        """Observe the table; as long as nothing has moved, return the recorded observation."""
         scene = super().look()
         if self._picture is None or not self.untouched:
             return scene

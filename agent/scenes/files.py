@@ -78,7 +78,7 @@ class Problem:
 
 
 class SceneFileError(BadInput):
-    """A scene file that cannot be used; its message is the first problem, and `problems` has them all."""
+    """Raised if a scene file cannot be used; the message is the first problem, and `problems` has all of them."""
 
     def __init__(self, path: Path, problems: Sequence[Problem]) -> None:
         self.problems = tuple(sorted(problems, key=lambda problem: problem.line))
@@ -267,7 +267,7 @@ def _shown(node: Any) -> str:
 
 
 def rgb(color: str) -> tuple[float, float, float] | None:
-    """Return a colour of the schema as RGB in [0, 1]; `None` if it is none."""
+    """Return a colour of the schema as RGB in [0, 1]; `None` if it is not valid."""
     code = COLORS.get(color.lower().replace("grey", "gray"), color)
     if not re.fullmatch(r"#[0-9a-fA-F]{6}", code):
         return None
@@ -279,8 +279,8 @@ def scene_text(objects: Sequence[PlacedObject], comment: str = "") -> str:
     """Return the text of a scene file; the same objects give the same text.
 
     Args:
-        objects: what stands on the table.
-        comment: one line about where it comes from.
+        objects: the objects on the table.
+        comment: one line about the origin of the file.
     """
     import yaml
 

@@ -16,7 +16,7 @@ def check_count(selected: Sequence[str], there: int, spec: StructureSpec) -> Non
     Args:
         selected: the names of the objects that it means.
         there: how many the scene has.
-        spec: what is asked for.
+        spec: the requested slots.
 
     Raises:
         SceneError: with the names and the legal numbers.

@@ -30,7 +30,7 @@ _NUMBERED = re.compile(r"^\d+(-[a-z])?_")  # as the YCB scans are: "025_mug", "0
 
 
 def load_scene(path: Path, table: Table = Table()) -> tuple[StandingObject, ...]:
-    """Return the objects of a scene file, in its order, each where it stands.
+    """Return the objects of a scene file in order, with their poses.
 
     Raises:
         SceneFileError: with everything that is wrong with the file: unknown keys, values, meshes that are not there,
@@ -61,10 +61,10 @@ def load_scene(path: Path, table: Table = Table()) -> tuple[StandingObject, ...]
 
 
 def find_mesh(placed: PlacedObject, folder: Path) -> tuple[ObjectModel, str | Path]:
-    """Return the object that a line of a scene file in `folder` means, and where it is.
+    """Return the object that an entry of a scene file in `folder` names, and its pose.
 
     Raises:
-        ObjectError: when there is none, or several could be meant.
+        ObjectError: if there is none, or the name is ambiguous.
     """
     source: str | Path
     if Path(placed.mesh).suffix.lower() in FORMATS:
@@ -161,8 +161,8 @@ def drawn_objects(
     Args:
         models: the objects.
         poses: (4, 4) where each stands.
-        objects: where they come from.
-        names: what they are called; by default their nouns, numbered.
+        objects: their library.
+        names: their names; by default their nouns, numbered.
     """
     names = unique_names(models) if names is None else names
     standing = []

@@ -31,7 +31,7 @@ def assortment(library: Sequence[ObjectModel], rng: np.random.Generator, turn: i
             table is best of something that everybody knows, 1 for the next, and so on in turn.
 
     Raises:
-        SceneError: when the library has not enough objects that can stand beside each other.
+        SceneError: if the library has too few objects that fit on the table together.
     """
     pool = eligible(library, "circle")
     number = Counter(model.category for model in pool)
@@ -54,10 +54,10 @@ def drawn_scene(objects: str, shape: str | None, seed: int, folder: Path) -> lis
     """Return the lines of a new scene file in `folder`: objects that can make a structure, and up to two others.
 
     Args:
-        objects: a library or a folder of meshes, as `load_objects` takes it.
+        objects: a library or a folder of meshes, as for `load_objects`.
         shape: which structure, one of `grounding.spec.SHAPES`; `None` for any.
         seed: the scene follows from it.
-        folder: where the file will be.
+        folder: the folder of the file.
 
     Raises:
         SceneError: when these objects can make none.

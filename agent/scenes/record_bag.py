@@ -61,7 +61,7 @@ def record_session(
 
     Args:
         table: the table, with the arm beside it.
-        out: the new bag, as `BagWriter` takes it.
+        out: the new bag, as for `BagWriter`.
         noise: draws the depth sensor's noise, again for each picture.
         seconds: how long the session lasts; everything is there at its beginning.
         rate: pictures a second.
@@ -69,7 +69,7 @@ def record_session(
 
     Raises:
         UsageError: for a path that cannot be a new bag.
-        BadInput: where nothing can be written.
+        BadInput: if nothing can be written.
     """
     camera, seen = table.world.camera, table.world.look()
     lens, size = ros_intrinsics(camera), (camera.height, camera.width)

@@ -1,4 +1,5 @@
-"""Draw tables for goals of several parts: all that the parts name is there, a few other objects, and room for the goal."""
+"""Draw tables for goals of several parts: all that the parts name is there, a few other objects, and room for the goal.
+"""
 
 from __future__ import annotations
 
@@ -39,11 +40,11 @@ def several_parts_scene(library: Sequence[ObjectModel], goal: Interpretation, se
 
     Args:
         library: the objects to draw from.
-        goal: what will be asked for; its indices are those of the library.
+        goal: the goal; its indices are those of the library.
         seed: everything about the scene follows from it.
 
     Raises:
-        SceneError: when no draw has what the instruction names, or the table has no room for it.
+        SceneError: if no draw has the objects that the instruction names, or the table has no room for them.
     """
     rng, noise = drawing_and_noise(seed)
     models, poses = draw_several_parts(library, goal, rng)
@@ -53,14 +54,14 @@ def several_parts_scene(library: Sequence[ObjectModel], goal: Interpretation, se
 def draw_several_parts(
     library: Sequence[ObjectModel], goal: Interpretation, rng: np.random.Generator
 ) -> tuple[list[ObjectModel], np.ndarray]:
-    """Draw objects that the instruction means, some others, and where all of them stand.
+    """Draw the objects of the instruction, some distractors, and the poses of all.
 
-    A model stands there several times where a structure needs more objects than the library has of a noun.
+    A model appears several times if a structure needs more objects than the library has of a noun.
 
     Returns:
         The models, and their poses (M, 4, 4).
 
-    Raises: as `several_parts_scene`.
+    Raises: the errors of `several_parts_scene`.
     """
     reason = "nothing was tried"
     for attempt in range(_DRAWS):
@@ -95,7 +96,7 @@ def draw_several_parts(
 
 
 def standing(models: Sequence[ObjectModel], world_from_objects: np.ndarray) -> list[SceneObject]:
-    """Return objects as an instruction can refer to them where they stand, poses (M, 4, 4)."""
+    """Return the referents of objects at poses (M, 4, 4)."""
     referents = zip(unique_names(models), models, world_from_objects, strict=True)
     return [SceneObject(name, attributes_at(attributes_of(model), pose)) for name, model, pose in referents]
 
@@ -108,7 +109,7 @@ def _means_just(goal: Goal, count: int) -> bool:
 
 
 def _with_shapes(goal: Goal) -> Goal:
-    """Return the goal with a shape for every structure: an open one can be laid out where one shape of it can."""
+    """Return the goal with a shape for every structure; an open shape is replaced by one that fits."""
 
     def with_shape(part: StructurePart) -> StructurePart:
         return replace(part, shape="cluster" if part.rotation is None else "line") if part.shape is None else part
@@ -117,7 +118,7 @@ def _with_shapes(goal: Goal) -> Goal:
 
 
 def _draw_named(library: Sequence[ObjectModel], goal: Goal, rng: np.random.Generator) -> list[ObjectModel]:
-    """Draw the objects that the parts name, those of every part beside each other."""
+    """Draw the objects that the parts name, part by part."""
     chosen: dict[int, list[ObjectModel]] = {}  # index in the library -> the objects that stand for it
     rest: list[ObjectModel] = []
     for part in goal.parts:
@@ -146,7 +147,7 @@ def _choose(
     rng: np.random.Generator,
     least: int = 0,
 ) -> None:
-    """Choose some of these objects of the library; each stands there several times where they are fewer than `least`."""
+    """Choose some of these library objects, with repetitions if there are fewer than `least`."""
     some = list(indices) if len(indices) <= wanted else [indices[i] for i in rng.permutation(len(indices))[:wanted]]
     for index in some:
         chosen.setdefault(index, [library[index]])
@@ -156,14 +157,14 @@ def _choose(
 
 
 def _of_relation(part: RelationPart, indices: Sequence[int], rng: np.random.Generator) -> int:
-    """Return how many of these objects take part in a relation: two where the relation needs two."""
+    """Return how many of these objects take part in a relation: two if the relation needs two."""
     if part.relation == "swapped" or (part.relation == "between" and indices == part.reference):
         return 2
     return int(rng.integers(_OF_A_RELATION[0], _OF_A_RELATION[1] + 1))
 
 
 def _numbers(part: StructurePart, rng: np.random.Generator) -> tuple[int, int]:
-    """Return how many objects a structure needs at least, and how many are drawn where the words give no number."""
+    """Return the least number of objects of a structure, and the number to draw if the instruction gives none."""
     least = 2 if part.shape is None else STRUCTURES[part.shape].least
     if part.rows is not None or part.columns is not None:
         rows, columns = part.rows or 2, part.columns or 2
@@ -195,7 +196,7 @@ def _draw_groups(pool: Sequence[ObjectModel], group_by: str, rng: np.random.Gene
 def _draw_distractors(
     library: Sequence[ObjectModel], named: Sequence[ObjectModel], goal: Goal, rng: np.random.Generator
 ) -> list[ObjectModel]:
-    """Draw up to two objects of other nouns; none where the goal speaks of everything."""
+    """Draw up to two objects of other nouns; none if the goal includes all objects."""
     if any(part.objects is None for part in goal.structures):
         return []
     nouns = {model.category for model in named}
@@ -217,7 +218,7 @@ def _listed(objects: Objects | None) -> tuple[int, ...]:
 
 
 def scatter(models: Sequence[ObjectModel], rng: np.random.Generator, table: Table = Table()) -> np.ndarray | None:
-    """Draw poses (M, 4, 4) on a table, clear of each other; `None` where there is no room."""
+    """Draw poses (M, 4, 4) on a table, clear of each other; `None` if there is no room."""
     taken: list[np.ndarray] = []
     poses: list[np.ndarray] = [np.eye(4)] * len(models)
     for index in sorted(range(len(models)), key=lambda i: -models[i].radius):  # the widest first, while there is room

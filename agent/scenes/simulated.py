@@ -43,9 +43,9 @@ def described(models: Sequence[ObjectModel]) -> list[SceneObject]:
 
 
 def draw_goal_scene(library: Sequence[ObjectModel], goal: Interpretation, rng: np.random.Generator) -> DrawnScene:
-    """Draw a scene in which the instruction means exactly the objects that take part.
+    """Draw a scene in which the instruction selects exactly the participants.
 
-    Args: as `SimulatedScene`.
+    Args: as for `SimulatedScene`.
 
     Raises:
         SceneError: when these objects cannot make such a structure, or no draw has the mixture that is asked for.
@@ -84,10 +84,10 @@ def _draw_described(
 
     Args:
         fitting: the objects of the library that the instruction may mean.
-        library, goal, rng: as `draw_goal_scene`.
+        library, goal, rng: as for `draw_goal_scene`.
 
     Raises:
-        SceneError: as `draw_goal_scene`.
+        SceneError: as raised by `draw_goal_scene`.
     """
     suited = eligible(fitting, goal.spec.shape)
     nouns = {model.category for model in fitting}

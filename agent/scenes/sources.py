@@ -31,11 +31,11 @@ RECORDINGS = (".bag", ".db3", ".mcap", ".ply", ".pcd")
 
 
 class SceneSource(Protocol):
-    """Anything that opens a table for an instruction.
+    """A source of tables for instructions.
 
     Attributes:
-        referents: what an instruction can refer to: the objects that there are, or those that can be drawn.
-        catalogue: whether they are those that can be drawn.
+        referents: the objects that an instruction can refer to: the present ones, or those that can be drawn.
+        catalogue: whether they are objects that can be drawn.
         hint: advice for an instruction that uses other names; empty if there is none.
     """
 
@@ -46,8 +46,8 @@ class SceneSource(Protocol):
     def open(self, goal: Interpretation, seed: int) -> TableScene:
         """Open the table, on which the objects that the goal selected among the referents take part; close it.
 
-        For a goal of several parts everything on the table takes part, in the order of the referents, or for a catalogue
-        in the order in which it was drawn.
+        For a goal of several parts everything on the table takes part, in the order of the referents, or for a
+        catalogue in the order in which it was drawn.
 
         Raises:
             SceneError: when these objects cannot make such a structure.
@@ -65,11 +65,11 @@ def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedO
 
     Args:
         scene: "simulated", "example", or the path of a scene file or a recording.
-        objects: the library of a simulated scene, as `load_objects` takes it.
+        objects: the library of a simulated scene, as for `load_objects`.
         recorded: how a recording is taken.
 
     Raises:
-        UsageError: for a scene that is neither, and for options of recordings where there is none.
+        UsageError: for an unknown kind of scene, and for options of recordings without a recording.
         BadInput: for a file or folder that is not there or cannot be used.
         ObjectError: for objects that are not there.
     """

@@ -23,16 +23,16 @@ Row = dict[str, Any]
 
 
 def build_goal_scene(scene: GoalScene, observed: Scene, arrangements: Sequence[GoalArrangement]) -> Row:
-    """Build the first arrangement that the arm finds a plan for, and judge what stands; return JSON values.
+    """Build the first arrangement with a plan and check the result; return JSON values.
 
     Args:
         scene: the scene.
-        observed: what the camera saw of it.
+        observed: the observation of it.
         arrangements: best first.
 
     Returns:
-        "planned"; "to_place" and "placed", numbers of objects; "rank" of the arrangement that was built, from 1; "stands";
-        the failure class and the checks that failed; "trouble", a sentence for each; "seconds".
+        "planned"; "to_place" and "placed", numbers of objects; "rank" of the arrangement that was built, from 1;
+        "stands"; the failure class and the checks that failed; "trouble", a sentence for each; "seconds".
     """
     started = time.perf_counter()
     row: Row = {"planned": False, "to_place": 0, "placed": 0, "rank": None, "stands": False, "trouble": []}

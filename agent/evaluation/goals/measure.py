@@ -32,7 +32,7 @@ Library = tuple[ObjectModel, ...]
 
 @dataclass(frozen=True)
 class _Job:
-    """The rows of one scene that are missing.
+    """The missing rows of one scene.
 
     Attributes:
         family, number: of the scene.
@@ -56,7 +56,7 @@ def measure_goals(
     workers: int | None = None,
     out: Path | None = None,
 ) -> dict[str, Any]:
-    """Measure how often goals are met, what fails, and what the rivals' checks say; return a JSON-ready report.
+    """Measure how often goals are met, which checks fail, and the verdicts of the rivals' checks; return a JSON report.
 
     Args:
         config: the options on which every row depends.
@@ -114,7 +114,7 @@ def _missing(rows: dict[Any, Row], models: Sequence[str], places: Sequence[tuple
 
 
 class _Loaded:
-    """What a worker keeps between its jobs."""
+    """The resources that a worker keeps between its jobs."""
 
     def __init__(self, library: Library) -> None:
         self.objects, self._cache = library, ResourceCache()

@@ -21,8 +21,8 @@ def rates_of(rows: Sequence[Row]) -> dict[str, Any]:
 
     Returns:
         "n"; "success"; "failures": class -> rate; "failed_parts": shape or relation -> in how many rows it failed;
-        "aside": rows in which something was set aside; "kinds": the success of each kind of the family; "rivals": see
-        `_rival_rates`; "arm": see `_arm_rates`, where the arm built; "lost"; seconds.
+        "aside": number of rows in which an object was set aside; "kinds": the success of each kind of the family;
+        "rivals": see `_rival_rates`; "arm": see `_arm_rates`, if the arm was used; "lost"; seconds.
     """
     known = measured(rows)
     kinds = dict.fromkeys(row["kind"] for row in known)
@@ -50,9 +50,10 @@ def _rival_rates(rows: Sequence[Row], name: str) -> dict[str, Any]:
     """Return how a rival's looser checks judge the same rows.
 
     Returns:
-        "accepts": of the rows of whose goal it has checks, those that it accepts; what fails physically has failed for it
-        too. "ours": our success on the same rows. "accepts_what_fails": of those that come to rest and fail our checks,
-        those that it accepts.
+        "accepts": the share that it accepts of the rows with a goal that it can check; rows that fail physically count
+        as
+    not accepted. "ours": our success on the same rows. "accepts_what_fails": the share that it accepts of the rows
+    that come to rest and fail our checks.
     """
     judged = [row for row in rows if row["rivals"].get(name) is not None]
     semantic = [row for row in judged if row["failure"] == "semantic"]
@@ -64,7 +65,7 @@ def _rival_rates(rows: Sequence[Row], name: str) -> dict[str, Any]:
 
 
 def _arm_rates(rows: Sequence[Row]) -> dict[str, Any] | None:
-    """Return how often the arm found a plan, placed everything, and built what stands as asked."""
+    """Return how often the arm found a plan, placed all objects, and built a result that stands as asked."""
     if not rows:
         return None
     built = [row["arm"] for row in rows]

@@ -1,4 +1,4 @@
-"""Let a planner solve one scene of the benchmark of goals, and judge what it proposes in physics."""
+"""Plan one scene of the goal benchmark, and check the proposals in physics."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def solve_goal_scene(
         candidates: the number of arrangements that it proposes; the best-ranked one is tried.
 
     Returns:
-        The row without the planner's name, JSON-ready; what was seen; and the arrangements, best first.
+        The row without the planner's name, JSON-ready; the observation; and the arrangements, best first.
     """
     looked = time.perf_counter()
     observed, problem = scene.observed(), None
@@ -68,7 +68,7 @@ def solve_goal_scene(
 def judge_disturbed(scene: GoalScene) -> Row:
     """Judge the reference arrangement with every moved object put `DISTURBED_BY` off, in a random direction.
 
-    It says how strict the checks are, ours and the rivals': what stands so is near what was asked for, and not quite.
+    It shows how strict our checks and the rivals' are, because these arrangements are close to the goal but miss it.
     """
     started = time.perf_counter()
     rng = np.random.default_rng(scene.planning_seed)
@@ -94,7 +94,7 @@ def judge_disturbed(scene: GoalScene) -> Row:
 
 
 def scene_row(scene: GoalScene) -> Row:
-    """Return what a row says of its scene."""
+    """Return the keys of a row that describe its scene."""
     names = scene.names
     return {
         "family": scene.family,
@@ -131,7 +131,7 @@ def _sort_of(scene: GoalScene, name: str) -> str:
 
 
 def rival_verdicts(scene: GoalScene, verdict: Verdict | None) -> dict[str, bool | None]:
-    """Return what the rivals' checks say of where everything came to rest; `None` where they have no check for the goal.
+    """Return the verdicts of the rivals' checks on the final poses; `None` for a rival that cannot check the goal.
 
     What fails physically, or was never proposed, has failed for them too.
     """

@@ -37,7 +37,7 @@ def pictured(rows: Iterable[Row], most: int) -> Iterator[tuple[str, Row]]:
 
 
 def failure_picture(scene: EvaluationScene, row: Row) -> bytes:
-    """Draw what is left of a failed arrangement; return the bytes of a PNG file.
+    """Draw the result of a failed arrangement; return the bytes of a PNG file.
 
     Args:
         scene: of the row.

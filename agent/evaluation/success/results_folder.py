@@ -2,7 +2,7 @@
 
 | file | content |
 |---|---|
-| `about.json` | what decides the rows (`SuccessConfig.fingerprint`); a command for which it differs is refused |
+| `about.json` | the inputs of the rows (`SuccessConfig.fingerprint`); a command with different ones is refused |
 | `scenes.jsonl` | the accepted draw of each scene, so that its reference is not checked in physics again |
 | `rows.jsonl` | a row per planner and scene (`SceneResult.to_dict`, and "model"), appended as they come |
 | `eval.json`, `tables.md`, `success_at_k.png`, `failures.png` | the report of all rows, written at the end |
@@ -33,7 +33,7 @@ class EvaluationFolder:
 
     Args:
         path: of the folder, which is made if it does not exist.
-        config: `SuccessConfig.fingerprint` of what is to be measured.
+        config: the `SuccessConfig.fingerprint` of the evaluation.
 
     Attributes:
         path: of the folder.

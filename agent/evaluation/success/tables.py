@@ -61,7 +61,7 @@ def markdown_of(report: Report) -> str:
 
 
 def changed(parts: PlannerParts, base: PlannerParts) -> dict[str, Any]:
-    """Return the fields in which a planner differs from another, with its own values."""
+    """Return the fields in which a planner differs from another one, with its own values."""
     names = [field.name for field in fields(PlannerParts)]
     return {name: getattr(parts, name) for name in names if getattr(parts, name) != getattr(base, name)}
 
@@ -151,7 +151,8 @@ def _language(found: Mapping[str, Any]) -> Iterator[Table]:
 
 
 def _ablations(found: Mapping[str, Any]) -> Iterator[Table]:
-    """Give a table for each full planner of which variants with the same network, language and guidance were run."""
+    """Yield a table for each full planner that was compared with variants of the same network, language and guidance.
+    """
     apart = {"network", "sentence", "guidance"}
     for base in [name for name in _FULL if name in found]:
         differing = {name: changed(PLANNERS[name], PLANNERS[base]) for name in found}

@@ -17,14 +17,14 @@ _ROOM = 0.12  # of the gauge, beyond the outermost of what it shows
 
 
 def gauge(measured: float | None, limit: str) -> str:
-    """Draw where a measured value lies with respect to its limit.
+    """Draw a measured value with its limit.
 
     Args:
         measured: the value.
         limit: as a check words it: "<= 0.02", ">= 1.2 and < 2", "0.33 to 0.67", and with "at most" and "at least".
 
     Returns:
-        An SVG with the allowed range as a band and the value as a mark; nothing where there is no range to draw, such
+        An SVG with the allowed range as a band and the value as a mark; empty if there is no range to draw, such
         as for a count that has to be met exactly.
     """
     band = _allowed(limit)
@@ -70,10 +70,10 @@ def timing(seconds: Mapping[str, float], total: float | None) -> str:
 
     Args:
         seconds: step -> time.
-        total: of the whole run, where it came to its end.
+        total: the time of the whole run, if it ended.
 
     Returns:
-        HTML; nothing where no step took any time.
+        HTML; empty if no step took any time.
     """
     if not any(seconds.values()):
         return ""

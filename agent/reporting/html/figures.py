@@ -1,6 +1,6 @@
 """Draw the table from above as SVG: the same objects, colours and letters as in the terminal.
 
-Every object has its own colour; what takes no part is pale, with a dashed outline and a small letter.
+Every object has its own colour; distractors are pale, with a dashed outline and a small letter.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _stacks(markers: Sequence[Marker]) -> str:
 
 
 def tried(report: Mapping[str, Any]) -> str:
-    """Draw where the objects came to rest when a goal was tried without the arm, from above."""
+    """Draw the final places of the objects after a trial without the arm, from above."""
     markers = markers_of_candidate(report["scene"], report["tried"]["positions"], report["tried"]["turns"])
     words = f"what was tried from above: {_places(markers)}"
     return (
@@ -85,7 +85,7 @@ def tried(report: Mapping[str, Any]) -> str:
 
 
 def _places(markers: Sequence[Marker]) -> str:
-    """List where the objects that take part are, x then y in centimetres, for people who do not see the drawing."""
+    """List the places of the participants, x then y in centimetres, as a text alternative to the drawing."""
     middles = [(marker.label, marker.outline.mean(axis=0)) for marker in markers if not marker.faint]
     return "; ".join(f"{label} at {100 * x:.0f}, {100 * y:.0f} cm" for label, (x, y) in middles)
 

@@ -26,11 +26,11 @@ def figure(content: bytes, caption: str) -> str:
 def film(content: bytes, caption: str, interval: float) -> str:
     """Show a film (the bytes of an animated WebP file) with its controls and its caption.
 
-    The last picture stands in for it where no script runs. A film whose frames are no whole pictures just plays.
+    Without scripts the last picture is shown. A film whose frames are not complete pictures plays without controls.
 
     Args:
         content: the film.
-        caption: what it shows.
+        caption: the caption.
         interval: seconds of the arm's time between two pictures.
     """
     stills = still_frames(content)
@@ -56,7 +56,7 @@ def album(figures: Sequence[str | None], kind: str = "pictures") -> str:
 
 
 def section(title: str, content: str, seconds: float | None = None) -> str:
-    """Make a section; `content` is HTML, `seconds` what it took."""
+    """Make a section; `content` is HTML, `seconds` the duration of the step."""
     note = f' <span class="soft">{duration(seconds)}</span>' if seconds is not None else ""
     return f"<section>\n<h3>{escape(title)}{note}</h3>\n{content}\n</section>"
 

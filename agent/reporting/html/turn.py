@@ -51,7 +51,7 @@ class Turn:
     def outcome(self) -> str:
         """Return the outcome as HTML; empty if nothing was asked for.
 
-        A failure is one of a goal: a question, its answer, a greeting and a declined proposal are none.
+        Only a goal can fail: a question, its answer, a greeting and a declined proposal are no failures.
         """
         if self.report["instruction"] is None:
             return ""
@@ -162,7 +162,8 @@ class Turn:
         return section("Proposals", content + self._scores(ranked), self._seconds("propose"))
 
     def _goals(self) -> str:
-        """Where each object goes for a goal of several parts, and for which of them."""
+        """Return a table of where each object goes, and for which part, for a goal of several parts; empty otherwise.
+        """
         chosen = self.report["chosen"]
         if chosen is None or not any("parts" in goal for goal in chosen["goals"]):
             return ""
