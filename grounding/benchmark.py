@@ -46,7 +46,7 @@ class Row:
         refuse: whether it must be refused.
         stratum: what kind of sentence it is; rates are given for each.
         scene: names of the objects on the table, for sentences that select some of them.
-        objects: indices into `scene` that are meant, or `None` where that is not asked.
+        objects: indices into `scene` that are meant, or `None` if that is not asked.
     """
 
     text: str
@@ -158,13 +158,14 @@ def five_slots(parse: Parse, status: str, goal: Goal) -> Parse:
     """Return what a reading says in the five slots of part one of the evaluation protocol.
 
     A goal that these cannot hold (several parts, a relation, a further key, a shape beyond the first four) counts as
-    refused: rows that no plain structure satisfies must not be read as one, and may well be read as a larger goal. A line
+    refused: rows that no plain structure satisfies must not be read as one, and may well be read as a larger goal. A
+        line
     along an edge of the table is what five slots call a line on that side.
 
     Args:
         parse: what the parser made of the instruction.
         status: of the whole reading, as `grounding.interpreter.Interpretation.status`.
-        goal: of the whole reading; empty where it is refused or asked about.
+        goal: of the whole reading; empty if it is refused or asked about.
     """
     if status == "ok" and goal.parts:
         spec = goal.plain_spec or _along_as_position(goal)

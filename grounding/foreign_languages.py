@@ -48,7 +48,7 @@ LANGUAGES = {
 
 
 def foreign_language(text: str, mended: Callable[[], str] | None = None) -> str | None:
-    """Name the language of a text that is not English; `None` where it is English, or no language at all.
+    """Name the language of a text that is not English; `None` if it is English, or no language at all.
 
     Args:
         text: an instruction.

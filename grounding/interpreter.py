@@ -55,7 +55,7 @@ class Interpretation:
         fallback: why another parser than the configured one was used, or empty.
         question: what has to be known before building, with status "ask".
         selection: the selected objects, as indices into those that are there, with the noun phrases that chose
-            them; `None` where no objects are known or none could be selected.
+            them; `None` if no objects are known or none could be selected.
         words: the text's own words for the objects; empty for everything.
         named: the nouns that chose the objects, or else the words; empty where everything is selected.
         goal: what should hold in the end, in the world's frame; without parts where it is refused or asked about. Its
@@ -90,7 +90,7 @@ class Interpretation:
         phrases that it has found already.
 
         Args:
-            objects: what is there, as `select_objects` takes it.
+            objects: what is there, as for `select_objects`.
             catalogue: whether it is a library that a scene can be drawn from.
         """
         started = time.perf_counter()
@@ -125,7 +125,7 @@ class Interpretation:
     def _of_several_parts(
         self, objects: Sequence[SceneObject | str | None] | None, catalogue: bool, started: float
     ) -> Interpretation | None:
-        """Interpret it as a goal of more than one plain structure; `None` where it is none."""
+        """Interpret it as a goal of more than one plain structure; `None` if it is none."""
         if self._reader is None:
             return None
         reading = self._reader.read(self.parse.text, objects, catalogue)
@@ -220,8 +220,8 @@ class Interpreter:
 
         Args:
             text: any string.
-            objects: what is there, as `select_objects` takes it: names, or objects with what is known of them;
-                `None` where that is not known yet (`Interpretation.among` takes it later).
+            objects: what is there, as for `select_objects`: names, or objects with what is known of them;
+                `None` if that is not known yet (`Interpretation.among` takes it later).
         """
         return self.interpret_many([text], objects)[0]
 

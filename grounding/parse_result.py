@@ -43,7 +43,7 @@ class Question:
     Attributes:
         slot: the slot that is missing or in doubt, or `OBJECT`, or `grounding.unsupported.CORNER`.
         text: the question, with its options.
-        options: the values that may be meant, the likeliest first; `OPEN` where the slot may be meant to stay open.
+        options: the values that may be meant, the most likely first; `OPEN` where the slot may be meant to stay open.
     """
 
     slot: str
@@ -60,7 +60,7 @@ class Parse:
 
     Attributes:
         text: the instruction.
-        spec: the slots; `None` where the instruction leaves them open. Empty if refused, the best
+        spec: the slots; `None` if the instruction leaves them open. Empty if refused, the best
             reading if there is a question.
         parser: which parser read it.
         status: "ok", "ask" or "refused".

@@ -91,7 +91,7 @@ class StructureWords:
         along_edges: whether it can run along an edge of the table.
         pieces: nouns of objects that have a place of their own in it.
         rotations: word -> the rotation that it means: a "vertical" line.
-        half_turn: what to say where half a turn changes nothing; empty where it does.
+        half_turn: what to say where half a turn changes nothing; empty if it does.
         unrotated: why to ask which way it should face, where it shows no rotation; empty for the common reason.
         typos: word -> how it is mistyped in the training language.
         shorthand: mistyped word -> word.

@@ -1,8 +1,8 @@
 """The geometric planner: exact layouts of structures on a table, from spec, footprints and table.
 
-It draws the training and evaluation scenes, and is also a baseline. `structdiffusion.structures` defines what a structure
-looks like, and which object takes which place. The structure frame has its origin at the structure's centre on
-the table and +x along its heading.
+It draws the training and evaluation scenes, and is also a baseline. `structdiffusion.structures` defines what a
+structure looks like, and which object takes which place. The structure frame has its origin at the structure's centre
+on the table and +x along its heading.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def lay_out(
         keys: what is asked for besides; a spec without a shape takes none.
 
     Raises:
-        LayoutError: when the objects do not suit the structure, a key cannot be kept with them, or it does not fit on the
+        LayoutError: if the objects do not suit the structure, a key cannot be kept with them, or it does not fit on the
             table.
     """
     if spec.shape is None:
@@ -126,7 +126,7 @@ def _place_centre(
     """Draw a centre (2,) in the thirds asked for, with everything on the table.
 
     Raises:
-        LayoutError: when the structure is too large for the table.
+        LayoutError: if the structure is too large for the table.
     """
     inner = Table(
         table.x_min + _EDGE_MARGIN, table.x_max - _EDGE_MARGIN, table.y_min + _EDGE_MARGIN, table.y_max - _EDGE_MARGIN

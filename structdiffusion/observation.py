@@ -4,7 +4,7 @@
 |---|---|---|---|
 | `Table.x_min` ... `y_max` | float | world, m | the table top's rectangle; its surface is z = 0 |
 | `ObjectCloud.points` | float32 (P, 3) | world, m | the points that the camera saw of one object |
-| `ObjectCloud.colors` | uint8 (P, 3) | RGB | 0 to 255; `None` where the camera has no colour |
+| `ObjectCloud.colors` | uint8 (P, 3) | RGB | 0 to 255; `None` if the camera has no colour |
 | `ObjectCloud.bottom` | float | world, m | z of what it stands on; 0 is the table |
 | `Scene.world_from_camera` | float64 (4, 4) | camera: z forward, x right, y down | |
 | `Scene.color` | uint8 (H, W, 3) | RGB | 0 to 255 |
@@ -87,7 +87,9 @@ class Scene:
     intrinsics: np.ndarray | None = None
 
     def on_the_table(self) -> Scene:
-        """Return the scene as if everything stood on the table: objects that stand on something are lowered straight down."""
+        """Return the scene as if everything stood on the table: objects that stand on something are lowered straight
+        down.
+        """
 
         def lowered(cloud: ObjectCloud) -> ObjectCloud:
             if cloud.bottom == 0.0:
@@ -129,8 +131,8 @@ class Arrangement:
     Attributes:
         goal_from_initial: (N, 4, 4) float64, world frame: an initial point p of object i goes to
             `goal_from_initial[i] @ p` (paper section IV: goal_pose @ inverse(initial_pose)).
-        scores: the ranking scores, each in [0, 1], larger is better; "total" decides, and `rerank_by_physics` decides among
-            arrangements that were tried in physics.
+        scores: the ranking scores, each in [0, 1], larger is better; "total" decides, and `rerank_by_physics` decides
+            among arrangements that were tried in physics.
         world_from_structure: (4, 4) the structure's frame, or `None`.
     """
 

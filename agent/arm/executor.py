@@ -76,7 +76,7 @@ def build_structure(
 
     Raises:
         ValueError: for an unknown `hold`.
-        KeyboardInterrupt: when somebody interrupts it; while the arm is at work, `Stopped` comes first: what was in
+        KeyboardInterrupt: if somebody interrupts it; while the arm is at work, `Stopped` comes first: what was in
             the hand is set down, and the arm folds.
     """
     if hold not in HOLDS:

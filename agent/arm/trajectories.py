@@ -28,7 +28,7 @@ def straight_line(
             poses of equal rotation.
 
     Returns:
-        The path from `start` on, or `None` where a joint limit or a jump of more than 0.35 rad comes
+        The path from `start` on, or `None` if a joint limit or a jump of more than 0.35 rad comes
         between.
     """
     path = [np.asarray(start, dtype=np.float64)]

@@ -62,7 +62,7 @@ class GoalTurns(BuildSession):
         """Apply what was said about a goal of several parts: ask where it is unclear, otherwise propose.
 
         Raises:
-            NotBuildable: where it is refused, or changes nothing.
+            NotBuildable: if it is refused, or changes nothing.
         """
         if revision.status in ("refused", "unchanged"):
             message = revision.message
@@ -180,7 +180,7 @@ class GoalTurns(BuildSession):
         """Return the parts that a correction changes after the goal was built: the others stand already.
 
         Raises:
-            NotBuildable: where it only drops parts: what stands is not taken down.
+            NotBuildable: if it only drops parts: what stands is not taken down.
         """
         goal, kept = revision.goal, set(revision.changed)
         if not kept:

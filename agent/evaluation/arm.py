@@ -77,7 +77,7 @@ def measure_arm(
     Raises:
         UsageError: for an unknown planner, or a folder of another evaluation.
         BadInput: for a folder that cannot be written to.
-        SceneError: when no scene can be drawn from these objects.
+        SceneError: if no scene can be drawn from these objects.
         CheckpointError: for a checkpoint that is missing or does not fit.
         NotVerified: for checkpoints that differ from their cards, unless that is allowed.
     """

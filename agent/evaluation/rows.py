@@ -123,7 +123,7 @@ def collect(what: str, results: Iterable[Result | Lost], total: int) -> tuple[li
     """Collect results with a progress; separate the jobs whose worker died.
 
     Raises:
-        WorkerError: when all jobs were lost.
+        WorkerError: if all jobs were lost.
     """
     found: list[Result] = []
     lost: list[Lost] = []

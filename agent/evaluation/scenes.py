@@ -29,7 +29,7 @@ def draw_scenes(
         The scenes, and a row for each whose worker died.
 
     Raises:
-        SceneError: when a scene cannot be drawn from these objects.
+        SceneError: if a scene cannot be drawn from these objects.
     """
     drawn: dict[Place, EvaluationScene] = {}
     lost = []

@@ -60,7 +60,7 @@ def networks(weights: Path | None = None) -> dict[str, Network]:
     """Return the shipped networks, or those in a folder of checkpoints, by name.
 
     Raises:
-        BadInput: when the folder does not exist, has no checkpoint, or has a config of an unknown kind.
+        BadInput: if the folder does not exist, has no checkpoint, or has a config of an unknown kind.
     """
     if weights is not None and not weights.is_dir():
         raise BadInput(f"there is no folder {weights} with checkpoints")
@@ -80,7 +80,7 @@ def network(name: str, weights: Path | None = None) -> Network:
     """Return the network with this name.
 
     Raises:
-        UsageError: when no network has that name.
+        UsageError: if no network has that name.
         BadInput: as `networks`.
     """
     found = networks(weights)

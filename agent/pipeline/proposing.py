@@ -46,8 +46,8 @@ def propose_arrangements(
         count: how many arrangements are proposed.
 
     Raises:
-        NotBuildable: when too few objects take part, or something that has to stay stands on one of them.
-        NoValidGoal: when there is no arrangement at all.
+        NotBuildable: if too few objects take part, or something that has to stay stands on one of them.
+        NoValidGoal: if there is no arrangement at all.
     """
     import torch
 
@@ -97,7 +97,7 @@ def propose_goal(
 
     Raises:
         NotBuildable: if an object that has to stay stands on one that has to move.
-        NoValidGoal: when there is no arrangement at all.
+        NoValidGoal: if there is no arrangement at all.
     """
     import torch
 

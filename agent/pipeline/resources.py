@@ -35,7 +35,7 @@ class ResourceCache:
         """Return the sentence encoder, loaded on first use.
 
         Raises:
-            EncoderError: when it cannot be loaded.
+            EncoderError: if it cannot be loaded.
         """
         from grounding.parsers.sentence_encoder import SentenceEncoder
 

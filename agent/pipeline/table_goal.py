@@ -133,8 +133,8 @@ def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
 
     Raises:
         NotBuildable: if a part places an object that the arm cannot reach, or names one that is no longer on the table.
-        SceneError: when there are more objects than planners take.
-        ObservationError: when the camera does not see an object that a part names.
+        SceneError: if there are more objects than planners take.
+        ObservationError: if the camera does not see an object that a part names.
     """
     everything, poses = table.original_names, table.poses()
     goal = _resolved(table, goal)

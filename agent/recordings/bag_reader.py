@@ -123,7 +123,7 @@ class Bag:
         """Read the messages of `streams` that were recorded from `start` to before `stop` (nanoseconds), in that order.
 
         Raises:
-            BadInput: when the bag is damaged.
+            BadInput: if the bag is damaged.
         """
         stream_of = {connection[:3]: stream for stream in streams for connection in stream.connections}
         if not stream_of:
@@ -143,7 +143,7 @@ class Bag:
         """Decode a message into the fields that its type has.
 
         Raises:
-            BadInput: when its bytes do not fit that type.
+            BadInput: if its bytes do not fit that type.
         """
         kind = _SAME_AS.get(message.stream.type, message.stream.type)
         with _as_bad_input(f"cannot decode a message on {message.stream.topic} as {message.stream.type}"):
@@ -161,7 +161,7 @@ def open_bag(path: Path, limits: UnpackingLimits = UnpackingLimits()) -> Iterato
         limits: the limits for unpacked data.
 
     Raises:
-        BadInput: when it is not a bag, or too damaged to be read.
+        BadInput: if it is not a bag, or too damaged to be read.
     """
     if not path.exists():
         raise BadInput(f"there is no {str(path)!r}")

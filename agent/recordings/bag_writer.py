@@ -78,7 +78,7 @@ class BagWriter:
 
     Raises:
         UsageError: for a path that cannot be a new bag.
-        BadInput: where nothing can be written.
+        BadInput: if nothing can be written.
     """
 
     def __init__(self, path: Path, force: bool = False) -> None:

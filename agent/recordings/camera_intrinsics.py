@@ -42,7 +42,7 @@ class Lens:
 
 
 def find_lens(folder: Path) -> Lens | None:
-    """Find the lens that a file in the folder describes; files with the likeliest names are tried first.
+    """Find the lens that a file in the folder describes; files with the most likely names are tried first.
 
     Raises:
         BadInput: for a file named for it that cannot be read.

@@ -25,12 +25,12 @@ def write_rgbd(picture: RgbdPicture, out: Path, force: bool = False) -> None:
 
     Args:
         picture: the measurement; depths that are not whole millimetres are kept in metres.
-        out: the new bag, as `BagWriter` takes it.
+        out: the new bag, as for `BagWriter`.
         force: overwrite a bag that is there.
 
     Raises:
         UsageError: for a path that cannot be a new bag.
-        BadInput: where nothing can be written.
+        BadInput: if nothing can be written.
     """
     depth, size = picture.depth, picture.depth.shape
     in_millimetres = depth[np.isfinite(depth)] * 1000.0

@@ -83,8 +83,8 @@ class Unpacking:
             data: the packed bytes.
 
         Raises:
-            BadInput: when it would become too large.
-            EOFError: when it is truncated.
+            BadInput: if it would become too large.
+            EOFError: if it is truncated.
         """
         pieces: list[bytes] = []
         most, total, rest = min(self._limits.piece, self._left), 0, data
@@ -113,7 +113,7 @@ class Unpacking:
         """Count bytes of an unpacked file.
 
         Raises:
-            BadInput: when it becomes too large.
+            BadInput: if it becomes too large.
         """
         self._left_of_files -= count
         if self._left_of_files < 0:

@@ -43,7 +43,7 @@ def depth_picture(message: Any) -> np.ndarray:
     """Return the depths (H, W) float32 of a raw Image, metres; NaN where nothing was measured.
 
     Raises:
-        BadInput: when it is not a depth picture, or contradicts itself.
+        BadInput: if it is not a depth picture, or contradicts itself.
     """
     if message.encoding not in DEPTHS:
         raise BadInput(f"a picture of encoding {message.encoding!r} holds no depths; legal: {', '.join(DEPTHS)}")
@@ -58,7 +58,7 @@ def color_picture(message: Any) -> np.ndarray:
     The colours of a Bayer mosaic are interpolated.
 
     Raises:
-        BadInput: where the encoding is not known, or the message contradicts itself.
+        BadInput: if the encoding is not known, or the message contradicts itself.
     """
     if message.encoding in _YUV:
         return _from_yuv(_pixels(message, "u1", 2), *_YUV[message.encoding])
@@ -80,7 +80,7 @@ def compressed_color(message: Any) -> np.ndarray:
     """Return the colours (H, W, 3) uint8 RGB of a CompressedImage.
 
     Raises:
-        BadInput: where it is no JPEG or PNG picture.
+        BadInput: if it is not a JPEG or PNG picture.
     """
     return np.array(_unpacked(message.data.tobytes()).convert("RGB"))
 
@@ -131,7 +131,7 @@ def compressed_size(message: Any) -> tuple[int, int]:
     """Return width and height of a CompressedImage without unpacking it.
 
     Raises:
-        BadInput: where it is no picture.
+        BadInput: if it is not a picture.
     """
     data = message.data.tobytes()
     at = data.find(_PNG, 0, 64)

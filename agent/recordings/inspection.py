@@ -106,7 +106,7 @@ def inspect_bag(path: Path, named: Mapping[str, str] | None = None) -> BagInfo:
         named: role -> topic, as `ReadingOf.topics` has them.
 
     Raises:
-        BadInput: where it is no bag, or too damaged to be read, or has no topic that is named.
+        BadInput: if it is not a bag, or too damaged to be read, or has no topic that is named.
         UsageError: for a role that there is none of.
     """
     with open_bag(path) as bag:

@@ -17,7 +17,7 @@ _MODEL = re.compile(r"j2(?P<wrist>[ns])(?P<joints>[67])s[23]00")
 
 
 def joint_streams(bag: Bag, topic: str | None = None) -> list[Stream]:
-    """Return the streams that may hold the arm's joint angles, the likeliest first.
+    """Return the streams that may hold the arm's joint angles, the most likely first.
 
     Args:
         topic: the only topic to use, or `None` for all.

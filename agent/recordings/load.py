@@ -37,7 +37,7 @@ def read_recording(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
     """Read one moment of the session at `path`: a bag of any kind, a cloud, or a folder of pictures.
 
     Raises:
-        BadInput: when nothing is found there, or nothing usable.
+        BadInput: if nothing is found there, or nothing usable.
         UsageError: for options that exclude each other or do not fit the recording.
     """
     if options.looks < 1:
@@ -160,7 +160,7 @@ def _lens(bag: Bag, info: Offer, picture: Offer, moment: int) -> Lens:
     """Return the lens of a picture from its CameraInfo nearest to the moment.
 
     Raises:
-        BadInput: where no CameraInfo can be used.
+        BadInput: if no CameraInfo can be used.
     """
     rectified = "rect" in picture.stream.topic.rsplit("/", 2)[-1] or picture.stream.topic.endswith("rect_raw")
 
@@ -177,7 +177,7 @@ def _looks(bag: Bag, choice: Choice, lens: Lens | None, moment: int, most: int) 
     """Return the measurements nearest to the moment, the nearest first.
 
     Raises:
-        BadInput: where there is none.
+        BadInput: if there is none.
     """
     stream = choice.source.stream
     rays: dict[tuple[int, int], np.ndarray] = {}
@@ -242,7 +242,7 @@ def _color(
     """Return the colour (H, W, 3) of every point, or `None`, and notes.
 
     Raises:
-        BadInput: where the user named a picture that cannot be used.
+        BadInput: if the user named a picture that cannot be used.
     """
     assert choice.color is not None
     stream = choice.color.stream

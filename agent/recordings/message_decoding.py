@@ -41,7 +41,7 @@ def cloud_points(message: Any) -> tuple[np.ndarray, np.ndarray | None]:
     `None`.
 
     Raises:
-        BadInput: where the message contradicts itself, or has no x, y and z.
+        BadInput: if the message contradicts itself, or has no x, y and z.
     """
     height, width, step = message.height, message.width, message.point_step
     if height == 0 or width == 0:
@@ -119,7 +119,7 @@ class Lens:
         """Return the same lens for a picture of another size that shows the same view.
 
         Raises:
-            BadInput: when the sides have another ratio.
+            BadInput: if the sides have another ratio.
         """
         if (width, height) == (self.width, self.height) or not (self.width and self.height):
             return self
@@ -171,7 +171,7 @@ def lens_of(message: Any, rectified: bool) -> Lens:
         rectified: whether it is wanted for the rectified picture.
 
     Raises:
-        BadInput: where it has no focal length.
+        BadInput: if it has no focal length.
     """
     raw, of_rectified, bent = (
         np.asarray(getattr(message, name, getattr(message, name.upper(), ())), dtype=float) for name in "kpd"

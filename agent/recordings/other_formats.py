@@ -17,7 +17,7 @@ def read_other(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
     Such recordings do not contain the arm's pose: only `options.world_from_camera` can.
 
     Raises:
-        BadInput: where there is nothing, or nothing that can be used.
+        BadInput: if there is nothing, or nothing that can be used.
         UsageError: for options that only bags know.
     """
     for given, name in ((options.at is not None, "--at"), (bool(options.topics), "--topic")):

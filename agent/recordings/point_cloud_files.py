@@ -29,7 +29,7 @@ class _Header:
     Attributes:
         height, width: rows and columns of its points.
         needed: the least size of the whole file, bytes.
-        lines: lines of text after the header that its points take; 0 where they are no text.
+        lines: lines of text after the header that its points take; 0 if they are no text.
         length: the length of the header, bytes.
     """
 

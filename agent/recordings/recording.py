@@ -3,8 +3,8 @@
 | input | dtype, shape | frame, unit | range |
 |---|---|---|---|
 | `DepthFrame.points` | float32 (H, W, 3) | camera: z forward, x right, y down; m | NaN where nothing was measured |
-| `DepthFrame.color` | uint8 (H, W, 3) | RGB | 0 to 255; `None` where the camera has no colour |
-| `DepthFrame.intrinsics` | float64 (3, 3) | pixels | `None` where they are unknown |
+| `DepthFrame.color` | uint8 (H, W, 3) | RGB | 0 to 255; `None` if the camera has no colour |
+| `DepthFrame.intrinsics` | float64 (3, 3) | pixels | `None` if they are unknown |
 | `ArmState.joints` | float | rad, not wrapped | a name without the arm's prefix -> angle |
 | `Recording.base_from_camera` | float64 (4, 4) | the arm's `link_base`: x left, y back, z up; m | or `None` |
 | `Recording.world_from_camera` | float64 (4, 4) | `world` of the project; m | only where it is given by hand |
@@ -31,7 +31,7 @@ class DepthFrame:
     Attributes:
         points: (H, W, 3) float32, the camera's optical frame, metres; NaN where nothing was measured.
         color: (H, W, 3) uint8 RGB, or `None`.
-        frame_id: the name of the optical frame; "" where it is unknown.
+        frame_id: the name of the optical frame; "" if it is unknown.
         seconds: since the recording's first message.
         intrinsics: (3, 3) of the pinhole camera, pixels, or `None`.
         looks: how many measurements were fused.

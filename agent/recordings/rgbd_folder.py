@@ -71,7 +71,7 @@ def read_rgbd(
         depth_scale: metres a unit of the depth picture.
 
     Raises:
-        BadInput: when something is missing or cannot be read; the message says what is there.
+        BadInput: if something is missing or cannot be read; the message says what is there.
     """
     depths, colors = _pictures(folder)
     chosen, notes = _chosen(folder, depths, name)

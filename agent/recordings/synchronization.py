@@ -48,7 +48,7 @@ def around(
         before, after: how many are wanted on either side; those at the moment itself count as after it.
 
     Raises:
-        BadInput: when every message that was tried is invalid; the error of the first one.
+        BadInput: if every message that was tried is invalid; the error of the first one.
     """
     for reach in _REACHES:
         start = None if reach is None else max(0, moment - round(reach * 1e9))

@@ -87,7 +87,7 @@ class Frames:
         return sorted(parent for child, parent in self.transforms if child == name)
 
     def loop(self, name: str) -> list[str]:
-        """Return the frames of a loop above `name`, the first again at the end; nothing where there is none."""
+        """Return the frames of a loop above `name`, the first again at the end; nothing if there is none."""
         parents_of: dict[str, list[str]] = {}
         for child, parent in self.transforms:
             parents_of.setdefault(child, []).append(parent)

@@ -32,7 +32,7 @@ class Offer:
         stream: the stream.
         role: "points", "depth", "color" or "depth_info" (any CameraInfo).
         frame: the optical frame.
-        width, height: pixels; 0 where that is not known.
+        width, height: pixels; 0 if that is not known.
         colored: whether a cloud has colours.
         problem: why it cannot be used, or "".
     """
@@ -148,7 +148,7 @@ def choose(bag: Bag, named: Mapping[str, str]) -> Choice:
 
     Raises:
         UsageError: for a role that there is none of.
-        BadInput: where a topic is not there, or there is nothing to make a picture of.
+        BadInput: if a topic is not there, or there is nothing to make a picture of.
     """
     check_named(bag, named)
     there = offers(bag)

@@ -134,7 +134,7 @@ def check_export(path: Path) -> None:
 
     Raises:
         UsageError: for a suffix that is not known, or something else that is there.
-        BadInput: where nothing can be written.
+        BadInput: if nothing can be written.
     """
     if path.suffix.lower() not in SUFFIXES:
         raise UsageError(
@@ -182,12 +182,12 @@ def write_trajectory(log: TrajectoryLog, path: Path, prefix: str, model: ArmMode
 
     Args:
         log: listened to the arm.
-        path: .json, .bag, .mcap, or no suffix for the folder of a ROS 2 bag, as `check_export` takes it.
+        path: .json, .bag, .mcap, or no suffix for the folder of a ROS 2 bag, as for `check_export`.
         prefix: of the joints' names in the recording, such as "j2s7s300_".
         model: which arm it was.
 
     Raises:
-        UsageError, BadInput: where it cannot be written.
+        UsageError, BadInput: if it cannot be written.
     """
     check_export(path)
     motions = log.motions(model)

@@ -65,7 +65,7 @@ def markers_of_candidate(
         turns: (N,) how far each turns about z, or empty.
 
     Raises:
-        ValueError: when there are more or fewer positions, or turns, than objects that take part.
+        ValueError: if there are more or fewer positions, or turns, than objects that take part.
     """
     part = [seen for seen in scene["objects"] if seen["takes_part"]]
     stay = [seen for seen in scene["objects"] if not seen["takes_part"]]
@@ -142,7 +142,8 @@ def stack_sentence(stack: Sequence[Marker]) -> str:
 
 
 def _numbers(objects: Sequence[Mapping[str, Any]]) -> dict[str, int]:
-    """Return the places of objects by their numbers in a recording: "object 3" has place 2, whichever objects take part.
+    """Return the places of objects by their numbers in a recording: "object 3" has place 2, whichever objects take
+    part.
 
     Empty where objects have names of other kinds.
     """

@@ -29,7 +29,7 @@ def color_of(index: int, own: Sequence[int] | None = None) -> RGB:
 
 
 def mean_color(colors: np.ndarray | None) -> RGB | None:
-    """Return the mean colour of points (P, 3), 0 to 255; `None` where they have none."""
+    """Return the mean colour of points (P, 3), 0 to 255; `None` if they have none."""
     if colors is None or not len(colors):
         return None
     red, green, blue = np.asarray(colors)[:, :3].mean(axis=0).round().astype(int).tolist()

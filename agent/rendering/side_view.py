@@ -16,7 +16,7 @@ def side_view(markers: Sequence[Marker], table: Sequence[float], columns: int, c
     Every stack stands below its place in the picture from above of the same width.
 
     Args:
-        markers: as `picture` takes them.
+        markers: as for `picture`.
         table, columns, colors: as there.
 
     Returns:
@@ -41,7 +41,9 @@ def side_view(markers: Sequence[Marker], table: Sequence[float], columns: int, c
 
 
 def _extent(marker: Marker, table: Sequence[float], width: int) -> tuple[int, int]:
-    """Return the first column that an object covers and the one after its last; at least three columns, to fit its letter."""
+    """Return the first column that an object covers and the one after its last; at least three columns, to fit its
+    letter.
+    """
     y_min, y_max = table[2:]
     ends = marker.outline[:, 1].max(), marker.outline[:, 1].min()
     left, right = (width * (y_max - y) / (y_max - y_min) for y in ends)

@@ -49,8 +49,8 @@ def write_page(session: Path, page: Path) -> Path:
 
     Raises:
         BadInput: for a file that is no session, or a broken one.
-        UsageError: when the page has no file of its own.
-        NotWritten: when it cannot be written there; an earlier page is then whole.
+        UsageError: if the page has no file of its own.
+        NotWritten: if it cannot be written there; an earlier page is then whole.
     """
     if page.is_dir() or page.resolve() == session.resolve():
         what = "a folder" if page.is_dir() else "the session itself"

@@ -44,8 +44,8 @@ class SessionWriter:
             `None` for no mark.
 
     Raises:
-        UsageError: when another process writes the file, or it is something else than a session.
-        NotWritten: when the file cannot be written, also later.
+        UsageError: if another process writes the file, or it is something else than a session.
+        NotWritten: if the file cannot be written, also later.
     """
 
     def __init__(
@@ -188,7 +188,7 @@ def _is_torn(path: Path) -> bool:
     """Return whether the last line of an existing session is incomplete.
 
     Raises:
-        UsageError: when the file is something else, which must not be written into.
+        UsageError: if the file is something else, which must not be written into.
     """
     with path.open("rb") as file:
         first = file.readline(SESSION_START_BYTES)

@@ -16,7 +16,7 @@ def write_whole(path: Path, content: bytes | str) -> None:
     """Write one file, text as UTF-8; a symbolic link with its name is replaced, not followed.
 
     Raises:
-        OSError: when it cannot be written; the file is then unchanged.
+        OSError: if it cannot be written; the file is then unchanged.
     """
     write_all_whole(path.parent, {path.name: content})
 
@@ -29,7 +29,7 @@ def write_all_whole(folder: Path, files: Mapping[str, bytes | str]) -> None:
         files: name -> content.
 
     Raises:
-        OSError: when one cannot be written; all files are then unchanged.
+        OSError: if one cannot be written; all files are then unchanged.
     """
     folder.mkdir(parents=True, exist_ok=True)
     staged: dict[Path, Path] = {}

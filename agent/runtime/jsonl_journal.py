@@ -26,8 +26,8 @@ def locked(folder: Path, who: str) -> int:
         who: the verb that works in it, such as "batch".
 
     Raises:
-        UsageError: when the folder is a file, or another process has locked it.
-        BadInput: when nothing can be written there.
+        UsageError: if the folder is a file, or another process has locked it.
+        BadInput: if nothing can be written there.
     """
     check_folder(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -53,7 +53,7 @@ class Journal:
         entries: the entries in the order of the file; an incomplete last line is dropped here and in the file.
 
     Raises:
-        BadInput: when a line other than the last is not an entry.
+        BadInput: if a line other than the last is not an entry.
     """
 
     def __init__(self, path: Path, keys: set[str], what: str) -> None:

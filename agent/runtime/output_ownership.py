@@ -6,8 +6,8 @@ A folder that a command writes into gets a marker, `.structagent.json`:
 
 A command takes a folder that is missing, empty, or marked with its own kind. Folders of earlier versions, which have no
 marker, are recognised by their report, results or session. `--force` takes any other folder; foreign files
-then stay, unless they have the name of a file that is written. Only files that the marker lists are deleted, and only in
-the folder itself: no paths, no symbolic links, no folders.
+then stay, unless they have the name of a file that is written. Only files that the marker lists are deleted, and only
+in the folder itself: no paths, no symbolic links, no folders.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ def check_own_folder(folder: Path | None, kind: str, force: bool = False) -> Non
         force: accept any folder, whatever it contains.
 
     Raises:
-        UsageError: when it is a file, or contains files that this kind of command did not write.
-        BadInput: when nothing can be written there.
+        UsageError: if it is a file, or contains files that this kind of command did not write.
+        BadInput: if nothing can be written there.
     """
     check_folder(folder)
     if folder is None or force or not folder.exists():
@@ -73,7 +73,7 @@ def mark(folder: Path, kind: str, names: Iterable[str]) -> None:
     """Mark a folder as this tool's own; the given names replace the list of files that it wrote there.
 
     Raises:
-        OSError: when the marker cannot be written.
+        OSError: if the marker cannot be written.
     """
     content = {"marker_version": _VERSION, "kind": kind, "files": sorted(set(names))}
     write_whole(folder / MARKER, json.dumps(content, indent=1) + "\n")

@@ -19,8 +19,8 @@ def check_folder(folder: Path | None) -> None:
         folder: the value of `--out`; `None` if there is no output.
 
     Raises:
-        UsageError: when it is a file.
-        BadInput: when nothing can be written there.
+        UsageError: if it is a file.
+        BadInput: if nothing can be written there.
     """
     if folder is None:
         return
@@ -39,8 +39,8 @@ def check_file(file: Path | None) -> None:
         file: the value of `--out`; `None` if there is no output.
 
     Raises:
-        UsageError: when it is a folder.
-        BadInput: when it cannot be written.
+        UsageError: if it is a folder.
+        BadInput: if it cannot be written.
     """
     if file is None:
         return

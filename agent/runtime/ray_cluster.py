@@ -25,7 +25,7 @@ def ray_cluster(address: str, workers: int | None) -> Iterator[int]:
         workers: the number of workers; `None` for one per core of the cluster.
 
     Raises:
-        UsageError: when Ray is not installed, no cluster answers at the address, or it has fewer cores than workers.
+        UsageError: if Ray is not installed, no cluster answers at the address, or it has fewer cores than workers.
     """
     # It asks nobody before it reports its use to its makers.
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
@@ -52,7 +52,7 @@ def _knock(address: str) -> None:
     """Check that a server listens at the address of a cluster, because Ray itself would try for many minutes.
 
     Raises:
-        UsageError: when none does, or the address is not valid.
+        UsageError: if none does, or the address is not valid.
     """
     if address in (RAY_HERE, RAY_FOUND):
         return

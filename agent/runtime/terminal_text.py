@@ -80,7 +80,7 @@ def console_on(stream: TextIO, **options: Any) -> Console:
 
     Args:
         stream: the stream that it writes to.
-        options: as `rich.console.Console` takes them.
+        options: as for `rich.console.Console`.
     """
     from collections.abc import Iterator
 

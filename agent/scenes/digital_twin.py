@@ -80,7 +80,7 @@ class RecordedSource:
 
     Raises:
         BadInput: for a recording that cannot be read, or without a table or objects.
-        NotBuildable: when the arm can grasp none of its objects.
+        NotBuildable: if the arm can grasp none of its objects.
         UsageError: for a noun of an object that does not exist.
     """
 

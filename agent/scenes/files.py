@@ -5,7 +5,7 @@
       - mesh: ycb/025_mug     # needed: LIBRARY/OBJECT, or a .obj, .stl, .ply or .glb file seen from this file's folder
         x: 0.40               # needed: metres away from the arm's mounting point; the table spans 0.18 to 0.72
         y: -0.10              # needed: metres to the arm's left; the table spans -0.45 to 0.45
-        yaw: 90               # degrees about z, counter-clockwise seen from above; 0 where it is left out, as all below
+        yaw: 90               # degrees about z, counter-clockwise seen from above; 0 if it is left out, as all below
         z: 0                  # metres from the table top to the object's lowest point
         roll: 0               # degrees about the object's front, before pitch and yaw
         pitch: 0              # degrees about its left, after roll and before yaw
@@ -51,7 +51,7 @@ _ELSEWHERE_CALLED = {"category": "noun", "colour": "color", "file": "mesh", "obj
 class PlacedObject:
     """One object of a scene file: the keys of the schema, lengths in metres, angles in degrees.
 
-    `line` is where it begins in its file, counted from 1; 0 where it comes from no file. `unread` are the keys whose
+    `line` is where it begins in its file, counted from 1; 0 if it comes from no file. `unread` are the keys whose
     values are missing or wrong there, and those that an unknown key may have meant: their values here mean nothing.
     """
 
@@ -97,7 +97,7 @@ def read_text(path: Path) -> str:
     """Return the text of a scene file.
 
     Raises:
-        BadInput: when there is no such file, or it is no text.
+        BadInput: if there is no such file, or it is no text.
     """
     if not path.is_file():
         raise BadInput(f"there is no scene file {str(path)!r}; structagent scene new --out {path} creates one")
@@ -297,6 +297,6 @@ def write_scene(objects: Sequence[PlacedObject], path: Path, comment: str = "") 
     """Write a scene file whole or not at all; folders on the way are made.
 
     Raises:
-        OSError: when it cannot be written there.
+        OSError: if it cannot be written there.
     """
     write_whole(path, scene_text(objects, comment))

@@ -35,7 +35,7 @@ def load_scene(path: Path, table: Table = Table()) -> tuple[StandingObject, ...]
     Raises:
         SceneFileError: with everything that is wrong with the file: unknown keys, values, meshes that are not there,
             objects off the table, inside each other, of one name, or that would fall.
-        BadInput: when there is no such file.
+        BadInput: if there is no such file.
     """
     entries, problems = parse_scene(read_text(path))
     found: list[tuple[PlacedObject, ObjectModel, str | Path]] = []

@@ -60,8 +60,8 @@ def drawn_scene(objects: str, shape: str | None, seed: int, folder: Path) -> lis
         folder: the folder of the file.
 
     Raises:
-        SceneError: when these objects can make none.
-        ObjectError: when there are no such objects.
+        SceneError: if these objects can make none.
+        ObjectError: if there are no such objects.
     """
     drawn = draw_scene(load_objects(objects), StructureSpec(shape), np.random.default_rng(seed))
     poses = list(drawn.world_from_initial)

@@ -27,7 +27,7 @@ class SimulatedScene(TableScene):
         seed: everything about the scene follows from it: objects, poses and the sensor's noise.
 
     Raises:
-        SceneError: when these objects cannot make such a structure on this table.
+        SceneError: if these objects cannot make such a structure on this table.
     """
 
     def __init__(self, library: Sequence[ObjectModel], goal: Interpretation, seed: int) -> None:
@@ -48,7 +48,7 @@ def draw_goal_scene(library: Sequence[ObjectModel], goal: Interpretation, rng: n
     Args: as for `SimulatedScene`.
 
     Raises:
-        SceneError: when these objects cannot make such a structure, or no draw has the mixture that is asked for.
+        SceneError: if these objects cannot make such a structure, or no draw has the mixture that is asked for.
     """
     nouns = [model.category for model in library]
     selected = goal.selection.indices

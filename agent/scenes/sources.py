@@ -50,7 +50,7 @@ class SceneSource(Protocol):
         catalogue in the order in which it was drawn.
 
         Raises:
-            SceneError: when these objects cannot make such a structure.
+            SceneError: if these objects cannot make such a structure.
         """
 
     def set_out(self, seed: int) -> TableScene:
@@ -120,7 +120,7 @@ class DrawnSource:
         """See `SceneSource`.
 
         Raises:
-            SceneError: when the library has not enough objects.
+            SceneError: if the library has not enough objects.
         """
         drawing, noise = drawing_and_noise(seed)
         drawn = assortment(self._library, drawing, turn=seed)
@@ -171,7 +171,7 @@ class FileScene(TableScene):
         seed: the sensor's noise follows from it.
 
     Raises:
-        SceneError: when too few or too many take part.
+        SceneError: if too few or too many take part.
     """
 
     def __init__(self, standing: Sequence[StandingObject], goal: Interpretation, seed: int) -> None:

@@ -125,7 +125,7 @@ class TableScene:
         stands in for tracking. What has fallen over is looked at again, what has fallen off is left out.
 
         Raises:
-            ObservationError: when the camera cannot see an object that takes part and was not seen before.
+            ObservationError: if the camera cannot see an object that takes part and was not seen before.
         """
         poses = dict(zip(self.names, self.world.poses(), strict=True))
         there = [i for i, name in enumerate(self.names) if name not in self.fallen]

@@ -24,7 +24,7 @@ class DatasetConfig:
         scenes: number of scenes, rounded up to whole shards.
         crowded: number of additional scenes with 8 to 10 objects, rounded up likewise.
         pairs: number of object pairs for the collision discriminator.
-        objects: as `load_objects` takes it.
+        objects: as for `load_objects`.
         seed: of everything.
     """
 
@@ -53,9 +53,9 @@ def generate_data(config: DatasetConfig, workers: int | None, ray: str | None) -
         ray: address of a Ray cluster that does the work (see `agent.runtime.ray_cluster`); `None` for this machine.
 
     Raises:
-        UsageError: when the cluster cannot be used.
-        DataFolderError: when the folder holds other data.
-        WorkerError: when workers died; all other pieces are written, and the same command resumes.
+        UsageError: if the cluster cannot be used.
+        DataFolderError: if the folder holds other data.
+        WorkerError: if workers died; all other pieces are written, and the same command resumes.
     """
     from agent.runtime.ray_cluster import ray_cluster
     from agent.training.sentence_embeddings import write_language

@@ -50,7 +50,7 @@ def train_llm_adapter(out: Path, steps: int, start: Path | None, rate: float, se
 
     Raises:
         UsageError: for an adapter to start from that does not exist, or an illegal rate.
-        LLMError: when the language model is not installed, or the adapter does not fit it.
+        LLMError: if the language model is not installed, or the adapter does not fit it.
     """
     if start is not None and not start.is_file():
         raise UsageError(f"--start must be an adapter file, and there is no file {str(start)!r}")
@@ -73,7 +73,7 @@ def train_goal_adapter(out: Path, steps: int, start: Path | None, rate: float, s
 
     Raises:
         UsageError: for an adapter to start from that does not exist, or an illegal rate.
-        LLMError: when the language model is not installed, or the adapter does not fit it.
+        LLMError: if the language model is not installed, or the adapter does not fit it.
     """
     if start is not None and not start.is_file():
         raise UsageError(f"--start must be an adapter file, and there is no file {str(start)!r}")

@@ -62,10 +62,10 @@ def train_model(run: TrainingRun) -> None:
 
     Raises:
         UsageError: for a device or a precision that is not available.
-        FileNotFoundError: when a file of the data is missing.
-        DataFolderError: when a file of the data is torn.
-        CheckpointError: when the earlier run in the folder cannot be resumed.
-        FloatingPointError: when the loss is not finite.
+        FileNotFoundError: if a file of the data is missing.
+        DataFolderError: if a file of the data is torn.
+        CheckpointError: if the earlier run in the folder cannot be resumed.
+        FloatingPointError: if the loss is not finite.
     """
     device = _device(run)
     if run.precision != FLOAT32 and run.kind in _DISCRIMINATORS:

@@ -31,7 +31,7 @@ class LabelledText:
 
     Attributes:
         text: the sentence.
-        labels: slot -> value, `None` where it says nothing. A tower may carry a size, as spoken.
+        labels: slot -> value, `None` if it says nothing. A tower may carry a size, as spoken.
         refuse: why it has to be refused, one of `grounding.parse_result.REFUSALS`, or `None`.
     """
 

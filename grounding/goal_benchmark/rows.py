@@ -1,6 +1,7 @@
 """Load the benchmark of goals: instructions, the scenes that they are said in, and the goals that are acceptable.
 
-`goals_free.jsonl` was written by hand, by other people than the training language. The scenes are in `goal_scenes.json`.
+`goals_free.jsonl` was written by hand, by other people than the training language. The scenes are in
+`goal_scenes.json`.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ class GoalRow:
 
     Attributes:
         text: the instruction.
-        scene: name of the scene in which it is said, or `None` where no scene is known.
+        scene: name of the scene in which it is said, or `None` if no scene is known.
         stratum: what kind of instruction it is; rates are given for each.
         status: "ok"; "ask" where a question must be asked first; "refused".
         goals: the acceptable goals; empty unless the status is "ok".
@@ -50,7 +51,8 @@ class GoalRow:
 
 @cache
 def goal_scenes() -> Mapping[str, tuple[SceneObject, ...]]:
-    """Load the scenes of the benchmark: name -> objects, with their colours, sizes (m) and positions (m, world frame)."""
+    """Load the scenes of the benchmark: name -> objects, with their colours, sizes (m) and positions (m, world frame).
+    """
     text = (resources.files("grounding") / "benchmark_data" / "goal_scenes.json").read_text(encoding="utf-8")
     return {name: tuple(map(_scene_object, objects)) for name, objects in json.loads(text).items()}
 

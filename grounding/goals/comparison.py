@@ -35,13 +35,14 @@ class GoalComparison:
 def compare_goals(read: Goal, truth: Goal, count: int | None = None) -> GoalComparison:
     """Compare a goal with the true one: the parts in any order, the same values in every key, lengths within 1 %.
 
-    Parts correspond where their kind is the same, those that agree in the most keys first. A relation of several objects is
-    the same as one relation of each, and everything that no part names is the same as those objects one by one.
+    Parts correspond where their kind is the same, those that agree in the most keys first. A relation of several
+    objects is the same as one relation of each, and everything that no part names is the same as those objects one by
+    one.
 
     Args:
         read: the goal that was read.
         truth: the true goal.
-        count: of objects in the scene; `None` where no scene is known.
+        count: of objects in the scene; `None` if no scene is known.
     """
     ours, theirs = _one_by_one(read, count), _one_by_one(truth, count)
     matching: dict[int, int] = {}

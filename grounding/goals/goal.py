@@ -20,7 +20,7 @@ MAX_PARTS = 12  # more parts than a table has objects are no goal of a person
 
 @dataclass(frozen=True)
 class Goal:
-    """What an instruction asks for: parts, in the order in which they were said; empty where it is refused.
+    """What an instruction asks for: parts, in the order in which they were said; empty if it is refused.
 
     Raises:
         GoalError: for parts that cannot hold together: an object in two structures, two structures of all that
@@ -88,7 +88,7 @@ class Goal:
         """Return the goal in a scene of `count` objects, in which `objects: null` is written out.
 
         Raises:
-            GoalError: where a part takes all other objects, and there are none.
+            GoalError: if a part takes all other objects, and there are none.
         """
         others: set[int | str] = set()
         for part in self.parts:
@@ -113,7 +113,7 @@ class Goal:
         return Goal(tuple(canonical_part(part) for part in self.parts))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the goal as JSON has it: every key of every part."""
+        """Return the goal as JSON values: every key of every part."""
         return {"parts": [part.to_dict() for part in self.parts]}
 
     def to_json(self) -> str:
@@ -127,7 +127,8 @@ class Goal:
         A mapping of the five slots, as files of part one have it, is the goal of one structure.
 
         Raises:
-            GoalError: for what is not a legal goal; the message names the part, the value and the legal values.
+            GoalError: for anything that is not a legal goal; the message names the part, the value and the legal
+                values.
         """
         if not isinstance(values, Mapping):
             raise GoalError(f"a goal is a JSON object with the key 'parts', not {values!r:.80}")

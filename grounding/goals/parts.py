@@ -1,7 +1,7 @@
 """Define the parts of a goal: structures with the five slots and further keys, and relations between objects.
 
-Evaluation protocol, part two (`docs/protocol.md`). A key that nobody asked for is `None`, and stays so. Lengths are metres;
-directions are the speaker's.
+Evaluation protocol, part two (`docs/protocol.md`). A key that nobody asked for is `None`, and stays so. Lengths are
+metres; directions are the speaker's.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class Order:
         _require("order.from", self.start, (*ORDER_STARTS, None))
 
     def to_dict(self) -> dict[str, str | None]:
-        """Return the order as JSON has it."""
+        """Return the order as JSON values."""
         return {"by": self.by, "direction": self.direction, "from": self.start}
 
 
@@ -167,7 +167,7 @@ class StructurePart:
         return cls(**spec.to_dict(), objects=None if objects is None else tuple(objects))  # type: ignore[arg-type]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the part as JSON has it."""
+        """Return the part as JSON values."""
         values = {field.name: _json(getattr(self, field.name)) for field in fields(self)}
         return {"kind": "structure"} | values
 
@@ -230,7 +230,7 @@ class RelationPart:
             raise GoalError(f"the relation {self.relation!r} takes no direction")
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the part as JSON has it."""
+        """Return the part as JSON values."""
         values = {field.name: _json(getattr(self, field.name)) for field in fields(self)}
         return {"kind": "relation"} | values
 

@@ -1,6 +1,7 @@
 """Check that a goal which a language model wrote leaves nothing of the instruction out and adds nothing to it.
 
-The instruction's chunks (`grounding.goal_reading.chunks`) say which nouns, lengths, shapes, places, relations and orders it has.
+The instruction's chunks (`grounding.goal_reading.chunks`) say which nouns, lengths, shapes, places, relations and
+orders it has.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def mismatch(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str
 
     Args:
         chunks: of the instruction, without what the speaker took back.
-        parts: of the goal, as JSON has them, with the instruction's words for objects and lengths in metres.
+        parts: of the goal, as JSON values, with the instruction's words for objects and lengths in metres.
     """
     if denied := [chunk.said for chunk in chunks if chunk.kind in ("negated", "not")]:
         return f"may do what {denied[0]!r} forbids"
@@ -294,7 +295,9 @@ def _orders(chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], un
 
 
 def _order_ends(said: Sequence[Mapping[str, Any]], orders: Sequence[Mapping[str, Any]]) -> str:
-    """Compare the one order that has an end with the one that was said: "tallest on the left" can be said from both ends."""
+    """Compare the one order that has an end with the one that was said: "tallest on the left" can be said from both
+    ends.
+    """
     ends = [(value["from"], value.get("direction")) for value in said if value.get("from")]
     if len(orders) != 1 or not ends:
         return ""

@@ -93,7 +93,7 @@ class EndpointGoals:
         self.prompt = load_prompt(PROMPT)
 
     def parts(self, text: str, chunks: Sequence[Chunk]) -> list[dict[str, Any]] | str:
-        """Return the parts as JSON has them, with words of the instruction for objects, or a word of `NO_GOAL`.
+        """Return the parts as JSON values, with words of the instruction for objects, or a word of `NO_GOAL`.
 
         Raises:
             LLMError: for a server that cannot be used; an `IllegalReplyError` after two replies that are no goal.

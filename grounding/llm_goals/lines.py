@@ -1,7 +1,7 @@
 """Define the line in which a small language model writes a goal: short, and legal at every step.
 
-A goal is one line, "tower of the cans, left; place of the mug, next to part 1, 10 cm." Objects and lengths are words of the
-instruction itself, so that the model copies and never invents. `goal_line` yields what may follow, piece by piece.
+A goal is one line, "tower of the cans, left; place of the mug, next to part 1, 10 cm." Objects and lengths are words of
+the instruction itself, so that the model copies and never invents. `goal_line` yields what may follow, piece by piece.
 """
 
 from __future__ import annotations
@@ -54,7 +54,9 @@ Line = Generator[list[str], str, "list[dict[str, Any]] | str"]
 
 
 def goal_line(said: Said) -> Line:
-    """Yield the legal pieces of a line one after the other; see `Line`. A word of `NO_GOAL` comes back in place of parts."""
+    """Yield the legal pieces of a line one after the other; see `Line`. A word of `NO_GOAL` comes back in place of
+    parts.
+    """
     parts: list[dict[str, Any]] = []
     # A structure that is referred to stands before or after: which numbers exist is known at the end only.
     while True:
@@ -244,7 +246,7 @@ def pieces_of(line: str, said: Said) -> list[str]:
 
 
 def parts_of(line: str, said: Said) -> list[dict[str, Any]] | str:
-    """Read a line: the parts as JSON has them, with the instruction's words for objects and lengths; see `goal_line`."""
+    """Read a line: the parts as JSON values, with the instruction's words for objects and lengths; see `goal_line`."""
     steps = goal_line(said)
     next(steps)
     try:

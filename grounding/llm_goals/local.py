@@ -1,4 +1,5 @@
-"""Let the local language model write the line of a goal: at every step the likeliest legal piece, and nothing else."""
+"""Let the local language model write the line of a goal: at every step the most likely legal piece, and nothing else.
+"""
 
 from __future__ import annotations
 
@@ -50,7 +51,7 @@ class Written:
 
     Attributes:
         line: the line.
-        parts: as JSON has them, with words of the instruction for objects and lengths, or a word of `NO_GOAL`; `None`
+        parts: as JSON values, with words of the instruction for objects and lengths, or a word of `NO_GOAL`; `None`
             for a line without an end.
         decisions: in their order.
     """
@@ -69,9 +70,9 @@ class LocalGoals:
     """The local language model as a writer of goals.
 
     Args:
-        model: as `LocalLLM` takes it.
-        adapter: low-rank weights trained for goals (`grounding.training.goal_adapter`); "default" for those that come with
-            the default model, `None` for the bare model. Other models come without.
+        model: as for `LocalLLM`.
+        adapter: low-rank weights trained for goals (`grounding.training.goal_adapter`); "default" for those that come
+            with the default model, `None` for the bare model. Other models come without.
 
     Raises:
         LLMError: for a model or an adapter that cannot be loaded.
@@ -93,7 +94,7 @@ class LocalGoals:
 
         Args:
             said: the instruction.
-            forced: the first decisions, where they are given.
+            forced: the first decisions if given.
         """
         continuation = self.model.continuation(self.prompt, INSTRUCTION.format(text=said.text))
         steps, line = goal_line(said), ""
@@ -109,7 +110,9 @@ class LocalGoals:
         return Written(line, None, tuple(decisions))
 
     def lines(self, said: Said) -> Iterator[Written]:
-        """Write the likeliest line, and then others: each takes the second best at one of the least certain decisions."""
+        """Write the most likely line, and then others: each takes the second best at one of the least certain
+        decisions.
+        """
         first = self.write(said)
         yield first
         doubtful = sorted(
@@ -171,7 +174,7 @@ class LocalGoalWriter:
     def parts(self, text: str, chunks: Sequence[Chunk]) -> list[dict[str, Any]] | str:
         """Write the parts of a goal; lengths are read by the grammar of lengths.
 
-        Of several lines the first that leaves nothing out and adds nothing is taken, else the likeliest.
+        Of several lines the first that leaves nothing out and adds nothing is taken, else the most likely.
 
         Raises:
             UnusableGoalError: for a line without an end.

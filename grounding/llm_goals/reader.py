@@ -48,7 +48,7 @@ class GoalWriter(Protocol):
     knows_words: bool
 
     def parts(self, text: str, chunks: Sequence[Chunk]) -> list[dict[str, Any]] | str:
-        """Write the parts of a goal as JSON has them, with words of the instruction for objects and metres for lengths.
+        """Write the parts of a goal as JSON values, with words of the instruction for objects and metres for lengths.
 
         Raises:
             LLMError: for a model that cannot be used, or that answers no legal goal.
@@ -59,8 +59,8 @@ class GoalWriter(Protocol):
 class LLMGoalReader:
     """A reader of goals that asks a language model and checks what it answers.
 
-    Instructions of one plain structure stay with the parser of the five slots. A goal that is not legal, leaves something
-    out or adds something is replaced by that of the grammar's reader, and `GoalReading.fallback` says why.
+    Instructions of one plain structure stay with the parser of the five slots. A goal that is not legal, leaves
+    something out or adds something is replaced by that of the grammar's reader, and `GoalReading.fallback` says why.
 
     Args:
         writer: makes the language model.
@@ -172,7 +172,8 @@ class _Resolution:
         """Return the goal.
 
         Raises:
-            UnusableGoalError: for words that are no noun phrase, objects that are not there, and parts that are not legal.
+            UnusableGoalError: for words that are no noun phrase, objects that are not there, and parts that are not
+                legal.
             ReadingQuestion: for words that several objects fit.
         """
         resolved = []
@@ -241,7 +242,8 @@ class _Resolution:
         return replace(phrase, without=tuple(without)), place
 
     def _usual(self, part: dict[str, Any]) -> dict[str, Any]:
-        """Spell a place on the table in the usual way: one object is "at" it, several are a structure without a shape."""
+        """Spell a place on the table in the usual way: one object is "at" it, several are a structure without a shape.
+        """
         objects = part.get("objects")
         places = {key: part.get(key) for key in ("x_position", "y_position")}
         if part["kind"] == "relation" and part["relation"] == "at" and isinstance(objects, list) and len(objects) > 1:

@@ -146,14 +146,14 @@ def of_color(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int]
 def of_size(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] | None:
     """Find the objects that an adjective of size fits, compared with each other.
 
-    They are those beyond the widest step in the sorted measures; none where no step can be seen.
+    They are those beyond the widest step in the sorted measures; none if no step can be seen.
 
     Args:
         word: one of `MEASURES`.
         objects: what is known of each.
 
     Returns:
-        Indices, or `None` where it cannot be judged: an object has no size, or there is nothing to compare it with.
+        Indices, or `None` if it cannot be judged: an object has no size, or there is nothing to compare it with.
     """
     values = _values(word, objects)
     if values is None or len(values) < 2:
@@ -165,7 +165,7 @@ def of_size(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] 
 
 
 def by_size(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] | None:
-    """Sort objects by a measure, the one that the superlative means first; `None` where one has no size.
+    """Sort objects by a measure, the one that the superlative means first; `None` if one has no size.
 
     Args:
         word: one of `MEASURES`: "tall" for "the tallest".

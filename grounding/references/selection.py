@@ -87,7 +87,7 @@ def select_objects(
         resolved: phrase -> index of the object that an answer said it means.
 
     Raises:
-        AmbiguousReferenceError: where several objects fit words that speak of one.
+        AmbiguousReferenceError: if several objects fit words that speak of one.
         SelectionError: for a noun of which no object, or too few objects, are there, for an adjective that
             fits none of them, and for an instruction that leaves nothing.
     """

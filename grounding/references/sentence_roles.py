@@ -88,7 +88,7 @@ class Sentences:
         return before in LANDMARK_PREPOSITIONS
 
     def exception(self, first: int) -> str:
-        """Find the words right before `first` that leave out what follows; empty where there are none."""
+        """Find the words right before `first` that leave out what follows; empty if there are none."""
         for length in (4, 3, 2, 1):
             said = " ".join(self.words[max(0, first - length) : first])
             if first < length or said not in EXCEPTIONS:

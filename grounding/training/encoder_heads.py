@@ -1,8 +1,9 @@
 """Fit a parser's heads once to a sentence encoder that a user names, and keep them in the cache.
 
 The shipped parser continues all-MiniLM-L6-v2's own layers, which no other encoder has. On another encoder the same
-heads are fitted to the last layer's states, which stay as they are: minutes in place of half an hour, and more mistakes.
-How many is measured on the development sentences after each fit, kept with the weights and reported at each use.
+heads are fitted to the last layer's states, which stay as they are: minutes in place of half an hour, and more
+mistakes. How many is measured on the development sentences after each fit, kept with the weights and reported at each
+use.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ def parser_on(
 
     Raises:
         ParserWeightsError: for files in the cache that do not fit; the message names them.
-        OSError: where the cache cannot be written.
+        OSError: if the cache cannot be written.
     """
     folder = (folder or cache_folder() / "parsers") / f"{encoder.checksum[:16]}-{VERSION}-{sentences}"
     if not (folder / "config.json").is_file():

@@ -246,7 +246,7 @@ def draw_batches(rng: np.random.Generator) -> Iterator[list[LabelledText]]:
 
 
 def calibrate(adapter: Path, rows: Sequence[Row]) -> tuple[dict[str, float], float]:
-    """Find each question's temperature and the bias of "build" that make the acceptable answers the likeliest."""
+    """Find each question's temperature and the bias of "build" that make the acceptable answers the most likely."""
     model, prompt = LocalLLM(adapter=adapter), load_prompt(PROMPT)
     replies = [model.ask(prompt, quotable(row.text)) for row in rows]
 

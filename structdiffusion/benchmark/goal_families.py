@@ -68,7 +68,7 @@ class Cast:
         """Choose the objects of a structure; return their indices.
 
         Raises:
-            SceneError: when too few of the others suit it.
+            SceneError: if too few of the others suit it.
         """
         low, high = _COUNTS[shape]
         wanted = int(self._rng.integers(low, high + 1)) if count is None else count
@@ -85,7 +85,7 @@ class Cast:
         """Choose an object that stands level and suits; return its index.
 
         Raises:
-            SceneError: when there is none.
+            SceneError: if there is none.
         """
         pool = [model for model in self._free(eligible(self._library, None)) if suits(model) and model.radius < 0.09]
         if not pool:
@@ -112,7 +112,7 @@ def draw_goal(family: str, library: Sequence[ObjectModel], number: int, rng: Rng
     """Draw the objects and the goal of a scene; the kinds of a family take turns by its number.
 
     Raises:
-        SceneError: when the library lacks objects for it.
+        SceneError: if the library lacks objects for it.
     """
     draw, kinds = FAMILIES[family]
     possible = [kind for kind in kinds if kind not in _NEEDS or any(map(_NEEDS[kind], library))]
@@ -217,7 +217,7 @@ def _apart(pool: Sequence[ObjectModel], by: str, count: int, rng: Rng) -> list[O
     """Return up to `count` objects, in random order, whose measures differ by a step that a person sees.
 
     Raises:
-        SceneError: when there are fewer than three.
+        SceneError: if there are fewer than three.
     """
     found: list[ObjectModel] = []
     for model in sorted(pool[: 8 * count], key=lambda model: measure(model, by)):

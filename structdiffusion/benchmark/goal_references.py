@@ -82,7 +82,7 @@ class ReferenceSearch:
         """Return the motions (N, 4, 4) of a reference arrangement; the identity for what stays.
 
         Raises:
-            NoReferenceError: when none is found.
+            NoReferenceError: if none is found.
         """
         moved = {index for part in self._goal.parts for index in self._members(part.objects)}
         for index in set(range(len(self._models))) - moved:
@@ -177,7 +177,7 @@ class ReferenceSearch:
         return STRUCTURES[part.shape or ""].draft(items, spec, heading, self._rng, keys)
 
     def _centre(self, outlines: Sequence[np.ndarray], part: StructurePart) -> np.ndarray | None:
-        """Draw the centre (2,) of a structure on the table; `None` where it does not fit."""
+        """Draw the centre (2,) of a structure on the table; `None` if it does not fit."""
         if part.around is not None:
             return outline_centroid(self._outlines[part.around[0]])  # type: ignore[index]
         table = self._table

@@ -1,7 +1,7 @@
 """Scenes of the benchmark of goals: drawn from a seed, solvable, and seen by the simulated camera.
 
-The reference arrangement of each scene passes the evaluation protocol, every check of the goal included. The library, seed,
-family, number and draw determine a scene completely.
+The reference arrangement of each scene passes the evaluation protocol, every check of the goal included. The library,
+seed, family, number and draw determine a scene completely.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class GoalScene:
 
     @property
     def colors(self) -> tuple[str, ...] | None:
-        """Return the names of the objects' colours; `None` where they have several."""
+        """Return the names of the objects' colours; `None` if they have several."""
         return tuple(map(color_of, self.models)) if all(map(color_of, self.models)) else None
 
     def observed(self) -> Scene:
@@ -92,7 +92,7 @@ class GoalScene:
         )  # fmt: skip
 
     def rival_verdicts(self, world_from_final: np.ndarray) -> dict[str, bool | None]:
-        """Return what the rivals' checks say of final poses (N, 4, 4); `None` where they have no check."""
+        """Return what the rivals' checks say of final poses (N, 4, 4); `None` if they have no check."""
         bodies = [_body(*one) for one in zip(self.names, self.models, world_from_final, strict=True)]
         goal = self.goal.resolved(len(self.models))
         return {name: accepts(bodies, goal) for name, accepts in RIVALS.items()}
@@ -115,8 +115,8 @@ def draw_goal_scene(
         number: the index of the scene among those of this family.
         seed: library, seed, family and number determine the scene.
         table: the table top.
-        accepted: the `GoalScene.draw` that an earlier call with the same arguments found; earlier draws and the checks of
-            this one are skipped.
+        accepted: the `GoalScene.draw` that an earlier call with the same arguments found; earlier draws and the checks
+            of this one are skipped.
 
     Raises:
         SceneError: no such scene can be drawn from these objects.

@@ -5,8 +5,9 @@
 | "hull" | the convex hull of the seen points and of the lowest ones projected onto the support |
 | "extrude" | the seen points extended straight down to the support, as one convex hull |
 | "columns" | the same, in as many convex parts as the outline and its steps need |
-| "mirror" | the hidden far side from the likeliest mirror plane or half turn; then "extrude" |
-| "symmetry" | round objects as bodies of revolution, hollow if the camera saw into them; others mirrored, then "columns" |
+| "mirror" | the hidden far side from the most likely mirror plane or half turn; then "extrude" |
+| "symmetry" | round objects as bodies of revolution, hollow if the camera saw into them; others mirrored, then
+"columns" |
 """
 
 from __future__ import annotations
@@ -118,7 +119,7 @@ def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: s
 
 
 def mirrored(view: View, support: float) -> tuple[np.ndarray, str]:
-    """Return the points (Q, 3) of the far side by the likeliest symmetry of the seen points, and the name of the
+    """Return the points (Q, 3) of the far side by the most likely symmetry of the seen points, and the name of the
     symmetry.
 
     Candidates are half turns about an upright axis and reflections in upright planes. A candidate is likely if it maps

@@ -47,7 +47,7 @@ def rest_inside(vessel: Item, things: Sequence[Item], wanted: int, rng: np.rando
         For each way the motion (4, 4) of each thing, world frame.
 
     Raises:
-        LayoutError: where the vessel is not hollow, or one of them does not go in.
+        LayoutError: if the vessel is not hollow, or one of them does not go in.
     """
     if not vessel.hollow:
         raise LayoutError(f"nothing can be put into the {vessel.name}: it is not hollow")

@@ -97,7 +97,7 @@ class Placer:
         """Draw one placement; `number` decides which blocks are tried first.
 
         Raises:
-            NoPlaceError: where a unit has no place.
+            NoPlaceError: if a unit has no place.
         """
         placement = Placement()
         for unit in self.units:
@@ -108,7 +108,7 @@ class Placer:
         """Place one unit beside what has been placed already, in place.
 
         Raises:
-            NoPlaceError: where it has no place.
+            NoPlaceError: if it has no place.
         """
         reason = ""
         for attempt in range(min(_BLOCKS_TRIED, len(unit.blocks))):

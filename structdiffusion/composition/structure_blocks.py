@@ -49,8 +49,8 @@ class StructureBlocks:
     """Proposals for the structures of a goal.
 
     Attributes:
-        planner: proposes structures of which only the slots are asked for; `None` for exact layouts alone. Shapes that it
-            was not taught are laid out too.
+        planner: proposes structures of which only the slots are asked for; `None` for exact layouts alone. Shapes that
+            it was not taught are laid out too.
         scene: what was seen.
         state: the same, completed.
         grouping: by which colours objects can be grouped.
@@ -65,7 +65,7 @@ class StructureBlocks:
         """Propose up to `count` blocks, best first.
 
         Raises:
-            LayoutError: where these objects cannot make this structure on this table.
+            LayoutError: if these objects cannot make this structure on this table.
         """
         members = tuple(part.objects or ())
         rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
@@ -163,7 +163,8 @@ class StructureBlocks:
     def _widened(
         self, part: StructurePart, items: Sequence[Item], order: Sequence[int], offsets: np.ndarray, turns: np.ndarray
     ) -> np.ndarray:
-        """Return the offsets (N, 2), by place, grown about the centre until everything clears what it is laid around."""
+        """Return the offsets (N, 2), by place, grown about the centre until everything clears what it is laid around.
+        """
         if part.around is None:
             return offsets
         middle = self.state.items[part.around[0]]  # type: ignore[index]
@@ -270,7 +271,7 @@ class StructureBlocks:
         """Return the blocks that are no larger than the table.
 
         Raises:
-            LayoutError: where all are.
+            LayoutError: if all are.
         """
         table = self.state.table
         room = np.array([table.x_max - table.x_min, table.y_max - table.y_min])

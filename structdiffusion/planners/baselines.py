@@ -36,10 +36,11 @@ class CVAEPlanner:
     def propose(
         self, scene: Scene, goal: StructureGoal, *, count: int = 64, generator: torch.Generator
     ) -> list[Arrangement]:
-        """Propose `count` arrangements, best first; without a ranker, in the order of sampling or of the search's score.
+        """Propose `count` arrangements, best first; without a ranker, in the order of sampling or of the search's
+        score.
 
         Raises:
-            ValueError: when the scene has too many objects.
+            ValueError: if the scene has too many objects.
         """
         seen = encode_scene(scene, goal, self.model, False, generator)
         return self.post_process(seen, scene, goal, self.sample(seen, goal, count, generator), generator)
@@ -73,10 +74,11 @@ class StructFormerPlanner:
     def propose(
         self, scene: Scene, goal: StructureGoal, *, count: int = 64, generator: torch.Generator
     ) -> list[Arrangement]:
-        """Propose `count` arrangements, best first; without a ranker, in the order of sampling or of the search's score.
+        """Propose `count` arrangements, best first; without a ranker, in the order of sampling or of the search's
+        score.
 
         Raises:
-            ValueError: when the scene has too many objects.
+            ValueError: if the scene has too many objects.
         """
         seen = encode_scene(scene, goal, next(iter(self.models.values())), False, generator)
         return self.post_process(seen, scene, goal, self.sample(seen, goal, count, generator), generator)

@@ -63,7 +63,7 @@ class DiffusionPlanner:
         """Propose `count` arrangements, best first; without a ranker, in the order of sampling.
 
         Raises:
-            ValueError: when the sentence model gets no embedding, or the scene has too many objects.
+            ValueError: if the sentence model gets no embedding, or the scene has too many objects.
         """
         seen = encode_scene(scene, goal, self.model, self.sentence, generator)
         sampled = self.sample(seen, goal, self.candidates or count, generator, preview)

@@ -37,7 +37,7 @@ class GeometricPlanner:
         """Propose up to `count` layouts of the estimated outlines, those whose estimated checks hold first.
 
         Raises:
-            LayoutError: when no layout exists for these objects on this table.
+            LayoutError: if no layout exists for these objects on this table.
         """
         rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
         objects = [estimate(cloud) for cloud in scene.objects]

@@ -1,7 +1,7 @@
 """The planner of goals of several parts: from a goal and an observed scene to ranked arrangements of all its objects.
 
-Structures come from a planner of one structure, as rigid blocks; relations, keys and places decide where the blocks and the
-single objects go, all together; physics rollouts of the whole decide which arrangement is best.
+Structures come from a planner of one structure, as rigid blocks; relations, keys and places decide where the blocks and
+the single objects go, all together; physics rollouts of the whole decide which arrangement is best.
 """
 
 from __future__ import annotations
@@ -82,13 +82,14 @@ class GoalPlanner:
     ) -> list[GoalArrangement]:
         """Propose arrangements, best first.
 
-        A goal of one plain structure gets exactly what the planner of structures proposes for it, if every network knows
-        its shape.
+        A goal of one plain structure gets exactly what the planner of structures proposes for it, if every network
+        knows its shape.
 
         Args:
             scene: what was perceived: all objects that the goal counts, on whatever they stand, and what else is there.
             goal: what is asked for, with indices of the scene's objects.
-            count: how many arrangements of one plain structure are proposed. Of other goals there are as many as were found.
+            count: how many arrangements of one plain structure are proposed. Of other goals there are as many as were
+                found.
             generator: the only source of randomness.
             sentence: the instruction, and
             embedding: (384,) of it, for planners of one structure that are conditioned on it.
@@ -96,7 +97,7 @@ class GoalPlanner:
             preview: called while a plain structure is denoised, where the planner can show it.
 
         Raises:
-            LayoutError: when these objects cannot do this on this table; one sentence says why.
+            LayoutError: if these objects cannot do this on this table; one sentence says why.
             GoalError: for a goal that does not fit the scene, or whose relations have no meaning.
         """
         if not goal.parts:
@@ -249,7 +250,8 @@ class _Composer:
     def _tried(
         self, rollout: PhysicsRollout, placement: Placement, aside: set[int], falls: list[Verdict]
     ) -> tuple[float, GoalArrangement]:
-        """Return the share of hypotheses under which a placement stands, and its arrangement; if none, add to `falls`."""
+        """Return the share of hypotheses under which a placement stands, and its arrangement; if none, add to `falls`.
+        """
         motions = self._motions(placement)
         stays = [i for i in range(len(motions)) if i not in placement.motions]
         motions = rollout.set_down(motions, stays, self.goal)

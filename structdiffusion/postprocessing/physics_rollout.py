@@ -1,7 +1,8 @@
-"""Physics rollouts of proposed arrangements: unseen parts of the objects are completed, and physics predicts the outcome.
+"""Physics rollouts of proposed arrangements: unseen parts of the objects are completed, and physics predicts the
+outcome.
 
-Only the partial clouds, the camera's pose and the table are used. The completed bodies go through the same protocol as the
-true ones when success is measured (`physical_stability.place_and_check`).
+Only the partial clouds, the camera's pose and the table are used. The completed bodies go through the same protocol as
+the true ones when success is measured (`physical_stability.place_and_check`).
 """
 
 from __future__ import annotations
@@ -23,12 +24,13 @@ from structdiffusion.protocol.physical_stability import Verdict, carried_after, 
 from structdiffusion.simulation.world import TabletopWorld
 
 HYPOTHESES = 5  # number of hypotheses about what the camera did not see; the first is the likeliest
-# Approximate deviations of the others from it: radius and height of bodies (m), mass (log), and landing position (m, rad).
+# Approximate deviations of the others from it: radius and height of bodies (m), mass (log), and landing position (m,
+# rad).
 _SIZE, _MASS, _SHIFT, _TURN = 0.0015, 0.5, 0.003, 0.03
 _MISFIT = 0.0025  # m by which the radius of one may be larger, and that of the next smaller
 # m above the contact of completed surfaces, from where stacked objects are released. Contact with a vessel is known to
-# about a centimetre: from more than 2 cm higher, plus the 3 cm of the protocol, an object would fall too fast; below the
-# true contact, it would intersect something.
+# about a centimetre: from more than 2 cm higher, plus the 3 cm of the protocol, an object would fall too fast; below
+# the true contact, it would intersect something.
 _LOWEST, _HIGHEST = 0.006, 0.009
 STACKED = 0.01  # m above the table, from which an object counts as stacked
 _INSIDE = 0.001  # m of overlap that counts as none
@@ -41,8 +43,8 @@ class PhysicsRollout:
 
     Args:
         scene: the observed scene.
-        bodies: the completed bodies of its objects, then of its distractors, each with its pose world_from_object (4, 4),
-            where they are known already.
+        bodies: the completed bodies of its objects, then of its distractors, each with its pose world_from_object (4,
+            4), where they are known already.
     """
 
     def __init__(self, scene: Scene, bodies: Sequence[tuple[ObjectModel, np.ndarray]] | None = None) -> None:
@@ -93,8 +95,8 @@ class PhysicsRollout:
         Args:
             motions: (N, 4, 4), world frame.
             spec: the requested structure, or the goal.
-            hypothesis: 0 for the likeliest bodies, which land exactly; 1 to `HYPOTHESES` - 1 for others, which land a few
-                millimetres off.
+            hypothesis: 0 for the most likely bodies, which land exactly; 1 to `HYPOTHESES` - 1 for others, which land a
+                few millimetres off.
             stays: under a goal, the objects that do not move: their motion is the identity.
             aside, colors: under a goal, see `place_and_check`.
         """

@@ -29,5 +29,5 @@ class Candidates:
         return shapely.polygons(self.centroids[:, None] + self.outline)
 
     def gaps(self, outline: np.ndarray) -> np.ndarray:
-        """Return the clear gap (C,), metres, from each place to another outline (L, 2); 0 where they overlap."""
+        """Return the clear gap (C,), metres, from each place to another outline (L, 2); 0 if they overlap."""
         return shapely.distance(self.polygons, shapely.Polygon(outline))

@@ -185,7 +185,7 @@ def radius_with_room(name: str, radius: float, tightest: float) -> float:
     """Return a requested radius, metres.
 
     Raises:
-        LayoutError: where it is less than the tightest at which the objects clear each other.
+        LayoutError: if it is less than the tightest at which the objects clear each other.
     """
     if radius < tightest:
         raise LayoutError(

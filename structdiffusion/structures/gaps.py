@@ -55,7 +55,8 @@ def draft_with_gap(
     gap: float,
     why: str = "",
 ) -> Draft:
-    """Make the draft of objects that were placed with a clear gap, if they clear each other and have the requested size.
+    """Make the draft of objects that were placed with a clear gap, if they clear each other and have the requested
+    size.
 
     Args:
         name: of the structure.
@@ -69,7 +70,7 @@ def draft_with_gap(
         why: what forces the places, for messages; by default the gap.
 
     Raises:
-        LayoutError: where objects come too close to each other, or the size is another.
+        LayoutError: if objects come too close to each other, or the size is another.
     """
     why = why or f"gaps of {gap:.3g} m"
     require_clear(name, outlines, offsets, why, gap)
@@ -89,9 +90,10 @@ def ring_angles(
     Args:
         items: by place, counter-clockwise.
         gap: between each and the next, metres.
-        start: the angle (rad) of the first, as a function of the angles (N,) from each to the next, and from the last to
-            the first, at which these are neighbours.
-        span: the sum (rad) that these angles have to have, as a function of them, because an opening depends on the others.
+        start: the angle (rad) of the first, as a function of the angles (N,) from each to the next, and from the last
+            to the first, at which these are neighbours.
+        span: the sum (rad) that these angles have to have, as a function of them, because an opening depends on the
+            others.
         radius: a given one (m); the span then follows from it.
 
     Returns:
@@ -163,7 +165,7 @@ def best_order(
         rng: of the orders that are tried.
 
     Raises:
-        LayoutError: when none is near enough.
+        LayoutError: if none is near enough.
     """
     best, least = tuple(range(count)), math.inf
     for _ in range(TRIES):

@@ -122,7 +122,7 @@ def rows_and_columns(count: int, rows: int | None = None, columns: int | None = 
     """Return the numbers of rows and columns of a grid of so many objects: the requested ones, else a compact grid.
 
     Raises:
-        LayoutError: where the requested numbers do not suit the objects.
+        LayoutError: if the requested numbers do not suit the objects.
     """
     if rows is not None and columns is not None:
         if rows * columns != count:

@@ -9,7 +9,7 @@ from grounding.goals.parts import Order, StructurePart
 
 @dataclass(frozen=True)
 class StructureKeys:
-    """What a structure is asked for besides its slots; `None` where nobody asked.
+    """What a structure is asked for besides its slots; `None` if nobody asked.
 
     Attributes:
         order: how the objects follow one another; "listed" is the order in which they are given.

@@ -84,7 +84,7 @@ class Line(Structure):
         """Return by how much, metres, the distances (N - 1,) of neighbours exceed the tightest ones.
 
         Raises:
-            LayoutError: where the requested gap, length and size contradict one another.
+            LayoutError: if the requested gap, length and size contradict one another.
         """
         if keys.gap is None and keys.length is None:
             return (draw_size_ratio(spec, rng) - 1) * tight.sum() / len(tight)
@@ -171,7 +171,8 @@ class Line(Structure):
 
 
 def _axes(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the direction (2,) of the least-squares line, and where points (N, 2) lie along and across it, (N,) each."""
+    """Return the direction (2,) of the least-squares line, and where points (N, 2) lie along and across it, (N,) each.
+    """
     middle = points.mean(axis=0)
     direction = np.linalg.svd(points - middle)[2][0]
     return direction, (points - middle) @ direction, (points - middle) @ np.array([-direction[1], direction[0]])

@@ -26,11 +26,11 @@ from structdiffusion.tableware import BASES, CUTLERY
 _TALLEST_OBJECT = 0.16  # m, as in a tower
 _SLENDER = 4.0  # height over radius of an object that falls when another is set down on its edge
 _CLEAR = 0.004  # m between neighbours of a row: what they carry has to reach both
-# Degrees by which an object may lean that lies on two of different heights: rows are as level as they can be, up to the last.
-# Heights that were estimated from clouds are off by some millimetres.
+# Degrees by which an object may lean that lies on two of different heights: rows are as level as they can be, up to the
+# last. Heights that were estimated from clouds are off by some millimetres.
 _LEAN_DEGREES = (2.0, 4.0, 8.0)
-# Gap between neighbours of the lowest row, over the breadth of the narrowest upper object. What an object carries presses on
-# its inner half: over a narrow gap, one of the two below would carry everything.
+# Gap between neighbours of the lowest row, over the breadth of the narrowest upper object. What an object carries
+# presses on its inner half: over a narrow gap, one of the two below would carry everything.
 _GAP_SHARE = 0.3
 _WIDER = 0.06  # m by which gaps may be wider, for broad upper objects
 _LEAST_HOLD = 0.15  # of the area of an object, that has to lie on each of the two that carry it
@@ -47,7 +47,9 @@ class Pyramid(Structure):
     stacks = True
 
     def suits(self, thing: ObjectTraits) -> bool:
-        """Return whether an object stands, carries and is low; cutlery lies, and plates and bowls are narrow at their feet."""
+        """Return whether an object stands, carries and is low; cutlery lies, and plates and bowls are narrow at their
+        feet.
+        """
         return (
             super().suits(thing)
             and thing.stackable
@@ -61,7 +63,7 @@ class Pyramid(Structure):
         They are of one noun where there are enough.
 
         Raises:
-            LayoutError: when too few of them are alike.
+            LayoutError: if too few of them are alike.
         """
         wanted = max((count for count in range(self.least, wanted + 1) if row_lengths(count)), default=self.least)
         if len(candidates) < wanted:
@@ -151,7 +153,9 @@ class Pyramid(Structure):
 
 
 def row_lengths(count: int) -> tuple[int, ...]:
-    """Return the lengths of two or more rows, each shorter by one, of so many objects, the highest wall first; () for none."""
+    """Return the lengths of two or more rows, each shorter by one, of so many objects, the highest wall first; () for
+    none.
+    """
     for base in range(count):
         lengths, left = [], count
         for length in range(base, 0, -1):
@@ -168,7 +172,7 @@ def _level_rows(items: Sequence[LayoutItem]) -> list[list[int]]:
     """Divide objects into rows, from the bottom, such that each row that carries another is level.
 
     Raises:
-        LayoutError: where they cannot be divided so.
+        LayoutError: if they cannot be divided so.
     """
     lengths = row_lengths(len(items))
     if not lengths:
@@ -195,7 +199,7 @@ def _level_rows(items: Sequence[LayoutItem]) -> list[list[int]]:
 def _rows_from(
     items: Sequence[LayoutItem], left: list[int], lengths: Sequence[int], lean: float
 ) -> list[list[int]] | None:
-    """Return rows of these lengths of the objects left, sorted by height; `None` where there are none.
+    """Return rows of these lengths of the objects left, sorted by height; `None` if there are none.
 
     `lean` is by how much the heights of a row's objects may differ, over the breadth of the narrowest.
     """
@@ -216,8 +220,8 @@ def _rows_from(
 def _along_wall(rows: Sequence[Sequence[int]], outlines: Sequence[np.ndarray], direction: np.ndarray) -> np.ndarray:
     """Return where objects stand along a wall, (N,) by place, metres, about the middle of the lowest row.
 
-    Each upper object stands over the middle of the gap between the two that carry it, so that both do, however broad they
-    are. The gaps of the lowest row are as narrow as the balance and the breadth of the upper objects allow.
+    Each upper object stands over the middle of the gap between the two that carry it, so that both do, however broad
+    they are. The gaps of the lowest row are as narrow as the balance and the breadth of the upper objects allow.
     """
     low = [float((outline @ direction).min()) for outline in outlines]
     high = [float((outline @ direction).max()) for outline in outlines]

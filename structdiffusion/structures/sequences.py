@@ -24,8 +24,8 @@ DIRECTION_OF_START = {
 def measure(thing: LayoutItem | PlacedBody, by: str) -> float:
     """Return the height, the width or the cube root of the volume of an object, metres.
 
-    Its width is the longer side of the tightest rectangle about its outline, its volume that of the upright prism over the
-    outline, so that a mug is as large as a can of its size.
+    Its width is the longer side of the tightest rectangle about its outline, its volume that of the upright prism over
+    the outline, so that a mug is as large as a can of its size.
     """
     height = thing.height if isinstance(thing, LayoutItem) else thing.z_top - thing.z_bottom
     if by == "height":
@@ -80,7 +80,7 @@ def run_of(
         rng: of a direction that is left open.
 
     Raises:
-        LayoutError: when the order begins at an end that the structure, facing as requested, does not have.
+        LayoutError: if the order begins at an end that the structure, facing as requested, does not have.
     """
     if order is None:
         return Run(heading, tuple(range(len(items))))

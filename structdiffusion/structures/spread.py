@@ -26,7 +26,7 @@ class SpreadStructure(Structure):
         """Choose the narrowest of the first candidates, unless their nouns were given.
 
         Raises:
-            LayoutError: when there are too few of them.
+            LayoutError: if there are too few of them.
         """
         if not named:
             some = candidates[: _NARROWEST_OF * wanted]
@@ -49,7 +49,8 @@ class SpreadStructure(Structure):
 
 
 def spread_ratio(bodies: Sequence[PlacedBody]) -> float:
-    """Return extent over tightest extent: the inverse of the factor at which the bodies would clear each other by 1 cm."""
+    """Return extent over tightest extent: the inverse of the factor at which the bodies would clear each other by 1 cm.
+    """
     places = np.array([body.centroid for body in bodies])
     return 1.0 / max(tightest_scale([body.local_footprint for body in bodies], places - places.mean(axis=0)), 1e-9)
 

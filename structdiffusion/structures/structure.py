@@ -66,8 +66,8 @@ class Structure(Protocol):
         requirement: which objects suit it (`suits`), in words, for messages.
         stacks: whether objects stand on one another. Such a structure stands or falls by contact, so that its
             demonstrations are built in physics first.
-        rotation_alters_layout: whether a rotation changes the structure itself and does not only turn it, as the opening
-            of a ring. Demonstrations leave it out at times, and no training example hides it.
+        rotation_alters_layout: whether a rotation changes the structure itself and does not only turn it, as the
+            opening of a ring. Demonstrations leave it out at times, and no training example hides it.
         rotations: the rotations that can be told apart when one is measured.
         sizes: the sizes that objects of a usual width can have.
         smaller_to_fit: whether a smaller size is drawn where an open one was drawn too large for the table.
@@ -118,7 +118,7 @@ class Structure(Protocol):
             named: whether the nouns were given, so that there is nothing to choose but their number.
 
         Raises:
-            LayoutError: when they cannot make the structure.
+            LayoutError: if they cannot make the structure.
         """
         if self.often_one_noun:
             candidates = choose_alike(candidates, wanted, rng, named)
@@ -144,7 +144,7 @@ class Structure(Protocol):
             keys: what is asked for besides.
 
         Raises:
-            LayoutError: when the objects do not suit it, or a key cannot be kept with them.
+            LayoutError: if the objects do not suit it, or a key cannot be kept with them.
         """
         ...
 
@@ -164,7 +164,7 @@ class Structure(Protocol):
             rng: of any further choice.
 
         Returns:
-            `None` where any order will do, so that the random one stands.
+            `None` if any order will do, so that the random one stands.
         """
         return None
 
@@ -194,11 +194,11 @@ class Structure(Protocol):
         return list(zip(sequence, sequence[1:]))
 
     def radius(self, bodies: Sequence[PlacedBody]) -> float:
-        """Return its radius, metres, to the centroids; not a number where it has none."""
+        """Return its radius, metres, to the centroids; not a number if it has none."""
         return math.nan
 
     def length(self, bodies: Sequence[PlacedBody]) -> float:
-        """Return its length, metres, between the centroids at its ends; not a number where it has none."""
+        """Return its length, metres, between the centroids at its ends; not a number if it has none."""
         return math.nan
 
     def rows_and_columns(self, bodies: Sequence[PlacedBody]) -> tuple[int, int]:
@@ -220,7 +220,7 @@ def choose_first(candidates: Sequence[Traits], wanted: int, name: str, least: in
     """Return the first candidates.
 
     Raises:
-        LayoutError: when there are fewer than `least` of them.
+        LayoutError: if there are fewer than `least` of them.
     """
     if len(candidates) < least:
         raise LayoutError(f"{a_structure(name)} needs {least} or more objects, and {len(candidates)} suit it")

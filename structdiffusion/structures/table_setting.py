@@ -56,7 +56,7 @@ class TableSetting(Structure):
         """Choose a base and one object for each role; where more are wanted, two.
 
         Raises:
-            LayoutError: when there is no base.
+            LayoutError: if there is no base.
         """
         bases = [thing for noun in BASES for thing in candidates if thing.category == noun]
         if not bases:

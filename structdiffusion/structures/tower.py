@@ -51,7 +51,7 @@ class Tower(Structure):
         """Choose objects of which at most one cannot carry another: it goes on top.
 
         Raises:
-            LayoutError: when too few of them can carry another.
+            LayoutError: if too few of them can carry another.
         """
         least, most = self.usual_counts
         chosen = super().choose(candidates, wanted, rng, named)
@@ -124,7 +124,8 @@ class Tower(Structure):
 
 
 def _by_key(items: Sequence[LayoutItem], order: Order, rng: np.random.Generator) -> tuple[int, ...]:
-    """Return items from the bottom up in a requested order; where it may begin at either end, as a tower stands better."""
+    """Return items from the bottom up in a requested order; where it may begin at either end, as a tower stands better.
+    """
     ways = [sequence_by(items, order, rng)]
     if order.start == "top":
         ways = [ways[0][::-1]]

@@ -1,7 +1,7 @@
 """One training loop for all models: AdamW, warm-up and decay, averaged weights, a CSV log, checkpoints that resume.
 
-Runs on CPU and CUDA alike, on several devices with `structdiffusion.training.distributed`. What differs between models is
-their loss, a function of a generator.
+Runs on CPU and CUDA alike, on several devices with `structdiffusion.training.distributed`. What differs between models
+is their loss, a function of a generator.
 """
 
 from __future__ import annotations
@@ -69,7 +69,9 @@ class Progress:
 
 
 def learning_rate(step: int, options: TrainingOptions) -> float:
-    """Return the rate of a step: warm up, hold, then fall linearly. A held rate lets a run be prolonged without a restart."""
+    """Return the rate of a step: warm up, hold, then fall linearly. A held rate lets a run be prolonged without a
+    restart.
+    """
     falling = options.steps * options.decay
     return options.learning_rate * min(
         1.0, (step + 1) / options.warmup, max(0.0, (options.steps - step) / max(falling, 1.0))
@@ -101,8 +103,8 @@ def train(
         distributed: this process among those that train the model; `None` for a single device.
 
     Raises:
-        CheckpointError: when what is in the folder cannot be resumed.
-        FloatingPointError: when the loss is no longer finite.
+        CheckpointError: if what is in the folder cannot be resumed.
+        FloatingPointError: if the loss is no longer finite.
     """
     folder, rank = Path(folder), distributed.rank if distributed else 0
     folder.mkdir(parents=True, exist_ok=True)
@@ -142,7 +144,7 @@ def _finite_means(means: _RunningMeans, distributed: DistributedContext | None, 
     """Take the mean losses, of all processes where there are several.
 
     Raises:
-        FloatingPointError: when one is not finite.
+        FloatingPointError: if one is not finite.
     """
     row = means.take()
     row = distributed.mean(row) if distributed else row
@@ -152,7 +154,8 @@ def _finite_means(means: _RunningMeans, distributed: DistributedContext | None, 
 
 
 def _batch_generator(seed: int, step: int, rank: int, device: torch.device) -> torch.Generator:
-    """Make the generator of batches: a resumed run draws others than those already seen, yet the same ones every time."""
+    """Make the generator of batches: a resumed run draws others than those already seen, yet the same ones every time.
+    """
     seed = seed * 1_000_003 + step + rank * _APART
     return torch.Generator(device=device).manual_seed(seed % 2**64)
 

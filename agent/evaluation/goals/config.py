@@ -22,13 +22,13 @@ class GoalsConfig:
     """The options on which a row depends.
 
     Attributes:
-        objects: as `load_objects` takes it.
+        objects: as for `load_objects`.
         weights: folder of the checkpoints; `None` for the shipped ones.
         seed: of scenes, sensor noise and sampling.
         candidates: arrangements that a planner proposes per scene.
         arm: build with the arm too, where the arrangement stands without it.
-        allow_unverified: use checkpoints that differ from their model cards. Rows are told apart by the checksums of the
-            networks in any case.
+        allow_unverified: use checkpoints that differ from their model cards. Rows are told apart by the checksums of
+            the networks in any case.
     """
 
     objects: str

@@ -23,14 +23,14 @@ class SuccessConfig:
     """The options on which a row depends.
 
     Attributes:
-        objects: as `load_objects` takes it.
+        objects: as for `load_objects`.
         weights: folder of the checkpoints; `None` for the shipped ones.
         seed: of scenes, sensor noise and sampling.
         candidates: arrangements that a planner proposes per scene.
         top_k: how many of them are tried at most, no more than there are.
-        objects_per_scene, table, camera: as `conditions_of` takes them.
-        allow_unverified: use checkpoints that differ from their model cards. Rows are told apart by the checksums of the
-            networks in any case.
+        objects_per_scene, table, camera: as for `conditions_of`.
+        allow_unverified: use checkpoints that differ from their model cards. Rows are told apart by the checksums of
+            the networks in any case.
     """
 
     objects: str
@@ -55,8 +55,8 @@ class SuccessConfig:
     def candidates_of(self, model: str) -> int:
         """Return how many arrangements a planner proposes: only as many as are tried if it neither ranks nor searches.
 
-        The proposals of such a planner are independent draws in the order of drawing, so that the first few have the same
-        distribution however many follow.
+        The proposals of such a planner are independent draws in the order of drawing, so that the first few have the
+        same distribution however many follow.
         """
         parts = PLANNERS[model]
         chooses = parts.ranked or parts.cem or parts.rollouts

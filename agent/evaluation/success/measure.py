@@ -60,7 +60,7 @@ def measure_success(
         UsageError: for an unknown planner or structure, more tries than candidates, a folder of another evaluation, or
             a cluster that does not answer.
         BadInput: for a folder that cannot be written to.
-        SceneError: when no scene can be drawn from these objects.
+        SceneError: if no scene can be drawn from these objects.
         CheckpointError: for a checkpoint that is missing or does not fit.
         NotVerified: for checkpoints that differ from their cards, unless that is allowed.
     """

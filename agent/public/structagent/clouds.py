@@ -119,7 +119,7 @@ def check_places(clouds: Sequence[np.ndarray], table: Table, bottoms: Sequence[f
 
 
 def checked_colors(colors: Any, clouds: Sequence[np.ndarray]) -> tuple[np.ndarray | None, ...]:
-    """Check and return for each cloud (P, 3) its colours (P, 3) uint8, read-only; `None` where none are given.
+    """Check and return for each cloud (P, 3) its colours (P, 3) uint8, read-only; `None` if none are given.
 
     Raises:
         StructagentError: for another number of entries, shape or range.
@@ -158,7 +158,7 @@ def checked_names(names: Any, count: int, place: str = "names") -> tuple[tuple[s
     An object without a name is "object 3" by its number, counted from 1.
 
     Raises:
-        StructagentError: for another number of names, and for what is no name.
+        StructagentError: for another number of names, and for anything that is not a name.
     """
     legal = "one name for each cloud, such as 'cup' or 'soup can', or None for an object without a name"
     if names is None:
@@ -214,7 +214,7 @@ def checked_table(table: Any) -> Table:
     """Check and return the table top; that of the simulated table where nothing is said.
 
     Raises:
-        StructagentError: for what is no rectangle of a table's size.
+        StructagentError: for anything that is not a rectangle of a table's size.
     """
     if table is None:
         return Table()

@@ -32,11 +32,11 @@ class ParsedInstruction:
     Attributes:
         text: the instruction.
         spec: the five slots in the world frame; a slot that was left open is `None`.
-        goal: all parts, in the world frame: structures with their slots and keys, and relations. Objects are indices into
-            those that were given, or the text's words without a scene. Empty where it is refused or has to ask.
+        goal: all parts, in the world frame: structures with their slots and keys, and relations. Objects are indices
+            into those that were given, or the text's words without a scene. Empty where it is refused or has to ask.
         status: "ok", "ask" (the speaker has to say more) or "refused".
         message: the question, why it is refused, or what else has to be said; may be empty.
-        options: with "ask", the answers that may be meant, the likeliest first.
+        options: with "ask", the answers that may be meant, the most likely first.
         objects: the names of the objects that are meant, or the text's words for them without a scene; `None` for all.
         dropped: slot -> value that was understood but cannot go with the rest, such as a tower's size.
         confidence: slot -> how sure the parser is, in [0, 1].
@@ -138,7 +138,7 @@ def buildable(goal: Interpretation, hint: str = "") -> Interpretation:
         hint: what may help where objects have other names.
 
     Raises:
-        StructagentError: where it is refused, or has to ask.
+        StructagentError: if it is refused, or has to ask.
     """
     if goal.status != "ok":
         hints = (goal.message, hint if goal.status == "refused" else "")
@@ -150,7 +150,7 @@ def goal_of_text(cache: ResourceCache, text: Any, viewpoint: Any, parser: Any = 
     """Interpret a sentence, whatever objects there are.
 
     Raises:
-        StructagentError: where it is refused, or has to ask.
+        StructagentError: if it is refused, or has to ask.
     """
     return buildable(_interpreted(cache, text, viewpoint, parser))
 
@@ -159,7 +159,7 @@ def scene_goal_of_text(cache: ResourceCache, text: str, scene: Scene, viewpoint:
     """Interpret a sentence about the objects of a scene.
 
     Raises:
-        StructagentError: where it is refused, where it has to ask, and where objects that it names are not there.
+        StructagentError: if it is refused, needs a question, or names objects that are not there.
     """
     goal = buildable(_interpreted(cache, text, viewpoint, parser, scene.referents))
     notes = (goal.message, goal.fallback, *dropped_notes(goal.spec, goal.parse.dropped))
@@ -216,7 +216,7 @@ def checked_goal(values: Mapping[str, Any] | Goal, names: Sequence[str]) -> Goal
 
     Raises:
         StructagentError: for an object that is not there, and a goal without parts.
-        GoalError: for what is not a legal goal.
+        GoalError: for anything that is not a legal goal.
     """
     goal = Goal.from_dict((values if isinstance(values, Mapping) else values.to_dict()))
     legal = f"indices of 0 to {len(names) - 1}, or names: {', '.join(names)}"

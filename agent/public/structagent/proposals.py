@@ -149,9 +149,9 @@ def propose(
     Args:
         clouds: N arrays (P, 3), metres, world frame, or a `Scene`.
         instruction: a sentence in English, which also says which objects are meant; or slots, as a `StructureSpec` or a
-            dict such as {"shape": "circle", "size": "small"}; or a goal of several parts, as a `Goal` or a dict with the
-            key "parts", whose objects are indices or names.
-        names, colors, bottoms, table: of the clouds, as `Scene.from_clouds` takes them; not with a `Scene`.
+            dict such as {"shape": "circle", "size": "small"}; or a goal of several parts, as a `Goal` or a dict with
+            the key "parts", whose objects are indices or names.
+        names, colors, bottoms, table: of the clouds, as for `Scene.from_clouds`; not with a `Scene`.
         objects: with slots, the indices or names of the objects that take part; by default all.
         viewpoint: with a sentence, whose left and right is meant: "robot", or "opposite" for a person across the table.
         parser: with a sentence, "embedding", or "llm" for the local language model.
@@ -228,7 +228,7 @@ def checked_weights(weights: Any) -> Path | None:
     """Check and return the folder of checkpoints, absolute, or `None` for those shipped.
 
     Raises:
-        StructagentError: for what is no path.
+        StructagentError: for anything that is not a path.
     """
     if weights is not None and (not isinstance(weights, str | os.PathLike) or not os.fspath(weights)):
         raise wrong_argument(f"weights cannot be {shown(weights)}; legal: a folder of checkpoints, or None")

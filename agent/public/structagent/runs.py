@@ -92,7 +92,7 @@ def run(
     Args:
         instruction: a sentence in English.
         scene, objects, at, topics, world_from_camera, nouns: as `load_scene` takes its source and options.
-        model, weights, allow_unverified: the planner, as `propose` takes it.
+        model, weights, allow_unverified: the planner, as for `propose`.
         seed: everything drawn at random follows from it, in [0, 2**63).
         execute: build with the arm; `False` stops at the chosen arrangement and only tries it in physics.
         viewpoint: whose left and right is meant: "robot", or "opposite" for a person across the table.
@@ -104,7 +104,7 @@ def run(
         What became of it. A structure that does not stand is a result, with `success` false.
 
     Raises:
-        StructagentError: where nothing was tried, because the instruction or an argument cannot be used.
+        StructagentError: if nothing was tried, because the instruction or an argument cannot be used.
     """
     check_text(instruction)
     checked_source(scene, objects)
@@ -182,7 +182,7 @@ class _Log:
         """Return the result of a run that has finished.
 
         Raises:
-            StructagentError: where nothing was tried.
+            StructagentError: if nothing was tried.
         """
         failed, finished = self._last.get("Failed"), self._last["Finished"]
         if failed is not None and failed.exit_code in _REFUSED:

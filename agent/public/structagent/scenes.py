@@ -74,9 +74,9 @@ class Scene:
 
         Args:
             clouds: N arrays (P, 3), P at least 20, or one array (N, P, 3): any real dtype, metres, world frame.
-            names: what each object is, such as "cup" or "soup can"; `None` where nobody knows.
-            colors: for each cloud (P, 3), an RGB triple for the whole object, or `None`: integers of 0 to 255, or floats
-                of 0 to 1.
+            names: what each object is, such as "cup" or "soup can"; `None` if nobody knows.
+            colors: for each cloud (P, 3), an RGB triple for the whole object, or `None`: integers of 0 to 255, or
+                floats of 0 to 1.
             bottoms: z of what each object stands on, metres; by default 0, the table top.
             table: (x_min, x_max, y_min, y_max) of the table top, metres; by default that of the simulated table.
 

@@ -54,7 +54,7 @@ class NoiseScheduler:
         """Choose `count` of the T steps for sampling, noisiest first, and the sampler.
 
         Raises:
-            ValueError: when count is not in 1..T, or the sampler is unknown.
+            ValueError: if count is not in 1..T, or the sampler is unknown.
         """
         if not 1 <= count <= self.steps:
             raise ValueError(f"the number of sampling steps cannot be {count}; legal values: 1 to {self.steps}")
