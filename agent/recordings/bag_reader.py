@@ -93,7 +93,7 @@ class Bag:
         path: the file or folder.
         start, end: when its first and its last message were recorded, nanoseconds.
         streams: its streams, by topic and type.
-        notes: what was repaired to read it, each a sentence.
+        notes: repairs that were needed to read it, a sentence each.
     """
 
     def __init__(self, path: Path, reader: Reader1 | Reader2, notes: Sequence[str], unpacking: Unpacking) -> None:
@@ -177,7 +177,7 @@ def open_bag(path: Path, limits: UnpackingLimits = UnpackingLimits()) -> Iterato
 
 
 def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
-    """Open a reader of the bag; return it and what was repaired for it."""
+    """Open a reader of the bag; return it and the notes on repairs."""
     if path.is_dir():
         return _opened_folder(path)
     if path.suffix not in SUFFIXES:

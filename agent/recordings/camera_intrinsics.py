@@ -1,4 +1,4 @@
-"""Find a camera's intrinsics in the files that data sets store beside their pictures."""
+"""Find a camera's intrinsics in the files that datasets store with their images."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Unpack compressed bags within limits, whatever their headers claim.
+"""Unpack compressed bags within limits, independent of the sizes in their headers.
 
 The library that reads bags unpacks whole pieces without asking how large they become. Its unpackers are replaced here,
 where it looks them up, by ones that stop at the limit.
@@ -68,7 +68,7 @@ class Unpacking:
 
     @contextmanager
     def counted(self) -> Iterator[None]:
-        """Count what is unpacked within the context."""
+        """Count the bytes that are unpacked within the context."""
         token = _CURRENT.set(self)
         try:
             yield
@@ -79,7 +79,7 @@ class Unpacking:
         """Unpack one packed piece.
 
         Args:
-            start: makes an unpacker, such as `bz2.BZ2Decompressor`.
+            start: creates an unpacker, such as `bz2.BZ2Decompressor`.
             data: the packed bytes.
 
         Raises:

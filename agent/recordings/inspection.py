@@ -53,7 +53,7 @@ class FrameInfo:
 
     Attributes:
         name: the frame.
-        parent: the frame in which it stands.
+        parent: its parent frame.
         static: whether it stands there always.
     """
 
@@ -71,10 +71,10 @@ class BagInfo:
         seconds: the duration of the recording.
         topics: by name.
         frames: tf, by parents and names.
-        there: what a run can use -> whether the bag has it: "points", "colour", "lens", "arm's joints",
+        there: input of a run -> whether the bag has it: "points", "colour", "lens", "arm's joints",
             "camera to arm".
         used: what would be used -> its purpose.
-        notes: what is missing, assumed or repaired, each a sentence.
+        notes: missing inputs, assumptions and repairs, a sentence each.
     """
 
     path: Path
@@ -103,11 +103,11 @@ def inspect_bag(path: Path, named: Mapping[str, str] | None = None) -> BagInfo:
 
     Args:
         path: a bag of any kind.
-        named: role -> topic, as `ReadingOf.topics` has them.
+        named: role -> topic, as in `ReadingOf.topics`.
 
     Raises:
         BadInput: if it is not a bag, or too damaged to be read, or has no topic that is named.
-        UsageError: for a role that there is none of.
+        UsageError: for an unknown role.
     """
     with open_bag(path) as bag:
         check_named(bag, named or {})

@@ -208,7 +208,7 @@ def _looks(bag: Bag, choice: Choice, lens: Lens | None, moment: int, most: int) 
 
 
 def _from_one_place(bag: Bag, looks: list[Found[_Look]], frames: Frames) -> list[Found[_Look]]:
-    """Keep the measurements for which, according to tf, the camera stood where it stood for the first."""
+    """Keep the measurements at which the camera, according to tf, had the same pose as at the first one."""
     camera, base = looks[0].value.frame, base_frame(frames)
     path = frames.path(base, camera)
     if frames.all_static(path):

@@ -30,7 +30,7 @@ def depth_message(writer: BagWriter, depth: np.ndarray, seconds: float, frame: s
 
 
 def fine_depth_message(writer: BagWriter, depth: np.ndarray, seconds: float, frame: str) -> Any:
-    """Return depth (H, W) as `depth_message` has it, but 32FC1: metres, NaN where nothing was measured."""
+    """Return depth (H, W) as `depth_message` does, but as 32FC1: metres, NaN where nothing was measured."""
     return _image(writer, np.ascontiguousarray(depth, dtype="<f4"), "32FC1", seconds, frame)
 
 

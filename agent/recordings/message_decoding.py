@@ -65,7 +65,7 @@ def cloud_points(message: Any) -> tuple[np.ndarray, np.ndarray | None]:
         raise BadInput(f"a cloud has no usable field {' and '.join(missing)}; its fields: {named}")
 
     def values(name: str, kind: str | None = None) -> np.ndarray:
-        """Return a field as (H, W), read where it lies; `kind` reads the same bytes as another type."""
+        """Return a field as a view (H, W) of the message; `kind` interprets the bytes as another type."""
         found, offset = kinds[name]
         dtype = np.dtype({"names": ["it"], "formats": [kind or found], "offsets": [offset], "itemsize": step})
         return np.ndarray((height, width), dtype, np.ascontiguousarray(message.data), 0, (row_step, step))["it"]
@@ -101,11 +101,11 @@ class Lens:
     """The lens that a CameraInfo describes.
 
     Attributes:
-        matrix: (3, 3) of the pinhole camera, pixels; pixel centres lie at whole numbers, as ROS has them.
+        matrix: (3, 3) of the pinhole camera, pixels; pixel centres lie at whole numbers, as in ROS.
         distortion: the coefficients k1 k2 p1 p2 k3 k4 k5 k6; all zero for a rectified picture.
         width, height: of the picture, pixels.
         frame: the optical frame.
-        note: what was ignored, or "".
+        note: a remark on ignored content, or "".
     """
 
     matrix: np.ndarray

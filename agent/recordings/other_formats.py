@@ -12,12 +12,13 @@ from agent.recordings.rgbd_folder import read_rgbd
 
 
 def read_other(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
-    """Read a .ply or .pcd file, or the first look of a folder of pictures as `agent.recordings.rgbd_folder` has them.
+    """Read a .ply or .pcd file, or the first frame of a folder of images as described in
+    `agent.recordings.rgbd_folder`.
 
     Such recordings do not contain the arm's pose: only `options.world_from_camera` can.
 
     Raises:
-        BadInput: if there is nothing, or nothing that can be used.
+        BadInput: if the path does not exist, or has no usable data.
         UsageError: for options that only bags know.
     """
     for given, name in ((options.at is not None, "--at"), (bool(options.topics), "--topic")):

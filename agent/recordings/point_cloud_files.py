@@ -29,7 +29,7 @@ class _Header:
     Attributes:
         height, width: rows and columns of its points.
         needed: the least size of the whole file, bytes.
-        lines: lines of text after the header that its points take; 0 if they are no text.
+        lines: the number of text lines with points after the header; 0 for binary points.
         length: the length of the header, bytes.
     """
 
@@ -41,9 +41,9 @@ class _Header:
 
 
 def read_cloud(path: Path) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ...]]:
-    """Read points (H, W, 3) float32, metres, colours (H, W, 3) uint8 or `None`, and what was assumed, a sentence each.
+    """Read points (H, W, 3) float32, metres, colours (H, W, 3) uint8 or `None`, and assumptions, a sentence each.
 
-    An organised .pcd keeps its rows and columns, anything else is one row.
+    An organised .pcd keeps its rows and columns; any other cloud is one row.
 
     Raises:
         BadInput: for a file that is not there, damaged, empty, or without coordinates.

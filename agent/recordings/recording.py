@@ -7,9 +7,10 @@
 | `DepthFrame.intrinsics` | float64 (3, 3) | pixels | `None` if they are unknown |
 | `ArmState.joints` | float | rad, not wrapped | a name without the arm's prefix -> angle |
 | `Recording.base_from_camera` | float64 (4, 4) | the arm's `link_base`: x left, y back, z up; m | or `None` |
-| `Recording.world_from_camera` | float64 (4, 4) | `world` of the project; m | only where it is given by hand |
+| `Recording.world_from_camera` | float64 (4, 4) | `world` of the project; m | only if given by the user |
 
-An unorganised cloud is one row: H = 1. `link_base` is the frame of the maker's description: its origin is the centre of
+An unorganised cloud is one row: H = 1. `link_base` is the frame of the manufacturer's description: its origin is the
+    centre of
 the base's bottom, and the usual workspace lies on its -y side.
 """
 
@@ -56,12 +57,12 @@ class Recording:
 
     Attributes:
         path: the file or folder.
-        frame: what the camera measured.
+        frame: the measurement of the camera.
         base_from_camera: (4, 4), or `None`.
         world_from_camera: (4, 4) as given by hand, or `None`.
         arm: how the arm stood, or `None`.
-        used: what was used, and for what: "depth" -> "/camera/depth/image_raw".
-        notes: what was assumed, left out or repaired, each a sentence for the report.
+        used: purpose -> topic, such as "depth" -> "/camera/depth/image_raw".
+        notes: assumptions, omissions and repairs, a sentence each for the report.
     """
 
     path: Path

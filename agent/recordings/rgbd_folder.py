@@ -36,7 +36,7 @@ class RgbdPicture:
         color: (H, W, 3) uint8 RGB, or `None`.
         intrinsics: (3, 3), pixels; pixel centres lie at whole numbers.
         used: "depth", "color" and "intrinsics" -> the file.
-        notes: what was assumed or left out, each a sentence.
+        notes: assumptions and omissions, a sentence each.
     """
 
     name: str

@@ -90,7 +90,7 @@ class _Tried(Generic[T]):
 
     @property
     def enough(self) -> bool:
-        """Return whether so many messages were invalid that the others will be too."""
+        """Return whether enough messages were invalid to give up on the stream."""
         return self._spoilt >= _MOST_SPOILT
 
     def __call__(self, message: Message) -> Found[T] | None:
@@ -119,7 +119,7 @@ def fused(looks: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray, int]:
     """Fuse several measurements of one scene into one with fewer holes and less noise.
 
     Args:
-        looks: (H, W, 3) points each, the reference first; those in which much has moved are left out.
+        looks: (H, W, 3) points each, the reference first; frames with much motion are left out.
 
     Returns:
         The points (H, W, 3), the look (H, W) that each was taken from, and how many looks took part. Each is a

@@ -20,7 +20,7 @@ _MOST_STATIC = 10_000  # messages; a bag with more of them on a static topic is 
 
 
 class TransformLoop(BadInput):
-    """A tf tree with a loop; the message has its frames."""
+    """Raised for a tf tree with a loop; the message has its frames."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +44,8 @@ class Frames:
 
     Attributes:
         moment: nanoseconds.
-        transforms: (child, parent) -> the latest before the moment, or the first after it where there is none before.
-        spoilt: what was wrong with transforms, a sentence each.
+        transforms: (child, parent) -> the latest before the moment, or the first after it if there is none before.
+        spoilt: errors in transforms, a sentence each.
     """
 
     moment: int
@@ -83,7 +83,7 @@ class Frames:
         return {name for edge in self.transforms for name in edge}
 
     def parents(self, name: str) -> list[str]:
-        """Return the parents of a frame by name; there is one unless tf is broken."""
+        """Return the parents of a frame by name; a valid tree has one."""
         return sorted(parent for child, parent in self.transforms if child == name)
 
     def loop(self, name: str) -> list[str]:
@@ -198,7 +198,7 @@ def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarr
     Args:
         frames: at the moment of the picture.
         camera: the optical frame.
-        prefix: what the arm's names begin with, where it is known.
+        prefix: the prefix of the arm's names, if known.
 
     Raises:
         TransformLoop: when tf has a loop. If tf does not reach the arm, which is common, a note says so.

@@ -32,7 +32,7 @@ class Offer:
         stream: the stream.
         role: "points", "depth", "color" or "depth_info" (any CameraInfo).
         frame: the optical frame.
-        width, height: pixels; 0 if that is not known.
+        width, height: pixels; 0 if unknown.
         colored: whether a cloud has colours.
         problem: why it cannot be used, or "".
     """
@@ -68,8 +68,8 @@ class Choice:
         depth: a depth picture, or `None`.
         depth_info: the CameraInfo of the depth picture, or of an organised cloud.
         color: a colour picture, or `None`.
-        color_info: its CameraInfo, where it must be laid over the depth.
-        aligned: whether the colour's pixels are those of the points.
+        color_info: the CameraInfo of the colour image, if it has to be aligned with the depth.
+        aligned: whether the pixels of the colour image correspond to the points.
     """
 
     points: Offer | None = None
@@ -81,7 +81,7 @@ class Choice:
 
     @property
     def source(self) -> Offer:
-        """Return what the points are made from."""
+        """Return the source of the points."""
         chosen = self.points or self.depth
         assert chosen is not None
         return chosen
@@ -148,7 +148,7 @@ def choose(bag: Bag, named: Mapping[str, str]) -> Choice:
 
     Raises:
         UsageError: for a role that there is none of.
-        BadInput: if a topic is not there, or there is nothing to make a picture of.
+        BadInput: if a topic is missing, or no topic has points or depth.
     """
     check_named(bag, named)
     there = offers(bag)
@@ -189,7 +189,7 @@ def check_named(bag: Bag, named: Mapping[str, str]) -> None:
     """Check that every topic that the user names exists and has a fitting type.
 
     Raises:
-        UsageError: for a role that there is none of, or for two that exclude each other.
+        UsageError: for an unknown role, or for two that exclude each other.
         BadInput: for a topic that is not there.
     """
     for role, topic in named.items():
@@ -212,7 +212,7 @@ def _of_role(there: list[Offer], role: str, named: Mapping[str, str]) -> list[Of
 
 
 def _info_for(there: list[Offer], named: Mapping[str, str], picture: Offer) -> Offer | None:
-    """Return the CameraInfo of a picture: the named one, the one beside it, or one of its frame and size."""
+    """Return the CameraInfo of an image: the named one, the one in its namespace, or one with its frame and size."""
     if picture.role in ("depth", "points") and "depth_info" in named:
         return _of_role(there, "depth_info", named)[0]
     infos = [offer for offer in there if offer.role == "depth_info" and not offer.problem]

@@ -7,10 +7,10 @@ The .json file, in radians, seconds since the beginning, and rad/s:
 | `schema_version` | 1 |
 | `model` | "j2s7s300", "j2n6s300" or "j2s6s300" |
 | `joints`, `fingers` | the names of the arm's joints and of the fingers, with their prefix |
-| `segments` | one after the other, each beginning where the one before ended |
+| `segments` | in order, each beginning where the previous one ended |
 | `segments[].name` | what for: "reach mug 1", "close hand", ... |
 | `segments[].start`, `.duration` | when it begins, and how long it takes |
-| `segments[].arm` | `times` since its start, `positions` and `velocities` per time; `null` where the arm rests |
+| `segments[].arm` | `times` since its start, `positions` and `velocities` per time; `null` while the arm rests |
 | `segments[].hand` | the same of the fingers, with `turns`, the driver's unit: 0 open to 6800 closed |
 
 A bag (.bag for ROS 1, .mcap or a folder for ROS 2) holds the same, stamped with when each segment begins:
@@ -21,7 +21,7 @@ A bag (.bag for ROS 1, .mcap or a folder for ROS 2) holds the same, stamped with
 | `/PREFIX_driver/fingers/command` | trajectory_msgs/JointTrajectory | the fingers, rad; the driver has no such topic |
 | `/PREFIX_driver/out/joint_state` | sensor_msgs/JointState | how the twin moved, for RViz |
 
-No joint goes faster than its maker allows, and continuous joints are counted from where the recording had wound them.
+No joint exceeds the manufacturer's speed limit, and continuous joints continue from their recorded turns.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class Motion:
         start: s since the beginning of the log.
         times: (T,) s since `start`, increasing from 0.
         joints: (T, n) rad, commanded. fingers: (T, 3) rad, commanded.
-        moved: (T, n + 3) rad, where the twin's joints and fingers were then.
+        moved: (T, n + 3) rad, the positions of the twin's joints and fingers at these times.
     """
 
     name: str

@@ -41,7 +41,7 @@ def still_frames(content: bytes) -> list[bytes] | None:
     """Extract the frames of an animated WebP file, each as a WebP file of its own.
 
     Returns:
-        `None` if they are not whole pictures, as in films by other programs.
+        `None` if they are not complete pictures, as in films by other programs.
     """
     chunks = list(_chunks(content[12:]))
     frames = [body for name, body in chunks if name == b"ANMF"]

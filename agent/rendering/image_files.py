@@ -27,7 +27,7 @@ class Picture:
 
     Attributes:
         name: its file's stem.
-        caption: what it shows.
+        caption: the caption.
         content: the bytes of a WebP file.
     """
 

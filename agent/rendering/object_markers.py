@@ -33,7 +33,7 @@ class Marker:
         outline: (K, 2) its corners seen from above, world frame.
         color: RGB, its own.
         faint: whether it takes no part.
-        below: the name of what it stands on; empty for the table.
+        below: the name of the object below it; empty for the table.
     """
 
     letter: str
@@ -45,7 +45,7 @@ class Marker:
 
 
 def markers_of_scene(scene: Mapping[str, Any]) -> list[Marker]:
-    """Return the objects where they were seen, the lowest first, as they are drawn one over the other.
+    """Return markers of the objects at their observed places, the lowest first, in drawing order.
 
     Args:
         scene: the JSON form of `Perceived`.
@@ -57,11 +57,11 @@ def markers_of_scene(scene: Mapping[str, Any]) -> list[Marker]:
 def markers_of_candidate(
     scene: Mapping[str, Any], positions: Sequence[Sequence[float]], turns: Sequence[float]
 ) -> list[Marker]:
-    """Return the objects where an arrangement puts them, the lowest first; those that take no part stay.
+    """Return markers of the objects at their goals, the lowest first; distractors stay in place.
 
     Args:
         scene: the JSON form of `Perceived`.
-        positions: (N, 3) where the cloud's mean of each object that takes part goes, world frame.
+        positions: (N, 3) goal of the mean of each participant's cloud, world frame.
         turns: (N,) how far each turns about z, or empty.
 
     Raises:
@@ -125,7 +125,7 @@ def _inside(outline: np.ndarray, point: np.ndarray) -> bool:
 
 
 def stacks(markers: Sequence[Marker]) -> list[list[Marker]]:
-    """Return what stands on each other: each stack from its bottom upward; one object alone is none."""
+    """Return the stacks of two or more objects, each from the bottom upward."""
     root: dict[str, str] = {}
     for marker in markers:  # the lowest first
         root[marker.label] = root.get(marker.below) or marker.label
@@ -134,7 +134,7 @@ def stacks(markers: Sequence[Marker]) -> list[list[Marker]]:
 
 
 def stack_sentence(stack: Sequence[Marker]) -> str:
-    """Return a stack in words, the top first: "3 on 2 on 1"; where several stand on one, "2 on 1, 3 on 1"."""
+    """Describe a stack from the top, as in "3 on 2 on 1", or "2 on 1, 3 on 1" if several objects stand on one."""
     if all(upper.below == lower.label for lower, upper in zip(stack, stack[1:], strict=False)):
         return " on ".join(marker.letter for marker in reversed(stack))
     letter_of = {marker.label: marker.letter for marker in stack}

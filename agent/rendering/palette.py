@@ -1,6 +1,6 @@
-"""Choose the colour in which an object is drawn: its own, the same in the terminal, on the page and in every picture.
+"""Choose the colour of an object in drawings: its own, the same in the terminal, on the page and in every picture.
 
-Objects of one colour are told apart by the numbers and names drawn on them, and by outlines that contrast with it.
+Objects of the same colour are distinguished by numbers, names and contrasting outlines.
 """
 
 from __future__ import annotations
@@ -47,12 +47,12 @@ def ink_on(color: Sequence[float]) -> RGB:
 
 
 def rim_of(color: Sequence[float]) -> RGB:
-    """Return the colour of an outline that contrasts with the colour itself: dark, or light around what is dark."""
+    """Return the colour of an outline that contrasts with a colour: light for a dark colour, otherwise dark."""
     return OUTLINE if luma(color) > 110 else _LIGHT_RIM
 
 
 def alike(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Return whether two colours beside each other are hard to tell apart, so that a line has to part them."""
+    """Return whether two neighbouring colours are hard to distinguish, so that a line has to separate them."""
     brighter, darker = sorted((_luminance(one), _luminance(other)), reverse=True)
     near = max(abs(a - b) for a, b in zip(one, other, strict=True)) < 60
     return near and (brighter + 0.05) / (darker + 0.05) < _LOW_CONTRAST

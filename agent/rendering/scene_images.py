@@ -33,7 +33,7 @@ class _Sheet:
     """A drawing in world coordinates, twice as large as it will be.
 
     Args:
-        image: what is drawn upon.
+        image: the image to draw on.
         pixels: world points (P, 3) to columns and rows (P, 2).
     """
 
@@ -94,7 +94,7 @@ class _Sheet:
             passed += length
 
     def arrow(self, start: np.ndarray, goal: np.ndarray, own: RGB) -> None:
-        """Draw an arrow from where an object starts to the outline of where it goes; nothing where these overlap.
+        """Draw an arrow from an object's start to the outline at its goal; nothing if these overlap.
 
         Args:
             start, goal: (P, 3) its points there, world frame.
@@ -119,11 +119,11 @@ class _Sheet:
         self.pen.polygon(head, fill=own)
 
     def label(self, text: str, points: np.ndarray, color: RGB | None) -> None:
-        """Draw a name on a plate below what it names, and below the plates that are there already.
+        """Draw a name on a plate below its object, and below existing plates.
 
         Args:
             text: the name.
-            points: (P, 3) what it names, world frame.
+            points: (P, 3) the object's cloud, world frame.
             color: of the plate, the object's own; by default the plate is light, as that of what takes no part.
         """
         text = text if len(text) <= _LONGEST_NAME else text[: _LONGEST_NAME - 1].rstrip() + "…"
@@ -174,7 +174,7 @@ def _table_sheet(table: Table) -> _Sheet:
 
 
 def _entry(outside: np.ndarray, inside: np.ndarray, outline: list[tuple[float, float]]) -> np.ndarray:
-    """Return where the segment between two points first meets an outline (pixels); its end if it does not."""
+    """Return the first point (pixels) where a segment meets an outline; the end of the segment if it does not."""
     way = inside - outside
     shares = [1.0]
     for one, other in zip(np.array(outline), np.array(outline[1:]), strict=False):
@@ -206,7 +206,7 @@ def _quiet(sheet: _Sheet, clouds: tuple[ObjectCloud, ...]) -> None:
 
 
 def from_above(scene: Scene) -> np.ndarray:
-    """Draw what the camera saw, from above: (H, W, 3) uint8."""
+    """Draw the observation from above: (H, W, 3) uint8."""
     sheet = _table_sheet(scene.table)
     _quiet(sheet, scene.distractors)
     for index, cloud in enumerate(scene.objects):
@@ -217,7 +217,7 @@ def from_above(scene: Scene) -> np.ndarray:
 
 
 def goal_from_above(scene: Scene, arrangement: Arrangement) -> np.ndarray:
-    """Draw the goal from above, (H, W, 3) uint8: every cloud moved there, in front of where it starts, and an arrow."""
+    """Draw the goal from above, (H, W, 3) uint8: every cloud at its start and, in front, at its goal, with an arrow."""
     sheet = _table_sheet(scene.table)
     _quiet(sheet, scene.distractors)
     moved = _moved(scene, arrangement)

@@ -20,7 +20,7 @@ def side_view(markers: Sequence[Marker], table: Sequence[float], columns: int, c
         table, columns, colors: as there.
 
     Returns:
-        The stacks in words, then the lines, of the width of the picture; nothing where nothing stands on anything.
+        The stacks in words, then the lines of the picture; empty if there is no stack.
     """
     columns = max(columns, LEAST_COLUMNS)
     width = columns - 2

@@ -40,9 +40,9 @@ def colors_of(console: Console) -> int:
 
 
 def picture(markers: Sequence[Marker], table: Sequence[float], columns: int, colors: int) -> list[Text]:
-    """Draw the table and what is on it, from above.
+    """Draw the table and its objects from above.
 
-    Every object has its own colour; an object that takes no part is hatched and has a small letter. The letter is in the
+    Every object has its own colour; distractors are hatched and have a small letter. The letter is in the
     middle of the object; that of an object underneath another is below the other's. The letter of an object that is off
     the table is on the table's edge.
 
@@ -50,7 +50,7 @@ def picture(markers: Sequence[Marker], table: Sequence[float], columns: int, col
         markers: the objects; later ones cover earlier ones.
         table: (x_min, x_max, y_min, y_max), world frame.
         columns: the width, edge included; at least `LEAST_COLUMNS` are drawn. The height follows.
-        colors: as `colors_of` has it; with 0, ASCII characters are drawn.
+        colors: as from `colors_of`; with 0, ASCII characters are drawn.
 
     Returns:
         One text per line, all of the same width.
@@ -130,7 +130,8 @@ def _owners(samples: np.ndarray, shapes: int) -> np.ndarray:
 
 
 def _inside(corners: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Return which points of a grid are inside a polygon (K, 2), (R, C): those with an odd number of sides on the left."""
+    """Return which points of a grid are inside a polygon (K, 2), (R, C): those with an odd number of sides on the left.
+    """
     inside = np.zeros((len(rows), len(columns)), dtype=bool)
     for (row, column), (next_row, next_column) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         crossed = (row > rows) != (next_row > rows)
@@ -246,7 +247,7 @@ def side_by_side(pictures: Sequence[list[Text]], captions: Sequence[Sequence[str
     """Put pictures next to each other, as many as fit, with their captions below, cut to the picture's width.
 
     Args:
-        pictures: as `picture` draws them.
+        pictures: as from `picture`.
         captions: the lines below each.
         width: of the terminal, in columns.
     """
@@ -275,7 +276,7 @@ def side_by_side(pictures: Sequence[list[Text]], captions: Sequence[Sequence[str
 
 
 def cut(line: str | Text, columns: int) -> Text:
-    """Cut a line where it is longer than that."""
+    """Cut a line to a number of columns."""
     text = line.copy() if isinstance(line, Text) else Text(line)
     text.truncate(columns, overflow="ellipsis")
     return text

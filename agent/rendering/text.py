@@ -8,7 +8,7 @@ from typing import Any
 
 
 def number(value: float | None, digits: int = 1) -> str:
-    """Format a number for people; a dash where there is none."""
+    """Format a number for display; a dash for `None`."""
     if value is None or not math.isfinite(value):
         return "-"
     return f"{value:.{digits}f}"

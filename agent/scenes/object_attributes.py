@@ -1,4 +1,4 @@
-"""Return attributes of objects to which instructions can refer besides the name: colour and size."""
+"""Determine the attributes of objects that instructions can refer to: colour and size."""
 
 from __future__ import annotations
 

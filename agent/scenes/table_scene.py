@@ -43,18 +43,18 @@ class TableScene:
     """A table that the pipeline can look at and work on; use it in a `with` block, which ends its physics.
 
     Args:
-        models: the objects, those that take part first.
+        models: the objects, participants first.
         world_from_initial: (M, 4, 4) their poses.
         count: how many take part.
         noise: draws the sensor's noise.
         table: the table top.
-        names: what the objects are called, unique; by default their nouns, numbered.
+        names: the unique names of the objects; by default their nouns, numbered.
         display_names: what an instruction can call them; by default their names.
         attributes: their colours and sizes; by default those of the models.
-        ground: the whole surface that carries things, where it is more than the table top.
+        ground: the whole supporting surface, if it is larger than the table top.
         camera: what looks at the table.
         arm: how the arm stands, by default folded.
-        world_from_base: (4, 4) where its base stands, upright.
+        world_from_base: (4, 4) pose of its base, upright.
 
     Attributes:
         models, world_from_initial, count, names, display_names: as given.
@@ -63,10 +63,10 @@ class TableScene:
         missing: name -> why an object that was asked for takes no part.
         notes: what had to be assumed of the table and the arm, a sentence each.
         labelled: a picture (H, W, 3) uint8 with the objects marked and named, or `None`.
-        bodies: what the bodies are: "the true objects", or those that a recording was completed to.
+        bodies: a description of the bodies: "the true objects", or the completed bodies of a recording.
         world: the physics that the arm acts in, its bodies in the same order.
         arm: the arm.
-        prefix: what the arm's driver puts before the names of its joints.
+        prefix: the prefix of the driver's joint names.
     """
 
     out_of_reach: tuple[str, ...] = ()
@@ -118,7 +118,7 @@ class TableScene:
         self.world.close()
 
     def look(self) -> Scene:
-        """Return what the camera sees: the objects that take part, and the distractors.
+        """Return the camera's observation: the participants and the distractors.
 
         What was seen before and only moved since, upright, keeps the cloud of its first look: from a tower the camera
         sees little but the top. Where it is now is taken from the simulation's poses, as when the arm builds: this
@@ -160,7 +160,7 @@ class TableScene:
 
     @property
     def untouched(self) -> bool:
-        """Return whether everything is still where it was seen first."""
+        """Return whether every object is still in its first observed place."""
         poses = self.poses()
         return all(np.abs(poses[name] - seen.pose).max() <= MOVED for name, seen in self._seen.items())
 
@@ -189,12 +189,12 @@ class TableScene:
 
     @property
     def original_names(self) -> tuple[str, ...]:
-        """Return the names of all objects in their first order, whoever takes part."""
+        """Return the names of all objects in their first order, independent of which take part."""
         return tuple(sorted(self.names, key=self._place.__getitem__))
 
     @property
     def referents(self) -> tuple[SceneObject, ...]:
-        """Return the objects as an instruction can refer to them where they stand now, in the order of `names`."""
+        """Return the objects as referents of an instruction at their present places, in the order of `names`."""
         return tuple(
             SceneObject(name, attributes_at(attributes, pose))
             for name, attributes, pose in zip(self.display_names, self._attributes, self.world.poses(), strict=True)
@@ -216,7 +216,7 @@ class TableScene:
 
     @property
     def held(self) -> str | None:
-        """Return the name of the object in the hand; between builds there is one only after the arm's final stop."""
+        """Return the name of the object in the hand; between builds it is only held after the arm's final stop."""
         return None if self.arm.weld is None else self.names[self.world.bodies.index(self.arm.weld[1])]
 
     def tidy_up(self) -> bool:
@@ -229,7 +229,9 @@ class TableScene:
         return tidy_up(self.world, self.arm, np.random.default_rng(0))
 
     def put_back(self, poses: Mapping[str, np.ndarray]) -> tuple[str, ...]:
-        """Put every object where `poses` says, at rest, and fold the arm; returns the names of those that had moved."""
+        """Put every object at its pose in `poses`, at rest, and fold the arm. Return the names of the objects that had
+        moved.
+        """
         moved = []
         for index, (name, now) in enumerate(zip(self.names, self.world.poses(), strict=True)):
             if np.abs(now - poses[name]).max() > MOVED:
@@ -242,7 +244,7 @@ class TableScene:
     def picture(self, view: str = "robot") -> np.ndarray:
         """Return a picture (H, W, 3) uint8 of the table as it is now, as the camera sees it, or from another view.
 
-        Over the arm's "shoulder" the floor and what the arm stands on are in the picture too.
+        In the view over the arm's "shoulder", the floor and the arm's stand are visible too.
         """
         if view != SHOULDER:
             return self.world.picture(view)

@@ -58,10 +58,10 @@ def as_array(value: Any, place: str, legal: str) -> np.ndarray:
 
 
 def check_text(text: Any) -> None:
-    """Refuse what is no text.
+    """Check that a value is text.
 
     Raises:
-        StructagentError: for anything but a string that can be written as UTF-8.
+        StructagentError: for any value except a string that can be encoded as UTF-8.
     """
     if not isinstance(text, str):
         raise wrong_argument(f"the instruction cannot be {shown(text)}; legal: a sentence in English")
@@ -72,7 +72,7 @@ def check_text(text: Any) -> None:
 
 
 def check_choice(argument: str, value: Any, legal: Sequence[str]) -> None:
-    """Refuse what is none of the legal values.
+    """Check that a value is one of the legal ones.
 
     Raises:
         StructagentError: naming the argument, the value and the legal ones.
@@ -82,10 +82,10 @@ def check_choice(argument: str, value: Any, legal: Sequence[str]) -> None:
 
 
 def checked_integer(argument: str, value: Any, least: int, most: int) -> int:
-    """Check and return a whole number as `int`; NumPy's are taken too.
+    """Check a whole number, which may be of a NumPy type, and return it as `int`.
 
     Raises:
-        StructagentError: for anything else, and outside of the limits.
+        StructagentError: for any other value, and outside the limits.
     """
     legal = f"legal: a whole number of {least} to {most}"
     if isinstance(value, bool) or not hasattr(value, "__index__") or getattr(value, "ndim", 0):

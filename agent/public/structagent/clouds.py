@@ -119,7 +119,7 @@ def check_places(clouds: Sequence[np.ndarray], table: Table, bottoms: Sequence[f
 
 
 def checked_colors(colors: Any, clouds: Sequence[np.ndarray]) -> tuple[np.ndarray | None, ...]:
-    """Check and return for each cloud (P, 3) its colours (P, 3) uint8, read-only; `None` if none are given.
+    """Check the colours of each cloud (P, 3) and return them as (P, 3) uint8, read-only; `None` if none are given.
 
     Raises:
         StructagentError: for another number of entries, shape or range.
@@ -193,7 +193,7 @@ def _checked_name(name: Any, place: str, legal: str) -> str:
 
 
 def checked_bottoms(bottoms: Any, count: int) -> tuple[float, ...]:
-    """Check and return z of what each object stands on, metres; 0, the table top, where nothing is said.
+    """Check and return z of the surface below each object, metres; by default 0, the table top.
 
     Raises:
         StructagentError: for another number of entries, or heights outside of 0 to `HIGHEST`.
@@ -211,7 +211,7 @@ def checked_bottoms(bottoms: Any, count: int) -> tuple[float, ...]:
 
 
 def checked_table(table: Any) -> Table:
-    """Check and return the table top; that of the simulated table where nothing is said.
+    """Check and return the table top; by default that of the simulated table.
 
     Raises:
         StructagentError: for anything that is not a rectangle of a table's size.

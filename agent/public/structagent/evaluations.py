@@ -49,7 +49,7 @@ class EvaluationReport:
     Attributes:
         rates: of each planner on each structure, and on "all" of them.
         command: the command line that measures the same.
-        report: everything, with a row for each scene, as `structagent evaluate success --json` prints it.
+        report: the whole report with a row for each scene, as printed by `structagent evaluate success --json`.
     """
 
     rates: tuple[SuccessRate, ...]
@@ -106,7 +106,7 @@ def evaluate(
         allow_unverified: take checkpoints that are not what their cards say.
         workers: processes that share the work; 0 for this one alone. With more, a script needs the usual
             `if __name__ == "__main__":`, because each process imports it.
-        out: a folder that keeps every row, in which the same call continues where it was stopped.
+        out: a folder that stores the rows; the same call resumes there.
 
     Returns:
         The rates with their intervals. Progress is printed to standard error.

@@ -33,11 +33,11 @@ class ParsedInstruction:
         text: the instruction.
         spec: the five slots in the world frame; a slot that was left open is `None`.
         goal: all parts, in the world frame: structures with their slots and keys, and relations. Objects are indices
-            into those that were given, or the text's words without a scene. Empty where it is refused or has to ask.
+            into those that were given, or the text's words without a scene. Empty if it is refused or needs a question.
         status: "ok", "ask" (the speaker has to say more) or "refused".
-        message: the question, why it is refused, or what else has to be said; may be empty.
-        options: with "ask", the answers that may be meant, the most likely first.
-        objects: the names of the objects that are meant, or the text's words for them without a scene; `None` for all.
+        message: the question, the reason of a refusal, or a remark; may be empty.
+        options: with "ask", the possible answers, the most likely first.
+        objects: the names of the selected objects, or the text's words for them without a scene; `None` for all.
         dropped: slot -> value that was understood but cannot go with the rest, such as a tower's size.
         confidence: slot -> how sure the parser is, in [0, 1].
     """
@@ -55,13 +55,13 @@ class ParsedInstruction:
 
 @dataclass(frozen=True)
 class SceneGoal:
-    """What is to be built with which objects of a scene.
+    """The goal of an instruction in a scene.
 
     Attributes:
         spec: the slots of one structure, world frame.
         members: indices of the objects that take part, ascending.
-        notes: what has to be said about the reading, a sentence each.
-        goal: all parts, world frame; objects are indices, and every structure has them.
+        notes: remarks on the interpretation, a sentence each.
+        goal: all parts, world frame; objects are indices, and every structure lists its objects.
     """
 
     spec: StructureSpec
@@ -78,11 +78,11 @@ def parse(
     viewpoint: str = "robot",
     parser: str = "embedding",
 ) -> ParsedInstruction:
-    """Read an instruction into a goal, and into the five slots where it asks for one structure.
+    """Parse an instruction into a goal and, if it asks for one structure, into the five slots.
 
     Args:
         text: the instruction, in English.
-        objects: the names of the objects on the table, or a `Scene`; `None` where nothing is known of them.
+        objects: the names of the objects on the table, or a `Scene`; `None` if they are unknown.
         viewpoint: whose left and right is meant: "robot", or "opposite" for a person across the table.
         parser: "embedding", or "llm" for the local language model.
 
@@ -134,7 +134,7 @@ def buildable(goal: Interpretation, hint: str = "") -> Interpretation:
     """Return an interpretation that says what to build, and refuse any other.
 
     Args:
-        goal: what was understood.
+        goal: the interpretation.
         hint: what may help where objects have other names.
 
     Raises:
@@ -147,7 +147,7 @@ def buildable(goal: Interpretation, hint: str = "") -> Interpretation:
 
 
 def goal_of_text(cache: ResourceCache, text: Any, viewpoint: Any, parser: Any = PARSERS[0]) -> Interpretation:
-    """Interpret a sentence, whatever objects there are.
+    """Interpret a sentence without known objects.
 
     Raises:
         StructagentError: if it is refused, or has to ask.
@@ -171,7 +171,7 @@ def scene_goal_of_text(cache: ResourceCache, text: str, scene: Scene, viewpoint:
 
 
 def scene_goal_of_parts(goal: Goal, count: int, notes: tuple[str, ...] = ()) -> SceneGoal:
-    """Return what a goal asks for in a scene of `count` objects, those that no part names being written out."""
+    """Return a goal in a scene of `count` objects, with the objects of every structure listed."""
     goal = goal.resolved(count)
     members = sorted({index for part in goal.parts if isinstance(part.objects, tuple) for index in part.objects})
     return SceneGoal(goal.plain_spec or StructureSpec(), tuple(members), notes, goal)
@@ -187,7 +187,7 @@ def checked_spec(slots: Any) -> StructureSpec:
     """Check and return the slots of a `StructureSpec` or a mapping; a slot that is missing or `None` is left open.
 
     Raises:
-        StructagentError: for an unknown slot, and where no slot says anything.
+        StructagentError: for an unknown slot, and if no slot has a value.
         SpecError: for a value that is not legal.
     """
     if not isinstance(slots, StructureSpec | Mapping):

@@ -73,12 +73,12 @@ class Proposals(Sequence[Proposal]):
     """Proposals for a scene, the best first.
 
     Attributes:
-        spec: the slots that were understood, world frame; those of one structure.
+        spec: the parsed slots of one structure, world frame.
         scene: the objects, in the order of every array about them.
         moved: indices of the objects that take part, ascending; the others are obstacles. With a goal of several parts
-            these are what a part places, and what a proposal sets aside to make room.
+            these are the objects that a part places, and those that a proposal sets aside to make room.
         notes: remarks about the interpretation, a sentence each.
-        status: "ok", or "no valid arrangement" where `keep_invalid` kept what is not good enough.
+        status: "ok", or "no valid arrangement" if there are only invalid ones, kept by `keep_invalid`.
         proposed: how many arrangements were proposed, those left out as invalid included.
         model: the planner's name.
         items: the proposals.
@@ -117,7 +117,7 @@ class Proposals(Sequence[Proposal]):
         return self.items[0]
 
     def clouds_after(self, index: int = 0) -> tuple[np.ndarray, ...]:
-        """Return the scene's clouds where a proposal puts them: (P, 3) float64 each, world frame, metres."""
+        """Return the clouds of the scene moved to their goals: (P, 3) float64 each, world frame, metres."""
         motions = self.items[index].goal_from_initial
         return tuple(
             cloud @ motion[:3, :3].T + motion[:3, 3] for cloud, motion in zip(self.scene.clouds, motions, strict=True)
@@ -148,7 +148,7 @@ def propose(
 
     Args:
         clouds: N arrays (P, 3), metres, world frame, or a `Scene`.
-        instruction: a sentence in English, which also says which objects are meant; or slots, as a `StructureSpec` or a
+        instruction: a sentence in English, which also selects the objects; or slots, as a `StructureSpec` or a
             dict such as {"shape": "circle", "size": "small"}; or a goal of several parts, as a `Goal` or a dict with
             the key "parts", whose objects are indices or names.
         names, colors, bottoms, table: of the clouds, as for `Scene.from_clouds`; not with a `Scene`.
@@ -161,14 +161,14 @@ def propose(
         count: how many arrangements are proposed, 1 to 1024.
         seed: everything drawn at random follows from it, in [0, 2**63); 0 by default.
         generator: instead of a seed, a generator of torch (on the CPU) or NumPy, from which a seed is drawn.
-        keep_invalid: also return what is not good enough to be built, with `Proposal.valid` false.
+        keep_invalid: also return arrangements that are not good enough to be built, with `Proposal.valid` false.
 
     Returns:
         The proposals, best first, with the slots that were understood and remarks about them.
 
     Raises:
-        StructagentError: for input that cannot be used, an instruction that is refused, asks back or names what is not
-            there, and where no arrangement is valid (exit code 4).
+        StructagentError: for invalid input, for an instruction that is refused, needs a question or names missing
+            objects, and if no arrangement is valid (exit code 4).
     """
     scene = _scene_of(clouds, names=names, colors=colors, bottoms=bottoms, table=table)
     given = _given_goal(instruction, objects, scene)
@@ -215,7 +215,7 @@ def _scene_of(clouds: Any, **given: Any) -> Scene:
 
 
 def check_model(model: Any) -> None:
-    """Refuse what is no planner's name.
+    """Check the name of a planner.
 
     Raises:
         StructagentError: with names that are.

@@ -38,11 +38,11 @@ class RunResult:
 
     Attributes:
         success: whether the structure stands as it was asked for.
-        exit_code: 0; 4 no valid arrangement; 5 the arm failed, or it does not stand as asked; 8 partly done.
+        exit_code: 0; 4 no valid arrangement; 5 the arm failed, or the result does not stand as asked; 8 partly done.
         message: why it is no success, in a sentence; empty otherwise.
         spec: the slots that were understood, world frame.
         names: the N objects that were seen.
-        moved: indices of those that take part; the others are obstacles.
+        moved: indices of the participants; the other objects are obstacles.
         goal_from_initial: (N, 4, 4) float64 of the arrangement that was chosen last, as `Proposal` has it; `None` where
             none was.
         failure: the class of the first failed check of the evaluation protocol, or `None`.
@@ -91,7 +91,7 @@ def run(
 
     Args:
         instruction: a sentence in English.
-        scene, objects, at, topics, world_from_camera, nouns: as `load_scene` takes its source and options.
+        scene, objects, at, topics, world_from_camera, nouns: as for `load_scene`.
         model, weights, allow_unverified: the planner, as for `propose`.
         seed: everything drawn at random follows from it, in [0, 2**63).
         execute: build with the arm; `False` stops at the chosen arrangement and only tries it in physics.

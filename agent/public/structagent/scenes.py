@@ -43,7 +43,7 @@ class Scene:
         intrinsics: (3, 3) of that picture, pixels, or `None`.
         world_from_camera: (4, 4), z forward, x right, y down, or `None`.
         notes: what had to be assumed, a sentence each.
-        nouns: the noun of each object, "object" where nobody knows.
+        nouns: the noun of each object, "object" if unknown.
         referents: the objects as an instruction can refer to them: by name, colour and size.
     """
 
@@ -74,14 +74,14 @@ class Scene:
 
         Args:
             clouds: N arrays (P, 3), P at least 20, or one array (N, P, 3): any real dtype, metres, world frame.
-            names: what each object is, such as "cup" or "soup can"; `None` if nobody knows.
+            names: the noun of each object, such as "cup" or "soup can"; `None` if unknown.
             colors: for each cloud (P, 3), an RGB triple for the whole object, or `None`: integers of 0 to 255, or
                 floats of 0 to 1.
             bottoms: z of what each object stands on, metres; by default 0, the table top.
             table: (x_min, x_max, y_min, y_max) of the table top, metres; by default that of the simulated table.
 
         Raises:
-            StructagentError: for whatever cannot be used; the message names the value, its place and what is legal.
+            StructagentError: for invalid input; the message names the value, its place and the legal values.
         """
         points = checked_clouds(clouds)
         unique, given = checked_names(names, len(points))
@@ -106,7 +106,7 @@ class Scene:
         """Return the scene as planners take it.
 
         Args:
-            members: indices of the objects that take part; the others stay where they are.
+            members: indices of the participants; the other objects stay in place.
         """
         clouds = tuple(
             ObjectCloud(name, noun, *_thinned(points, colors), bottom)

@@ -40,13 +40,13 @@ def load_scene(
         source: "simulated" for one drawn from `objects`; "example" for the recording that comes along; or the path of a
             scene file (.yaml) or of a recording (.bag, .db3, .mcap, .ply, .pcd, a ROS 2 folder, a folder of pictures).
         instruction: draw the scene that `run` draws for this sentence; by default a table to talk about.
-        objects: what is drawn from: "ycb", "procedural", "random_urdfs", or a folder of meshes.
+        objects: the library to draw from: "ycb", "procedural", "random_urdfs", or a folder of meshes.
         seed: everything drawn at random follows from it, in [0, 2**63).
         viewpoint: whose left and right the instruction means: "robot", or "opposite" for a person across the table.
         at: seconds after a recording's first message; by default the first moment with everything there.
         topics: "points", "depth", "depth_info", "color" or "joints" -> the topic of a recording that has it.
-        world_from_camera: (4, 4) pose of a recording's camera, z forward, x right, y down; goes before what it says.
-        nouns: what a recording's objects are, such as {"object 3": "mug"}.
+        world_from_camera: (4, 4) pose of a recording's camera, z forward, x right, y down; overrides the recorded one.
+        nouns: the nouns of a recording's objects, such as {"object 3": "mug"}.
 
     Raises:
         StructagentError: for a source, objects or options that cannot be used, and an instruction that cannot be built.
@@ -92,7 +92,7 @@ def checked_source(source: Any, objects: Any) -> None:
     """Refuse sources and libraries that are no names or paths.
 
     Raises:
-        StructagentError: naming the argument and what is legal.
+        StructagentError: for an invalid argument; the message names it and the legal values.
     """
     if not isinstance(source, str | os.PathLike) or not os.fspath(source):
         raise wrong_argument(f"the scene cannot be {shown(source)}; legal: simulated, example, or the path of a file")
@@ -104,7 +104,7 @@ def recorded_options(at: Any, topics: Any, world_from_camera: Any, nouns: Any) -
     """Check and return how a recording is read.
 
     Raises:
-        StructagentError: for a moment, topics, a pose or nouns that are none.
+        StructagentError: for an invalid moment, topic, pose or noun.
     """
     from agent.recordings.recording import ReadingOf, RecordedOptions
 
