@@ -33,7 +33,7 @@ MOST_BYTES = 50_000_000
 
 
 class BenchmarkError(ValueError):
-    """A file of sentences that cannot be used; the message names the line, the value and what is legal."""
+    """Raised for an invalid file of sentences; the message names the line, the value and the legal values."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Row:
         refuse: whether it must be refused.
         stratum: what kind of sentence it is; rates are given for each.
         scene: names of the objects on the table, for sentences that select some of them.
-        objects: indices into `scene` that are meant, or `None` if that is not asked.
+        objects: the indices of the selected objects in `scene`, or `None` if they are not scored.
     """
 
     text: str
@@ -155,7 +155,7 @@ def _values(entry: Mapping[str, Any], slot: str, where: str) -> tuple[str | None
 
 
 def five_slots(parse: Parse, status: str, goal: Goal) -> Parse:
-    """Return what a reading says in the five slots of part one of the evaluation protocol.
+    """Return the five slots of a reading, as in part one of the evaluation protocol.
 
     A goal that these cannot hold (several parts, a relation, a further key, a shape beyond the first four) counts as
     refused: rows that no plain structure satisfies must not be read as one, and may well be read as a larger goal. A
@@ -163,9 +163,9 @@ def five_slots(parse: Parse, status: str, goal: Goal) -> Parse:
     along an edge of the table is what five slots call a line on that side.
 
     Args:
-        parse: what the parser made of the instruction.
-        status: of the whole reading, as `grounding.interpreter.Interpretation.status`.
-        goal: of the whole reading; empty if it is refused or asked about.
+        parse: the parser's result.
+        status: the status of the whole reading, as in `grounding.interpreter.Interpretation`.
+        goal: the goal of the whole reading; empty if it is refused or needs a question.
     """
     if status == "ok" and goal.parts:
         spec = goal.plain_spec or _along_as_position(goal)
@@ -178,7 +178,7 @@ def five_slots(parse: Parse, status: str, goal: Goal) -> Parse:
 
 
 def _along_as_position(goal: Goal) -> StructureSpec | None:
-    """Return the slots of a single structure of which only the edge that it follows is asked besides; else `None`."""
+    """Return the slots of a single structure whose only further key is an edge; else `None`."""
     if len(goal.parts) != 1 or not isinstance(part := goal.parts[0], StructurePart) or set(part.keys) != {"along"}:
         return None
     slot, value = _SIDE_OF_EDGE[str(part.along)]
@@ -203,7 +203,7 @@ def rate(hits: int, n: int) -> dict[str, float | int | None]:
 
 
 def score(rows: Sequence[Row], parses: Sequence[Parse]) -> dict[str, Any]:
-    """Compute all rates of one parser on the rows, as JSON values.
+    """Compute all rates of a parser on the rows, as JSON values.
 
     Returns:
         "exact"; "slots": each of the five, over instructions that neither must be nor were refused;

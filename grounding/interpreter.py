@@ -41,15 +41,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Interpretation:
-    """What an instruction asks for: the goal, or why there is none.
+    """The interpretation of an instruction: the goal, or the reason why there is none.
 
     Attributes:
-        parse: what the parser made of it, in the speaker's own frame.
-        spec: the slots in the world's frame; of a goal of several parts those of its first structure, or none.
-        status: "ok", "ask" or "refused"; refused also where the objects that are named are not there.
-        message: why it is refused, the question, or what else must be said.
+        parse: the parser's result, in the speaker's frame.
+        spec: the slots in the world's frame; for a goal of several parts those of its first structure, if any.
+        status: "ok", "ask" or "refused"; an instruction that names missing objects is refused.
+        message: the reason of a refusal, the question, or a remark.
         viewpoint: whose left and right it speaks of, one of `VIEWPOINTS`.
-        objects: names of the selected objects, or the text's words for them where no objects are known;
+        objects: names of the selected objects, or the text's words for them if no objects are known;
             `None` for all.
         seconds: how long it took.
         fallback: why another parser than the configured one was used, or empty.
@@ -125,7 +125,7 @@ class Interpretation:
     def _of_several_parts(
         self, objects: Sequence[SceneObject | str | None] | None, catalogue: bool, started: float
     ) -> Interpretation | None:
-        """Interpret it as a goal of more than one plain structure; `None` if it is none."""
+        """Interpret it as a goal that goes beyond one plain structure; `None` if it is not."""
         if self._reader is None:
             return None
         reading = self._reader.read(self.parse.text, objects, catalogue)
@@ -263,8 +263,8 @@ class Interpreter:
     def parse_batch(self, texts: Sequence[str]) -> list[Parse]:
         """Parse each of many instructions, and refuse what no parser was taught.
 
-        Falls back where the parser cannot be used. Text that is not English is refused before any parser sees it, and
-        what the slots cannot hold after.
+        If the parser cannot be used, the fallback is. Text that is not English is refused before parsing, wishes that
+        the slots cannot express are refused after it.
         """
         return [parse for parse, _ in self._parses(texts)]
 
@@ -283,7 +283,7 @@ class Interpreter:
         return parses
 
     def _answers(self, texts: Sequence[str]) -> list[tuple[Parse, str]]:
-        """Parse texts in English, with the other parser where the configured one cannot, and give the reason."""
+        """Parse texts in English, with the other parser if the configured one fails, and return the reason."""
         try:
             return [(parse, self.fallback) for parse in self.parser.parse_batch(texts)]
         except IllegalReplyError as error:
@@ -330,12 +330,12 @@ class Interpreter:
 
 
 def _plain_goal(parse: Parse, spec: StructureSpec, words: tuple[str, ...]) -> Goal:
-    """Return the goal of one structure, of which the objects are not known yet."""
+    """Return the goal of one structure whose objects are not known yet."""
     return Goal((StructurePart.of(spec, words or None),)) if parse.status == "ok" else Goal()
 
 
 def _selection_of(goal: Goal, reading: GoalReading, count: int) -> Selection:
-    """Return all objects that a goal needs: what it places, and what it places them by."""
+    """Return all objects of a goal: those to place and their references."""
     named = tuple(one for one in goal.named_objects() if isinstance(one, int))
     everything = any(part.objects is None for part in goal.structures)
     indices = tuple(range(count)) if everything else tuple(sorted(named))

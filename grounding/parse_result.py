@@ -43,7 +43,7 @@ class Question:
     Attributes:
         slot: the slot that is missing or in doubt, or `OBJECT`, or `grounding.unsupported.CORNER`.
         text: the question, with its options.
-        options: the values that may be meant, the most likely first; `OPEN` where the slot may be meant to stay open.
+        options: the possible values, the most likely first, including `OPEN` if the slot may stay open.
     """
 
     slot: str
@@ -69,7 +69,7 @@ class Parse:
         confidence: slot -> probability of what `spec` says of it; empty if the parser cannot say.
         evidence: slot -> the words that the answer rests on, for the specified slots.
         dropped: slot -> value that was parsed but cannot go with the rest, such as a tower's size.
-        prompt_sha256: checksum of the prompt, where there is one.
+        prompt_sha256: checksum of the prompt, if there is one.
     """
 
     text: str
@@ -121,9 +121,9 @@ def decide(
         text: the instruction.
         probabilities: slot -> value or `None` -> probability, for all five slots.
         evidence: slot -> telling words, where known.
-        refusals: reason -> probability; what is missing to 1 speaks for building.
+        refusals: reason -> probability; the remainder to 1 is the probability of building.
         parser: the parser's name.
-        prompt_sha256: checksum of the prompt, where there is one.
+        prompt_sha256: checksum of the prompt, if there is one.
     """
     reason = max(refusals, key=refusals.__getitem__, default=None)
     if reason is not None and sum(refusals.values()) >= LEAST_CERTAINTY:
@@ -159,7 +159,7 @@ def make_legal(answers: Mapping[str, str | None], certainty: Mapping[str, float]
 
 
 def shortened(text: str, limit: int = 80) -> str:
-    """Put the text on one line, cut where it is long."""
+    """Put the text on one line and shorten it if it is long."""
     text = " ".join(text.split())
     return text if len(text) <= limit else text[: limit - 3] + "..."
 

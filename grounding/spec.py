@@ -1,7 +1,7 @@
 """Define the structure specification: the five slots that an instruction is read into.
 
 Paper, section IV ("language") and appendix A.1: every token has a type and a value, and any
-subset of the types may be given. A slot that nobody asked for stays `None`.
+subset of the types may be given. A slot that was not requested stays `None`.
 """
 
 from __future__ import annotations

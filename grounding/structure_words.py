@@ -16,7 +16,7 @@ FOLDER = Path(__file__).parent / "structures"
 
 
 class StructureWordsError(ValueError):
-    """A file of words that cannot be used; the message names the file, the key and what is legal."""
+    """Raised for an invalid file of words; the message names the file, the key and the legal values."""
 
 
 @dataclass(frozen=True)
@@ -51,16 +51,16 @@ class Grammar:
 
 @dataclass(frozen=True)
 class Words:
-    """Single words and phrases of a structure, by what they do in a sentence.
+    """Single words and phrases of a structure, by their role in a sentence.
 
     Attributes:
         nouns: by which a correction names the structure: "the ring".
-        plain_nouns: those of them that ask for nothing by themselves in a correction.
+        plain_nouns: nouns that request nothing by themselves in a correction.
         never_objects: nouns, with their plurals, that mean a structure and never an object on the table.
         adjectives: of the structure, in a correction: "circular", "side by side".
         verbs: that build it: "stack".
-        clause_verbs: those of them with which a clause of a correction begins.
-        asking_verbs: those of them that ask for something even where nothing else was understood.
+        clause_verbs: verbs that begin a clause of a correction.
+        asking_verbs: verbs that are a request even if nothing else was understood.
         arranging: single verbs whose objects take part.
         participles: of its verbs: "stacked".
     """
@@ -83,7 +83,7 @@ class StructureWords:
     Attributes:
         name: the shape, as the slot's value.
         number: its place among the shapes, from 1; trained parsers depend on it, so that a new shape comes last.
-        slots: those that it can carry besides the shape.
+        slots: its legal slots besides the shape.
         words: see `Words`.
         grammar: see `Grammar`.
         phrases: "noun" and "action" -> phrases of the training language.
@@ -91,8 +91,8 @@ class StructureWords:
         along_edges: whether it can run along an edge of the table.
         pieces: nouns of objects that have a place of their own in it.
         rotations: word -> the rotation that it means: a "vertical" line.
-        half_turn: what to say where half a turn changes nothing; empty if it does.
-        unrotated: why to ask which way it should face, where it shows no rotation; empty for the common reason.
+        half_turn: the message if half a turn changes nothing; empty if it changes the structure.
+        unrotated: the reason for asking which way it should face if it shows no rotation; empty for the common reason.
         typos: word -> how it is mistyped in the training language.
         shorthand: mistyped word -> word.
         own_phrases: hole of the training language -> the shape's own phrases.

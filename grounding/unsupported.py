@@ -1,7 +1,8 @@
 """Recognise requests that the five slots cannot hold, so that they are refused or asked about and never dropped.
 
-A parser that knows five slots bends what it hears into them: "tallest at the bottom" became a position on the table.
-Patterns over the sentence find such requests: an order of the objects, lengths and angles, how single objects are turned,
+A parser of five slots forces other wishes into them: "tallest at the bottom" became a position on the table.
+Patterns over the sentence find such requests: an order of the objects, lengths and angles, how single objects are
+    turned,
 lines along an edge, corners without a name.
 """
 
@@ -140,11 +141,11 @@ class _Unsupported:
 
 
 def checked(parse: Parse, mended: Callable[[], str] | None = None) -> Parse:
-    """Refuse, or ask about, what an instruction says that the parse cannot hold; the parse itself where that is nothing.
+    """Refuse or ask if the instruction has wishes that the parse cannot express; otherwise return the parse.
 
     Args:
-        parse: what a parser made of the instruction; one that is refused already is returned as it is.
-        mended: gives the instruction without typing errors, where they are mended.
+        parse: the parser's result; a refusal is returned unchanged.
+        mended: returns the instruction with corrected typing errors.
     """
     if parse.status == "refused":
         return parse
@@ -177,7 +178,8 @@ def _unsupported(sentence: str, parse: Parse) -> _Unsupported | None:
             return _Unsupported(what, match.group().strip(" ,;:."))
     for match in _INSIDE.finditer(sentence):
         words = match.group("what").split()
-        # "A circle with the cups in the middle" says where the circle is; "with the bowl in the middle" where the bowl is.
+        # "A circle with the cups in the middle" says where the circle is; "with the bowl in the middle" where the bowl
+        # is.
         others = _OTHERS.search(sentence[: match.start()])
         others = others or (on_each_other and sentence[match.end() :].startswith(" of "))
         single = words[-1] in ("one", "object", "thing", "item") or not FORMS.get(words[-1], ("", True))[1]
@@ -194,7 +196,7 @@ def _unsupported(sentence: str, parse: Parse) -> _Unsupported | None:
 
 
 def _corrected(sentence: str, parse: Parse) -> Parse:
-    """The parse with what plain words say and parsers miss: how a line runs, and that a table top is no place."""
+    """Return the parse with corrections for plain words that parsers miss: the direction of a line, and "table top"."""
     spec = parse.spec
     if spec.y_position == "top" and _TABLETOP.search(sentence) and len(re.findall(r"\btop\b", sentence)) == 1:
         if not re.search(r"\b(?:back|rear|far|away)\b", sentence):
@@ -208,7 +210,7 @@ def _corrected(sentence: str, parse: Parse) -> Parse:
 
 
 def _edge_question(sentence: str, parse: Parse) -> Question | None:
-    """A question about a line along an edge: what can be built stands in the outer third, at any angle."""
+    """Return the question for a line along an edge; only a line in the outer third, at any angle, can be built."""
     match = _ALONG.search(sentence)
     if match is None or (parse.spec.shape and not STRUCTURES[parse.spec.shape].along_edges):
         return None
@@ -224,7 +226,7 @@ def _edge_question(sentence: str, parse: Parse) -> Question | None:
 
 
 def _corner_question(sentence: str, parse: Parse, mended: Callable[[], str]) -> Question | None:
-    """A question about a corner that nobody said which it is."""
+    """Return the question which corner is meant."""
     if not _CORNER.search(sentence):
         return None
     slots = {"x_position": ("left", "right"), "y_position": ("top", "bottom")}

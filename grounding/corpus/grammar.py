@@ -92,7 +92,7 @@ def legal_specs() -> list[StructureSpec]:
 
 
 def sentences(spec: StructureSpec) -> list[str]:
-    """List distinct English sentences, at least five, that say exactly what the spec says.
+    """List at least five distinct English sentences that express exactly the spec.
 
     Raises:
         ValueError: for a spec with nothing specified, which no sentence can say.

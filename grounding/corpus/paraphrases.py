@@ -1,7 +1,7 @@
 """Draw labelled sentences of free language from the frames and phrases of `grounding.corpus.templates`.
 
 Labels are per slot, as spoken: a "small tower" is labelled small, and the parser resolves it later.
-Whatever has to be refused carries no slots.
+Texts that have to be refused have no slots.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class LabelledText:
 
     Attributes:
         text: the sentence.
-        labels: slot -> value, `None` if it says nothing. A tower may carry a size, as spoken.
+        labels: slot -> value, `None` if unspecified. A tower may have a size if the text names one.
         refuse: why it has to be refused, one of `grounding.parse_result.REFUSALS`, or `None`.
     """
 

@@ -44,7 +44,7 @@ _HOLE = re.compile(r"\{(?P<negated>not_)?(?P<name>\w+)\}")
 
 
 class FrameError(ValueError):
-    """A frame that cannot be read; the message names the file, the line and what is legal."""
+    """Raised for an invalid frame; the message names the file, the line and the legal values."""
 
 
 @dataclass(frozen=True)

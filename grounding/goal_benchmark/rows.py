@@ -1,4 +1,4 @@
-"""Load the benchmark of goals: instructions, the scenes that they are said in, and the goals that are acceptable.
+"""Load the benchmark of goals: instructions, their scenes and the acceptable goals.
 
 `goals_free.jsonl` was written by hand, by other people than the training language. The scenes are in
 `goal_scenes.json`.
@@ -29,9 +29,9 @@ class GoalRow:
 
     Attributes:
         text: the instruction.
-        scene: name of the scene in which it is said, or `None` if no scene is known.
+        scene: the name of its scene, or `None` if no scene is known.
         stratum: what kind of instruction it is; rates are given for each.
-        status: "ok"; "ask" where a question must be asked first; "refused".
+        status: "ok"; "ask" if a question must be asked first; "refused".
         goals: the acceptable goals; empty unless the status is "ok".
         also: another status that is fair, such as a refusal in place of a question, or `None`.
     """

@@ -1,4 +1,6 @@
-"""Score readings of goals: how many are exact, and what is invented, dropped or wrong (evaluation protocol, part two)."""
+"""Score readings of goals: the share of exact ones, and of invented, dropped and wrong parts and keys (evaluation
+protocol, part two).
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,7 @@ _ARTICLES = frozenset(("the", "a", "an", "all", "my", "your", "these", "those"))
 
 
 class GoalReading(Protocol):
-    """What a reader made of an instruction; see `grounding.interpreter.Interpretation`."""
+    """A reader's result for an instruction; see `grounding.interpreter.Interpretation`."""
 
     @property
     def status(self) -> str: ...
@@ -55,7 +57,7 @@ def _spelled(goal: Goal, count: int | None) -> Goal:
 
 
 def _one_by_one(goal: Goal) -> Goal:
-    """Divide relations of several objects, but for "swapped", which is one of two."""
+    """Split relations of several objects into one per object, except "swapped"."""
     places = {}  # of each part in the divided goal
     divided: list[Part] = []
     for number, part in enumerate(goal.parts):
@@ -89,14 +91,14 @@ def _plain_words(part: Part) -> Part:
 
 
 def is_exact_reading(row: GoalRow, reading: GoalReading) -> bool:
-    """Tell whether a reading has the status of the row and, where that is "ok", one of its goals."""
+    """Return whether a reading has the status of the row and, if that is "ok", one of its goals."""
     if reading.status not in row.statuses:
         return False
     return row.status != "ok" or compare_with_row(reading.goal, row)[0].exact
 
 
 def score_goals(rows: Sequence[GoalRow], readings: Sequence[GoalReading]) -> dict[str, Any]:
-    """Compute all rates of one reader on the rows, as JSON values.
+    """Compute all rates of a reader on the rows, as JSON values.
 
     Returns:
         "exact": the status of the row and, where it is "ok", one of its goals; over instructions that must be and were

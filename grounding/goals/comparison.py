@@ -1,4 +1,6 @@
-"""Compare goals: what a reader dropped, invented or read wrongly (evaluation protocol, "Scores of reading")."""
+"""Compare goals: which parts and keys a reader dropped, invented or read wrongly (evaluation protocol, "Scores of
+reading").
+"""
 
 from __future__ import annotations
 
@@ -68,7 +70,7 @@ def compare_goals(read: Goal, truth: Goal, count: int | None = None) -> GoalComp
 
 
 def _one_by_one(goal: Goal, count: int | None) -> tuple[Part, ...]:
-    """Return the parts in one spelling, with relations of one object each and all objects by index."""
+    """Return the parts in a canonical form, with relations of one object each and all objects by index."""
     try:
         goal = goal.resolved(count) if count is not None else goal
     except GoalError:

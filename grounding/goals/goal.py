@@ -20,7 +20,7 @@ MAX_PARTS = 12  # more parts than a table has objects are no goal of a person
 
 @dataclass(frozen=True)
 class Goal:
-    """What an instruction asks for: parts, in the order in which they were said; empty if it is refused.
+    """The goal of an instruction: its parts in the order of the text; empty if it is refused.
 
     Raises:
         GoalError: for parts that cannot hold together: an object in two structures, two structures of all that
@@ -85,7 +85,7 @@ class Goal:
         return tuple(named)
 
     def resolved(self, count: int) -> Goal:
-        """Return the goal in a scene of `count` objects, in which `objects: null` is written out.
+        """Return the goal in a scene of `count` objects, with the objects of `objects: null` listed.
 
         Raises:
             GoalError: if a part takes all other objects, and there are none.
@@ -124,7 +124,7 @@ class Goal:
     def from_dict(cls, values: Mapping[str, Any]) -> Goal:
         """Make the goal of JSON values; keys that are missing are `None`.
 
-        A mapping of the five slots, as files of part one have it, is the goal of one structure.
+        A mapping of the five slots, as in files of part one, is the goal of one structure.
 
         Raises:
             GoalError: for anything that is not a legal goal; the message names the part, the value and the legal

@@ -1,6 +1,6 @@
 """Define the parts of a goal: structures with the five slots and further keys, and relations between objects.
 
-Evaluation protocol, part two (`docs/protocol.md`). A key that nobody asked for is `None`, and stays so. Lengths are
+Evaluation protocol, part two (`docs/protocol.md`). A key that was not requested is `None`, and stays so. Lengths are
 metres; directions are the speaker's.
 """
 
@@ -89,7 +89,7 @@ class StructurePart:
 
     Attributes:
         shape, size, x_position, y_position, rotation: the five slots (`grounding.spec`).
-        objects: those that take part; `None` is everything that no other part names.
+        objects: the objects of the structure; `None` means all objects that no other part names.
         order: how they follow one another; of a line, an arc or a tower.
         gap: clear distance between neighbours, metres.
         radius: of a circle or an arc, to the centroids, metres.
@@ -174,12 +174,12 @@ class StructurePart:
 
 @dataclass(frozen=True)
 class RelationPart:
-    """Where some objects are, or go, with respect to others, to the table, or to where they stood.
+    """The place of some objects relative to others, to the table, or to their initial places.
 
     Attributes:
         relation: one of `RELATIONS`.
-        objects: those that are placed; two for "swapped".
-        reference: those that they are placed by: two for "between", none for "at", "moved" and "swapped".
+        objects: the objects to place; two for "swapped".
+        reference: the reference objects: two for "between", none for "at", "moved" and "swapped".
         distance: the clear gap, or how far an object moves, metres.
         x_position, y_position: of "at", one of `X_POSITIONS` and `Y_POSITIONS`; a corner is both.
         direction: of "moved", one of `MOVE_DIRECTIONS`.

@@ -1,1 +1,1 @@
-"""Read instructions into goals of several parts with a language model, and check what it answers."""
+"""Parse instructions into goals of several parts with a language model, and check its answers."""

@@ -39,7 +39,7 @@ def mismatch(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str
     """Say what a goal leaves out of an instruction, or adds to it; empty where nothing was found.
 
     Args:
-        chunks: of the instruction, without what the speaker took back.
+        chunks: the chunks of the instruction, without words that the speaker took back.
         parts: of the goal, as JSON values, with the instruction's words for objects and lengths in metres.
     """
     if denied := [chunk.said for chunk in chunks if chunk.kind in ("negated", "not")]:
@@ -77,7 +77,7 @@ def _lengths(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str
 
 
 def _nouns(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
-    """Compare what is named: each noun phrase as often as it was said, and once more for each pronoun at most."""
+    """Compare the named objects: each noun phrase counts as often as it occurs, plus at most once per pronoun."""
     held = phrases_of(parts)
     unused = [set(phrase.split()) for phrase in held]
     untouched = set(range(len(held)))
@@ -197,7 +197,7 @@ def _relations(
 
 
 def _references(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
-    """Compare which way round relations are: what is named behind "left of" is the reference."""
+    """Compare the direction of relations: the object after "left of" is the reference."""
     relations = [part for part in parts if part["kind"] == "relation"]
     seen: list[tuple[Any, ...]] = []
     for part in relations:
@@ -295,8 +295,7 @@ def _orders(chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], un
 
 
 def _order_ends(said: Sequence[Mapping[str, Any]], orders: Sequence[Mapping[str, Any]]) -> str:
-    """Compare the one order that has an end with the one that was said: "tallest on the left" can be said from both
-    ends.
+    """Compare an order that names an end with the words, since "tallest on the left" can be said from both ends.
     """
     ends = [(value["from"], value.get("direction")) for value in said if value.get("from")]
     if len(orders) != 1 or not ends:

@@ -114,10 +114,10 @@ class EndpointGoals:
 
 
 def read_goal(content: str, secrets: Collection[str] = ()) -> list[dict[str, Any]] | str:
-    """Read a model's reply: one JSON object with a request and parts, whatever is around it.
+    """Parse a model's reply: one JSON object with a request and parts, with any text around it.
 
     Args:
-        content: what it said.
+        content: the reply.
         secrets: what no message may hold, in any spelling.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Define the line in which a small language model writes a goal: short, and legal at every step.
+"""Define the line format in which a small language model writes a goal, with its grammar.
 
 A goal is one line, "tower of the cans, left; place of the mug, next to part 1, 10 cm." Objects and lengths are words of
 the instruction itself, so that the model copies and never invents. `goal_line` yields what may follow, piece by piece.
@@ -25,7 +25,7 @@ _DIRECTION = {" up": "ascending", " down": "descending"}
 
 @dataclass(frozen=True)
 class Said:
-    """What a line may copy from an instruction.
+    """The words of an instruction that a line may copy.
 
     Attributes:
         words: in small letters; `None` where punctuation stands.

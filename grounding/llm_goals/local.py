@@ -93,7 +93,7 @@ class LocalGoals:
         """Write the line of an instruction.
 
         Args:
-            said: the instruction.
+            said: the words of the instruction.
             forced: the first decisions if given.
         """
         continuation = self.model.continuation(self.prompt, INSTRUCTION.format(text=said.text))

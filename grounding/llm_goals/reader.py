@@ -1,4 +1,4 @@
-"""Read instructions into goals with a language model; what it does not read rightly, the grammar's reader reads."""
+"""Parse instructions into goals with a language model, with the grammar's reader as a fallback for wrong answers."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ class GoalWriter(Protocol):
 
 
 class LLMGoalReader:
-    """A reader of goals that asks a language model and checks what it answers.
+    """A reader of goals that asks a language model and checks its answers.
 
     Instructions of one plain structure stay with the parser of the five slots. A goal that is not legal, leaves
     something out or adds something is replaced by that of the grammar's reader, and `GoalReading.fallback` says why.
 
     Args:
         writer: makes the language model.
-        grammar: reads what the model does not.
+        grammar: the fallback reader.
         encoder: finds what unknown nouns mean; `None` does without.
         opposite: whether the speaker sits across the table.
     """

@@ -1,4 +1,4 @@
-"""Judge which objects an adjective fits, by what a scene knows of them besides their names.
+"""Decide which objects an adjective fits, from the attributes that a scene knows besides their names.
 
 Colours are words, measures are metres. "Tall" and "small" are judged among the objects that the noun allows: the tall
 cups are those above the widest step between the heights of the cups.
@@ -48,7 +48,7 @@ class SceneObject:
 
     Attributes:
         name: a noun ("mug"), a compound ("soup can") or a description ("object 3, red, tall"); may be empty.
-        attributes: what is known of it, `None` where nothing is.
+        attributes: its known attributes, or `None`.
     """
 
     name: str
@@ -65,9 +65,9 @@ class Measure:
 
     Attributes:
         of: gives the number that is compared, from (length, width, height).
-        sign: 1 where more of it is meant, -1 where less is.
+        sign: 1 if more of it is meant, -1 if less.
         ratio: what differs by less is alike.
-        noun: what the number is called, in the plural.
+        noun: the plural noun for the number.
     """
 
     of: Callable[[tuple[float, float, float]], float]
@@ -134,7 +134,7 @@ def of_color(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int]
 
     Args:
         word: one that names a colour.
-        objects: what is known of each.
+        objects: the known attributes of each object.
     """
     if any(each is None or not each.colors for each in objects):
         return None
@@ -150,7 +150,7 @@ def of_size(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] 
 
     Args:
         word: one of `MEASURES`.
-        objects: what is known of each.
+        objects: the known attributes of each object.
 
     Returns:
         Indices, or `None` if it cannot be judged: an object has no size, or there is nothing to compare it with.
@@ -169,7 +169,7 @@ def by_size(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] 
 
     Args:
         word: one of `MEASURES`: "tall" for "the tallest".
-        objects: what is known of each.
+        objects: the known attributes of each object.
     """
     values = _values(word, objects)
     if values is None:

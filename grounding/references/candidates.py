@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class SelectionError(ValueError):
-    """A reference to an object that does not exist; the message lists those that do."""
+    """Raised for a reference to an object that does not exist; the message lists the existing ones."""
 
 
 class Candidates:
@@ -35,11 +35,11 @@ class Candidates:
 
     Args:
         objects: of the scene, or of the library that one is drawn from.
-        encoder: finds what a noun means that neither the tables nor the names know.
+        encoder: sentence encoder for nouns that neither the tables nor the names contain.
         catalogue: whether they are a library: sizes are not judged then.
 
     Attributes:
-        names: what the objects are called; "object" for those without a name.
+        names: the names of the objects; "object" for those without a name.
     """
 
     def __init__(self, objects: Sequence[SceneObject], encoder: SentenceEncoder | None, catalogue: bool) -> None:
@@ -55,7 +55,9 @@ class Candidates:
         self._judged: set[tuple[object, ...]] = set()
 
     def matching(self, mention: Mention) -> list[int]:
-        """Find the objects that the phrase fits: ascending, or the best first where it says "the largest"."""
+        """Find the objects that the phrase fits, in ascending order, or best first for a superlative such as "the
+        largest".
+        """
         key = _key(mention)
         if key not in self._found:
             found = self._described(mention, self.kinds_of(mention))
@@ -105,12 +107,12 @@ class Candidates:
         return tuple(dict.fromkeys(notes))
 
     def label(self, mention: Mention) -> str:
-        """Name the noun with the adjectives that told its objects apart."""
+        """Return the noun with the adjectives that distinguished its objects."""
         words = [w for w in mention.modifiers if _measure(w) or is_color(w)] if self.judged(mention) else []
         return " ".join((*words, mention.noun))
 
     def description(self, index: int) -> str:
-        """Describe an object with its colour, where that is known and its name does not say it."""
+        """Describe an object, with its colour if that is known and not in its name."""
         attributes, name = self._attributes[index], self.names[index]
         color = attributes.colors[0] if attributes is not None and attributes.colors else ""
         return name if not color or color in self._read[index].words else f"{name} ({color})"
@@ -118,7 +120,7 @@ class Candidates:
     # What is not there
 
     def missing(self, mention: Mention, how: str) -> str:
-        """Explain why the phrase fits nothing, or too little, with what is there."""
+        """Explain why the phrase fits no object, or too few, and list the objects there are."""
         telling = [w for w in mention.modifiers if w in self._telling(mention) or _measure(w) or is_color(w)]
         noun = mention.noun if mention.noun != ANY or not telling else "one"
         asked = " ".join((*telling, noun))
@@ -156,7 +158,7 @@ class Candidates:
     # By noun
 
     def kinds_of(self, mention: Mention) -> list[int]:
-        """Find the objects that the noun of a phrase can mean, whatever its adjectives."""
+        """Find the objects that the noun of a phrase can mean, regardless of its adjectives."""
         if mention.noun == ANY:
             return list(range(len(self.names)))
         if mention.known:
@@ -203,7 +205,7 @@ class Candidates:
         return found
 
     def _fitting(self, said: str, mention: Mention, found: list[int]) -> list[int] | None:
-        """Return those that one adjective fits; `None` if it cannot be judged here."""
+        """Return the objects that an adjective fits; `None` if it cannot be judged in this scene."""
         word = adjective(said)
         holding = [i for i in found if word in self._read[i].words]
         known = [self._attributes[i] for i in found]

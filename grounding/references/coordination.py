@@ -16,7 +16,7 @@ class Partial:
 
     Attributes:
         first, start, end: the places of its first word, of its first adjective, and after its last.
-        count: how many are meant, `None` for all.
+        count: the number of objects, `None` for all.
         exact: whether the speaker gave the number.
     """
 
@@ -31,10 +31,10 @@ def partial_phrases(said: Sentences, start: int, head: int, plural: bool, after:
     """Find the phrases that share the noun at `head`, in the order of the text, without the noun's own.
 
     Args:
-        said: the words.
+        said: the words of the text.
         start: the place of the noun's own first modifier.
         head: the noun's place.
-        plural: whether the noun is one.
+        plural: whether the noun is a plural.
         after: the places up to this one belong to other nouns.
     """
     found: list[Partial] = []

@@ -77,7 +77,8 @@ class HeadFinder:
         return start, place, ANY, many, True
 
     def _no_noun(self, place: int) -> bool:
-        """Whether this known word is none here: a verb, an adjective, the first part of a compound."""
+        """Return whether this known noun is not a noun here, but a verb, an adjective or the first part of a compound.
+        """
         word, before, after = self.words[place], self.said.word(place - 1), self.said.word(place + 1)
         if self._compound(place):
             return True
@@ -106,7 +107,7 @@ class HeadFinder:
         return word in NOT_OBJECTS and not self.forms[word][1]
 
     def _compound(self, place: int) -> bool:
-        """Whether this word is the first part of a compound: "soup can", but not "forks knives"."""
+        """Return whether this word is the first part of a compound, as in "soup can", but not "forks knives"."""
         word, after = self.words[place], self.said.word(place + 1)
         if after not in self.forms or self._no_noun_alone(place + 1):
             return False
@@ -126,7 +127,7 @@ class HeadFinder:
         return self.forms[self.words[place]][0] == self.words[place]
 
     def _no_noun_alone(self, place: int) -> bool:
-        """Whether a known word that could end a compound does not: "robot cups can ..."."""
+        """Return whether a known noun that could end a compound does not, as in "robot cups can ..."."""
         return (
             self.words[place] == "can" and self.said.word(place + 1) in FUNCTION_WORDS - WHAT_FOLLOWS_OBJECTS
         )
@@ -144,7 +145,7 @@ class HeadFinder:
         return start
 
     def _listed(self, place: int, last: tuple[int, Mention] | None) -> str:
-        """The "," or "and" that joins this to the objects before it; empty where nothing does."""
+        """Return the "," or "and" that joins this to the objects before it; empty if there is none."""
         if not last or last[1].role != "target" or self.words[place] in FUNCTION_WORDS - DETERMINERS:
             return ""
         between = self.words[last[0] + 1 : place]

@@ -149,7 +149,7 @@ class _MentionReader:
     def _with_sharing(
         self, mention: Mention, start: int, head: int, end: int, last: tuple[int, Mention] | None
     ) -> list[Mention]:
-        """Return the mention after those that share its noun; the words before the first apply to all."""
+        """Return the mentions that share a noun, this one last; the words before the first one apply to all."""
         partial = partial_phrases(self.said, start, head, mention.plural, last[0] if last else -1)
         if partial:
             mention = replace(mention, role=self._role(partial[0].first, end, last))

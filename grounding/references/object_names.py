@@ -32,7 +32,7 @@ _RIVALS = {word: words for words in (*ATTRIBUTES, CONTENTS) for word in words}
 
 @dataclass(frozen=True)
 class Name:
-    """What the name of an object says: "tomato_soup_can", "object 3, red, tall".
+    """The parsed name of an object, such as "tomato_soup_can" or "object 3, red, tall".
 
     Attributes:
         head: the noun, singular; empty if there is none.
@@ -83,7 +83,7 @@ def vocabulary(names: Sequence[str | None]) -> Vocabulary:
 
 
 def guesses(noun: str, heads: Sequence[str], encoder: SentenceEncoder | None) -> list[str]:
-    """Find the known noun that an unknown one may be, misspelt or of the same meaning, if there is one."""
+    """Return the known noun that an unknown one may mean, by its spelling or meaning, or `None`."""
     for known in (*heads, *_NOUNS):
         if _nearly(noun, known) or _nearly(plural(noun), plural(known)):
             return [known]

@@ -15,16 +15,16 @@ class Mention:
     Attributes:
         noun: the singular of its last noun, or `ANY`.
         modifiers: the words before the noun that may describe it: "red", "soup".
-        count: how many are meant, `None` for all; negative for all but as many.
+        count: the number of objects, `None` for all; negative for all but that number.
         exact: whether the speaker gave the number, so that fewer will not do.
         role: "target" (to be arranged), "left out", "narrated" (mentioned in passing) or "landmark".
         known: whether a table or the scene knows the noun.
-        plural: whether several may be meant.
+        plural: whether it may mean several objects.
         numbers: of "object 3", "cups 1 and 2".
         ordinal: of "the second cup", from 1; -1 for the last.
         span: (first, end) characters of the phrase, without its article.
         preposition: of a landmark the word before it: "behind" the plate.
-        definite: whether it speaks of one particular object: "the mug", not "a mug" or "one of the mugs".
+        definite: whether it means one particular object: "the mug", not "a mug" or "one of the mugs".
     """
 
     noun: str
@@ -66,7 +66,7 @@ class Vocabulary:
 
     Attributes:
         forms: word -> (singular, whether it means all of its kind).
-        heads: what the objects of the scene are.
+        heads: the nouns of the objects of the scene.
         compounds: pairs of words that stand side by side in the name of an object.
     """
 

@@ -1,4 +1,4 @@
-"""Apply a clause after a noun to the objects that are meant: "the cups that are red", "everything that isn't blue"."""
+"""Apply a relative clause to the objects of its noun: "the cups that are red", "everything that isn't blue"."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def says_more(mention: Mention) -> bool:
 def with_clause(
     said: Sentences, spans: Sequence[tuple[int, int]], mention: Mention, end: int
 ) -> tuple[Mention, list[Mention], int]:
-    """Add what a clause after a mention says: "the cups that are red", "the cups which aren't red".
+    """Apply the clause after a mention, as in "the cups that are red" or "the cups which aren't red".
 
     Args:
         said: the words.
@@ -27,7 +27,7 @@ def with_clause(
         end: the place after it.
 
     Returns:
-        The mention, what the clause leaves out of it, and the place after the clause.
+        The mention, the mention of the objects that the clause excludes, and the position after the clause.
     """
     if "non" in mention.modifiers[:-1]:  # "the non-red cups"
         at = mention.modifiers.index("non")

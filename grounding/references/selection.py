@@ -25,11 +25,11 @@ _MOST_CHARACTERS = 200_000  # beyond, a text is no instruction, and only its beg
 
 
 class AmbiguousReferenceError(SelectionError):
-    """Several objects fit words that speak of one: "the red cup" where there are two.
+    """Raised if several objects fit words for a single one, such as "the red cup" if there are two.
 
     Attributes:
-        phrase: the words, as they were said.
-        indices: into the scene's objects: those that may be meant.
+        phrase: the words of the text.
+        indices: the indices of the objects that may be meant.
     """
 
     def __init__(self, phrase: str, indices: Sequence[int], descriptions: Sequence[str]) -> None:
@@ -43,12 +43,12 @@ class Selection:
 
     Attributes:
         indices: into the scene's objects, ascending.
-        named: the nouns that chose them, as singulars with the adjectives that told them apart, in the order of the
-            text; empty for "everything".
+        named: the nouns that selected them, as singulars with the adjectives that distinguished them, in the order of
+            the text; empty for "everything".
         excluded: the nouns that the instruction leaves out.
         required: those of the indices that were named one by one or by number, so that fewer will not do.
-        described: whether a colour or a size said which objects are meant.
-        notes: what has to be said about the choice, a sentence each: adjectives that could not be judged.
+        described: whether a colour or a size selected the objects.
+        notes: remarks on the selection, a sentence each, such as adjectives that could not be judged.
         references: the noun phrases that chose them; `None` for a choice that no words made.
     """
 
@@ -84,10 +84,10 @@ def select_objects(
         encoder: finds what a noun means that neither the tables nor the names know.
         catalogue: the objects are those that a scene can be drawn from: sizes, which compare what stands
             there, are not judged, and any of several may be "the mug".
-        resolved: phrase -> index of the object that an answer said it means.
+        resolved: phrase -> index of the object that an answer chose for it.
 
     Raises:
-        AmbiguousReferenceError: if several objects fit words that speak of one.
+        AmbiguousReferenceError: if several objects fit words for a single one.
         SelectionError: for a noun of which no object, or too few objects, are there, for an adjective that
             fits none of them, and for an instruction that leaves nothing.
     """
@@ -100,7 +100,7 @@ def select_objects(
 
 
 def mentioned(text: str) -> tuple[str, ...]:
-    """List what the instruction names, in its own words, where no scene is known: `("three cans",)`.
+    """List the objects that the instruction names, in its own words, if no scene is known: `("three cans",)`.
 
     Only exceptions give "everything but ..."; an instruction that names nothing, or everything, gives
     an empty tuple.
@@ -131,7 +131,7 @@ def _with_article(words: str) -> str:
 
 
 def _targets(references: References) -> list[Mention]:
-    """Return the mentions that choose objects; none if everything is meant."""
+    """Return the mentions that select objects; none if all objects are meant."""
     if targets := references.by_role("target"):
         return targets
     narrated = [replace(m, count=None, exact=False) if m.plural else m for m in references.by_role("narrated") if m.known]

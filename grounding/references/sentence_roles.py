@@ -88,7 +88,7 @@ class Sentences:
         return before in LANDMARK_PREPOSITIONS
 
     def exception(self, first: int) -> str:
-        """Find the words right before `first` that leave out what follows; empty if there are none."""
+        """Return the words before `first` that exclude the objects after it; empty if there are none."""
         for length in (4, 3, 2, 1):
             said = " ".join(self.words[max(0, first - length) : first])
             if first < length or said not in EXCEPTIONS:
@@ -105,7 +105,8 @@ class Sentences:
         return ""
 
     def left_alone(self, end: int, kept: bool) -> bool:
-        """Tell whether the words after a noun leave it out: "the bowl stays where it is", "leave the bowl alone".
+        """Return whether the words after a noun exclude it, as in "the bowl stays where it is" or "leave the bowl
+        alone".
 
         Args:
             end: the place after the noun.

@@ -28,12 +28,12 @@ _POSSESSIVE = re.compile(r"(?:'s|s')$")
 
 
 def unknown_phrase(said: Sentences, place: int, listed: str) -> tuple[int, int, str, bool, bool] | None:
-    """Find a phrase at `place` with a noun that is in no table and no name, where only objects can stand.
+    """Find a phrase at `place` with a noun that is in no table and no name, in a position that requires an object.
 
     Args:
-        said: the words.
-        place: where the phrase would start.
-        listed: the "," or "and" that joins it to objects before it; empty where nothing does.
+        said: the words of the text.
+        place: the position at which the phrase would start.
+        listed: the "," or "and" that joins it to objects before it; empty if there is none.
 
     Returns: (start of modifiers, place of the noun, its singular, whether it is a plural, False), or `None`.
     """

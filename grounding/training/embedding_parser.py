@@ -181,7 +181,7 @@ def fit_network(
     Args:
         encoder: gives the word states.
         sentences: how many are drawn.
-        seed: of what is drawn.
+        seed: the random seed.
         start: continues with this one; `None` starts from the encoder's own layers.
         rate: factor of the learning rates.
         report: takes a line of progress after every hundred batches.

@@ -44,12 +44,12 @@ def parser_on(
     report: Callable[[str], None] = lambda line: None,
     sentences: int = SENTENCES,
 ) -> EmbeddingParser:
-    """Load the parser on a named encoder, or fit it first where it is not in the cache.
+    """Load the parser on a named encoder; if it is not in the cache, fit it first.
 
     Args:
         encoder: gives the states.
         folder: of the fitted parsers; by default in the user's cache.
-        report: takes a line where it is fitted, and one that says how well it parses.
+        report: receives a line when fitting starts, and one with the accuracy of the fitted parser.
         sentences: how many it is fitted to.
 
     Raises:

@@ -1,7 +1,7 @@
 """Train the adapter with which the local language model writes goals of several parts (`grounding.llm_goals`).
 
-It starts from the adapter of the five slots. Low-rank weights of the upper layers are trained further, which costs two thirds of
-a step of all layers; the prompt is read by the bare model. A text's loss is that of the line's tokens.
+It starts from the adapter of the five slots. Low-rank weights of the upper layers are trained further, which costs two
+thirds of a step of all layers; the prompt is read by the bare model. A text's loss is that of the line's tokens.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def train(options: GoalTraining, report: Callable[[str], None] = lambda line: No
 
 
 class GoalTrainer(Trainer):
-    """The bare model with low-rank weights beside its matrices, behind the prompt of goals."""
+    """The model with trainable low-rank weights, and the encoded prompt of goals that precedes its input."""
 
     def freeze(self, layers: int) -> None:
         """Keep the weights of the lowest layers."""

@@ -1,7 +1,8 @@
-"""Draw instructions of one to four parts with the line that a language model shall write for them.
+"""Draw instructions of one to four parts, each with the line that a language model should write.
 
-Clauses come from `language/goal_clauses.txt` and `goal_additions.txt`, positions, sizes and headings from `phrases.toml`; they
-are joined as people join wishes: with "and", "then", full stops, pronouns, left-out verbs and corrections of themselves.
+Clauses come from `language/goal_clauses.txt` and `goal_additions.txt`, positions, sizes and headings from
+`phrases.toml`; they are joined as people join wishes: with "and", "then", full stops, pronouns, left-out verbs and
+corrections of themselves.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ class GoalSentence:
 
     Attributes:
         text: the instruction, in small letters.
-        line: what a language model shall answer (`grounding.llm_goals.lines`).
+        line: the correct answer of a language model (`grounding.llm_goals.lines`).
         lengths: the lengths that the text names, in its own words.
         counts: the whole numbers of the text.
     """
@@ -56,7 +57,7 @@ class GoalSentence:
 
 @dataclass
 class _Drawn:
-    """What the parts of one instruction have said so far."""
+    """The state of the parts of one instruction that were drawn so far."""
 
     lengths: list[str] = field(default_factory=list)
     counts: list[int] = field(default_factory=list)
@@ -245,7 +246,7 @@ class GoalSentences(GoalPhrases):
         return text, [line]
 
     def _filled(self, text: str, drawn: _Drawn) -> tuple[str, dict[str, str]]:
-        """Fill the choices and holes of a text; return what the label says for each hole."""
+        """Fill the choices and holes of a text; return the label of each hole."""
         text = _CHOICE.sub(lambda match: self.one(match.group(1).split("|")), text)
         values: dict[str, str] = {}
 

@@ -125,7 +125,7 @@ def _fit(trainer: Trainer, options: AdapterTraining, report: Callable[[str], Non
 
 
 class Trainer:
-    """The bare model with low-rank weights beside its matrices, and the prompts that it reads behind."""
+    """The model with trainable low-rank weights, and the encoded prompts that precede its input."""
 
     def __init__(self, seed: int) -> None:
         self.rng = np.random.default_rng(seed)
@@ -151,7 +151,7 @@ class Trainer:
         return [weight for layer in self.added.values() for weight in (layer.a, layer.b)]
 
     def loss(self, batch: Sequence[LabelledText]) -> torch.Tensor:
-        """Sum the questions' cross-entropies per text; the slots of what is refused do not count."""
+        """Sum the questions' cross-entropies per text; the slots of refused texts do not count."""
         layouts = [self.model.lay_out(quotable(entry.text)) for entry in batch]
         other = self.rng.random() < 0.5
         seen, tokens = self.prompts[self.rng.integers(1, len(self.prompts)) if other else 0]
