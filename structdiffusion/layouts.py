@@ -64,7 +64,7 @@ def lay_out(
         spec: the requested structure.
         table: the table.
         rng: of everything that is open.
-        keys: what is asked for besides; a spec without a shape takes none.
+        keys: further requirements; none for a spec without a shape.
 
     Raises:
         LayoutError: if the objects do not suit the structure, a key cannot be kept with them, or it does not fit on the
@@ -90,7 +90,7 @@ def _placed_draft(
     rng: np.random.Generator,
     keys: StructureKeys,
 ) -> tuple[Draft, np.ndarray]:
-    """Draw a structure and its centre (2,); where one of an open size does not fit, a smaller one, or one turned."""
+    """Draw a structure and its centre (2,); if it does not fit and its size is open, try a smaller or a rotated one."""
     structure, reason = STRUCTURES[spec.shape], None
     smaller = structure.smaller_to_fit and spec.size is None and keys == NO_KEYS
     sizes = (None, "medium", "small") if smaller else (spec.size,)

@@ -92,7 +92,7 @@ WEIGHTS_BYTES = 4 * PARAMETERS
 
 
 def read_at_most(path: Path, most: int) -> bytes:
-    """Read a file up to a limit, whatever size it reports: a device has no size and no end.
+    """Read a file up to a limit, independent of its reported size, because a device has no size and no end.
 
     Raises:
         OSError: if it cannot be read, or has more than `most` bytes.

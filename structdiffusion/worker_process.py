@@ -33,7 +33,7 @@ class Work:
 
 
 def _context() -> multiprocessing.context.BaseContext:
-    """Return the way in which workers are started: forked off a server process that has imported the libraries.
+    """Return the start method of workers: forked from a server process that has imported the libraries.
 
     Not forked off this process: torch and PyBullet do not survive that with their threads and clients. The server has
     none of either, and importing takes longer (2.5 s) than most jobs.
@@ -63,8 +63,8 @@ class WorkerProcess:
     """A worker process, for pickled `Work`.
 
     Attributes:
-        pipe: has something to read when it has said something, or died.
-        job: number and content of what it is at; `None` while it loads.
+        pipe: readable when it has sent a message or died.
+        job: number and content of its present job; `None` while it loads.
     """
 
     def __init__(self, work: bytes) -> None:

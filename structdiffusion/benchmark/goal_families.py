@@ -1,4 +1,4 @@
-"""Draw the goals of the benchmark of goals, family by family: the objects on the table, and what is asked of them."""
+"""Draw the goals of the goal benchmark, family by family, with the objects on the table."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ Rng = np.random.Generator
 
 @dataclass(frozen=True)
 class DrawnGoal:
-    """The objects of a scene, and what is asked of them.
+    """The objects of a scene and a goal for them.
 
     Attributes:
         models: the N objects.

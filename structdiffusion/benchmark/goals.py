@@ -42,8 +42,8 @@ class GoalScene:
         seed: the base seed.
         draw: how many earlier draws were rejected.
         models: the N objects; the goal's indices count them.
-        world_from_initial: (N, 4, 4) where they stand.
-        goal: what is asked for.
+        world_from_initial: (N, 4, 4) their initial poses.
+        goal: the goal.
         reference: (N, 4, 4) motions that meet it; the identity for what stays.
         table: the table top.
     """
@@ -71,7 +71,7 @@ class GoalScene:
 
     @property
     def names(self) -> list[str]:
-        """Return what the objects are called."""
+        """Return the names of the objects."""
         return unique_names(self.models)
 
     @property
@@ -80,19 +80,19 @@ class GoalScene:
         return tuple(map(color_of, self.models)) if all(map(color_of, self.models)) else None
 
     def observed(self) -> Scene:
-        """Return what the depth camera sees: all objects, in the order of the goal's indices."""
+        """Return the depth camera's observation of all objects, in the order of the goal's indices."""
         with TabletopWorld(self.models, list(self.world_from_initial), self.table) as world:
             return world.observe(self.sensor_rng, names=self.names)
 
     def verdict(self, goal_from_initial: np.ndarray, aside: Sequence[int] = ()) -> Verdict:
-        """Check in physics the motions (N, 4, 4) of all objects, some of which only make room."""
+        """Check the motions (N, 4, 4) of all objects in physics; some of them only make room."""
         return place_and_check(
             self.models, self.world_from_initial, goal_from_initial, self.goal, self.table, names=self.names,
             aside=aside, colors=self.colors,
         )  # fmt: skip
 
     def rival_verdicts(self, world_from_final: np.ndarray) -> dict[str, bool | None]:
-        """Return what the rivals' checks say of final poses (N, 4, 4); `None` if they have no check."""
+        """Return the verdicts of the rivals' checks on final poses (N, 4, 4); `None` if they have no check."""
         bodies = [_body(*one) for one in zip(self.names, self.models, world_from_final, strict=True)]
         goal = self.goal.resolved(len(self.models))
         return {name: accepts(bodies, goal) for name, accepts in RIVALS.items()}
@@ -163,7 +163,7 @@ def _scatter(models: Sequence[ObjectModel], table: Table, rng: np.random.Generat
 
 
 def _body(name: str, model: ObjectModel, pose: np.ndarray) -> PlacedBody:
-    """Return an object as the rivals' checks see it; they do not ask what it rests on."""
+    """Return an object in the form of the rivals' checks, without what it rests on."""
     points = transform_points(pose, np.concatenate(model.hulls))
     low, high = float(points[:, 2].min()), float(points[:, 2].max())
     outline = points[ConvexHull(points[:, :2]).vertices, :2]

@@ -52,8 +52,8 @@ class Conditions:
 def camera_beside(side: str, table: Table = Table()) -> DepthCamera:
     """Return a depth camera above one side of a table: "robot" (the default side), "opposite", "left" (+y) or "right".
 
-    The cameras on the left and right stand farther back, because the table is wider than deep and all of it has to be in
-    the picture.
+    The cameras on the left and right stand farther back, because the table is wider than deep and all of it has to be
+    in the picture.
 
     Raises:
         ValueError: for another side.
@@ -109,7 +109,7 @@ class EvaluationScene:
         return int(_generator(self.seed, self.structure, self.number, self.draw, _PLANNING).integers(2**62))
 
     def observed(self) -> Scene:
-        """Return what the depth camera sees; the scene's seed determines the noise."""
+        """Return the depth camera's observation; the scene's seed determines the noise."""
         drawn = self.drawn
         rng = _generator(self.seed, self.structure, self.number, self.draw, _SENSING)
         with TabletopWorld(drawn.models, list(drawn.world_from_initial), drawn.table, self.camera) as world:

@@ -142,7 +142,7 @@ class Evaluation:
     """All rows of a planner, and their success rates.
 
     Attributes:
-        rows: one per scene, as `SceneResult.to_dict` gives them.
+        rows: one per scene, as from `SceneResult.to_dict`.
         top_k: the largest k for which success@k was measured.
         about: facts about the measurement (model, objects, seed, command...), included in the report.
     """
@@ -191,7 +191,7 @@ def solve(planner: ScenePlanner, scene: EvaluationScene, *, candidates: int = 64
 
     Args:
         planner: the planner to measure.
-        scene: with words and their embedding where the planner needs them.
+        scene: the scene, with words and their embedding if the planner needs them.
         candidates: the number of arrangements that the planner proposes.
         top_k: the largest number of them to try in physics; the first that stands ends the trials.
     """

@@ -30,7 +30,7 @@ _SIZE = (0.008, 0.25)  # m, radii
 
 
 def turned_body(view: View, support: float) -> tuple[Turned, np.ndarray] | None:
-    """Fit the body of revolution in a view; return it and a mask (P,) of its points, or `None` if there is none.
+    """Fit a body of revolution to a view; return it and a mask (P,) of its points, or `None` if none fits.
 
     Args:
         view: the view of the object.

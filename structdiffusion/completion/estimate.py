@@ -22,8 +22,8 @@ _TOP = 0.005  # m: points this close below the top belong to it; a ball has few 
 _STACKABLE_SHARE = 0.45  # share of the outline's area that a top has to span to carry something
 _RIM, _RIM_NOISE = 0.985, 0.003  # quantile of the points at the height of a rim; m that noise adds to it
 _WALL_NOISE = 0.002  # m: the same for a vessel, whose rim has few points; a tower accumulates such errors
-# Of the cells within 12 mm of a level top, most are less than 5.5 mm below it, studs included; it is three quarters for the
-# ridge of a banana, and two thirds for a ball. Units: m, m, m (side of a cell), share of the cells.
+# Of the cells within 12 mm of a level top, most are less than 5.5 mm below it, studs included; it is three quarters for
+# the ridge of a banana, and two thirds for a ball. Units: m, m, m (side of a cell), share of the cells.
 _NEAR_TOP, _BELOW_TOP, _CELL, _LEVEL_SHARE = 0.0055, 0.012, 0.004, 0.82
 _INNER = 0.5  # share of the outline's smallest radius within which a vessel is lower than its rim
 _ON_TABLE = 0.008  # m: objects that are lifted less stand on the table
@@ -39,7 +39,7 @@ class ObjectEstimate:
 
     Attributes:
         name, category: of its cloud.
-        points: (P, 3) what was seen of it.
+        points: (P, 3) its observed points.
         mean: (3,) the mean of its points.
         outline: (K, 2) convex outline seen from above.
         height: of its level top.

@@ -1,1 +1,1 @@
-"""Compose goals of several parts: where every object goes so that all parts hold together, from what the camera saw."""
+"""Compose arrangements in which all parts of a goal hold together, from the camera's observation."""

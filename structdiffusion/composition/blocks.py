@@ -20,7 +20,7 @@ class Block:
     """Some objects with fixed places to each other, about the centre of their hull.
 
     Attributes:
-        bodies: by index, each where it is while the block's origin is that of the world.
+        bodies: index -> body, at its pose with the block's origin at that of the world.
         motions: (4, 4) by index: from where each stands now to there.
         centre: (2,) the point to which the position slots refer, about the origin.
         quality: in [0, 1], how good the planner that proposed it thinks it is.
@@ -73,11 +73,11 @@ class Block:
         return np.concatenate([body.footprint for body in self.bodies.values()])
 
     def bodies_at(self, place: np.ndarray) -> dict[int, PlacedBody]:
-        """Return its objects where its origin is at a place (2,)."""
+        """Return the bodies of its objects with its origin at a place (2,)."""
         return {i: _shifted(body, place) for i, body in self.bodies.items()}
 
     def motions_at(self, place: np.ndarray) -> dict[int, np.ndarray]:
-        """Return the motions (4, 4) of its objects where its origin is at a place (2,)."""
+        """Return the motions (4, 4) of its objects with its origin at a place (2,)."""
         shift = pose_from_xyz_yaw(place[0], place[1], 0.0, 0.0)
         return {i: shift @ motion for i, motion in self.motions.items()}
 

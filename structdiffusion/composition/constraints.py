@@ -1,4 +1,4 @@
-"""How surely the parts of a goal hold at candidate places of one block."""
+"""Compute margins by which the parts of a goal hold at candidate places of one block."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Situation:
     Attributes:
         state: the table.
         bodies: what has been placed already, by index.
-        stays: the indices of what is not moved at all.
+        stays: the indices of the objects that are not moved.
     """
 
     state: TableState
@@ -55,9 +55,9 @@ class Situation:
 
 
 def bond_margins(situation: Situation, bond: Bond, block: Block, origins: np.ndarray) -> np.ndarray | None:
-    """Return how surely a relation holds where a block's origin is at each of C places (C, 2); `None` if it is open yet.
+    """Return the margin of a relation with a block's origin at each of C places (C, 2); `None` if it is still open.
 
-    It is open as long as nobody knows where one of the other objects is.
+    It is open until all other objects are placed.
     """
     own, others = set(block.members), [i for i in (*bond.members, *bond.related) if i not in block.members]
     if not own & {*bond.members, *bond.related}:
@@ -84,7 +84,7 @@ def bond_margins(situation: Situation, bond: Bond, block: Block, origins: np.nda
 
 
 def structure_margins(situation: Situation, part: StructurePart, block: Block, origins: np.ndarray) -> np.ndarray:
-    """Return how surely the place of a structure holds where its block's origin is at each of C places (C, 2)."""
+    """Return the margin of a structure's place with its block's origin at each of C places (C, 2)."""
     state, margins = situation.state, np.ones(len(origins))
     centres = origins + block.centre
     ranges = centre_range([block.points], block.centre, state.table)
@@ -107,7 +107,7 @@ def structure_margins(situation: Situation, part: StructurePart, block: Block, o
 def structure_places(
     situation: Situation, part: StructurePart, block: Block, count: int, rng: np.random.Generator
 ) -> np.ndarray:
-    """Draw origins (count, 2) for a structure's block where its place on the table is as asked for."""
+    """Draw origins (count, 2) for a structure's block at which its place on the table is as requested."""
     table = situation.state.table
     low, high = origin_range(block, table)
     if part.around is not None:

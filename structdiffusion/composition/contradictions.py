@@ -1,4 +1,4 @@
-"""Find parts of a goal that cannot hold together, whatever is done."""
+"""Find parts of a goal that contradict each other."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Find how objects come to rest inside another one, by letting their completed bodies fall into it.
 
-What fits stays upright; what is too long leans on the rim. The resting pose is the predicted one.
+An object that fits stays upright; one that is too long leans on the rim. The resting pose is predicted.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ _MOST = 28  # falls of one object
 
 
 def rest_inside(vessel: Item, things: Sequence[Item], wanted: int, rng: np.random.Generator) -> list[list[np.ndarray]]:
-    """Return ways in which things come to rest inside a vessel that stays where it is.
+    """Return ways in which objects come to rest inside a vessel that stays in place.
 
     Args:
-        vessel: what they go into.
-        things: one after another.
+        vessel: the vessel.
+        things: the objects in the order of their placement.
         wanted: how many different ways are looked for.
         rng: of the places over the vessel.
 
@@ -72,7 +72,7 @@ def rest_inside(vessel: Item, things: Sequence[Item], wanted: int, rng: np.rando
 def _falls_in(
     vessel: Item, inside: Sequence[tuple[Item, np.ndarray]], thing: Item, rng: np.random.Generator, first: int
 ) -> np.ndarray | None:
-    """Return the motion (4, 4) of a thing into the vessel, the first of those tried that ends inside, or `None`."""
+    """Return the first motion (4, 4) of an object that ends inside the vessel, or `None`."""
     fits = _fits_upright(vessel, thing)
     attempts = [(tilt, yaw) for tilt in _TILTS for yaw in _YAWS if tilt or fits]
     attempts = attempts[first % len(attempts) :] + attempts[: first % len(attempts)] if not fits else attempts

@@ -1,4 +1,4 @@
-"""What stands on the table, with the bodies that were completed from partial clouds."""
+"""The objects on the table, with bodies completed from partial clouds."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Item:
 
     Attributes:
         index: among the scene's objects, then its distractors.
-        cloud: what was seen of it.
+        cloud: its observed cloud.
         seen: estimates from the cloud, as if it stood on the table.
         model: its completed body.
         pose: (4, 4) world_from_object of that body.
@@ -49,7 +49,7 @@ class Item:
 
     @cached_property
     def outline(self) -> np.ndarray:
-        """Return the outline (K, 2) of the completed body where it stands, counter-clockwise."""
+        """Return the outline (K, 2) of the completed body in its present place, counter-clockwise."""
         yaw = math.atan2(self.pose[1, 0], self.pose[0, 0])
         return turned(self.model.footprint, yaw) + self.pose[:2, 3]
 
@@ -60,12 +60,12 @@ class Item:
 
     @property
     def bottom(self) -> float:
-        """Return z of what it stands on."""
+        """Return z of the surface below it."""
         return self.cloud.bottom
 
     @property
     def top(self) -> float:
-        """Return z of its top where it stands."""
+        """Return z of its top in its present place."""
         return self.cloud.bottom + self.model.height
 
     def layout_item(self) -> LayoutItem:
@@ -76,7 +76,9 @@ class Item:
         )
 
     def motion_to(self, place: Sequence[float], turn: float, bottom: float) -> np.ndarray:
-        """Return the motion (4, 4) that turns it about its centroid, brings that to a place (2,), and its bottom to a height."""
+        """Return the motion (4, 4) that turns it about its centroid, brings that to a place (2,), and its bottom to a
+        height.
+        """
         motion = pose_from_xyz_yaw(0.0, 0.0, 0.0, turn)
         motion[:2, 3] = np.asarray(place) - motion[:2, :2] @ self.centroid
         motion[2, 3] = bottom - self.bottom
@@ -145,7 +147,7 @@ class TableState:
         return carriers
 
     def carried_by(self, index: int) -> list[int]:
-        """Return what stands on an item, directly or on top of that."""
+        """Return the items that stand on an item, directly or indirectly."""
         above = [i for i, carrier in self.carriers.items() if carrier == index]
         return above + [j for i in above for j in self.carried_by(i)]
 

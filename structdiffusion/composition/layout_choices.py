@@ -1,4 +1,4 @@
-"""Choose what a layout leaves open: its size, its heading, and which object of a stack comes first."""
+"""Choose the open variables of a layout: its size, its heading, and the lowest object of a stack."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SIZES = (None, "medium", "small")  # of an open size, drawn in turn: a large st
 def in_another_order(part: StructurePart, state: TableState, number: int, rng: np.random.Generator) -> StructurePart:
     """Return the part, or every second time one of a stack with its objects in a less usual order.
 
-    What the camera did not see decides which order stands.
+    Hidden sides of the objects decide which order is stable.
     """
     structure = STRUCTURES.get(part.shape or "")
     orderable = structure is not None and structure.stacks and part.shape in SHAPES_OF_KEY["order"]
@@ -45,7 +45,7 @@ def size_of(part: StructurePart, number: int) -> str | None:
 def heading_of(part: StructurePart, number: int, rng: np.random.Generator) -> float:
     """Return the heading (rad) that a structure faces: a line along an edge faces that edge or away from it.
 
-    Where it is open, every second one is square to the table, where more fits.
+    If it is open, every second one is aligned with the table, where more fits.
     """
     drawn = float(rng.uniform(-math.pi, math.pi)) if number % 2 else math.pi / 2 * float(rng.integers(4))
     headings = [HEADING_OF_ROTATION[part.rotation]] if part.rotation else [drawn]

@@ -1,4 +1,4 @@
-"""Place the blocks of a goal one after another, each where all relations hold and nothing is in its way."""
+"""Place the blocks of a goal in order, each at a free place where all relations hold."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ class Unit:
         members: their indices.
         blocks: the ways, best first.
         part: the structure that they form, if they form one.
-        said: what messages call it.
+        said: its description in messages.
         vessel: the object that they go into; then each block stands for poses about that one as it stands now.
-        optional: whether it may stay where it is; it is moved to make room only.
+        optional: whether it may stay in place; it is only moved to make room.
     """
 
     members: tuple[int, ...]
@@ -57,11 +57,11 @@ class Placement:
     """Where everything goes.
 
     Attributes:
-        bodies: what was placed, by index.
+        bodies: index -> placed body.
         motions: (4, 4), by index.
         in_the_way: the indices of what would have to be set aside.
         margin: the smallest margin of all relations and places, at most 1.
-        quality: the product of what the planners think of the blocks.
+        quality: the product of the planners' scores of the blocks.
     """
 
     bodies: dict[int, PlacedBody] = field(default_factory=dict)
@@ -72,19 +72,19 @@ class Placement:
 
 
 class NoPlaceError(Exception):
-    """Raised where a unit has no place; the message says what stands against it."""
+    """Raised if a unit has no place; the message gives the reason."""
 
 
 @dataclass(frozen=True)
 class Placer:
-    """Draws placements of the units of one goal.
+    """A sampler of placements of the units of one goal.
 
     Attributes:
         state: the table.
-        units: in the order in which they are placed.
+        units: the units in the order of their placement.
         bonds: the relations between them and to what stays.
-        stays: the indices of what is not moved.
-        removable: those of them that may be set aside.
+        stays: the indices of the objects that are not moved.
+        removable: the indices of objects in `stays` that may be set aside.
     """
 
     state: TableState
@@ -105,7 +105,7 @@ class Placer:
         return placement
 
     def place(self, unit: Unit, placement: Placement, number: int, rng: np.random.Generator) -> None:
-        """Place one unit beside what has been placed already, in place.
+        """Place one unit among those that are placed already, in place.
 
         Raises:
             NoPlaceError: if it has no place.
@@ -173,7 +173,9 @@ class Placer:
         return carriers
 
     def _candidates(self, unit: Unit, block: Block, situation: Situation, rng: np.random.Generator) -> np.ndarray:
-        """Draw origins (C, 2) to choose from: where relations ask for, where the structure is to be, and anywhere."""
+        """Draw candidate origins (C, 2): places that relations imply, places of the structure's thirds, and any other
+        places.
+        """
         drawn: list[np.ndarray] = []
         here = block.bodies_at(np.zeros(2))
         exact = False
@@ -249,7 +251,7 @@ def _into(state: TableState, vessel: int, block: Block, placement: Placement) ->
 
 
 def _why_not(unit: Unit, wishes: Sequence[tuple[str, np.ndarray]], on_table: np.ndarray, where: str) -> str:
-    """Return what stands against a unit: wishes that hold nowhere or not together, the table's edge, or no room."""
+    """Return why a unit has no place: conditions that hold nowhere or not together, the table's edge, or no room."""
     said = " and ".join(said for said, _ in wishes if said != unit.said) or unit.said
     held = [margins > 0 for _, margins in wishes]
     never = [said for (said, _), each in zip(wishes, held, strict=True) if not each.any()]

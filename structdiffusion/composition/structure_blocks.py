@@ -49,9 +49,9 @@ class StructureBlocks:
     """Proposals for the structures of a goal.
 
     Attributes:
-        planner: proposes structures of which only the slots are asked for; `None` for exact layouts alone. Shapes that
+        planner: proposes structures without keys; `None` for exact layouts only. Shapes that
             it was not taught are laid out too.
-        scene: what was seen.
+        scene: the observation.
         state: the same, completed.
         grouping: by which colours objects can be grouped.
     """
@@ -163,7 +163,8 @@ class StructureBlocks:
     def _widened(
         self, part: StructurePart, items: Sequence[Item], order: Sequence[int], offsets: np.ndarray, turns: np.ndarray
     ) -> np.ndarray:
-        """Return the offsets (N, 2), by place, grown about the centre until everything clears what it is laid around.
+        """Return the offsets (N, 2), by place, scaled about the centre until all objects clear the object in the
+        middle.
         """
         if part.around is None:
             return offsets

@@ -1,4 +1,4 @@
-"""Make the units of a goal: which objects move, in which ways, and in which order they are placed."""
+"""Make the units of a goal: the objects that move, their possible motions, and the order of placement."""
 
 from __future__ import annotations
 
@@ -77,7 +77,8 @@ class Units:
         return Unit((index,), blocks, f"the {item.name}", optional=optional)
 
     def ordered(self, units: Sequence[Unit]) -> list[Unit]:
-        """Return the units with references before what is placed by them, and carriers before what they carry.
+        """Return the units ordered so that references precede the objects placed by them, and supports precede their
+        load.
 
         Where places refer to each other in a circle, the unit with the fewest open references comes first.
         """
@@ -111,7 +112,7 @@ class Units:
         return units
 
     def _require_top(self, bond: Bond) -> None:
-        """Raise a `LayoutError` where nothing can stand on what is to carry an object."""
+        """Raise a `LayoutError` if nothing can stand on an object that has to carry another."""
         (thing,) = (self.state.items[i] for i in bond.members)
         carrier = max((self.state.items[i] for i in bond.related), key=lambda item: item.seen.stackable)
         if carrier.seen.rounded:

@@ -60,12 +60,13 @@ class DemonstrationBatches:
 
     Args:
         folder: with `library.npz`, `shard_*.npz` and `language.npz`.
-        device: where the tensors live.
+        device: the device of the tensors.
         points: P of the clouds.
         shape: draw only structures of this shape.
 
     Raises:
-        FileNotFoundError: for a missing file, or if no scene has the shape; the message names the command that makes it.
+        FileNotFoundError: for a missing file, or if no scene has the shape; the message names the command that makes
+            it.
         DataFolderError: for a truncated or damaged file.
     """
 
@@ -101,7 +102,8 @@ class DemonstrationBatches:
         self.initial, self.goal = column["initial"].to(device), column["goal"].to(device)
         self.frame, self.words = column["frame"].to(device), column["words"].long().to(device)
         self.places = self.goal.shape[1]  # W: largest number of objects that take part
-        # Rows by width: all scenes of a batch have one width, so that a few crowded scenes do not make all batches wider.
+        # Rows by width: all scenes of a batch have one width, so that a few crowded scenes do not make all batches
+        # wider.
         self.rows = {int(w): torch.nonzero(width == w)[:, 0].to(device) for w in width.unique()}
         self._load_language(folder / "language.npz")
 
@@ -148,7 +150,8 @@ class DemonstrationBatches:
         return Batch(clouds, there, ids, words, sentence, position, turn, world_from_structure)
 
     def _pick(self, size: int, generator: torch.Generator) -> tuple[Tensor, int]:
-        """Draw random scenes of one width; return them and the width, each width in proportion to its number of scenes."""
+        """Draw random scenes of one width; return them and the width, each width in proportion to its number of scenes.
+        """
         if len(self.rows) == 1:
             return torch.randint(len(self), (size,), generator=generator, device=self.device), self.places
         chosen = int(torch.randint(len(self), (1,), generator=generator, device=self.device))

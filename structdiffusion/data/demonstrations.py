@@ -104,7 +104,7 @@ def generate(
         models: the training objects; also written, as `library.npz`.
         folder: receives `library.npz`, `shard_*.npz` and `shards.jsonl`, the facts of each shard.
         scenes: the number of scenes, rounded up to whole shards of 500.
-        crowded: the number of additional scenes in which 8 to 10 objects take part, also rounded up.
+        crowded: the number of additional scenes with 8 to 10 objects in the structure, also rounded up.
         seed: the base seed.
         workers: the number of worker processes; 0 to use this process alone.
         ray: run the workers on the Ray cluster that this process is connected to.

@@ -10,7 +10,9 @@ import numpy as np
 
 
 class DataFolderError(ValueError):
-    """A folder of training data that cannot be used, or holds other data than requested; the message says what is wrong."""
+    """Raised if a folder of training data cannot be used or holds other data than requested; the message has the
+    reason.
+    """
 
 
 def save_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:

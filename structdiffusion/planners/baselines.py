@@ -24,7 +24,7 @@ class CVAEPlanner:
     Args:
         model: the network.
         post_process: what becomes of samples: how they are set down, refined and ranked.
-        search: improves what was sampled before, where given.
+        search: an optimiser of the samples, or `None`.
     """
 
     def __init__(
@@ -54,12 +54,12 @@ class CVAEPlanner:
 class StructFormerPlanner:
     """Sample one pose after another, with the network for the requested shape.
 
-    Where the shape is open, every network whose shape can carry the other slots samples its share.
+    If the shape is open, every network whose shape allows the other slots samples a share.
 
     Args:
         models: the network for each shape.
         post_process: what becomes of samples: how they are set down, refined and ranked.
-        search: improves what was sampled before, where given.
+        search: an optimiser of the samples, or `None`.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ def _sample(
     count: int,
     generator: torch.Generator,
 ) -> PoseSamples:
-    """Sample from one network, and improve the samples where there is a search."""
+    """Sample from one network, and improve the samples if there is a search."""
     samples = prepare_samples(network, seen, goal, False, count, generator)
     state = network.sample(samples.condition, generator)
     if search is not None:

@@ -85,7 +85,7 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
 def _load_judges(
     parts: PlannerParts, folder: Path
 ) -> tuple[PostProcessor, PoseSearch | None, StructureDiscriminator | None]:
-    """Load what a planner does with its samples, what improves them, and what guides them, where it has that."""
+    """Load the post-processing of a planner, and its search and guidance if it has them."""
     ranker = structure = None
     if parts.ranked or parts.cem or parts.guidance:
         structure = StructureDiscriminator.from_pretrained(folder / "structure")

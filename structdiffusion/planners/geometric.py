@@ -22,7 +22,7 @@ from structdiffusion.structures.structure import LayoutError
 
 
 class GeometricPlanner:
-    """The geometric planner, given only what the camera saw.
+    """The geometric planner, which uses only the camera's observation.
 
     Args:
         rollouts: how many of the best are tried in physics rollouts (`physics_reranking`).

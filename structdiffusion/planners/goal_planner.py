@@ -47,7 +47,7 @@ class GoalArrangement:
 
     Attributes:
         moved: the indices of the scene's objects that are picked and placed.
-        aside: those of them that only make room; they stand upright on the table in the end.
+        aside: the objects that only make room; they end upright on the table.
         goal_from_initial: (N, 4, 4) float64, the motion of each of the scene's objects; the identity for what stays.
         scores: each in [0, 1], larger is better; "total" decides.
     """
@@ -59,7 +59,7 @@ class GoalArrangement:
 
 
 class GoalPlanner:
-    """Plan goals of several parts with a planner of one structure.
+    """A planner of goals of several parts, based on a planner of single structures.
 
     Args:
         planner: proposes structures.
@@ -86,15 +86,15 @@ class GoalPlanner:
         knows its shape.
 
         Args:
-            scene: what was perceived: all objects that the goal counts, on whatever they stand, and what else is there.
-            goal: what is asked for, with indices of the scene's objects.
+            scene: the observation: all objects that the goal indexes, wherever they stand, and the distractors.
+            goal: the goal, with indices of the scene's objects.
             count: how many arrangements of one plain structure are proposed. Of other goals there are as many as were
                 found.
             generator: the only source of randomness.
             sentence: the instruction, and
-            embedding: (384,) of it, for planners of one structure that are conditioned on it.
+            embedding: (384,) its sentence embedding, for planners that are conditioned on it.
             colors: the name of each object's colour, for goals that group by it.
-            preview: called while a plain structure is denoised, where the planner can show it.
+            preview: called during the denoising of a plain structure, if the planner supports it.
 
         Raises:
             LayoutError: if these objects cannot do this on this table; one sentence says why.
@@ -170,9 +170,9 @@ class _Composer:
         """Draw placements and what each sets aside; without any, why.
 
         Args:
-            units, moving: what the goal moves.
-            movable: whether references that nobody asked to move may move.
-            clearing: whether things that no part names may be set aside.
+            units, moving: the objects that the goal moves.
+            movable: whether reference objects may move although the goal does not ask for it.
+            clearing: whether objects that no part names may be set aside.
             rng: of the draws.
         """
         own = {i for unit in moving for i in unit.members}
@@ -268,7 +268,7 @@ class _Composer:
         return share, self._arrangement(motions, placement, aside, max(_FELL, share))
 
     def _require_carried(self, units: Units, falls: Sequence[Verdict]) -> None:
-        """Raise a `LayoutError` where all that was tried fell, each time an object that another was to carry."""
+        """Raise a `LayoutError` if every trial failed because an object fell off its support."""
         for bond in units.bonds:
             if not bond.relation.carried:
                 continue

@@ -21,14 +21,14 @@ from structdiffusion.observation import StructureGoal
 from structdiffusion.planners.samples import EncodedScene, SampleBatch
 from structdiffusion.word_tokens import require_known_words, word_ids
 
-# Gradients longer than this, per object and in units of the state, are shortened: at high noise a predicted state is unlike
-# the scenes that the discriminator was trained on, and its gradient there can have any size.
+# Gradients longer than this, per object and in units of the state, are shortened: at high noise a predicted state is
+# unlike the scenes that the discriminator was trained on, and its gradient there can have any size.
 _STEEPEST = 1.0
 
 
 @dataclass(frozen=True)
 class StructureScore:
-    """The logarithm of the structure discriminator's score, as a function of where the objects go.
+    """The logarithm of the structure discriminator's score as a function of the goal poses.
 
     Attributes:
         structure: the discriminator.
@@ -53,7 +53,7 @@ class StructureScore:
         return cls(structure, clouds, seen.nouns[samples.order], words)
 
     def __call__(self, position: Tensor, turn: Tensor) -> Tensor:
-        """Score (K,) from where the means go, (K, N, 3) world frame, and how the objects turn, (K, N, 3, 3)."""
+        """Score (K,) goal means (K, N, 3), world frame, and rotations (K, N, 3, 3)."""
         at_goal = torch.einsum("knij,knpj->knpi", turn, self.clouds) + position[:, :, None]
         present = torch.ones(self.nouns.shape, dtype=torch.bool)
         return torch.nn.functional.logsigmoid(self.structure(at_goal, present, self.nouns, self.words))
@@ -71,7 +71,7 @@ def guided(
     The structure frame stays where it is: the discriminator does not know where on the table a structure stands.
 
     Args:
-        clean: what the denoiser predicts.
+        clean: the denoiser's prediction.
         sigma: the noise level sqrt(1 - abar_t) that it was predicted at.
         weight: of the guidance.
         model: decodes states.

@@ -17,7 +17,7 @@ class PlannerParts:
     Attributes:
         network: "diffusion", "cvae", "structformer" (one network a shape) or "geometric" (none).
         sentence: whether the network takes the sentence's embedding rather than word tokens.
-        ranked: whether discriminators and checks rank what it proposes.
+        ranked: whether discriminators and checks rank the proposals.
         guidance: weight of the structure discriminator's gradient in the denoising.
         cem: whether the cross-entropy method improves samples by the structure discriminator's score.
         placed: whether objects are set down, and structures moved into the requested thirds, by the observed outlines.

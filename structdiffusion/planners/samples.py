@@ -89,7 +89,7 @@ class PoseSamples:
 
     @classmethod
     def concatenate(cls, parts: Sequence[PoseSamples]) -> PoseSamples:
-        """Join the samples of several, one after another."""
+        """Concatenate samples."""
         rows = zip(*((part.motions, part.frames, part.orders) for part in parts))
         return cls(*(np.concatenate(row) for row in rows))
 
@@ -97,10 +97,10 @@ class PoseSamples:
 def encode_scene(
     scene: Scene, goal: StructureGoal, model: PoseBackbone, sentence: bool, generator: torch.Generator
 ) -> EncodedScene:
-    """Encode a scene as `model` takes it.
+    """Encode a scene as an input of `model`.
 
     Args:
-        scene: what was perceived.
+        scene: the observation.
         goal: the request.
         model: the network.
         sentence: whether its input is the sentence's embedding rather than word tokens.
@@ -143,8 +143,8 @@ def place_orders(
 ) -> Tensor:
     """Draw which object takes which place, (count, N), as in the demonstrations.
 
-    Each structure says which object belongs where. With an open shape, the random order and those of the structures that
-    need another take turns.
+    Each structure says which object belongs where. With an open shape, the random order and those of the structures
+    that need another take turns.
     """
     random = torch.rand(count, len(objects), generator=generator).argsort(dim=1).numpy()
     rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))

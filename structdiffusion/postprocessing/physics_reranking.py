@@ -1,4 +1,4 @@
-"""Rerank arrangements by physics rollouts: which are tried, in which order, and how the results change the ranking."""
+"""Rerank arrangements by physics rollouts: select arrangements to try, and update the ranking with the results."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ ENOUGH = 3  # arrangements that stand under every hypothesis, after which no mor
 _UNTRIED, _FELL = 0.5, 0.1
 MOST = 150  # largest number of trials over all hypotheses
 _GIVE_UP = 2  # falls of one arrangement, after which no further hypotheses are tried
-# Arrangements with all objects on the table, after which no other is tried if none stood: then a completed body falls over
-# wherever it is put, and says nothing about arrangements.
+# Arrangements with all objects on the table, after which no other is tried if none stood: then a completed body falls
+# over wherever it is put, and says nothing about arrangements.
 _HOPELESS = 8
 _ROOM = 0.5  # weight of the room to the limits, in shares of hypotheses
 _FALLING = 0.8  # m/s: lowest speed of an object released 3 cm above its place
@@ -36,12 +36,12 @@ def rerank_by_physics(
 ) -> list[Arrangement]:
     """Return the arrangements, best first, after physics rollouts of the best-ranked ones (score "rollout").
 
-    Stacks are tried under several hypotheses about what the camera did not see. The order is by the share of hypotheses under
+    Stacks are tried under several hypotheses about their hidden sides. The order is by the share of hypotheses under
     which an arrangement stood (zero if untried) plus half of its mean room to the limits of the protocol: five of five
     hardly standing rank below four of five with room. Ties are ordered by the total.
 
-    The score is the share, but at least `_FELL` for tried arrangements, and `_UNTRIED` for others; the total is multiplied
-    by it. If no arrangement on the table stands, the untried ones are assumed to fall as well.
+    The score is the share, but at least `_FELL` for tried arrangements, and `_UNTRIED` for others; the total is
+    multiplied by it. If no arrangement on the table stands, the untried ones are assumed to fall as well.
 
     Args:
         rollout: the physics rollout of the scene.

@@ -117,14 +117,14 @@ class PhysicsRollout:
         )
 
     def set_down(self, motions: np.ndarray, stays: Sequence[int] = (), goal: Goal | None = None) -> np.ndarray:
-        """Return the motions (N, 4, 4), with stacked objects a little above their contact with what is below.
+        """Return the motions (N, 4, 4), with stacked objects a little above contact with the object below.
 
         Objects move straight up or down one by one, supports first.
 
         Args:
             motions: (N, 4, 4), world frame.
             stays: the objects that do not move.
-            goal: a resolved goal, of which some objects are carried by others.
+            goal: a resolved goal in which some objects stand on others.
         """
         lifts = motions[:, 2, 3] + [cloud.bottom for cloud in self.scene.objects]
         moved = [i for i in range(len(motions)) if i not in set(stays)]

@@ -28,7 +28,7 @@ def fit_to_size(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: St
     Args:
         objects: N estimates.
         motions: (N, 4, 4) set down (`settle`), world frame.
-        spec: what was asked for.
+        spec: the requested slots.
 
     Returns:
         (N, 4, 4); the same motions where the shape is open.
@@ -42,12 +42,12 @@ def fit_to_size(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: St
 def align_cutlery(
     objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: StructureSpec, heading: float
 ) -> np.ndarray:
-    """Turn what has a front to where it belongs, such as the cutlery of a table setting away from the diner.
+    """Turn objects with a front to their proper direction, such as the cutlery of a table setting away from the diner.
 
     Args:
         objects: N estimates.
         motions: (N, 4, 4) set down (`settle`), world frame.
-        spec: what was asked for; its rotation goes before `heading`.
+        spec: the requested slots; its rotation overrides `heading`.
         heading: that the sampled structure faces, radians.
 
     Returns:
@@ -67,7 +67,7 @@ def align_cutlery(
 
 
 def separate(objects: Sequence[ObjectEstimate], others: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray:
-    """Leave a clear gap between objects that stand on the table; whatever rests on an object moves with it.
+    """Separate objects on the table by a clear gap; objects on top of one move with it.
 
     Args:
         objects: N estimates; others: of the distractors, which stay.
@@ -100,7 +100,8 @@ def separate(objects: Sequence[ObjectEstimate], others: Sequence[ObjectEstimate]
 
 
 def _push(still: np.ndarray, moving: np.ndarray) -> np.ndarray | None:
-    """Return how far (2,) the second outline (L, 2) has to go from the first (K, 2), along the line of their middles."""
+    """Return how far (2,) the second outline (L, 2) has to go from the first (K, 2), along the line of their middles.
+    """
     middle, other = still.mean(axis=0), moving.mean(axis=0)
     between = other - middle
     apart = float(np.linalg.norm(between))

@@ -1,4 +1,4 @@
-"""Set the objects of proposed goals down: upright, and on the table or on what is below them.
+"""Set the objects of proposed goals down: upright, and on the table or on the object below.
 
 A sampled height is off by millimetres, and two millimetres inside the table are a failure. How an
 object stood says where its lowest point is; what lies below its goal was seen by the camera.
@@ -26,7 +26,7 @@ _OPENING = 0.85  # of a vessel's outline: what has to go inside must be narrower
 
 
 def settle(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray:
-    """Return the motions with every object upright and set down on the table or on what is below it.
+    """Return the motions with every object upright and set down on the table or on the object below it.
 
     Args:
         objects: N estimates of the objects as they now stand on the table.

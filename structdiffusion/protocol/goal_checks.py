@@ -1,4 +1,4 @@
-"""The checks of what stands in a simulated world, for a goal of several parts or for one structure."""
+"""The checks of a simulated world against a goal of several parts or one structure."""
 
 from __future__ import annotations
 
@@ -30,9 +30,10 @@ def asked_checks(
     aside: Sequence[int] = (),
     colors: Sequence[str] | None = None,
 ) -> tuple[Check, ...]:
-    """Check what stands in a world, whatever was asked for: one structure of these objects, or a goal.
+    """Check a world against one structure of these objects, or a goal.
 
-    Args: see `goal_checks`. For a structure, the first `count` objects are those that take part; the last two do not matter.
+    Args: see `goal_checks`. For a structure, the first `count` objects are the participants, and the last two arguments
+        are not used.
     """
     if isinstance(asked, Goal):
         return goal_checks(world, indices, asked, world_from_initial, names, count=count, aside=aside, colors=colors)
@@ -50,16 +51,16 @@ def goal_checks(
     aside: Sequence[int] = (),
     colors: Sequence[str] | None = None,
 ) -> tuple[Check, ...]:
-    """Check what stands in a world under the evaluation protocol, by the true models and their contacts.
+    """Check a world against the evaluation protocol, by the true models and their contacts.
 
     Args:
         world: the world, at rest; physics runs in it for 0.1 s while contacts are recorded.
-        indices: the world's index of each of N objects: those that the goal counts, then others that have to stay.
-        goal: what was asked for.
-        world_from_initial: (N, 4, 4) where these objects stood before anything moved.
-        names: what the checks call the objects; by default their nouns, numbered.
+        indices: the world's index of each of N objects: those that the goal indexes, then others that have to stay.
+        goal: the goal.
+        world_from_initial: (N, 4, 4) the poses of these objects before anything moved.
+        names: the names of the objects in the checks; by default their nouns, numbered.
         count: how many of them the goal counts; by default all.
-        aside: those of the N objects that were set aside, because they stood in the way.
+        aside: the indices of objects that were set aside because they were in the way.
         colors: the name of each object's colour, for goals that group by it.
 
     Raises:
@@ -73,7 +74,7 @@ def goal_checks(
 def standing_of(
     world: TabletopWorld, indices: Sequence[int], world_from_initial: np.ndarray, names: Sequence[str]
 ) -> Standing:
-    """Return what stands in a world: the N objects of a goal first, then all others, which have not moved by intent.
+    """Return the bodies in a world: the N objects of a goal first, then all others, which were not moved on purpose.
 
     Args: see `goal_checks`.
     """
@@ -84,7 +85,8 @@ def standing_of(
     supports = world.supports(REST_SECONDS)
     bodies, touches = [], []
     for name, index in zip(every_name, order, strict=True):
-        # What leans on the table and on another rests on more than the other: the table is listed where it is not alone.
+        # What leans on the table and on another rests on more than the other: the table is listed where it is not
+        # alone.
         carriers = supports[index] if len(supports[index]) > 1 else [i for i in supports[index] if i != TABLE]
         bodies.append(placed_body(world, index, name, [number.get(i, TABLE) for i in carriers]))
         near = world.clearances(index)

@@ -1,4 +1,4 @@
-"""The checks of what a structure may be asked for besides its slots (evaluation protocol, part two)."""
+"""The checks of a structure's keys besides its slots (evaluation protocol, part two)."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def key_checks(standing: Standing, part: StructurePart, members: Sequence[int]) 
     """Check the keys of a structure, but for `group_by` (see `Grouping`).
 
     Args:
-        standing: what stands on the table.
+        standing: the bodies on the table.
         part: the structure.
         members: the indices of its objects.
     """
@@ -110,7 +110,8 @@ class Grouping:
     def checks(
         self, bodies: Sequence[PlacedBody], members: Sequence[int], part: StructurePart, table: Table
     ) -> list[Check]:
-        """Check that each value has one structure by itself, and that these are apart; the place holds for the whole."""
+        """Check that each value has one structure by itself, and that these are apart; the place holds for the whole.
+        """
         assert part.group_by is not None and part.shape is not None
         structure = STRUCTURES[part.shape]
         groups = self.groups([body.category for body in bodies], members, part.group_by)

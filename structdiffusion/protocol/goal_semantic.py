@@ -1,7 +1,7 @@
-"""The semantic checks of goals of several parts: do the things on the table match every part of the goal?
+"""The semantic checks of goals of several parts: whether the objects on the table match every part.
 
-The module is pure geometry. It is used on true models after physics (the verdict), and on proposed scenes whose footprints
-are estimated. `structdiffusion.structures` and `structdiffusion.relations` define the checks.
+The module is pure geometry. It is used on true models after physics (the verdict), and on proposed scenes whose
+footprints are estimated. `structdiffusion.structures` and `structdiffusion.relations` define the checks.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ def check_goal(
     """Check every part of a goal, and that what no part names has stayed.
 
     Args:
-        standing: what stands on the table; the goal's objects are its first `count` bodies.
-        goal: what was asked for.
+        standing: the bodies on the table; the goal's objects are the first `count`.
+        goal: the goal.
         count: the number of objects that the goal's indices count.
         colors: the name of each object's colour, for goals that group by it.
         aside: objects that may have been set aside: they stand upright on the table.
@@ -59,8 +59,8 @@ def structure_part_checks(
         standing: what stands on the table.
         part: the structure, with the indices of its objects.
         grouping: by which values it is grouped, if it is.
-        plain: whether the structure is the whole goal. An open shape then is any shape that holds, as it always was; beside
-            other parts it is a group of which only the place is asked for.
+        plain: whether the structure is the whole goal. An open shape then is any shape that holds, as it always was;
+            beside other parts it is a group of which only the place is asked for.
     """
     members = _indices(part)
     bodies, table = standing.among(members), standing.table
@@ -106,9 +106,9 @@ def bond_name(standing: Standing, bond: Bond, goal: Goal) -> str:
 
 
 def stay_checks(standing: Standing, goal: Goal, aside: Sequence[int] = ()) -> list[Check]:
-    """Check that what no part of a resolved goal names, and what a structure is laid around, has moved by at most 1 cm.
+    """Check that objects that no part names, and objects that a structure is laid around, have moved by at most 1 cm.
 
-    Things set aside stand on the table instead; that they are upright is a matter of the physical protocol.
+    Objects that were set aside have to stand on the table; the physical protocol checks that they are upright.
     """
     named = set(goal.named_objects())
     stays = {i for i in range(len(standing.bodies)) if i not in named}

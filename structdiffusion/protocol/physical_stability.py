@@ -1,13 +1,14 @@
 """Check whether an arrangement stands: the physical protocol of the paper, section V, followed by the semantic checks.
 
-The objects are released one after another, supports first, from 3 cm above their predicted poses, and simulated. The first
-problem determines the failure class:
+The objects are released one after another, supports first, from 3 cm above their predicted poses, and simulated. The
+first problem determines the failure class:
 
 1. "intersection": set down at its predicted pose the object penetrates something by more than 2 mm;
 2. "abnormal velocity": something moves faster than 1 m/s, leaves the table, or ends more than 4 cm
    (in the plane) from its predicted place;
 3. "not upright": something ends tilted by more than 15 degrees from its predicted orientation;
-4. "semantic": the structure does not match the spec (`structdiffusion.protocol.semantic`), or the table does not match the
+4. "semantic": the structure does not match the spec (`structdiffusion.protocol.semantic`), or the table does not match
+the
    goal (`structdiffusion.protocol.goal_semantic`).
 
 Of a goal of several parts, only the objects that move are released; the others are on the table all the time.
@@ -53,12 +54,12 @@ class Verdict:
         success: whether none of the four failures happened.
         failure: one of `structdiffusion.protocol.semantic.FAILURE_CLASSES`, or `None`.
         failed_object: the name of the object that failed, or `None` (semantic failures concern all).
-        penetrated: what it would penetrate, "table" or the name of an object, or `None`.
+        penetrated: the body that it would penetrate, "table" or the name of an object, or `None`.
         detail: one sentence with the value and its limit.
         checks: the semantic checks; empty when physics failed before.
         measured: "penetration" (m), "speed" (m/s), "displacement" (m), "tilt" (rad): the largest of each.
         order: indices of the objects in the order in which they were placed.
-        world_from_final: (N, 4, 4) where the objects are in the end; NaN for those never placed.
+        world_from_final: (N, 4, 4) the final poses of the objects; NaN for those never placed.
         seconds: the time that the computation took.
     """
 
@@ -100,7 +101,8 @@ class _Failure(Exception):
 def executable_order(
     models: Sequence[ObjectModel], world_from_goal: np.ndarray, after: Mapping[int, Sequence[int]] | None = None
 ) -> tuple[int, ...]:
-    """Order objects so that supports come first: by the goal's lowest point, in steps of 1 cm; among equals the widest first.
+    """Order objects so that supports come first: by the goal's lowest point, in steps of 1 cm; among equals the widest
+    first.
 
     So a plate comes before the bowl on it even where their predicted bottoms differ by less than
     the prediction's error.
@@ -108,7 +110,7 @@ def executable_order(
     Args:
         models: the N objects.
         world_from_goal: (N, 4, 4) where each goes.
-        after: of some objects, those that must be placed before, such as the mug that a spoon goes into.
+        after: object -> those that must be placed before it, such as the mug that a spoon goes into.
     """
 
     def rank(index: int) -> tuple[int, float]:
@@ -128,7 +130,7 @@ def executable_order(
 
 
 def carried_after(goal: Goal) -> dict[int, list[int]]:
-    """Return for each object of a resolved goal that another carries ("on", "in") those that carry it."""
+    """Return for each object that is placed "on" or "in" others in a resolved goal the indices of its supports."""
     after: dict[int, list[int]] = {}
     for bond in bonds_of(goal):
         if bond.relation.carried:
@@ -161,11 +163,11 @@ def place_and_check(
         spec: the requested structure, or the goal.
         table: the table top.
         others: distractors with their poses (4, 4); they are in the world all the time.
-        names: what the verdict calls the objects, then the others; by default their nouns, numbered.
+        names: the names of the objects, then of the others, in the verdict; by default their nouns, numbered.
         ground: the whole surface that carries objects, if it is larger than the table top.
         until_rest: judge as soon as everything is at rest, and not after the 2 s of the evaluation protocol.
         on_end: called with the world as it is in the end, such as to take a picture of it.
-        aside: under a goal, those of the objects that only make room.
+        aside: for a goal, the objects that only make room.
         colors: under a goal that groups by colour, the name of each object's colour.
 
     Raises:
@@ -225,7 +227,7 @@ def place_and_check(
 
 
 def _renumbered(after: Mapping[int, Sequence[int]], moved: Sequence[int]) -> dict[int, list[int]]:
-    """Return which moved objects come after which, by their places among those that move."""
+    """Return the order constraints with indices among the moved objects."""
     place = {index: k for k, index in enumerate(moved)}
     return {place[i]: [place[j] for j in before if j in place] for i, before in after.items() if i in place}
 
@@ -294,7 +296,7 @@ class _Trial:
         self.world.settle(seconds, watch, until_rest)
 
     def check_places(self) -> None:
-        """Check that everything is on the table, upright, and near where it was to be."""
+        """Check that every object is on the table, upright, and near its goal."""
         table = self.world.ground
         for index, center in enumerate(self.world.centers_of_mass()):
             on_table = table.x_min <= center[0] <= table.x_max and table.y_min <= center[1] <= table.y_max

@@ -1,6 +1,7 @@
 """Measure which values of the five slots a structure realises, by the measures of the evaluation protocol.
 
-The module is pure geometry, on estimated or true bodies. The measures are those of the checks of `structdiffusion.structures`.
+The module is pure geometry, on estimated or true bodies. The measures are those of the checks of
+`structdiffusion.structures`.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ _FIT_ATTEMPTS = 10  # layouts tried before a value counts as one that does not f
 
 
 def realised_shape(bodies: Sequence[PlacedBody], table: Table) -> str:
-    """Return the shape that an open shape became, the one whose checks hold best; of those that hold alike, the one that asks for most.
+    """Return the shape that an open shape became: the one whose checks hold best and, of equal ones, the one with most
+    checks.
 
     Objects that have no place in a table setting do not form one, although they may pass its checks.
     """
@@ -99,18 +101,19 @@ def fitting_values(
 
 
 def evenness(values: Sequence[str], fits: Sequence[str]) -> float | None:
-    """Return how evenly values are spread over those that fit: 0 if all are the same, 1 in the mean if all are as likely.
+    """Return how evenly values are spread over those that fit: 0 if all are equal, on average 1 if all are equally
+    likely.
 
     A few even draws rarely look even: their entropy is below that of the values they are drawn of, in the mean by
     a good deal (Miller, 1955), which is no fault of who drew them. Hence the mean entropy of as many even draws is the
     measure, and a lucky few may come out above 1.
 
     Args:
-        values: what was realised, one per sample; those that do not fit, and those that nothing realised, do not count.
+        values: the realised value of each sample; values that do not fit and `None` are not counted.
         fits: the different values that there may be.
 
     Returns:
-        The entropy over that of as many even draws, or `None` where nothing could differ.
+        The entropy divided by that of the same number of even draws, or `None` if only one value fits.
     """
     values = [value for value in values if value in fits]
     if min(len(values), len(fits)) < 2:
@@ -120,7 +123,8 @@ def evenness(values: Sequence[str], fits: Sequence[str]) -> float | None:
 
 
 def _entropy_of_even_draws(draws: int, values: int) -> float:
-    """Return the mean entropy, in nats, of the shares in `draws` independent draws of `values` equally likely values."""
+    """Return the mean entropy, in nats, of the shares in `draws` independent draws of `values` equally likely values.
+    """
     often = np.arange(1, draws + 1)  # how often one of the values is drawn: binomial
     ways = [math.lgamma(draws + 1) - math.lgamma(n + 1) - math.lgamma(draws - n + 1) for n in often]
     chances = np.exp(np.array(ways) - often * math.log(values) + (draws - often) * math.log1p(-1 / values))

@@ -1,4 +1,4 @@
-"""The semantic checks of what stands in a simulated world, by the true models and their contacts."""
+"""The semantic checks of a simulated world, by the true models and their contacts."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from structdiffusion.structures.checks import Check
 def semantic_checks(
     world: TabletopWorld, indices: Sequence[int], spec: StructureSpec, names: Sequence[str] | None = None
 ) -> tuple[Check, ...]:
-    """Check what stands in a world under the evaluation protocol, by the true models and their contacts.
+    """Check a world against the evaluation protocol, by the true models and their contacts.
 
     Args:
         world: the world, at rest; physics runs in it for 0.1 s while contacts are recorded.
         indices: the objects of the structure; all others are distractors.
         spec: the requested structure.
-        names: what the checks call the objects; by default their categories, numbered.
+        names: the names of the objects in the checks; by default their categories, numbered.
     """
     number = {index: k for k, index in enumerate(indices)}
     names = names or unique_names([world.models[index] for index in indices])

@@ -16,7 +16,7 @@ class Candidates:
     Attributes:
         outline: (K, 2) the outline of the figure about its centroid.
         centroids: (C, 2) the places.
-        before: (2,) where its centroid was before anything moved.
+        before: (2,) its centroid before anything moved.
     """
 
     outline: np.ndarray

@@ -58,7 +58,7 @@ class On(_Carried):
     on_stacks = True
 
     def check(self, figure: Figure, references: Sequence[Figure], part: RelationPart) -> list[Check]:
-        """Check what the object rests on, and that its centroid lies over that."""
+        """Check the object's support, and that its centroid lies above it."""
         (reference,) = references
         (body,) = figure.bodies
         foreign = len(set(body.rests_on) - set(reference.members)) + (not body.rests_on)
@@ -75,7 +75,9 @@ class In(_Carried):
     hollow = True
 
     def check(self, figure: Figure, references: Sequence[Figure], part: RelationPart) -> list[Check]:
-        """Check that the object's centroid is over the reference, that it is inside, and that it touches nothing outside."""
+        """Check that the object's centroid is over the reference, that it is inside, and that it touches nothing
+        outside.
+        """
         (reference,) = references
         (index,), (vessel,) = figure.members, reference.members
         depth = reference.bodies[0].z_top - figure.bodies[0].z_bottom

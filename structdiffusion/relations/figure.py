@@ -1,4 +1,4 @@
-"""What relations hold between: objects, or structures as a whole, and what they stand on."""
+"""The figures that relations connect: objects, or structures as a whole."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Standing:
     Attributes:
         bodies: all M of them; their `rests_on` are indices among all. One that leans on the table and on another body
             rests on both, and the table is -1; one on the table alone rests on nothing.
-        before: (M, 2) where the centroid of each was before anything moved.
+        before: (M, 2) the centroid of each before anything moved.
         touches: (M) the indices of the bodies that each touches.
         table: the table top.
     """
@@ -36,7 +36,7 @@ class Standing:
         return Figure(name or ", ".join(self.bodies[i].name for i in members), tuple(members), self)
 
     def among(self, members: Sequence[int]) -> list[PlacedBody]:
-        """Return some of the bodies on their own: `rests_on` counts among them, without what is not one of them."""
+        """Return a subset of the bodies; `rests_on` is reindexed, without bodies outside the subset."""
         number = {index: k for k, index in enumerate(members)}
         return [
             replace(self.bodies[index], rests_on=tuple(number[i] for i in self.bodies[index].rests_on if i in number))
@@ -51,7 +51,7 @@ class Figure:
     Attributes:
         name: what checks call it.
         members: the indices of its bodies.
-        standing: where they stand.
+        standing: the bodies on the table.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Moved and swapped: where an object goes with respect to where things stood."""
+"""Moved and swapped: the place of an object relative to initial places."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Swapped(Relation):
     exact = True
 
     def check(self, figure: Figure, references: Sequence[Figure], part: RelationPart) -> list[Check]:
-        """Check how far the object is from where the other one stood."""
+        """Check the object's distance from the other one's initial place."""
         off = float(np.linalg.norm(figure.centroid - _before(references[0])))
         return [Check("off the other's place (m)", off <= MAX_SWAPPED_OFF, off, f"<= {MAX_SWAPPED_OFF:g}")]
 

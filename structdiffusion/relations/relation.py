@@ -22,14 +22,14 @@ class Relation(Protocol):
     A relation has no state. Directions are in the world frame. Methods implemented here are defaults.
 
     Attributes:
-        name: as `grounding.goals.parts.RELATIONS` has it.
+        name: its name in `grounding.goals.parts.RELATIONS`.
         references: how many figures it holds with.
-        apart: whether it speaks of each object alone, so that a structure as a whole cannot be meant.
+        apart: whether it applies to each object individually, so that it cannot apply to a structure as a whole.
         carried: whether the reference carries the object, so that the reference is placed first.
         hollow: whether the reference carries it inside.
         on_stacks: whether the reference may be a whole structure of objects on one another.
-        mutual: whether it holds between its two objects, each of which is the other's reference.
-        exact: whether the place follows from where things stood, so that there is little to choose.
+        mutual: whether each of its two objects is the other's reference.
+        exact: whether the initial places determine the place, so that there is little to choose.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Relation(Protocol):
 
         Args:
             figure: the object, or a structure as a whole.
-            references: what it is placed by.
+            references: the reference objects.
             part: the relation, with its distance, position or direction.
         """
         ...
@@ -65,7 +65,9 @@ class Relation(Protocol):
     def margins(
         self, figures: Candidates, references: Sequence[Figure], part: RelationPart, table: Table
     ) -> np.ndarray:
-        """Return how surely the checks hold at each of C candidate places, (C,): 0 at a limit, below 0 outside, at most 1."""
+        """Return how surely the checks hold at each of C candidate places, (C,): 0 at a limit, below 0 outside, at most
+        1.
+        """
         ...
 
 

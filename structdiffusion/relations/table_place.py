@@ -27,7 +27,7 @@ class At(Relation):
     references = 0
 
     def check(self, figure: Figure, references: Sequence[Figure], part: RelationPart) -> list[Check]:
-        """Check in which thirds the object lies."""
+        """Check the thirds in which the object lies."""
         return position_checks(figure.bodies, figure.centroid, _spec(part), figure.standing.table)
 
     def sample(

@@ -67,8 +67,8 @@ class DepthCamera:
         matrix[0, 0], matrix[1, 1] = f * self.height / self.width, f
         matrix[2, 2], matrix[2, 3] = -(far + near) / (far - near), -2 * far * near / (far - near)
         matrix[3, 2] = -1.0
-        # PyBullet's software renderer samples a pixel at its lower left corner; this shifts the picture by half a pixel in
-        # both directions, so that it samples the middle.
+        # PyBullet's software renderer samples a pixel at its lower left corner; this shifts the picture by half a pixel
+        # in both directions, so that it samples the middle.
         matrix[0, 2], matrix[1, 2] = 1 / self.width, 1 / self.height
         return matrix.T.ravel().tolist()
 
@@ -113,7 +113,8 @@ def project(points: np.ndarray, world_from_camera: np.ndarray, intrinsics: np.nd
 def camera_at(
     world_from_camera: np.ndarray, width: int = 640, height: int = 480, focal: float | None = None
 ) -> DepthCamera:
-    """Return the camera at a pose (4, 4), its axis through the middle of the picture; by default the usual field of view.
+    """Return the camera at a pose (4, 4), its axis through the middle of the picture; by default the usual field of
+    view.
 
     Args:
         width, height: pixels.
@@ -127,8 +128,8 @@ def camera_at(
     )  # fmt: skip
 
 
-# Viewpoints of pictures for reports: the depth camera's own; over the arm's shoulder, so that the arm is visible and left
-# remains left; above the table; and across the table.
+# Viewpoints of pictures for reports: the depth camera's own; over the arm's shoulder, so that the arm is visible and
+# left remains left; above the table; and across the table.
 VIEWS = {
     "robot": DepthCamera(),
     "shoulder": DepthCamera(eye=(-0.42, -0.10, 1.56), target=(0.26, 0.0, 0.09), vertical_field=math.radians(42.0)),
@@ -140,7 +141,8 @@ VIEWS = {
 def measured_depth(depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Add the noise of a time-of-flight or stereo sensor to a depth picture (H, W).
 
-    The noise is Gaussian, 1.2 mm at 0.4 m, and grows with the square of the distance; one pixel in a hundred is lost (NaN).
+    The noise is Gaussian, 1.2 mm at 0.4 m, and grows with the square of the distance; one pixel in a hundred is lost
+    (NaN).
     """
     sigma = 0.0012 + 0.0019 * (depth - 0.4) ** 2
     noisy = depth + sigma * rng.standard_normal(depth.shape)
@@ -155,7 +157,7 @@ class CameraImage:
     Attributes:
         color: (H, W, 3) uint8 RGB.
         depth: (H, W) float64 metres along the camera's z, NaN where not measured.
-        segmentation: (H, W) int, the physics engine's body id at each pixel; -1 where nothing is.
+        segmentation: (H, W) int, the physics engine's body id at each pixel; -1 for none.
         points: (H, W, 3) float64 world points, NaN where not measured.
         world_from_camera: (4, 4).
     """

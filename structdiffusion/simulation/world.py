@@ -1,8 +1,7 @@
 """The simulated table top: rigid objects under gravity, observed by a fixed depth camera.
 
-Every world is a PyBullet client of its own, so several worlds can exist at once. Poses are `world_from_object` of the object frame
-(z = 0 at the lowest point, origin under the
-footprint's centroid), although PyBullet uses inertial frames.
+Every world is a PyBullet client of its own, so several worlds can exist at once. Poses are `world_from_object` of the
+object frame (z = 0 at the lowest point, origin under the footprint's centroid), although PyBullet uses inertial frames.
 """
 
 from __future__ import annotations
@@ -167,8 +166,8 @@ class TabletopWorld:
     def clearances(self, index: int, reach: float = 0.01, among: Sequence[int] | None = None) -> dict[int, float]:
         """Return signed distances, metres, from an object to everything within `reach`; negative is penetration.
 
-        The keys are indices of other objects, and `TABLE`; `among` restricts them. Distances are between the exact convex
-        parts, without the engine's margin.
+        The keys are indices of other objects, and `TABLE`; `among` restricts them. Distances are between the exact
+        convex parts, without the engine's margin.
         """
         found: dict[int, float] = {}
         for other, body in [(TABLE, self.table_body), *enumerate(self.bodies)]:
@@ -233,7 +232,7 @@ class TabletopWorld:
 
         Args:
             rng: draws the sensor's noise and the subset of points.
-            objects: indices of those that take part; by default all but the distractors.
+            objects: the indices of the participants; by default all but the distractors.
             distractors: indices of the others; one that cannot be seen is left out.
             min_points: the number of points below which an object counts as hidden.
             names: unique names of the objects of this world; by default their nouns, numbered.
@@ -267,7 +266,8 @@ class TabletopWorld:
         """Render an RGB picture (height, width, 3) uint8.
 
         Args:
-            view: "robot" (as this world's camera sees it), or another of `structdiffusion.simulation.depth_camera.VIEWS`.
+            view: "robot" (as this world's camera sees it), or another of
+                `structdiffusion.simulation.depth_camera.VIEWS`.
             width, height: pixels.
             camera: the camera to use instead of the view's.
             backdrop: the surroundings of the table, as that camera sees them.

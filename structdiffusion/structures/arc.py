@@ -82,7 +82,7 @@ class Arc(SpreadStructure):
         rng: np.random.Generator,
         keys: StructureKeys,
     ) -> Draft:
-        """Draw an arc with even angles; where a radius is requested, it spans as much as the objects need."""
+        """Draw an arc with even angles; with a requested radius, it spans as much as the objects need."""
         spans = [span] if keys.radius is None else np.linspace(span, math.radians(_WIDEST_DEGREES), 5)
         reason: LayoutError | None = None
         for wide in spans:
@@ -126,7 +126,7 @@ class Arc(SpreadStructure):
         return draft_with_gap(self.name, spec, range(len(items)), outlines, offsets, turns, heading, keys.gap, why)
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
-        """Check roundness, what it spans, its inner gaps, where it is open, size, and that all stand on the table."""
+        """Check roundness, span, inner gaps, the open side, size, and that all objects stand on the table."""
         checks = [count_check(bodies, self.name, self.least)]
         if len(bodies) < self.least:
             return checks

@@ -21,7 +21,7 @@ SIZE_MEASURE, HEADING_MEASURE, PLACE_MEASURE = "extent / tightest extent", "head
 
 @dataclass(frozen=True)
 class Check:
-    """One condition of the evaluation protocol: its name, whether it held, what was measured and what was allowed."""
+    """One condition of the evaluation protocol: its name, whether it held, the measured value and the limit."""
 
     name: str
     passed: bool
@@ -58,7 +58,7 @@ def on_table_check(bodies: Sequence[PlacedBody]) -> Check:
 def position_checks(
     bodies: Sequence[PlacedBody], centre: np.ndarray, spec: StructureSpec, table: Table
 ) -> list[Check]:
-    """Check in which thirds of its range the centre (2,) lies; left is +y, top is +x.
+    """Check the thirds of its range in which the centre (2,) lies; left is +y, top is +x.
 
     The range is that in which the centre can lie with everything on the table.
     """

@@ -1,4 +1,4 @@
-"""The circle: a ring of objects, open toward its heading where it has one.
+"""The circle: a ring of objects, open toward its heading if it has one.
 
 Object i takes place i, counter-clockwise from the opening.
 """

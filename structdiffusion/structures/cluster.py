@@ -50,7 +50,7 @@ class Cluster(SpreadStructure):
         rng: np.random.Generator,
         keys: StructureKeys = NO_KEYS,
     ) -> Draft:
-        """Draw a cluster: each object, the broadest first, is pushed to where the hull of all stays smallest.
+        """Draw a cluster: each object, the broadest first, is placed so that the hull of all stays smallest.
 
         Raises:
             LayoutError: for fewer than two objects, or where a cluster of this size would fall apart.
@@ -73,7 +73,9 @@ class Cluster(SpreadStructure):
         )
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
-        """Check that the gaps that join the objects are narrow, the hull is tight, size, and that all stand on the table."""
+        """Check that the gaps that join the objects are narrow, the hull is tight, size, and that all stand on the
+        table.
+        """
         checks = [count_check(bodies, self.name, self.least)]
         if len(bodies) < self.least:
             return checks

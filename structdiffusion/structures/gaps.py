@@ -1,4 +1,4 @@
-"""Lay structures out with one clear gap between neighbours, whatever the objects' sizes."""
+"""Lay out structures with equal clear gaps between neighbours, for objects of any sizes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TRIES = 150  # orders of the objects that are tried where their sizes have to ma
 
 
 def require_size(name: str, size: str | None, ratio: float, why: str) -> None:
-    """Raise a `LayoutError` where what a key forces is not of the requested size."""
+    """Raise a `LayoutError` if a key forces another size than the requested one."""
     if size is None:
         return
     low, high = SIZE_BANDS[size]

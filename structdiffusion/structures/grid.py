@@ -119,7 +119,7 @@ class Grid(SpreadStructure):
 
 
 def rows_and_columns(count: int, rows: int | None = None, columns: int | None = None) -> tuple[int, int]:
-    """Return the numbers of rows and columns of a grid of so many objects: the requested ones, else a compact grid.
+    """Return the numbers of rows and columns of a grid of a number of objects: the requested ones, else a compact grid.
 
     Raises:
         LayoutError: if the requested numbers do not suit the objects.

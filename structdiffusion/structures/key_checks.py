@@ -20,7 +20,7 @@ def check_keys(bodies: Sequence[PlacedBody], spec: StructureSpec, keys: Structur
     Args:
         bodies: the N objects of the structure, at rest, in the order "listed".
         spec: the requested structure, with its shape.
-        keys: what it is asked for besides; `None` is not checked.
+        keys: the requested keys; `None` is not checked.
 
     Returns:
         The checks; of fewer objects than the structure needs, none, because `Structure.check` fails there.

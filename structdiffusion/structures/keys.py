@@ -1,4 +1,4 @@
-"""The keys that a structure may be asked for besides its slots (evaluation protocol, part two)."""
+"""The keys of a structure besides its slots (evaluation protocol, part two)."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from grounding.goals.parts import Order, StructurePart
 
 @dataclass(frozen=True)
 class StructureKeys:
-    """What a structure is asked for besides its slots; `None` if nobody asked.
+    """The requested keys of a structure besides its slots; `None` if not requested.
 
     Attributes:
-        order: how the objects follow one another; "listed" is the order in which they are given.
+        order: the order of the objects; "listed" is the order in which they are given.
         gap: clear distance between neighbours, metres.
         radius: of a circle or an arc, to the centroids, metres.
         length: of a line, between the centroids at its ends, metres.
@@ -34,5 +34,5 @@ NO_KEYS = StructureKeys()
 
 
 def structure_keys(part: StructurePart) -> StructureKeys:
-    """Return what the structure of a goal is asked for besides its slots."""
+    """Return the keys of a goal's structure besides its slots."""
     return StructureKeys(part.order, part.gap, part.radius, part.length, part.rows, part.columns, part.along)

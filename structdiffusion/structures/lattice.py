@@ -16,7 +16,8 @@ _EXACT = 0.003  # m: where objects are no farther from their places, no other fi
 
 @dataclass(frozen=True)
 class Lattice:
-    """Rows and columns at right angles, and the objects on them. Rows run left to right, within 45 degrees of the y axis.
+    """Rows and columns at right angles, and the objects on them. Rows run left to right, within 45 degrees of the y
+    axis.
 
     Attributes:
         rows: their number.
@@ -58,7 +59,7 @@ def fit_lattice(points: np.ndarray) -> Lattice:
 
 
 def divisions(count: int) -> list[tuple[int, int]]:
-    """Return the numbers of rows and columns, two or more of each, that a grid of so many objects can have."""
+    """Return the possible numbers of rows and columns, two or more of each, of a grid of a number of objects."""
     found = [(rows, -(-count // rows)) for rows in range(2, count)]
     found += [(-(-count // columns), columns) for columns in range(2, count)]
     legal = ((rows, columns) for rows, columns in found if min(rows, columns) >= 2 and (rows - 1) * columns < count)
@@ -68,7 +69,7 @@ def divisions(count: int) -> list[tuple[int, int]]:
 def _fitted(points: np.ndarray, heading: float, rows: int, columns: int, towards: int) -> Lattice:
     """Assign points to places by their order across and along rows, and fit the lattice to them.
 
-    `towards` is 1 where the last row is the one farthest along the heading, -1 where it is the nearest.
+    `towards` is 1 if the last row is the farthest along the heading, -1 if it is the nearest.
     """
     axis = np.array([math.cos(heading), math.sin(heading)])
     along = points @ np.array([-axis[1], axis[0]])

@@ -1,7 +1,8 @@
 """Fit rectangles and triangles to the centroids of objects, and measure places along their outlines.
 
-The corner objects belong to both sides that meet there, every other object to the nearest side; the outline is the one of
-least squares of the distances to these sides. Fits start from several outlines, because the assignment has local optima.
+The corner objects belong to both sides that meet there, every other object to the nearest side; the outline is the one
+of least squares of the distances to these sides. Fits start from several outlines, because the assignment has local
+optima.
 """
 
 from __future__ import annotations
@@ -112,7 +113,9 @@ def _cost(points: np.ndarray, corners: np.ndarray) -> float:
 
 
 def _best_fit(points: np.ndarray, starts: Sequence[np.ndarray], fit: _Fit) -> np.ndarray:
-    """Return the outline of least cost among starts and what they become when sides are fitted to their objects."""
+    """Return the outline of least cost among the starts and their refinements, in which sides are fitted to their
+    objects.
+    """
     costs = [_cost(points, start) for start in starts]
     best = min(zip(costs, starts), key=lambda pair: pair[0])
     for number in np.argsort(costs, kind="stable")[:_REFINED]:
@@ -147,7 +150,8 @@ def _box(points: np.ndarray, heading: float) -> np.ndarray:
 def _rectangle_of(points: np.ndarray, sides: Sequence[Sequence[int]]) -> np.ndarray:
     """Return the rectangle of least squares of the distances of points to the sides that they belong to.
 
-    All sides share one direction up to quarter turns: it is the axis of least spread of all sides' points about the sides'
+    All sides share one direction up to quarter turns: it is the axis of least spread of all sides' points about the
+        sides'
     means, those of every second side turned by a quarter.
     """
     spread = np.zeros((2, 2))

@@ -60,7 +60,7 @@ class Pyramid(Structure):
     def choose(self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool) -> list[Traits]:
         """Choose objects whose heights make level rows: one, and those nearest to it in size.
 
-        They are of one noun where there are enough.
+        They share a noun if there are enough of one.
 
         Raises:
             LayoutError: if too few of them are alike.
@@ -144,7 +144,9 @@ class Pyramid(Structure):
     def order_places(
         self, items: Sequence[LayoutItem], random: np.ndarray, rng: np.random.Generator
     ) -> np.ndarray | None:
-        """Order objects (K, N) row by row from the bottom, rows of about one height; as given where there are none."""
+        """Order objects (K, N) row by row from the bottom, in rows of about one height; unchanged if there are no such
+        rows.
+        """
         try:
             order = [item for row in _level_rows(items) for item in row]
         except LayoutError:
@@ -199,7 +201,7 @@ def _level_rows(items: Sequence[LayoutItem]) -> list[list[int]]:
 def _rows_from(
     items: Sequence[LayoutItem], left: list[int], lengths: Sequence[int], lean: float
 ) -> list[list[int]] | None:
-    """Return rows of these lengths of the objects left, sorted by height; `None` if there are none.
+    """Return rows of these lengths from the remaining objects, sorted by height; `None` if there are none.
 
     `lean` is by how much the heights of a row's objects may differ, over the breadth of the narrowest.
     """

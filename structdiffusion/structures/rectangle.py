@@ -73,7 +73,9 @@ class Rectangle(SpreadStructure):
         rng: np.random.Generator,
         gap: float,
     ) -> Draft:
-        """Draw a rectangle with one clear gap between neighbours, with objects so distributed that opposite sides match."""
+        """Draw a rectangle with one clear gap between neighbours, with objects so distributed that opposite sides
+        match.
+        """
         turns = np.array([item.turn_to_axis(heading) for item in items])
         outlines = [turned(item.footprint, turn) for item, turn in zip(items, turns)]
         along = np.array([math.cos(heading), math.sin(heading)])
@@ -147,7 +149,9 @@ class Rectangle(SpreadStructure):
         return fit_rectangle(np.array([body.centroid for body in bodies])).mean(axis=0)
 
     def _sides(self, count: int, rng: np.random.Generator) -> tuple[tuple[int, ...], tuple[float, float]]:
-        """Return how many objects stand between the corners of each side, and the lengths of the longer and shorter sides."""
+        """Return how many objects stand between the corners of each side, and the lengths of the longer and shorter
+        sides.
+        """
         between = count - 4
         short = (between // 2) // 3  # of each shorter side: a third of what the longer ones have, rounded down
         long = between - 2 * short
@@ -157,7 +161,7 @@ class Rectangle(SpreadStructure):
         return (first, short, third, short), ((first + third) / 2 + 1.0, short + 1.0)
 
     def _side_checks(self, sides: np.ndarray) -> list[Check]:
-        """Check what the sides (4,) of the least-squares rectangle have to keep."""
+        """Check the conditions on the sides (4,) of the least-squares rectangle."""
         return []
 
 
@@ -191,14 +195,15 @@ def _along_sides(inner: Sequence[int], sides: tuple[float, float]) -> np.ndarray
 
 
 def sides_of(inner: Sequence[int]) -> list[list[int]]:
-    """Return the places of each side of a polygon, both corners included, as `between_corners` numbers them."""
+    """Return the places of each side of a polygon, corners included, as numbered by `between_corners`."""
     starts = np.concatenate(([0], np.cumsum(np.array(inner) + 1)))
     total = int(starts[-1])
     return [[(int(start) + k) % total for k in range(count + 2)] for start, count in zip(starts, inner)]
 
 
 def between_corners(corners: np.ndarray, inner: Sequence[int]) -> np.ndarray:
-    """Return the corners (C, 2) of a polygon with so many places evenly between each and the next, in order: (N, 2)."""
+    """Return the corners (C, 2) of a polygon with a number of even places between neighbouring ones, in order: (N, 2).
+    """
     places = []
     for number, count in enumerate(inner):
         start, end = corners[number], corners[(number + 1) % len(corners)]

@@ -100,7 +100,7 @@ def run_of(
 
 
 def sequence_by(items: Sequence[LayoutItem], order: Order, rng: np.random.Generator) -> tuple[int, ...]:
-    """Return item indices from the end at which an order begins; where nothing says which way, `rng` draws it."""
+    """Return item indices from the end at which an order begins; if either end is possible, `rng` draws it."""
     if order.by == "listed":
         sequence = tuple(range(len(items)))
         return sequence[::-1] if order.direction == "descending" else sequence

@@ -1,4 +1,4 @@
-"""The protocol of a structure: what the rest of the package needs to know about it."""
+"""The protocol of a structure, which the rest of the package uses."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Structure(Protocol):
     A structure has no state. Methods implemented here are defaults for a flat structure of any objects.
 
     Attributes:
-        name: as `grounding.spec.SHAPES` has it.
+        name: its name in `grounding.spec.SHAPES`.
         least: the fewest objects that make one.
         usual_counts: the fewest and the most objects of a drawn scene, unless another number is asked for.
         exact_count: whether a drawn scene has exactly the number of objects that was asked for. `False` where some
@@ -68,10 +68,10 @@ class Structure(Protocol):
             demonstrations are built in physics first.
         rotation_alters_layout: whether a rotation changes the structure itself and does not only turn it, as the
             opening of a ring. Demonstrations leave it out at times, and no training example hides it.
-        rotations: the rotations that can be told apart when one is measured.
+        rotations: the rotations that a measurement can distinguish.
         sizes: the sizes that objects of a usual width can have.
         smaller_to_fit: whether a smaller size is drawn where an open one was drawn too large for the table.
-        often_one_noun: whether the objects of a drawn scene are of one noun in half of the cases.
+        often_one_noun: whether the objects share a noun in half of the drawn scenes.
         demonstration_share, crowded_share: how often it is tried for training data, and for data with 8 to 10 objects;
             relative to the other structures. 0 leaves the data of the others as they are.
     """
@@ -93,7 +93,7 @@ class Structure(Protocol):
 
     @property
     def slots(self) -> tuple[str, ...]:
-        """Return the slots that it can carry besides its shape."""
+        """Return its legal slots besides the shape."""
         return SLOTS_OF_SHAPE[self.name]
 
     def can_carry(self, spec: StructureSpec) -> bool:
@@ -141,7 +141,7 @@ class Structure(Protocol):
             spec: the requested structure.
             heading: that it faces where neither the spec nor a key says otherwise, radians.
             rng: of everything that is open.
-            keys: what is asked for besides.
+            keys: the requested keys.
 
         Raises:
             LayoutError: if the objects do not suit it, or a key cannot be kept with them.
@@ -202,7 +202,7 @@ class Structure(Protocol):
         return math.nan
 
     def rows_and_columns(self, bodies: Sequence[PlacedBody]) -> tuple[int, int]:
-        """Return how many rows and columns it has; (0, 0) where it has none."""
+        """Return its numbers of rows and columns; (0, 0) if it has none."""
         return 0, 0
 
     # --- corrections of what a network sampled ----------------------------------------------------
@@ -212,7 +212,7 @@ class Structure(Protocol):
         return np.zeros((len(bodies), 2))
 
     def turns(self, bodies: Sequence[PlacedBody], heading: float) -> np.ndarray:
-        """Return how far (N,), radians, each body turns where the structure faces `heading` (rad)."""
+        """Return the rotations (N,), radians, of the bodies for a structure that faces `heading` (rad)."""
         return np.zeros(len(bodies))
 
 
@@ -230,7 +230,7 @@ def choose_first(candidates: Sequence[Traits], wanted: int, name: str, least: in
 def choose_alike(
     candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool
 ) -> Sequence[Traits]:
-    """Return candidates of one noun in half of the cases, where there are enough and no nouns were given."""
+    """Return candidates with a common noun in half of the cases, if there are enough and no nouns were given."""
     if named or rng.random() >= 0.5:
         return candidates
     same = [one for one in candidates if one.category == candidates[0].category]

@@ -194,7 +194,7 @@ class _Setting:
             self._put(index, start, self.away)
 
     def _put(self, index: int, position: np.ndarray, push: np.ndarray) -> None:
-        """Place an item, pushed on step by step until it clears what is there."""
+        """Place an item, moved outward step by step until it clears the placed ones."""
         outline = turned(self.items[index].footprint, self.turns[index])
         while any(clear_gap(outline + position, other) < CLEARANCE for other in self._placed):
             position = position + _STEP * push

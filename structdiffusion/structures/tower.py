@@ -48,7 +48,7 @@ class Tower(Structure):
     def choose(
         self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool
     ) -> list[Traits]:
-        """Choose objects of which at most one cannot carry another: it goes on top.
+        """Choose objects of which at most one, the top one, cannot carry another.
 
         Raises:
             LayoutError: if too few of them can carry another.
@@ -124,7 +124,7 @@ class Tower(Structure):
 
 
 def _by_key(items: Sequence[LayoutItem], order: Order, rng: np.random.Generator) -> tuple[int, ...]:
-    """Return items from the bottom up in a requested order; where it may begin at either end, as a tower stands better.
+    """Return items from the bottom up in a requested order; if either end may be first, the more stable direction.
     """
     ways = [sequence_by(items, order, rng)]
     if order.start == "top":

@@ -43,8 +43,8 @@ from structdiffusion.structures.rectangle import between_corners, sides_of
 from structdiffusion.structures.spread import SpreadStructure, draft_on_places, outward_axes, rotated, spread_ratio
 from structdiffusion.structures.structure import Draft
 
-# Base over leg of the isosceles triangles that are drawn. With objects between the corners of the legs alone, a shorter base
-# keeps its gap near the mean.
+# Base over leg of the isosceles triangles that are drawn. With objects between the corners of the legs alone, a shorter
+# base keeps its gap near the mean.
 _BASE, _BASE_WITHOUT_OBJECTS = 1.0, 0.85
 _ANGLE_MARGIN = 4.0  # degrees inside the legal angles, of triangles of requested gaps
 _ROUNDS = 3  # of measuring gaps along sides whose lengths follow from them
@@ -133,7 +133,7 @@ class Triangle(SpreadStructure):
         return draft_with_gap(self.name, spec, order, own, offsets, turns[list(order)], heading, gap)
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
-        """Check the outline, its corners, angles and gaps, where a corner points, size, and that all stand on the table."""
+        """Check the outline, corners, angles, gaps, heading and size, and that all objects stand on the table."""
         checks = [count_check(bodies, self.name, self.least)]
         if len(bodies) < self.least:
             return checks
@@ -172,7 +172,9 @@ class Triangle(SpreadStructure):
 
 
 def _corners_of(lengths: Sequence[float], heading: float) -> np.ndarray:
-    """Return the corners (3, 2), counter-clockwise about their mean, of a triangle of sides (m), the first toward a heading."""
+    """Return the corners (3, 2), counter-clockwise about their mean, of a triangle of sides (m), the first toward a
+    heading.
+    """
     first, second, third = lengths  # from corner 0 to 1, 1 to 2, and 2 to 0
     cosine = (first**2 + third**2 - second**2) / (2 * first * third)
     angle = math.acos(max(-1.0, min(1.0, cosine)))

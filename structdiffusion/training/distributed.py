@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 
 class DistributedContext:
-    """This process among those that train one model; all of them have to call every method.
+    """One of the processes that train a model; all of them have to call every method.
 
     Args:
-        cpu: on processor cores, even where there are GPUs.
+        cpu: use processor cores even if there are GPUs.
 
     Attributes:
         rank: index of the process from 0; the first process reports and saves.

@@ -39,7 +39,7 @@ class TrainingOptions:
         decay: the share of the steps, at the end, over which the rate falls to zero (linear).
         weight_decay: of AdamW.
         clip: largest gradient norm.
-        average: decay of the moving average of the weights, which is what is saved.
+        average: decay of the moving average of the weights, which is saved.
         seed: of initial weights, batches and noise.
         log_every: steps between rows of the log.
         save_seconds: between checkpoints.
@@ -59,7 +59,7 @@ class TrainingOptions:
 
 @dataclass(frozen=True)
 class Progress:
-    """A row of the log: where the run is, and the mean of the losses since the last row."""
+    """A row of the log: the progress of the run, and the mean losses since the last row."""
 
     step: int
     steps: int
@@ -99,7 +99,7 @@ def train(
         folder: of this run.
         options: see `TrainingOptions`.
         device: where model and batches live.
-        metadata: what is written into `folder`/training.json beside what the run knows; `None` writes none.
+        metadata: further content of `folder`/training.json; `None` writes no file.
         distributed: this process among those that train the model; `None` for a single device.
 
     Raises:
@@ -141,7 +141,7 @@ def train(
 
 
 def _finite_means(means: _RunningMeans, distributed: DistributedContext | None, step: int) -> dict[str, float]:
-    """Take the mean losses, of all processes where there are several.
+    """Return the mean losses over all processes.
 
     Raises:
         FloatingPointError: if one is not finite.

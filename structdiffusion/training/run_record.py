@@ -29,10 +29,10 @@ class RunMetadata:
 
     Attributes:
         version: of the program that trains.
-        data: what the batches are drawn from; JSON-ready.
+        data: a description of the training data; JSON-ready.
         batch: how many examples each device takes per step.
         examples: what an example is, such as "scenes".
-        precision: in which the network computes; weights and geometry are always float32.
+        precision: the precision of the network's computations; weights and geometry are always float32.
     """
 
     version: str
@@ -59,16 +59,16 @@ def about_data(folder: Path) -> dict[str, Any]:
 
 
 class TrainingRecord:
-    """The record of one run: a session for each stretch of training under the same circumstances.
+    """The record of one run, with a session for each period of training under the same conditions.
 
     Args:
         folder: of the run; a record there is continued.
-        model: what is trained.
+        model: the model.
         options: of the training (`structdiffusion.training.loop.TrainingOptions`), JSON-ready.
         metadata: see `RunMetadata`.
-        device: where the model lives.
+        device: the device of the model.
         devices: how many train distributed.
-        step: where the session begins.
+        step: the first step of the session.
         spent: seconds of training before it, whether they are in the record or not.
 
     Raises:
@@ -111,7 +111,7 @@ class TrainingRecord:
 
         Args:
             step: how far the run is.
-            seconds: of training so far, those of earlier sessions included.
+            seconds: the time of training so far, including earlier sessions.
             losses: the last row of the log.
         """
         seconds_here = seconds - self._seconds

@@ -1,4 +1,4 @@
-"""The state of a training run: what is optimised, its averaged weights, and how far it has come; saved and resumed."""
+"""The state of a training run: model, optimiser, averaged weights and step; it is saved and resumed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class TrainingState:
         weight_decay: of AdamW.
 
     Attributes:
-        step: how many steps were taken, those of earlier sessions included.
+        step: the number of steps so far, including earlier sessions.
         seconds: that they took.
     """
 
@@ -37,7 +37,7 @@ class TrainingState:
     def resumed(
         cls, model: Checkpointed, learning_rate: float, weight_decay: float, folder: Path, device: torch.device
     ) -> TrainingState:
-        """Continue the run that was saved in `folder`; where there is none, begin.
+        """Resume the run that was saved in `folder`, or begin a new one.
 
         Raises:
             CheckpointError: for a state that is torn, or that of another network.
