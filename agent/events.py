@@ -269,6 +269,8 @@ class Checked(EventBase):
         detail: the first cause of failure in a sentence, with its value and limit.
         how: "arm" if the goal was built, "released" if it was only tried without the arm.
         on: the bodies that were checked: "the true objects", or the completed bodies of a recording.
+        count: the number of objects that take part.
+        left_out: the names of requested objects that could not take part.
     """
 
     success: bool
@@ -278,6 +280,8 @@ class Checked(EventBase):
     how: str
     seconds: float
     on: str = "the true objects"
+    count: int = 0
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

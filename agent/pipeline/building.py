@@ -179,7 +179,10 @@ def _judge(
     yield events.Pictured(LAST_PICTURE, last, table.picture())
     failed = next((check for check in checks if not check.passed), None)
     detail = f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}" if failed else "everything stands as asked"
-    yield events.Checked(failure is None, failure, checks, detail, "arm", time.perf_counter() - began, table.bodies)
+    yield events.Checked(
+        failure is None, failure, checks, detail, "arm", time.perf_counter() - began, table.bodies, table.count,
+        tuple(table.missing),
+    )  # fmt: skip
     if failure is not None:
         what = "goal" if isinstance(wanted, TableGoal) else "structure"
         raise ExecutionFailed(f"the {what} was built but does not stand as asked ({failure}): {detail}")

@@ -85,10 +85,17 @@ TRIED = "tried without the arm; the table is unchanged"
 
 
 def verdict_sentence(payload: Mapping[str, Any]) -> str:
-    """Say how an event "checked" in its JSON form ended."""
+    """Return the result of an event "checked" in its JSON form, with the number of objects if some were left out."""
     if not payload["success"]:
         return f"{payload['failure_class']}: {payload['detail']}"
-    return "It stands as it was asked for." if payload["how"] == "arm" else f"It holds as it was asked for, {TRIED}."
+    count, left_out = payload["count"], payload["left_out"]
+    built = payload["how"] == "arm"
+    if left_out:
+        missing = f"{', '.join(left_out)} {'is' if len(left_out) == 1 else 'are'} left out"
+        asked = f"{count} of {count + len(left_out)} objects stand as asked ({missing})"
+    else:
+        asked = "It stands as asked" if built else "The goal holds as asked"
+    return f"{asked}." if built else f"{asked} when released without the arm; the table is unchanged."
 
 
 def check_sentence(check: Mapping[str, Any]) -> str:

@@ -7,20 +7,21 @@
 | `schema_version`, `version` | of this layout, of structagent |
 | `instruction`, `options` | the request |
 | `outcome` | `success`, `exit_code`, `step` and `message` of the failure, `seconds` of the whole run |
-| `parse` | spec, confidence and evidence per slot, parser, nouns named; the whole `goal`, and one line for each of its
-`parts` | | `remarks` | questions, answers, notes, commands and restored states in order, each with its `kind` | |
-`scene` | objects (names, nouns, who takes part, mean position and outline in the world frame, colour), table | |
-`proposals` | model, the checksums of its networks (`networks`), and every candidate with its scores, positions and
-turns, best first | | `chosen` | the rank and the goal of each object; of several parts also which place it, whether it
-stays or is set aside | | `arm` | the arm's events in order, each with its `kind` | | `tried` | without the arm: where
-the released objects came to rest, positions and turns as a candidate's | | `verdict` | success, failure class, every
-check with its measured value and limit | | `seconds` | step -> time | | `pictures` | name, file (WebP; `film` is an
-animated one, with `interval` seconds between its frames), caption |
+| `parse` | spec, confidence and evidence per slot, parser, nouns named; the whole `goal`, one line for each of its `parts` |
+| `remarks` | questions, answers, notes, commands and restored states in order, each with its `kind` |
+| `scene` | objects (names, nouns, who takes part, mean position and outline in the world frame, colour), table |
+| `proposals` | model, checksums of its networks (`networks`), all candidates with scores, positions and turns, best first |
+| `chosen` | the rank and the goal of each object; of several parts also which place it, whether it stays or is set aside |
+| `arm` | the arm's events in order, each with its `kind` |
+| `tried` | without the arm: the final positions and turns of the released objects, as for a candidate |
+| `verdict` | success, failure class, every check with its measured value and limit, `count` of objects, those `left_out` |
+| `seconds` | step -> time |
+| `pictures` | name, file (WebP; `film` is an animated one, with `interval` seconds between its frames), caption |
 
 Lengths in metres, angles in radians, times in seconds. Schema version 2 has `remarks`, outlines, colours, turns and the
 film, and its pictures are WebP files, where those of version 1 were PNG. In version 3 the `display_name` of an object
 is what was `called` before. Version 4 has `goal` and `parts`. In version 5 `proposals`, the step `propose` and the
-score `rollout` replace `imagination`, `imagination` and `imagined`.
+score `rollout` replace `imagination`, `imagination` and `imagined`, and `verdict` has `count` and `left_out`.
 """
 
 from __future__ import annotations

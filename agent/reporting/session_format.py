@@ -12,7 +12,7 @@ Every other line is an event (its payload, see `agent.event_base`) or a picture;
 An event `started` begins a turn. In version 1 the `display_name` of an object was called `called`. Up to version 2
 every goal was one structure: the event `parsed` had no `goal`, `parts` and `objects`, and `restored` no `parts`. Up to
 version 3 the event `proposed` was called `imagined`, its picture `imagined-goal`, its step `imagination`, and the score
-`rollout` was called `imagined`.
+`rollout` was called `imagined`; `checked` had no `count` and no `left_out`.
 """
 
 from __future__ import annotations
@@ -65,6 +65,8 @@ def upgrade_payload(payload: Any, schema_version: int) -> Any:
             return {"goal": _goal_of_slots(payload.get("spec")), "parts": [], "objects": []} | payload
         case "restored" if schema_version <= 2:
             return {"parts": []} | payload
+        case "checked":
+            return {"count": 0, "left_out": []} | payload
     return payload
 
 

@@ -6,8 +6,7 @@
 | "extrude" | the seen points extended straight down to the support, as one convex hull |
 | "columns" | the same, in as many convex parts as the outline and its steps need |
 | "mirror" | the hidden far side from the most likely mirror plane or half turn; then "extrude" |
-| "symmetry" | round objects as bodies of revolution, hollow if the camera saw into them; others mirrored, then
-"columns" |
+| "symmetry" | bodies of revolution for round objects, hollow if the camera saw into them; else "mirror", then "columns" |
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from functools import cached_property
 from html import escape
 from typing import Any
 
-from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE
+from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, PARTLY_DONE
 from agent.rendering.image_files import FILM
 from agent.rendering.object_markers import markers_of_scene
 from agent.rendering.text import number, slot_label
@@ -69,6 +69,8 @@ class Turn:
             return "quiet", "Stopped"
         if code == NOT_BUILDABLE and report["proposals"] is None:
             return "quiet", "Refused"
+        if code == PARTLY_DONE and report["verdict"] is not None:
+            return "quiet", "Partly built" if report["verdict"]["how"] == "arm" else "Valid for some of the objects"
         if code not in (None, DONE):
             return "bad", "Not built"
         if report["chosen"] is not None:

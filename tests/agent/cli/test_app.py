@@ -307,7 +307,7 @@ def test_run_with_the_arm_builds_and_reports(tmp_path, capsys):
     arguments = ["run", "stack the cans on the right", *EXACT, "--seed", "1", "--out", str(tmp_path / "report")]
     assert command_line(arguments) == 0
     story = capsys.readouterr().out
-    assert "planned candidate" in story and "It stands as it was asked for" in story
+    assert "planned candidate" in story and "It stands as asked" in story
     assert story.endswith(f"report: {tmp_path / 'report' / 'report.html'}\n")
     report = json.loads((tmp_path / "report" / "report.json").read_text())
     taking_part = [seen["name"] for seen in report["scene"]["objects"] if seen["takes_part"]]

@@ -28,7 +28,7 @@ from agent.events import (
     Tried,
 )
 from agent.rendering.image_files import Picture
-from agent.reporting.event_text import arm_sentence
+from agent.reporting.event_text import arm_sentence, verdict_sentence
 from agent.reporting.html.document import session_page
 from agent.reporting.run_report import SCHEMA_VERSION, RunRecord
 from agent.reporting.session_reader import Session
@@ -171,6 +171,25 @@ def test_what_was_tried_without_the_arm_is_shown_and_said(run_events, tmp_path):
     for event in (*run_events[:5], tried, picture, verdict):
         terminal.on_event(event)
     assert "It stands" not in out.getvalue() and "the table is unchanged." in out.getvalue()
+
+
+@pytest.mark.parametrize(
+    "how, sentence, badge",
+    [
+        ("arm", "3 of 4 objects stand as asked (cup 4 is left out).", "Partly built"),
+        (
+            "released",
+            "3 of 4 objects stand as asked (cup 4 is left out) when released without the arm; the table is unchanged.",
+            "Valid for some of the objects",
+        ),
+    ],
+)
+def test_a_success_without_some_of_the_objects_says_so(run_events, how, sentence, badge):
+    verdict = Checked(True, None, (), "everything stands as asked", how, 0.4, count=3, left_out=("cup 4",))
+    assert verdict_sentence(verdict.to_dict()) == sentence
+    failed = Failed("check", "3 of 4 objects stand as asked; cup 4 is left where it is: out of the arm's reach", 8)
+    turn = record_of([*run_events[:5], verdict, failed, Finished(False, 8, 3.0)]).turn
+    assert turn.outcome == f'<span class="badge quiet">{badge}</span>'
 
 
 def test_a_slip_of_nothing_is_left_out(run_events):
