@@ -89,7 +89,7 @@ def compressed_depth(message: Any) -> np.ndarray:
     """Return the depths (H, W) float32 of a CompressedImage, metres; NaN where nothing was measured.
 
     Raises:
-        BadInput: where it is neither a PNG of depths nor RVL.
+        BadInput: if it is neither a PNG of depths nor RVL.
     """
     data, header = message.data.tobytes(), struct.calcsize(_QUANTISED)
     a, b = 0.0, 0.0
