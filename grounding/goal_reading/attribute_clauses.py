@@ -12,7 +12,9 @@ from grounding.references.attributes import COLOR_WORDS, COMPARATIVES, MEASURES,
 from grounding.references.phrases import ANY, Mention
 
 _IS = r"(?:is|are|was|were|looks?|happens? to be)"
-_LINK = re.compile(rf"(?:,? ?(?:that's|which's|who's)|,? ?(?:that|which|who) {_IS})(?: (?:either|coloured|colour))?(?= )")
+_LINK = re.compile(
+    rf"(?:,? ?(?:that's|which's|who's)|,? ?(?:that|which|who) {_IS})(?: (?:either|coloured|colour))?(?= )"
+)
 _NEGATED = re.compile(
     r"(?:,? ?(?:that|which|who) (?:isn't|aren't|is not|are not|ain't|is no|are no|wasn't|weren't|don't look|are neither|is neither)"
     r"|,? ?that's (?:not|neither|no))(?= )"
@@ -56,12 +58,14 @@ def with_attributes(
         if other is not None and other.kind == "objects":
             return _ended(said, replace(_described(said, phrase), relation=f"{word} than", landmark=other), other.end)
     bare = phrase.kind == "all" or (phrase.mention is not None and phrase.mention.noun == ANY and not phrase.borrowed)
-    negated = said.match(_WHATEVER_NOT if whatever else _NEGATED, phrase.end) or (said.match(_NOT, phrase.end) if bare else None)
+    negated = said.match(_WHATEVER_NOT if whatever else _NEGATED, phrase.end) or (
+        said.match(_NOT, phrase.end) if bare else None
+    )
     if negated:
         listed = _listed(said, negated[1], phrase_at)
         if listed is None:
             return phrase
-        out = [*(_of(phrase, said, word) for word in listed.adjectives), *map(_any_of, listed.kinds)]
+        out = [*(those_of(phrase, said, word) for word in listed.adjectives), *map(_any_of, listed.kinds)]
         return _ended(said, replace(_described(said, phrase), without=(*phrase.without, *out)), listed.end)
     link = said.match(_WHATEVER if whatever else _LINK, phrase.end)
     if not (link or (phrase.kind == "all" and _judged(said.word(phrase.end)))):
@@ -137,8 +141,8 @@ def _with_adjectives(phrase: NounPhrase, listed: _Said) -> NounPhrase:
     return replace(phrase, mention=each[0], either=tuple(each[1:]))
 
 
-def _of(phrase: NounPhrase, said: Words, word: str) -> NounPhrase:
-    """Return the phrase for those of these objects that an adjective fits."""
+def those_of(phrase: NounPhrase, said: Words, word: str) -> NounPhrase:
+    """Return the phrase for those of a phrase's objects that an adjective fits."""
     mention = _described(said, phrase).mention
     assert mention is not None  # of objects
     some = replace(mention, modifiers=(*mention.modifiers, word), count=None, exact=False, plural=True)
@@ -153,4 +157,3 @@ def _any_of(kind: NounPhrase) -> NounPhrase:
 
 def _ended(said: Words, phrase: NounPhrase, end: int) -> NounPhrase:
     return replace(phrase, end=end, text=said.quote(phrase.first, end))
-

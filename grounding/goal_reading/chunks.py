@@ -76,7 +76,7 @@ class Chunker:
             return Chunk("noise", True, place, end)
         options = [
             *self._patterns(place, before), *self._special(place, before), *self.shapes.at(place, before), *self._place(place),
-            *self.verbs.at(place, before), *self._noun_phrase(place), *self._joint(place), *self._noise(place, before),
+            *self.verbs.at(place, before), *self._noun_phrase(place, before), *self._joint(place), *self._noise(place, before),
             *self._aside(place, before),
         ]  # fmt: skip
         longest = max(options, key=lambda chunk: chunk.end, default=None)  # of equal length the first
@@ -159,10 +159,12 @@ class Chunker:
         phrase = self.phrases.at(at) if self.said.word(at) == "the" else None
         return phrase is not None and phrase.kind == "objects" and phrase.side is not None and phrase.end > at + 2
 
-    def _noun_phrase(self, place: int) -> list[Chunk]:
+    def _noun_phrase(self, place: int, before: list[Chunk]) -> list[Chunk]:
         phrase = self.phrases.at(place)
         if self.asides.endearment(place):
             return []
+        if any(one.kind == "another" for one in marks_at(self.said, place, before, self.phrases)):
+            return []  # "a tower of the red blocks and another one of the blue blocks"
         return [] if phrase is None else [Chunk("noun phrase", phrase, place, phrase.end)]
 
     def _aside(self, place: int, before: list[Chunk]) -> list[Chunk]:

@@ -64,6 +64,7 @@ class Composer:
     # One frame
 
     def _frame(self, frame: Frame) -> None:
+        self.find.subject = None
         if frame.verb == "mention":
             self._mention(frame)
             return
@@ -82,6 +83,8 @@ class Composer:
         if completed(frame, self.known.frame):
             self._frame(frame)
             return
+        if frame.same:
+            raise ReadingError(f"{shortened(self.text)!r} does not say what should be the same")
         if self._inner(frame) or self._continued(frame):
             return
         if frame.verb == "swap":
@@ -154,6 +157,12 @@ class Composer:
             structure.values["around"] = center
             self.known.mentioned.append((center, False))
             return True
+        if inner[0].said.lower() == "inside it":
+            frame.predicates = [
+                replace(each, kind="relation it", value="in") if each.kind == "inner" else each
+                for each in frame.predicates
+            ]
+            return False
         if explicit:
             raise ReadingError(
                 f"{inner[0].said!r} is not understood in {shortened(self.text)!r}: say in the middle of what"

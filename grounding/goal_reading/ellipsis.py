@@ -8,6 +8,16 @@ from grounding.goal_reading.frame import Frame
 
 _OPPOSITES = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
 
+# Kinds of what is said that take each other's place.
+_ALIKE = (
+    frozenset(("shape", "verb shape", "stacked", "side by side", "grid", "rows", "columns", "table setting", "together")),
+    frozenset(("place", "along", "inner", "relation", "relation it", "apart", "beside each other")),
+)
+
+
+def _group_of(kind: str) -> frozenset[str] | str:
+    return next((group for group in _ALIKE if kind in group), kind)
+
 
 def completed(frame: Frame, before: Frame | None) -> bool:
     """Add to a frame what it leaves out: "..., and the blue ones too", "... and the knife to the right".
@@ -19,6 +29,11 @@ def completed(frame: Frame, before: Frame | None) -> bool:
     Returns:
         Whether it is the frame before once more, of other objects.
     """
+    if frame.same and frame.objects and before is not None and before.predicates:
+        own = {_group_of(each.kind) for each in frame.predicates}
+        frame.predicates += [each for each in before.predicates if _group_of(each.kind) not in own]
+        frame.verb, frame.verb_said, frame.same = frame.verb or before.verb, frame.verb_said or before.verb_said, False
+        return True
     if before is None or not frame.objects or frame.verb:
         return False
     if frame.also and not frame.predicates and before.predicates:

@@ -44,6 +44,7 @@ class Frame:
         negated: whether it says what must not be done.
         stays: whether it says what stays where it is.
         also: whether it says "too".
+        same: whether it says "the same": what it leaves out is as in the frame before.
     """
 
     verb: str = ""
@@ -58,6 +59,7 @@ class Frame:
     negated: bool = False
     stays: bool = False
     also: bool = False
+    same: bool = False
 
     def has(self, *kinds: str) -> bool:
         """Return whether something of these kinds is said."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from grounding.goal_reading.antecedents import Antecedents
@@ -32,8 +32,18 @@ class FrameObjects:
         self._owner: Objects = None  # what "its left" was said of last
         self._meant: dict[tuple[tuple[int, int], ...], Objects] = {}  # pronouns by their places in the text
 
-    def objects(self, phrases: Sequence[NounPhrase], pairs: bool = False) -> Any:
-        """Find the objects of several noun phrases: a tuple, the structure of a part, or `None` for all that is left."""
+    def objects(
+        self,
+        phrases: Sequence[NounPhrase],
+        pairs: bool = False,
+        fits: Callable[[tuple[Any, ...]], bool] | None = None,
+    ) -> Any:
+        """Find the objects of several noun phrases: a tuple, the structure of a part, or `None` for all that is left.
+
+        Args:
+            phrases: of one frame, or of one relation.
+            pairs, fits: as `Antecedents.meant` takes them.
+        """
         found: list[Any] = []
         for phrase in phrases:
             if phrase.kind in ("all", "rest"):
@@ -47,11 +57,11 @@ class FrameObjects:
             if phrase.kind == "pronoun":
                 if found and phrase.many:
                     continue  # "the cups, all of them, in a row"
-                meant = self.known.meant(phrase, pairs)
+                meant = self.known.meant(phrase, pairs, fits)
                 if phrase.without:
                     return self._without(phrase, meant)
                 if isinstance(meant, PartReference) or meant is None:
-                    if meant is None and phrase.text.lower() in ("it", "itself", "that", "this"):
+                    if meant is None and not phrase.many:
                         self.ask_which(phrase.text)
                     return meant
                 found += [one for one in meant if one not in found]
@@ -139,15 +149,20 @@ class FrameObjects:
                 and before.has("relation it")
                 and before.sentence == frame.sentence
             ):
+                self.known.keep(self._owner, NounPhrase("pronoun", 0, 0, "it"))
                 return self._owner  # "the fork to its left, the knife to its right"
-            found = self.known.meant(NounPhrase("pronoun", 0, 0, "them" if predicate.value == "between" else "it"))
+            pronoun = NounPhrase("pronoun", 0, 0, "them" if predicate.value == "between" else "it")
+            found = self.known.meant(pronoun, fits=self._fitting(predicate))
             self._owner = found if predicate.kind == "relation it" else self._owner
+            self.known.keep(found, pronoun)
         else:
             # "left of it ... and to its right": the same pronoun, said of a second part, still means the same
             key = tuple((phrase.first, phrase.end) for phrase in phrases if phrase.kind == "pronoun")
             if key and key in self._meant:
                 return self._meant[key]
-            found = self.objects(phrases, pairs=predicate.value == "between")
+            found = self.objects(phrases, pairs=predicate.value == "between", fits=self._fitting(predicate))
+            if len(phrases) == 1 and phrases[0].kind == "pronoun":
+                self.known.keep(found, phrases[0])
             if key and found is not None:
                 self._meant[key] = found
         if found is None:
@@ -159,6 +174,17 @@ class FrameObjects:
                 )
             )
         return found
+
+    def _fitting(self, predicate: Predicate) -> Callable[[tuple[Any, ...]], bool]:
+        """Return what tells whether objects can be what a relation is said of: not what is placed; for "in" a vessel."""
+        subject, candidates = self.find.subject or (), self.find.candidates
+
+        def fits(objects: tuple[Any, ...]) -> bool:
+            if set(objects) & set(subject):
+                return False
+            return predicate.value != "in" or candidates is None or all(candidates.holds(one) for one in objects)
+
+        return fits
 
     def references(self, frame: Frame) -> dict[int, Objects]:
         """Find what each relation of a frame is said of: its first word -> the objects."""

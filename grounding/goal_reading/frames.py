@@ -100,6 +100,12 @@ class Framer:
             self._start(chunk)
             self._frame.negated = True
             return at + 1
+        if kind == "same":
+            if at + 1 < len(self.chunks) and self.chunks[at + 1].kind == "noun phrase":
+                self._close()
+            self._frame.same = True
+            self._extend(chunk)
+            return at + 1
         if kind == "stays":
             self._frame.stays = True
             self._frame.end = chunk.end
@@ -308,7 +314,8 @@ class Framer:
             and end < len(self.chunks)
             and self.chunks[end].kind == "noun phrase"
         ):
-            reference, end = self.lists.read(end, frame, reference=chunk.value != "between")
+            alone = chunk.value != "between" or self.chunks[end].value.many  # "between the two cans, and the mug ..."
+            reference, end = self.lists.read(end, frame, reference=alone)
             if chunk.value == "between" and len(reference) > 2:
                 end = self.lists.after_two(at + 1)
                 reference = reference[:2]
@@ -331,7 +338,7 @@ class Framer:
             return spaced
         if chunk.kind == "another":
             shapes = [
-                each.value.name for frame in self.frames for each in (*frame.get("verb shape"), *frame.get("shape"))
+                each.value.name for one in (*self.frames, frame) for each in (*one.get("verb shape"), *one.get("shape"))
             ]
             if not shapes:
                 self.residue.append(chunk)
@@ -444,7 +451,7 @@ class Framer:
             return False
         following = self.chunks[end].kind
         stronger = self._pending in _BOUNDARIES
-        plain = self.chunks[at].kind in ("place", "relation", "shape", "along", "grid", "relation it")
+        plain = self.chunks[at].kind in ("another", "place", "relation", "shape", "along", "grid", "relation it")
         if following == "verb":
             return stronger and plain
         return following == "noun phrase" and plain and not self._frame_of_phrase(end)

@@ -18,6 +18,12 @@ _EXCEPT = re.compile(
     r"(?:, )?(?:except for|except|but not with|but not|and not|apart from|aside from|other than|excluding|excepting|leaving out|not counting|not including|without using|without including|not using|but without using|with the exception of|all but|save for|minus|without|but without|bar|barring|but)(?= )"
 )
 _NO = re.compile(r"(?:, )?(?:but |and )?(?:no|not any)(?= )")
+_SAME = re.compile(
+    r"(?:(?:and )?(?:do|repeat|then) )?(?:exactly |just )?(?:(?:the )?same(?: thing| again)?|likewise|ditto|in the same way|the same way)"
+    r"(?: (?:with|for|to|goes for|applies to))?(?= (?:[,.;!:]|the|my|all|both|and|on|at|in|back|front|left|right|top|bottom|far|near|behind)\b| [,.;!:]|$)"
+    r"(?! the (?:same|table)\b)"
+)
+_ANOTHER = re.compile(r"another(?: one)? (?:out of|of|from|with|using|made of|made from)(?= )")
 _THEN = re.compile(
     r"(?:(?:,|and|\.|;) )*(?:then|after that|afterwards|afterward|once (?:that's|that is|you're|you are|it's|they're|they are|this is|that has been) (?:done|finished|ready|built|complete|in place|standing)|next|finally|lastly|after(?:ward|wards)|followed by)(?:(?: ,| please| also| just| you| can| you can)*)"
 )
@@ -48,6 +54,12 @@ def marks_at(said: Words, place: int, before: list[Chunk], phrases: NounPhraseRe
         return [Chunk("except", True, place, match[1])]
     if (match := said.match(_CORRECTION, place)) and _corrects(said, match[1], match[0].group(), before):
         found.append(Chunk("correction", match[0].group(), place, match[1]))
+    if (match := said.match(_SAME, place)) and before:
+        found.append(Chunk("same", True, place, match[1]))
+    if (match := said.match(_ANOTHER, place)) and any(
+        chunk.kind == "shape" and not chunk.value.linked for chunk in before
+    ):
+        found.append(Chunk("another", True, place, match[1]))
     if match := said.match(_NEGATED, place):
         found.append(Chunk("negated", True, place, match[1]))
     if (match := said.match(_EXCEPT, place)) and _excepts(phrases, match[1], match[0].group(), before):

@@ -46,7 +46,8 @@ _ALONE = frozenset(
 _PORTIONS = frozenset("roll reel spool stick bar piece pair item bit can box bottle".split()) - {"can", "box", "bottle"}
 COMPOUND_NOUNS: Mapping[tuple[str, str], str] = {
     ("felt", "tip"): "marker", ("felt", "pen"): "marker", ("magic", "marker"): "marker", ("tea", "spoon"): "teaspoon", ("tin", "can"): "can",
-    ("rubber", "duck"): "duck", ("rubber", "ducky"): "duck", ("rubber", "duckie"): "duck", ("drinking", "glass"): "glass", ("coffee", "cup"): "cup",
+    ("rubber", "duck"): "duck", ("rubber", "ducky"): "duck", ("rubber", "duckie"): "duck", ("drinking", "glass"): "glass", ("power", "tool"): "power tool",
+    ("hand", "tool"): "hand tool", ("coffee", "cup"): "cup",
 }  # fmt: skip
 EVERYTHING = frozenset("everything anything".split())
 _NO_NOUNS = frozenset("left right top bottom front back side order other rest place space line row table edge".split())

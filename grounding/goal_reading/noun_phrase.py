@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from grounding.references.attributes import SUPERLATIVES
 from grounding.references.phrases import ANY, Mention
 
+_SINGULAR = frozenset(("it", "this", "that", "itself", "that one", "this one", "the former", "the latter"))
+
 
 @dataclass(frozen=True)
 class NounPhrase:
@@ -56,9 +58,9 @@ class NounPhrase:
     def many(self) -> bool:
         """Return whether it can mean several objects."""
         if self.kind in ("all", "rest"):
-            return True
+            return self.left != 1
         if self.kind == "pronoun":
-            return self.text.lower() not in ("it", "this", "that", "itself")
+            return self.text.lower() not in _SINGULAR
         return self.mention is not None and self.mention.plural
 
     @property

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
-from grounding.goal_reading.attribute_clauses import with_attributes
+from grounding.goal_reading.attribute_clauses import those_of, with_attributes
 from grounding.goal_reading.measures import count_at
 from grounding.goal_reading.noun_parts import DEFINITE, EVERYTHING, ORDINALS, PLACE_ADJECTIVES, Determiners, NounParts
 from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.place_clauses import with_clause
 from grounding.goal_reading.tokens import Words
-from grounding.references.attributes import COMPARATIVES, SUPERLATIVES, TELLING_ADJECTIVES
+from grounding.references.attributes import COMPARATIVES, SUPERLATIVES, TELLING_ADJECTIVES, is_color
 from grounding.references.function_words import (
     SHAPE_WORDS,
 )
+from grounding.references.lexicon import USES
 from grounding.references.phrases import ANY, Mention, Vocabulary
 
 PRONOUNS = frozenset("it them em they itself themselves".split())
+_THEM = frozenset("them these those".split())
 _DEMONSTRATIVES = frozenset("this that these those both all each".split())
+_FOR_USE = re.compile(
+    r"(?:(?:what|whatever|anything|everything|something|all|(?:all )?(?:the )?(?:things?|ones|objects|stuff|items)) "
+    r"(?:(?:that|which) )?(?:you|i|we|one|people|someone)(?: (?:can|could|may|might|would|normally|usually))*"
+    r"|(?:all )?(?:the )?(?:things?|ones|objects|stuff|items)(?: (?:for|used))? to)(?= )"
+)
 _SIDES = {"left": "left", "right": "right", "front": "near", "back": "far", "rear": "far", "near": "near", "far": "far"}
 
 # What may follow "the other" or "one" where the noun is left out.
@@ -51,6 +59,13 @@ class NounPhraseReader:
             return self._made("each other", place, place + 2)
         if word in PRONOUNS:
             return self._made("pronoun", place, place + 1)
+        pair = said.words[place : place + 2]
+        if pair in (("the", "former"), ("the", "latter")) and not self.parts.noun_follows(place + 2):
+            return self._made("pronoun", place, place + 2)
+        if pair in (("that", "one"), ("this", "one")) and said.word(place + 2) in _AFTER_BARE:
+            return self._made("pronoun", place, place + 2)
+        if (part := self._some_of_them(place)) is not None:
+            return part
         if (
             word in ("both", "all", "each")
             and said.word(place + 1) == "of"
@@ -76,6 +91,19 @@ class NounPhraseReader:
                 return None if following not in ("except", "but") else self._made("all", place, place + 1)
             return self._made("pronoun", place, place + 1)
         return None
+
+    def _some_of_them(self, place: int) -> NounPhrase | None:
+        """Read "two of them": any of what was named last."""
+        count = count_at(self.said, place)
+        if count is None or self.said.word(count[1]) != "of" or self.said.word(count[1] + 1) not in _THEM:
+            return None
+        end = count[1] + 2
+        if self.parts.noun_follows(end) and self.said.word(count[1] + 1) != "them":
+            return None
+        span = (self.said.spans[place][0], self.said.spans[end - 1][1])
+        several = count[0] > 1
+        mention = Mention(ANY, (), count[0], True, "target", True, several, (), None, span)
+        return NounPhrase("objects", place, end, self.said.quote(place, end), mention, borrowed=True)
 
     def _rest(self, place: int) -> NounPhrase | None:
         said = self.said
@@ -138,7 +166,7 @@ class NounPhraseReader:
             before.end,
         )
         side, at, number = None, start, None
-        modifiers: list[str] = []
+        modifiers, excluded = list[str](), list[str]()
         while True:
             word = said.word(at)
             hand = word in ("left", "right") and said.word(at + 1) == "hand"
@@ -150,6 +178,9 @@ class NounPhraseReader:
                 side, at = PLACE_ADJECTIVES[word], at + 1 + hand
             elif word in ORDINALS and at > start and self.parts.modified(at + 1):
                 ordinal, at = ORDINALS[word], at + 1
+            elif word == "non" and at > place and is_color(said.word(at + 1)):
+                excluded.append(said.word(at + 1))
+                at += 2
             elif self.parts.modifier(at, place):
                 modifiers += [] if word in ("and", "colour", ",") else [word]
                 at += 1
@@ -186,7 +217,8 @@ class NounPhraseReader:
             (said.spans[place][0], said.spans[end - 1][1]), definite and not free,
         )  # fmt: skip
         phrase = NounPhrase("objects", place, end, said.quote(place, end), mention, borrowed, side, False, ordinal)
-        return self._described(place, replace(_ranked(phrase), among=among, other=before.other))
+        phrase = replace(_ranked(phrase), among=among, other=before.other)
+        return self._described(place, replace(phrase, without=tuple(those_of(phrase, said, each) for each in excluded)))
 
     def _whatever(self, place: int) -> NounPhrase | None:
         """Read "whatever is red", "whichever blocks are red", "all that is red"."""
@@ -194,6 +226,8 @@ class NounPhraseReader:
         if said.words[place : place + 2] in (("all", "that"), ("all", "which")):
             found = self._described(place, self._made("all", place, place + 1))
             return found if found.mention is not None else None
+        if (use := self._use(place)) is not None:
+            return use
         if said.word(place) not in ("whatever", "whichever"):
             return None
         of = self._phrase(place + 1) if said.word(place) == "whichever" else None
@@ -203,6 +237,20 @@ class NounPhraseReader:
             return None
         found = with_attributes(said, start, self.at, whatever=True)
         return found if found.end > start.end else None
+
+    def _use(self, place: int) -> NounPhrase | None:
+        """Read "what you write with", "the things to drink from"."""
+        said = self.said
+        if (begun := said.match(_FOR_USE, place)) is None:
+            return None
+        at = begun[1]
+        for after in (said.word(at + 1), ""):
+            if (group := USES.get((said.word(at), after))) is not None:
+                end = at + 1 + (after != "") + (said.word(at + 2) == "of" and after == "out")
+                span = (said.spans[place][0], said.spans[end - 1][1])
+                mention = Mention(group, (), None, False, "target", True, True, (), None, span)
+                return NounPhrase("objects", place, end, said.quote(place, end), mention)
+        return None
 
     def _group(self, place: int) -> NounPhrase | None:
         """Read the group that something is chosen from: "... of the red cups"."""

@@ -63,6 +63,8 @@ class PhraseLists:
             # "next to the bowl and the spoon behind it": what comes next is said of other objects.
             if reference and self.opens_frame(after):
                 break
+            if frame.has("verb shape", "shape") and not reference and self._too(after):
+                break  # "stack the red ones, and the blue ones too": another tower
             if frame.has("shape") and after < len(chunks) and chunks[after].kind == "shape" and not reference:
                 break
             phrase, at = self.one(joint, frame, reference)
@@ -106,6 +108,9 @@ class PhraseLists:
                     phrase, relation=following.value, landmark=chunks[at + 2].value, end=chunks[at + 2].end
                 ), at + 3
         return phrase, at + 1
+
+    def _too(self, at: int) -> bool:
+        return at < len(self.chunks) and self.chunks[at].said.lower() in ("too", "as well", "also")
 
     def _asks(self, at: int) -> bool:
         return at < len(self.chunks) and self.chunks[at].kind in PREDICATES and self.chunks[at].kind != "size"

@@ -164,6 +164,8 @@ class SceneReferences:
                     modifiers=(*modifiers, *phrase.mention.modifiers),
                 )  # fmt: skip
                 found = self.candidates.matching(borrowed)
+                if set(found) <= set(self.subject or ()):
+                    continue  # "the blue ball next to the blue one": another one than itself
                 if found and len(self.candidates.kinds_of(borrowed)) > 1:
                     return borrowed, found
                 several = several or ((borrowed, found) if found else None)
@@ -226,6 +228,9 @@ class SceneReferences:
             return (fresh if len(fresh) >= mention.count else found)[: mention.count]
         if compared and not self.candidates.superlative(mention):
             return found[: mention.count]
+        again = [i for i in found if i in self._named]
+        if mention.definite and mention.count == 1 and len(again) == 1 and not mention.modifiers:
+            return again  # "put the red mug on the plate, then turn to the mug"
         if words := self.candidates.unjudged(mention):
             raise ReadingError(
                 f"it is not known which of the objects here are {words[0]!r}, so that {phrase.text!r} can be each of: "
@@ -282,6 +287,8 @@ def _class_of(word: str) -> str:
 
 def _indefinite(phrase: NounPhrase) -> bool:
     first = phrase.text.lower().split()[:3]
+    if phrase.other and phrase.borrowed and not phrase.mention.definite:
+        return True  # "one on the left and one on the right"
     return bool(first) and (first[0] in ("a", "an", "any", "some", "another") or first[:2] == ["one", "of"])
 
 

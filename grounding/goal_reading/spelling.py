@@ -12,15 +12,17 @@ from grounding.goal_reading.goal_words import NOISE, PATTERN_WORDS, SHAPE_NOUNS
 from grounding.goal_reading.measures import COUNTS, UNITS
 from grounding.goal_reading.verb_words import VERBS
 from grounding.parsers.spelling import SHORTHAND
-from grounding.references.attributes import TELLING_ADJECTIVES
+from grounding.references.attributes import COMPARATIVES, TELLING_ADJECTIVES
 from grounding.references.function_words import FUNCTION_WORDS, NOT_OBJECTS
+from grounding.references.lexicon import USES
 from grounding.references.phrases import Vocabulary
 from grounding.references.word_forms import FORMS
 
 _MORE = frozenset(
     "behind beside next between above below near front left right corner middle center bottom swap space together line stack "
     "circle triangle rectangle square pyramid cross grid arc row column height colour order tallest shortest biggest smallest largest "
-    "closest nearest farthest furthest nearer closer farther further leftmost rightmost present remaining".split()
+    "closest nearest farthest furthest nearer closer farther further leftmost rightmost present remaining former latter whatever whichever power same "
+    "thing things".split()
 )
 
 
@@ -51,6 +53,8 @@ def _words() -> frozenset[str]:
         | NOT_OBJECTS
         | frozenset(TELLING_ADJECTIVES)
         | frozenset(FORMS)
+        | frozenset(COMPARATIVES)
+        | frozenset(verb for verb, _ in USES)
         | _MORE
     )
 

@@ -17,7 +17,7 @@ from grounding.references.attributes import (
     of_color,
     of_size,
 )
-from grounding.references.lexicon import FILLINGS, GROUPS, KINDS, SAME_WORDS, meanings
+from grounding.references.lexicon import FILLINGS, GROUPS, KINDS, SAME_WORDS, SPHERES, VESSELS, meanings
 from grounding.references.object_names import UNKNOWN_CATEGORY, adjective, guesses, read_name, rivals
 from grounding.references.phrases import ANY, Mention
 from grounding.references.word_forms import FORMS, plural
@@ -116,6 +116,10 @@ class Candidates:
         attributes, name = self._attributes[index], self.names[index]
         color = attributes.colors[0] if attributes is not None and attributes.colors else ""
         return name if not color or color in self._read[index].words else f"{name} ({color})"
+
+    def holds(self, index: int) -> bool:
+        """Tell whether something can be put into an object, as far as its name says."""
+        return self._read[index].head in VESSELS
 
     # What is not there
 
@@ -225,9 +229,17 @@ class Candidates:
                 return fitting
         if holding:
             return holding
+        if said in ("round", "spherical") and (round_ones := self._round(found, said == "spherical")):
+            return round_ones
         # A green cup is none of those that are called red.
         rest = [i for i in found if not set(rivals(word)) & set(self._read[i].words)]
         return rest if len(rest) < len(found) or not found else None
+
+    def _round(self, found: Sequence[int], spherical: bool) -> list[int]:
+        """Return the objects that are round; none where it is not clear, because others are round from above."""
+        heads = {self._read[i].head for i in found}
+        discs = heads & {*GROUPS["crockery"], *GROUPS["glassware"], "can", "coin", "lid", "tape", "pan", "clock"}
+        return [] if discs and not spherical else [i for i in found if self._read[i].head in SPHERES]
 
     def _of_measure(self, said: str, measure: str, mention: Mention, found: list[int]) -> list[int] | None:
         known = [self._attributes[i] for i in found]

@@ -158,6 +158,8 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "grocery": (*FRUIT, *VEGETABLES, *BREAD, *FOOD_WORDS, "can", "bottle", "jar"),
     "edible": (*FRUIT, *VEGETABLES, *BREAD, *FOOD_WORDS),
     "tool": TOOLS,
+    "power tool": ("drill", "sander", "saw"),
+    "hand tool": tuple(tool for tool in TOOLS if tool not in ("drill", "tape", "bit", "nail", "screw", "bolt")),
     "toy": TOYS,
     "plaything": TOYS,
     "vehicle": ("car", "truck", "bus", "train", "airplane", "boat"),
@@ -184,6 +186,9 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "vessel": ("bowl", *DRINKWARE, "jar", "pitcher", "bottle", "pot"),
     "receptacle": ("box", "can", "jar", "bottle", "basket", "bucket", "bowl"),
 }
+# What is round in itself; plates, cups and cans are round from above only.
+SPHERES = frozenset((*GROUPS["ball"], "orange", "apple", "peach", "plum", "tomato", "marble", "melon", "lemon", "lime", "onion"))
+VESSELS = frozenset((*GROUPS["vessel"], *GROUPS["receptacle"], "basin", "carton", "vase", "pan"))
 MASS_NOUNS = frozenset(
     "cutlery silverware flatware dishware crockery china tableware dinnerware drinkware glassware cookware "
     "kitchenware fruit veg food stationery electronics lego".split()
