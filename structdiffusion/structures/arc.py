@@ -17,9 +17,8 @@ from structdiffusion.evaluation_protocol import (
     MAX_ARC_OFF_DEGREES,
     MAX_GAP_RATIO,
     MIN_ARC_OBJECTS,
-    max_off_circle,
 )
-from structdiffusion.footprints import fit_circle, tightest_scale, turned
+from structdiffusion.footprints import tightest_scale, turned
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import (
@@ -31,9 +30,9 @@ from structdiffusion.structures.checks import (
     position_checks,
     size_checks,
 )
-from structdiffusion.structures.circle import angular_gaps, radius_with_room
 from structdiffusion.structures.gaps import draft_with_gap, require_size, ring_angles
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
+from structdiffusion.structures.rings import RingStructure, angular_gaps, fit_ring, radius_with_room, roundness_check
 from structdiffusion.structures.sequences import run_of
 from structdiffusion.structures.spread import SpreadStructure, draft_on_places, outward_axes, spread_ratio
 from structdiffusion.structures.structure import Draft, LayoutError
@@ -43,7 +42,7 @@ _WIDEST_DEGREES, _SPAN_MARGIN = 230.0, 4.0  # with a requested radius or gap
 _EVEN = 0.95  # of the largest gap ratio that the evaluation protocol allows, up to which layouts go
 
 
-class Arc(SpreadStructure):
+class Arc(RingStructure, SpreadStructure):
     """Three or more objects on an arc, about half a circle."""
 
     name = "arc"
@@ -130,11 +129,8 @@ class Arc(SpreadStructure):
         checks = [count_check(bodies, self.name, self.least)]
         if len(bodies) < self.least:
             return checks
-        points = np.array([body.centroid for body in bodies])
-        centre, radius = fit_circle(points)
-        offsets = points - centre
-        worst, allowed = float(np.abs(np.linalg.norm(offsets, axis=1) - radius).max()), max_off_circle(radius)
-        checks.append(Check("distance to the circle (m)", worst <= allowed, worst, f"<= {allowed:.3f}"))
+        centre, radius, offsets = fit_ring(bodies)
+        checks.append(roundness_check(offsets, radius))
         angles, gaps = angular_gaps(offsets)
         largest = int(gaps.argmax())
         span, (low, high) = math.degrees(2 * math.pi - gaps[largest]), ARC_DEGREES
@@ -152,21 +148,3 @@ class Arc(SpreadStructure):
         if spec.size is not None:
             checks += size_checks(spread_ratio(bodies), spec)
         return checks + position_checks(bodies, centre, spec, table)
-
-    def sequence(self, bodies: Sequence[PlacedBody]) -> list[int]:
-        """Return the bodies' indices counter-clockwise from one end to the other."""
-        offsets = np.array([body.centroid for body in bodies]) - self.centre(bodies)
-        order = np.argsort(np.arctan2(offsets[:, 1], offsets[:, 0]))
-        return [int(i) for i in np.roll(order, -1 - int(angular_gaps(offsets)[1].argmax()))]
-
-    def radius(self, bodies: Sequence[PlacedBody]) -> float:
-        """Return the radius of the least-squares circle, metres; not a number of fewer than three objects."""
-        if len(bodies) < self.least:
-            return math.nan
-        return fit_circle(np.array([body.centroid for body in bodies]))[1]
-
-    def centre(self, bodies: Sequence[PlacedBody]) -> np.ndarray:
-        """Return the centre (2,) of the least-squares circle; of fewer than three objects, the mean."""
-        if len(bodies) < self.least:
-            return super().centre(bodies)
-        return fit_circle(np.array([body.centroid for body in bodies]))[0]

@@ -19,7 +19,7 @@ from structdiffusion.evaluation_protocol import (
     OPENING_RATIO,
     max_off_circle,
 )
-from structdiffusion.footprints import fit_circle, tightest_ring_radius, turned
+from structdiffusion.footprints import tightest_ring_radius, turned
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import (
@@ -32,8 +32,9 @@ from structdiffusion.structures.checks import (
 )
 from structdiffusion.structures.gaps import KEPT, require_clear, require_size, ring_angles
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
+from structdiffusion.structures.rings import RingStructure, angular_gaps, fit_ring, radius_with_room, roundness_check
 from structdiffusion.structures.sizes import clip_to_size, draw_size_ratio
-from structdiffusion.structures.structure import Draft, LayoutError, Structure, a_structure
+from structdiffusion.structures.structure import Draft, LayoutError
 
 # The opening of a ring that faces somewhere, over its other gaps: well inside `OPENING_RATIO`.
 _DRAWN_OPENING = (1.9, 2.4)
@@ -41,7 +42,7 @@ _EVEN = 0.95  # of the largest gap ratio that the evaluation protocol allows, up
 _KEPT = 0.6  # of what the evaluation protocol lets objects be off the ring: what is off by more is moved in
 
 
-class Circle(Structure):
+class Circle(RingStructure):
     """Three or more objects on a circle."""
 
     name = "circle"
@@ -122,12 +123,8 @@ class Circle(Structure):
         checks = [count_check(bodies, self.name, self.least)]
         if len(bodies) < self.least:
             return checks
-        points = np.array([body.centroid for body in bodies])
-        centre, radius = fit_circle(points)
-        offsets = points - centre
-        worst = float(np.abs(np.linalg.norm(offsets, axis=1) - radius).max())
-        allowed = max_off_circle(radius)
-        checks.append(Check("distance to the circle (m)", worst <= allowed, worst, f"<= {allowed:.3f}"))
+        centre, radius, offsets = fit_ring(bodies)
+        checks.append(roundness_check(offsets, radius))
         checks += _gap_checks(offsets, spec)
         directions = offsets / np.linalg.norm(offsets, axis=1, keepdims=True)
         tightest = tightest_ring_radius([body.local_footprint for body in bodies], directions)
@@ -136,24 +133,11 @@ class Circle(Structure):
         checks.append(on_table_check(bodies))
         return checks + position_checks(bodies, centre, spec, table)
 
-    def centre(self, bodies: Sequence[PlacedBody]) -> np.ndarray:
-        """Return the centre (2,) of the least-squares circle; of fewer than three objects, the mean."""
-        if len(bodies) < self.least:
-            return super().centre(bodies)
-        return fit_circle(np.array([body.centroid for body in bodies]))[0]
-
     def has_heading(self, bodies: Sequence[PlacedBody]) -> bool:
         """Return whether the ring is open: one that is closed faces nowhere."""
         if len(bodies) < self.least:
             return False
-        points = np.array([body.centroid for body in bodies])
-        return _opening_ratio(angular_gaps(points - fit_circle(points)[0])[1]) >= OPENING_RATIO[0]
-
-    def sequence(self, bodies: Sequence[PlacedBody]) -> list[int]:
-        """Return the bodies' indices counter-clockwise from the widest gap."""
-        offsets = np.array([body.centroid for body in bodies]) - self.centre(bodies)
-        order = np.argsort(np.arctan2(offsets[:, 1], offsets[:, 0]))
-        return [int(i) for i in np.roll(order, -1 - int(angular_gaps(offsets)[1].argmax()))]
+        return _opening_ratio(angular_gaps(fit_ring(bodies)[2])[1]) >= OPENING_RATIO[0]
 
     def neighbours(self, bodies: Sequence[PlacedBody], spec: StructureSpec) -> list[tuple[int, int]]:
         """Return each body and the next one round the ring; not the two at its opening, if it has to have one."""
@@ -161,44 +145,17 @@ class Circle(Structure):
         pairs = list(zip(sequence, sequence[1:]))
         return pairs if spec.rotation else [*pairs, (sequence[-1], sequence[0])]
 
-    def radius(self, bodies: Sequence[PlacedBody]) -> float:
-        """Return the radius of the least-squares circle, metres; not a number of fewer than three objects."""
-        if len(bodies) < self.least:
-            return math.nan
-        return fit_circle(np.array([body.centroid for body in bodies]))[1]
-
     def corrections(self, bodies: Sequence[PlacedBody], size: str | None) -> np.ndarray:
         """Return how far (N, 2), metres, each body moves along its radius: into the size's band, and near the ring."""
         if len(bodies) < self.least:
             return super().corrections(bodies, size)
-        centre, radius = fit_circle(np.array([body.centroid for body in bodies]))
-        offsets = np.array([body.centroid for body in bodies]) - centre
+        _, radius, offsets = fit_ring(bodies)
         distances = np.linalg.norm(offsets, axis=1)
         directions = offsets / distances[:, None]
         tightest = tightest_ring_radius([body.local_footprint for body in bodies], directions)
         wanted = clip_to_size(radius, tightest, size)
         most = _KEPT * max_off_circle(wanted)
         return (wanted + np.clip(distances - radius, -most, most) - distances)[:, None] * directions
-
-
-def radius_with_room(name: str, radius: float, tightest: float) -> float:
-    """Return a requested radius, metres.
-
-    Raises:
-        LayoutError: if it is less than the tightest at which the objects clear each other.
-    """
-    if radius < tightest:
-        raise LayoutError(
-            f"{a_structure(name)} with a radius of {radius:.3g} m has no room for these objects: they need "
-            f"{tightest:.3f} m or more"
-        )
-    return radius
-
-
-def angular_gaps(offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the angles (N,) of objects about the centre, sorted, and the gap (N,) that follows each, radians."""
-    angles = np.sort(np.arctan2(offsets[:, 1], offsets[:, 0]))
-    return angles, np.diff(np.append(angles, angles[0] + 2 * math.pi))
 
 
 def _opening_ratio(gaps: np.ndarray) -> float:

@@ -66,7 +66,7 @@ def goals(
     from agent.evaluation.goals.report import print_goals
     from agent.evaluation.report import write_evaluation
 
-    config = GoalsConfig(objects, weights, seed, candidates, arm, allow_unverified)
+    config = GoalsConfig(objects, weights, seed, candidates, allow_unverified, arm)
     options = {"disturbed": disturbed, "workers": workers, "out": out}
     measure = partial(measure_goals, config, model or ["diffusion"], family, scenes, **options)
     finish(measure, print_goals, out, json_output, write_evaluation)

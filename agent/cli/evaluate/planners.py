@@ -33,7 +33,10 @@ def success(
     allow_unverified: UnverifiedOption = False,
     structure: Annotated[
         list[str] | None,
-        typer.Option(metavar="|".join(SHAPES), help="Structure to measure. Repeatable.  [default: the first four, which every planner builds]"),
+        typer.Option(
+            metavar="|".join(SHAPES),
+            help="Structure to measure. Repeatable.  [default: the first four, which every planner builds]",
+        ),
     ] = None,
     scenes: ScenesOption = 50,
     seed: SeedOption = 0,
@@ -88,7 +91,7 @@ def success(
     from agent.evaluation.success.report import print_success, write_success
 
     most = min(TOP_K, candidates) if top_k is None else top_k
-    config = SuccessConfig(objects, weights, seed, candidates, most, objects_per_scene, table, camera, allow_unverified)
+    config = SuccessConfig(objects, weights, seed, candidates, allow_unverified, most, objects_per_scene, table, camera)
     structures = checked_structures(structure)
     options = {"workers": workers, "ray": ray, "out": out, "pictures": pictures}
     measure = partial(measure_success, config, model or ["diffusion"], structures, scenes, **options)

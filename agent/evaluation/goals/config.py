@@ -3,43 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import agent.arm
 import grounding.goals
 from agent.errors import UsageError
+from agent.evaluation.planner_config import PlannerConfig
 from agent.evaluation.report import command_line
-from agent.evaluation.result_store import fingerprint
 from structdiffusion.benchmark.goal_families import FAMILIES
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.planners.registry import PLANNERS
 
 
 @dataclass(frozen=True)
-class GoalsConfig:
-    """The options on which a row depends.
+class GoalsConfig(PlannerConfig):
+    """The options on which a row depends, in addition to those of `PlannerConfig`.
 
     Attributes:
-        objects: as for `load_objects`.
-        weights: folder of the checkpoints; `None` for the shipped ones.
-        seed: of scenes, sensor noise and sampling.
-        candidates: arrangements that a planner proposes per scene.
-        arm: build with the arm too, where the arrangement stands without it.
-        allow_unverified: use checkpoints that differ from their model cards. Rows are told apart by the checksums of
-            the networks in any case.
+        arm: also build with the arm if the arrangement stands without it.
     """
 
-    objects: str
-    weights: Path | None = None
-    seed: int = 0
-    candidates: int = 64
     arm: bool = False
-    allow_unverified: bool = False
 
     def command(self, models: Sequence[str], families: Sequence[str], scenes: int) -> str:
-        """Return the command that makes these rows; "disturbed reference" stands for a planner among them."""
+        """Return the command that makes these rows; `models` may include "disturbed reference"."""
         planners = [name for name in models if name in PLANNERS]
         return command_line(
             "goals", objects=self.objects, scenes=scenes, seed=self.seed, model=planners,
@@ -49,10 +37,9 @@ class GoalsConfig:
         )  # fmt: skip
 
     def fingerprint(self, library: Sequence[ObjectModel], models: Sequence[str]) -> dict[str, Any]:
-        """Return what two commands must have in common for their rows to stand in one table."""
-        options = {key: value for key, value in asdict(self).items() if key not in ("weights", "allow_unverified")}
+        """Return the inputs that two commands must share for their rows to be compared."""
         packages = (grounding.goals, agent.arm) if self.arm else (grounding.goals,)
-        return {"evaluation": "goals"} | fingerprint(options, library, models, self.weights, packages)
+        return {"evaluation": "goals"} | self.rows_fingerprint(library, models, packages)
 
 
 def checked_families(names: Sequence[str] | None) -> tuple[str, ...]:

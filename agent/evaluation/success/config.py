@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
+from agent.evaluation.planner_config import PlannerConfig
 from agent.evaluation.report import command_line
-from agent.evaluation.result_store import fingerprint
 from agent.evaluation.scene_conditions import conditions_of
 from grounding.spec import FIRST_SHAPES
 from structdiffusion.benchmark.scenes import Conditions
@@ -19,29 +18,18 @@ TOP_K = 5  # arrangements that are tried by default
 
 
 @dataclass(frozen=True)
-class SuccessConfig:
-    """The options on which a row depends.
+class SuccessConfig(PlannerConfig):
+    """The options on which a row depends, in addition to those of `PlannerConfig`.
 
     Attributes:
-        objects: as for `load_objects`.
-        weights: folder of the checkpoints; `None` for the shipped ones.
-        seed: of scenes, sensor noise and sampling.
-        candidates: arrangements that a planner proposes per scene.
-        top_k: how many of them are tried at most, no more than there are.
+        top_k: the largest number of arrangements to try, at most `candidates`.
         objects_per_scene, table, camera: as for `conditions_of`.
-        allow_unverified: use checkpoints that differ from their model cards. Rows are told apart by the checksums of
-            the networks in any case.
     """
 
-    objects: str
-    weights: Path | None = None
-    seed: int = 0
-    candidates: int = 64
     top_k: int = TOP_K
     objects_per_scene: str | None = None
     table: str | None = None
     camera: str = "robot"
-    allow_unverified: bool = False
 
     @property
     def conditions(self) -> Conditions:
@@ -72,6 +60,5 @@ class SuccessConfig:
         )  # fmt: skip
 
     def fingerprint(self, library: Sequence[ObjectModel], models: Sequence[str]) -> dict[str, Any]:
-        """Return what two commands must have in common for their rows to stand in one table."""
-        options = {key: value for key, value in asdict(self).items() if key not in ("weights", "allow_unverified")}
-        return fingerprint(options, library, models, self.weights)
+        """Return the inputs that two commands must share for their rows to be compared."""
+        return self.rows_fingerprint(library, models)

@@ -129,7 +129,7 @@ def evaluate(
     from agent.evaluation.success.measure import measure_success
 
     config = SuccessConfig(
-        objects, folder, seed, count, min(TOP_K, count), allow_unverified=allow_unverified
+        objects, folder, seed, count, allow_unverified, top_k=min(TOP_K, count)
     )
     report = measure_success(
         config, names, shapes, scenes, workers=workers, out=None if out is None else Path(out)
