@@ -1,4 +1,6 @@
-"""Positions and headings as the speaker says them, from the robot's side or from across the table, in the world's frame."""
+"""Positions and headings as the speaker says them, from the robot's side or from across the table, in the world's
+frame.
+"""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Writes scripts/locks/: every package that the Makefile installs, with its version and the hashes of its files.
 
-Called by `make lock`, with a Python that has uv installed. Versions that are locked stay as they are while pyproject.toml
-allows them; with --upgrade, the newest that it allows are taken. One resolution holds for all platforms (by markers) and
-for Python 3.11 and later. The files are meant for `pip install --require-hashes --no-deps`, one after the other as in
-scripts/install.sh:
+Called by `make lock`, with a Python that has uv installed. Versions that are locked stay as they are while
+pyproject.toml allows them; with --upgrade, the newest that it allows are taken. One resolution holds for all platforms
+(by markers) and for Python 3.11 and later. The files are meant for `pip install --require-hashes --no-deps`, one after
+the other as in scripts/install.sh:
 
     build.txt           what builds this package, and those that come as source
     torch-cpu.txt       torch built without CUDA, whose files are not those of the package registry
@@ -82,7 +82,8 @@ def resolve(folder: Path, *arguments: str) -> Pins:
 
 
 def cpu_build(version: str) -> Pins:
-    """Give torch's CPU builds: that which pip finds for this Python and platform, and the others that are locked already.
+    """Give torch's CPU builds: that which pip finds for this Python and platform, and the others that are locked
+    already.
 
     Exits when there is none at all for `version`.
     """

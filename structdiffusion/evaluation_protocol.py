@@ -9,7 +9,8 @@ import math
 
 # --- the physical protocol (`structdiffusion.protocol.physical_stability`) ------------------------
 
-# m: two convex decompositions that overlap by less are in contact. Both engines and decompositions are off by about 1 mm.
+# m: two convex decompositions that overlap by less are in contact. Both engines and decompositions are off by about 1
+# mm.
 MAX_PENETRATION = 0.002
 # m above its predicted pose, from where an object is released, as in the paper; it has to come to rest unaided.
 RELEASE_HEIGHT = 0.03

@@ -124,7 +124,8 @@ def tightest_scale(outlines: Sequence[np.ndarray], places: np.ndarray, clearance
 
 
 def centre_range(outlines: Sequence[np.ndarray], centre: np.ndarray, table: Table) -> np.ndarray:
-    """Return where a structure's centre can lie with everything on the table: [[x low, x high], [y low, y high]], metres.
+    """Return where a structure's centre can lie with everything on the table: [[x low, x high], [y low, y high]],
+    metres.
 
     Args:
         outlines: N outlines (K, 2) in the world frame.

@@ -1,7 +1,7 @@
 """Run one task for many jobs in worker processes, on this machine or on a cluster; each worker loads its data once.
 
-If a worker dies, its current job is returned as `Lost`, and another worker replaces it. Workers end with the process that
-started them, however that process ends.
+If a worker dies, its current job is returned as `Lost`, and another worker replaces it. Workers end with the process
+that started them, however that process ends.
 """
 
 from __future__ import annotations
@@ -65,7 +65,8 @@ def in_parallel(
     ordered: bool = True,
     threads: int | None = 1,
 ) -> Iterator[Any]:
-    """Yield `task(loaded, job)` for every job, with `loaded = load(*arguments)`; a `Lost` for each job whose worker died.
+    """Yield `task(loaded, job)` for every job, with `loaded = load(*arguments)`; a `Lost` for each job whose worker
+    died.
 
     With one thread of torch in each process, results are the same to the bit with any number of workers.
 

@@ -1,7 +1,7 @@
 """Temporary folders that are removed with the process that made them, even if it is killed.
 
-A killed process cannot remove its folders. Each folder therefore has a lock that its process holds as long as it lives. A
-process that makes such a folder, or ends such a process, removes the folders whose lock is no longer held.
+A killed process cannot remove its folders. Each folder therefore has a lock that its process holds as long as it lives.
+A process that makes such a folder, or ends such a process, removes the folders whose lock is no longer held.
 """
 
 from __future__ import annotations

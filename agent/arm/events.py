@@ -23,7 +23,8 @@ class Planned(ArmEvent):
 
     Attributes:
         arrangement: the arrangement's place in the ranked list, from 0.
-        order: the indices of the objects in the order of their motions; an object that is first moved aside comes twice.
+        order: the indices of the objects in the order of their motions; an object that is first moved aside comes
+            twice.
         grasps: the kind of each object's grasp, in that order.
         seconds: the time of the search over all arrangements so far.
     """

@@ -17,8 +17,8 @@ def distance_to_arm(points: np.ndarray, arm: ArmState) -> np.ndarray:
     """Return distances (P,), metres, of points (P, 3) in the frame `link_base` to the arm, including its hand and
     fingers.
 
-    The distance is 0 inside a solid and NaN for a point that is NaN. Fingers missing from the recording are assumed to be
-    open.
+    The distance is 0 inside a solid and NaN for a point that is NaN. Fingers missing from the recording are assumed to
+    be open.
 
     Raises:
         BadInput: for an unknown model, or when a joint of the arm is missing or not a number.

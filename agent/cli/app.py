@@ -108,7 +108,9 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def command_line(arguments: list[str] | None = None) -> int:
-    """Run one command line; return its exit code. Defects of structagent are raised, all other errors printed as a sentence."""
+    """Run one command line; return its exit code. Defects of structagent are raised, all other errors printed as a
+    sentence.
+    """
     try:
         code = app(args=arguments, prog_name="structagent", standalone_mode=False)
         sys.stdout.flush()

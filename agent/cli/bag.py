@@ -46,8 +46,8 @@ class Arm(str, Enum):
 def _bag() -> None:
     """Inspect and create recordings.
 
-    Recordings are bags of ROS 1 (.bag) and ROS 2 (.mcap, .db3, a folder), point clouds and folders of images. `run`, `chat`
-    and `batch` use them with --scene FILE. ROS is not needed.
+    Recordings are bags of ROS 1 (.bag) and ROS 2 (.mcap, .db3, a folder), point clouds and folders of images. `run`,
+    `chat` and `batch` use them with --scene FILE. ROS is not needed.
 
     Example: structagent bag info session.bag
     """

@@ -37,8 +37,8 @@ def benchmark(
 ) -> None:
     """Measure the seconds to sample and rank arrangements.
 
-    The time from the observed point clouds to the ranked arrangements is measured, for a circle of procedural objects. The
-    time that the physics rollout of the best arrangements adds is reported separately.
+    The time from the observed point clouds to the ranked arrangements is measured, for a circle of procedural objects.
+    The time that the physics rollout of the best arrangements adds is reported separately.
 
     Example: structagent benchmark --candidates 64 --objects 7
     """

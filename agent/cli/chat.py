@@ -67,8 +67,8 @@ def chat(
 ) -> None:
     """Talk with the agent about one table.
 
-    Ask for a structure, correct it, have it built, undo it. /help lists all commands. If standard input is not a terminal,
-    it is read line by line.
+    Ask for a structure, correct it, have it built, undo it. /help lists all commands. If standard input is not a
+    terminal, it is read line by line.
 
     Example: structagent chat --scene desk.yaml
     """

@@ -69,7 +69,9 @@ def reading_options(
     llm_url: str | None,
     encoder: str | None = None,
 ) -> ReadingOptions:
-    """Return how a command parses instructions; a key is only sent to an endpoint that the user, not the project, named."""
+    """Return how a command parses instructions; a key is only sent to an endpoint that the user, not the project,
+    named.
+    """
     from agent.pipeline.instruction_parser import ReadingOptions
 
     configuration = ctx.meta.get(_CONFIGURATION)
@@ -99,9 +101,9 @@ def configurable(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple
 def _config() -> None:
     """Show the configuration.
 
-    Options take precedence over the environment (STRUCTAGENT_SEED=3), the environment over structagent.toml in the current
-    folder or the nearest one above, and that over structagent/config.toml in XDG_CONFIG_HOME or ~/.config. The files have
-    lines such as: seed = 3
+    Options take precedence over the environment (STRUCTAGENT_SEED=3), the environment over structagent.toml in the
+    current folder or the nearest one above, and that over structagent/config.toml in XDG_CONFIG_HOME or ~/.config. The
+    files have lines such as: seed = 3
 
     Example: structagent config show
     """

@@ -57,7 +57,8 @@ def parse(
 ) -> None:
     """Parse instructions into the five slots, or the parts of a goal.
 
-    Each slot gets a confidence. An instruction that is unclear gets a question, and one that cannot be built is refused.
+    Each slot gets a confidence. An instruction that is unclear gets a question, and one that cannot be built is
+    refused.
 
     Example: structagent parse "build a tower on the right" "stack the cans" --objects "can,can,mug" --json
     """
@@ -88,8 +89,8 @@ def parse_instructions(
     """Parse instructions and print each result at once; continue after an instruction that is refused.
 
     Args:
-        texts: the instructions, in groups as they arrive; at most `AT_ONCE` of them are parsed together. None is kept, so
-            that memory does not grow with their number.
+        texts: the instructions, in groups as they arrive; at most `AT_ONCE` of them are parsed together. None is kept,
+            so that memory does not grow with their number.
         options: how to parse them.
         names: of the objects on the table, if they are known.
         as_json: print one JSON object per line.

@@ -1,7 +1,7 @@
 """Generate the reference of the command line, `docs/cli.md`, from the commands.
 
-`python -m agent.cli.reference` writes it; with `--check` it compares the file with the commands, and ends with 1 if they
-differ. The result is the same on every machine, whatever is configured there.
+`python -m agent.cli.reference` writes it; with `--check` it compares the file with the commands, and ends with 1 if
+they differ. The result is the same on every machine, whatever is configured there.
 """
 
 from __future__ import annotations

@@ -90,8 +90,8 @@ def run(
 ) -> None:
     """Carry out one instruction.
 
-    The instruction is parsed, the table is observed, arrangements are sampled and ranked, and the arm builds the best one.
-    A report is written.
+    The instruction is parsed, the table is observed, arrangements are sampled and ranked, and the arm builds the best
+    one. A report is written.
 
     Example: structagent run "put the cups in a small circle on the left" --seed 3 --out out/cups
     """

@@ -175,8 +175,8 @@ def completion(
 ) -> None:
     """Print a script for tab completion.
 
-    It completes commands, options and their values. For bash and zsh, add `source <(structagent completion bash)`, with the
-    name of the shell, to ~/.bashrc or ~/.zshrc. For fish, write the output to
+    It completes commands, options and their values. For bash and zsh, add `source <(structagent completion bash)`, with
+    the name of the shell, to ~/.bashrc or ~/.zshrc. For fish, write the output to
     ~/.config/fish/completions/structagent.fish.
 
     Example: structagent completion bash

@@ -112,8 +112,8 @@ def train_parser(
 ) -> None:
     """Train the embedding parser.
 
-    It takes about 35 minutes on one core. At the end the share of the development sentences that the parser reads without
-    a mistake is printed.
+    It takes about 35 minutes on one core. At the end the share of the development sentences that the parser reads
+    without a mistake is printed.
 
     Example: structagent train parser --out runs/parser
     """
@@ -142,8 +142,8 @@ def train_llm(
 ) -> None:
     """Train the adapter of the local LLM.
 
-    `--parser llm` uses it on the SmolLM2 model on this machine. Training takes about an hour on one core. At the end the
-    results on the development sentences are printed as JSON, except with `--goals`.
+    `--parser llm` uses it on the SmolLM2 model on this machine. Training takes about an hour on one core. At the end
+    the results on the development sentences are printed as JSON, except with `--goals`.
 
     Example: structagent train llm --out runs/llm_adapter.safetensors
     """

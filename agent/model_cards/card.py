@@ -44,8 +44,8 @@ def new_facts(network: Network, run: Path | None, reports: tuple[Path, ...]) -> 
     Args:
         network: the network that the card describes.
         run: the folder of its training, with `training.json`; `None` keeps the recorded facts.
-        reports: evaluation reports as `structagent evaluate success`, `discriminators` or `parse` write them; none keeps the
-            recorded results.
+        reports: evaluation reports as `structagent evaluate success`, `discriminators` or `parse` write them; none
+            keeps the recorded results.
 
     Raises:
         BadInput: for a training run of other weights, or a report that does not measure the network.

@@ -1,6 +1,7 @@
 """Measure how often two planners' arrangements stand, on the same simulated scenes.
 
-python docs/examples/compare_planners.py [--models diffusion geometric] [--structures circle line] [--scenes 5] [--workers 2]
+python docs/examples/compare_planners.py [--models diffusion geometric] [--structures circle line] [--scenes 5]
+[--workers 2]
 """
 
 import argparse

@@ -1,17 +1,18 @@
 """The success checks that two other systems report with, for comparison with ours on the same final scenes.
 
-They look at where objects end, and at fewer things than the evaluation protocol: slots and keys that they do not know (size,
-position, rotation, gap, order, ...) are not checked, nor is whether something stands on something else. A goal of which they
-cannot express a shape or a relation has no verdict.
+They look at where objects end, and at fewer things than the evaluation protocol: slots and keys that they do not know
+    (size,
+position, rotation, gap, order, ...) are not checked, nor is whether something stands on something else. A goal of which
+they cannot express a shape or a relation has no verdict.
 
 LGMCTS: H. Chang et al., "LGMCTS: Language-Guided Monte-Carlo Tree Search for Executable Semantic Object Rearrangement",
 IROS 2024 (arXiv 2309.15821); the checks are those of its published code (github.com/changhaonan/LGMCTS-D,
 `lgmcts/components/patterns.py`), with its default threshold of 10 cm.
 
 SREM: N. Gkanatsios et al., "Energy-based Models are Zero-Shot Planners for Compositional Scene Rearrangement", RSS 2023
-(arXiv 2304.14391); the checks are the rewards of its published code (github.com/ayushjain1144/ebmplanner, `tasks/task.py`
-and `ebm_training/classifiers.py`), of which a success needs the full one. Its measures are shares of the longer side of an
-image of 1 m: 0.03 of it is 3 cm.
+(arXiv 2304.14391); the checks are the rewards of its published code (github.com/ayushjain1144/ebmplanner,
+`tasks/task.py` and `ebm_training/classifiers.py`), of which a success needs the full one. Its measures are shares of
+the longer side of an image of 1 m: 0.03 of it is 3 cm.
 """
 
 from __future__ import annotations
@@ -45,7 +46,8 @@ def lgmcts_accepts(bodies: Sequence[PlacedBody], goal: Goal) -> bool | None:
 
     - line: every place at most 10 cm off the straight line through the leftmost and the rightmost object;
     - circle: no place more than 10 cm outside the least-squares circle; fewer than four objects always form one;
-    - rectangle, square: of four objects; of the six distances between them, the four smallest exceed their own mean by at
+    - rectangle, square: of four objects; of the six distances between them, the four smallest exceed their own mean by
+    at
       most 10 cm;
     - left of, right of, in front of, behind: the object's place is on that side of the reference's, however far.
 

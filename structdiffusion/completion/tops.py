@@ -7,8 +7,8 @@ from scipy.spatial import ConvexHull, QhullError
 
 from structdiffusion.footprints import outline_centroid
 
-# Toward its outline an ellipsoid falls by 0.09 of its height, a level top by 0, a bottle by 0.14 and more. Units: m; shares
-# of the height.
+# Toward its outline an ellipsoid falls by 0.09 of its height, a level top by 0, a bottle by 0.14 and more. Units: m;
+# shares of the height.
 _FALLS, _ROUND = 0.0025, (0.06, 0.13)
 _MIDDLE, _BORDER = 0.35, (0.5, 0.7)  # shares of the distance from the middle to the outline
 _FEWEST = 6  # points needed for a median

@@ -65,7 +65,8 @@ class View:
         return ~outside & (behind > _WITHIN)
 
     def plausibility(self, points: np.ndarray) -> float:
-        """Score how well points (Q, 3) agree with the view: plus for points on seen surface, minus for those in empty space.
+        """Score how well points (Q, 3) agree with the view: plus for points on seen surface, minus for those in empty
+        space.
         """
         behind, outside = self.behind(points)
         same = ~outside & (np.abs(behind) <= _WITHIN)
@@ -94,7 +95,8 @@ def _smoothed(rays: np.ndarray, depths: np.ndarray, near: np.ndarray) -> np.ndar
 
 
 def level_top(heights: np.ndarray) -> float:
-    """Return the height of a level top, metres, from the heights (P,) of all points; noise lifts the highest above it."""
+    """Return the height of a level top, metres, from the heights (P,) of all points; noise lifts the highest above it.
+    """
     near_top = min(2 * _LEVEL, 0.35 * float(np.ptp(heights)))
     high = heights[heights >= np.quantile(heights, 0.97) - near_top]
     return max(float(np.median(high)), float(np.quantile(heights, 0.985)) - _LEVEL)

@@ -71,7 +71,9 @@ def layout_item(model: ObjectModel, yaw: float) -> LayoutItem:
 
 
 def full_spec(shape: str, rng: np.random.Generator) -> StructureSpec:
-    """Draw a spec of this shape that specifies every slot it can carry, of the sizes that are usual, as in the paper's test sentences."""
+    """Draw a spec of this shape that specifies every slot it can carry, of the sizes that are usual, as in the paper's
+    test sentences.
+    """
     structure = STRUCTURES[shape]
     values = {**LEGAL_VALUES, "size": structure.sizes}
     return StructureSpec(shape, **{slot: str(rng.choice(values[slot])) for slot in structure.slots})
@@ -104,8 +106,8 @@ def draw_scene(
         rng: the only source of randomness.
         categories: nouns that must all take part, and no others; () allows any.
         members: the objects that take part, if already decided: all others of `models` become distractors.
-        count: the number of objects that take part; `None` draws a number that suits the shape. A tower takes fewer if it
-            would become too high for the arm, and a table setting at most two of a kind.
+        count: the number of objects that take part; `None` draws a number that suits the shape. A tower takes fewer if
+            it would become too high for the arm, and a table setting at most two of a kind.
         distractors: the number of distractors; `None` draws 0 to 2.
         table: the table.
         attempts: the number of object sets to try.
@@ -187,7 +189,8 @@ def _scatter(
     table: Table,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Draw initial poses (M, 4, 4): distractors clear of the reference structure, and all objects clear of each other."""
+    """Draw initial poses (M, 4, 4): distractors clear of the reference structure, and all objects clear of each other.
+    """
     standing_at_goal = zip(chosen, yaws, layout.turns, layout.positions)
     goal = [turned(m.footprint, yaw + turn) + at[:2] for m, yaw, turn, at in standing_at_goal]
     standing: list[np.ndarray] = []

@@ -1,9 +1,10 @@
 """Shared base of the generative models: encoders, tokens, and the predicted state (paper section IV).
 
-A state has one row of nine numbers for the structure frame and one for each object: a position, scaled to unit variance,
-and two vectors that give a rotation by Gram-Schmidt. The structure frame is expressed in the world. An object's position
-is the goal of the mean of its observed points, in the structure frame; its rotation is relative to the observed pose, in
-the world, so that an unchanged orientation is the identity for every heading.
+A state has one row of nine numbers for the structure frame and one for each object: a position, scaled to unit
+    variance,
+and two vectors that give a rotation by Gram-Schmidt. The structure frame is expressed in the world. An object's
+position is the goal of the mean of its observed points, in the structure frame; its rotation is relative to the
+observed pose, in the world, so that an unchanged orientation is the identity for every heading.
 """
 
 from __future__ import annotations
@@ -103,8 +104,8 @@ class PoseBackbone(Checkpointed):
 
     Args:
         config: sizes and scales.
-        language_extra, object_extra: number of additional inputs of a language token, and of a structure-frame or object
-            token, such as the paper's h_time in the diffusion model.
+        language_extra, object_extra: number of additional inputs of a language token, and of a structure-frame or
+            object token, such as the paper's h_time in the diffusion model.
     """
 
     def __init__(self, config: BackboneConfig, language_extra: int = 0, object_extra: int = 0) -> None:
@@ -120,8 +121,8 @@ class PoseBackbone(Checkpointed):
         self.pose = nn.Sequential(nn.Linear(POSE, 128), nn.GELU(), nn.Linear(128, _POSE_WIDTH))
         self.frame_query = nn.Parameter(0.02 * torch.randn(OBJECT_WIDTH))
         self.slot = nn.Embedding(WORD_TOKENS, _PLACE_WIDTH)
-        # One embedding for the frame and one for each place, for every number of objects: how far round a ring the third
-        # place lies depends on the number of objects.
+        # One embedding for the frame and one for each place, for every number of objects: how far round a ring the
+        # third place lies depends on the number of objects.
         self.place = nn.Embedding((config.max_objects + 1) ** 2, _PLACE_WIDTH)
         self.modality = nn.Embedding(4, _KIND_WIDTH)  # word, sentence, structure frame, object
         # The paper's concatenation along the feature dimension (section IV.B), projected to one width.
@@ -145,8 +146,8 @@ class PoseBackbone(Checkpointed):
         """Encode a batch of scenes.
 
         Args:
-            clouds: (B, N, P, 3) world frame, metres; P >= `config.points`: the point encoder uses that many first points,
-                the outline features use all.
+            clouds: (B, N, P, 3) world frame, metres; P >= `config.points`: the point encoder uses that many first
+                points, the outline features use all.
             present: (B, N) bool.
             nouns: (B, N) noun ids (see `noun_ids`).
             words: (B, 5) word ids, 0 where unspecified; or
@@ -235,7 +236,9 @@ class PoseBackbone(Checkpointed):
         )
 
     def decode_state(self, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Decode a state: world_from_structure (B, 4, 4), position (B, N, 3), turn (B, N, 3, 3); inverts `encode_state`."""
+        """Decode a state: world_from_structure (B, 4, 4), position (B, N, 3), turn (B, N, 3, 3); inverts
+        `encode_state`.
+        """
         like = state
         rotation = rotation_from_6d(state[:, 0, 3:])
         origin = state[:, 0, :3] * like.new_tensor(self.config.frame_scale) + like.new_tensor(self.config.frame_center)

@@ -32,7 +32,8 @@ class CheckpointError(ValueError):
 class Checkpointed(nn.Module):
     """A network whose class has a frozen `Config` dataclass and a `kind`, and whose constructor takes the config.
 
-    Each network can be tested without data: `fake_input(batch, objects, generator)` returns an input, documented with its
+    Each network can be tested without data: `fake_input(batch, objects, generator)` returns an input, documented with
+        its
     keys, types, shapes and frames; `try_out(given, generator)` passes it through the network and returns a tensor of
     the shape `answer_shape(given)`.
     """

@@ -1,4 +1,6 @@
-"""Check that the values in a checkpoint's config have legal types and ranges: the file may come from an untrusted source."""
+"""Check that the values in a checkpoint's config have legal types and ranges: the file may come from an untrusted
+source.
+"""
 
 from __future__ import annotations
 

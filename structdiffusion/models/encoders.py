@@ -39,9 +39,9 @@ def fake_scenes(batch: int, objects: int, generator: torch.Generator) -> dict[st
 def outline_features(points: Tensor) -> Tensor:
     """Return the position and extent of a cloud: (..., 21) from points (..., P, 3), metres.
 
-    The features are the mean (3), and the extent from the mean in 16 horizontal directions, downward and upward. The paper
-    encodes the mean position separately from the centred cloud (section IV.A). The extent is our addition: it gives the
-    footprint, on which spacing depends, directly rather than through the point encoder.
+    The features are the mean (3), and the extent from the mean in 16 horizontal directions, downward and upward. The
+    paper encodes the mean position separately from the centred cloud (section IV.A). The extent is our addition: it
+    gives the footprint, on which spacing depends, directly rather than through the point encoder.
     """
     mean = points.mean(dim=-2)
     centred = points - mean[..., None, :]
@@ -53,7 +53,8 @@ def outline_features(points: Tensor) -> Tensor:
 
 
 class OffsetAttention(nn.Module):
-    """The offset attention of Point Cloud Transformer (Guo et al. 2021): passes on the difference that attention makes."""
+    """The offset attention of Point Cloud Transformer (Guo et al. 2021): passes on the difference that attention makes.
+    """
 
     def __init__(self, width: int) -> None:
         super().__init__()

@@ -1,7 +1,7 @@
 """Generate toy blocks: cubes, bricks, slabs and cylinders of several sizes, each in six colours.
 
-They are the objects of instructions that sort by colour or height, and of structures that need equal objects. No model was
-trained on them.
+They are the objects of instructions that sort by colour or height, and of structures that need equal objects. No model
+was trained on them.
 """
 
 from __future__ import annotations

@@ -52,8 +52,9 @@ def convex_parts(
 ) -> tuple[np.ndarray, ...]:
     """Split a surface into convex parts, each (V, 3) with V <= 32, in the mesh's own frame.
 
-    A mesh of which 95 % of the surface lies within 4 mm of its hull is returned as that one hull, with up to 64 vertices.
-    The result is the same whether it is computed or comes from the cache. Several processes may call this at once.
+    A mesh of which 95 % of the surface lies within 4 mm of its hull is returned as that one hull, with up to 64
+    vertices. The result is the same whether it is computed or comes from the cache. Several processes may call this at
+    once.
 
     Args:
         vertices: (V, 3) metres.
@@ -83,7 +84,8 @@ def convex_parts(
 def signed_distance(points: np.ndarray, parts: tuple[np.ndarray, ...]) -> np.ndarray:
     """Return how far points (P, 3) lie outside (positive) or inside (negative) a union of convex parts, (P,).
 
-    The distance to a part is the largest distance beyond one of its face planes: exact inside the part and in front of a
+    The distance to a part is the largest distance beyond one of its face planes: exact inside the part and in front of
+        a
     face, a lower bound in front of an edge or corner. For points on a surface, its absolute value is the deviation of
     the parts from that surface.
     """

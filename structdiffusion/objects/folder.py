@@ -77,8 +77,8 @@ def object_from_file(path: Path, name: str, category: str | None = None) -> Obje
         category: its noun; by default that in the file's name.
 
     Raises:
-        ObjectError: if the mesh cannot be used, or takes more than `structdiffusion.limits.MESH_SECONDS` to prepare; the
-            message says why.
+        ObjectError: if the mesh cannot be used, or takes more than `structdiffusion.limits.MESH_SECONDS` to prepare;
+            the message says why.
     """
     category = category or category_of(path.stem)
     return prepare_apart(path, name, category) if _is_large(path) else prepare(path, name, category)

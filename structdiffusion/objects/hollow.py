@@ -1,8 +1,8 @@
 """Cut round objects that are open at the top into convex parts: bowls, plates, cups and mugs.
 
 V-HACD with a few dozen parts makes the walls of a scanned cup 5 to 8 mm too thick, so that spoons and fingers no longer
-fit inside. Cutting it like a cake instead (a base, and a ring of wall pieces) follows the wall within about 2 mm with the
-same number of parts.
+fit inside. Cutting it like a cake instead (a base, and a ring of wall pieces) follows the wall within about 2 mm with
+the same number of parts.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ _FRAGMENT = 0.05  # share of the wall's area: smaller pieces are bumps of the fl
 def hollow_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:
     """Return convex parts (V, 3), V <= 32, of a round, upright mesh that opens upward, z up; metres.
 
-    The parts are a base below the inner floor, wall pieces around it in two or three rings, and three pieces for a handle.
-    The result is () if the mesh is not round or has no inner floor.
+    The parts are a base below the inner floor, wall pieces around it in two or three rings, and three pieces for a
+    handle. The result is () if the mesh is not round or has no inner floor.
     """
     top = mesh.bounds[1, 2]
     rim = mesh.vertices[mesh.vertices[:, 2] > top - 0.001 - 0.025 * mesh.extents[2]][:, :2]
@@ -80,7 +80,8 @@ def hollow_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:
 
 
 def _fit_circle(points: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """Fit a circle to the outline of points (P, 2); return its centre (2,), its radius, and the deviation from round."""
+    """Fit a circle to the outline of points (P, 2); return its centre (2,), its radius, and the deviation from round.
+    """
     outline = points[ConvexHull(points).vertices]
     terms = np.column_stack([2 * outline, np.ones(len(outline))])
     x, y, constant = np.linalg.lstsq(terms, (outline**2).sum(axis=1), rcond=None)[0]
@@ -145,7 +146,8 @@ def _bands(
 
 
 def _without_floor(wall: trimesh.Trimesh, radius: float) -> trimesh.Trimesh:
-    """Remove remains of an uneven floor from the wall: a piece that includes them would fill the vessel up to the rim."""
+    """Remove remains of an uneven floor from the wall: a piece that includes them would fill the vessel up to the rim.
+    """
     level = wall.face_normals[:, 2] > _LEVEL
     within = np.linalg.norm(wall.triangles_center[:, :2], axis=1) < _FLOOR_WITHIN * radius
     wall = trimesh.Trimesh(wall.vertices, wall.faces[~(level & within)])
@@ -182,7 +184,8 @@ def _best_cuts(
 
 
 def _errors(surface: trimesh.Trimesh, hulls: tuple[np.ndarray, ...]) -> np.ndarray:
-    """Return how far (F,), metres, the faces of a surface lie inside the hulls, or the hulls extend in front of them."""
+    """Return how far (F,), metres, the faces of a surface lie inside the hulls, or the hulls extend in front of them.
+    """
     inside = -signed_distance(surface.triangles_center, hulls)
     filled = -signed_distance(surface.triangles_center + _IN_FRONT * surface.face_normals, hulls)
     return np.maximum(inside, np.where(filled > 0, filled + _IN_FRONT, 0.0))

@@ -40,8 +40,9 @@ def load_objects(source: str | Path) -> list[ObjectModel]:
     """Load the objects of a library, or of a folder of meshes.
 
     Args:
-        source: "procedural", "random_urdfs", "ycb", "training", "validation", "blocks", or the path of a folder of .obj, .stl, .ply or
-            .glb files in metres, z up. For a folder with the name of a library, give a path such as "./ycb".
+        source: "procedural", "random_urdfs", "ycb", "training", "validation", "blocks", or the path of a folder of
+            .obj, .stl, .ply or .glb files in metres, z up. For a folder with the name of a library, give a path such as
+            "./ycb".
 
     Raises:
         ObjectError: if there is no such library or folder, or it has no usable mesh.

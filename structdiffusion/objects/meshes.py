@@ -32,7 +32,8 @@ UPRIGHT_WITHIN = math.radians(20.0)
 
 
 def clean(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
-    """Return the connected pieces of a mesh, with vertices merged, without degenerate faces and specks, normals outward.
+    """Return the connected pieces of a mesh, with vertices merged, without degenerate faces and specks, normals
+    outward.
 
     Specks are loose pieces with less than 2 % of the surface, which are artefacts of scanning.
     """
@@ -71,8 +72,8 @@ def _solid(mesh: trimesh.Trimesh) -> manifold3d.Manifold:
 def level(parts: tuple[np.ndarray, ...], within: float = UPRIGHT_WITHIN) -> np.ndarray:
     """Return the smallest rotation (4, 4) that sets convex parts on the face of their hull onto which they settle.
 
-    The parts roll from face to face as long as the centre of mass sinks. The result is the identity if they would turn by
-    more than `within` radians: then the cause is not an uneven bottom.
+    The parts roll from face to face as long as the centre of mass sinks. The result is the identity if they would turn
+    by more than `within` radians: then the cause is not an uneven bottom.
     """
     hull = ConvexHull(np.concatenate(parts))
     center = mass_properties(parts, 1.0).object_from_inertial[:3, 3]

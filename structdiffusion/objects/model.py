@@ -1,7 +1,7 @@
 """The model of one rigid object: its surface, convex parts, footprint and resting pose.
 
-The object frame has z up in the resting pose, z = 0 at the lowest point, and the origin's x and y at the footprint's area
-centroid. +x is the front: the end of a fork, knife, spoon or spatula that points away from the diner, or the side
+The object frame has z up in the resting pose, z = 0 at the lowest point, and the origin's x and y at the footprint's
+area centroid. +x is the front: the end of a fork, knife, spoon or spatula that points away from the diner, or the side
 opposite the handle of a pan; it is arbitrary for round objects.
 """
 
@@ -32,7 +32,8 @@ class ObjectModel:
     Attributes:
         name: unique in its library, such as "025_mug".
         category: its noun, such as "mug".
-        source: "procedural", "blocks", "random_urdfs", "ycb", "folder", or "recorded" for an object completed from its cloud.
+        source: "procedural", "blocks", "random_urdfs", "ycb", "folder", or "recorded" for an object completed from its
+            cloud.
         hulls: convex parts, each (V, 3) vertices; their union is the collision body.
         surface_points: (1024, 3) float32, uniform on the outer surface.
         surface_normals: (1024, 3) float32, outward unit normals.

@@ -18,8 +18,8 @@ from scipy.spatial import ConvexHull
 
 from structdiffusion.temporary_folders import SHAPES
 
-# m: lower limit of the radius of gyration, which keeps contacts stable. Thin objects (3 mm for a fork about its long axis)
-# spin faster than a 1/240 s step can follow.
+# m: lower limit of the radius of gyration, which keeps contacts stable. Thin objects (3 mm for a fork about its long
+# axis) spin faster than a 1/240 s step can follow.
 MIN_GYRATION = 0.008
 _MOST_SHAPES = 2000  # largest number of files, about 20 MB; a world loads a few dozen
 

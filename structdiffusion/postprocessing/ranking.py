@@ -114,9 +114,11 @@ class Ranker:
     def _collision_free(
         self, outlines: list[list[np.ndarray]], others: list[np.ndarray], at_goal: Tensor, other_clouds: Tensor
     ) -> Tensor:
-        """Return for each arrangement the probability that no pair collides: the product, or (as in the paper) the mean.
+        """Return for each arrangement the probability that no pair collides: the product, or (as in the paper) the
+        mean.
 
-        One certain collision among 21 pairs reduces a mean by only five percent. Pairs too far apart to collide are skipped.
+        One certain collision among 21 pairs reduces a mean by only five percent. Pairs too far apart to collide are
+        skipped.
         """
         first, second, owner = [], [], []
         for k, row in enumerate(outlines):
@@ -161,11 +163,12 @@ def _places(objects: Sequence[ObjectEstimate], spec: StructureSpec) -> np.ndarra
 
 
 def checks_score(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: StructureSpec, table: Table) -> float:
-    """Score how surely the checks of the evaluation protocol hold, in [0, 1], for objects that land a few millimetres off.
+    """Score how surely the checks of the evaluation protocol hold, in [0, 1], for objects that land a few millimetres
+    off.
 
-    If a check fails at the proposed poses, the score is half of the share of checks that hold. Otherwise it is the mean over
-    `_TRIALS` trials, the first at the proposed poses, the others with the same small errors for every arrangement; a trial
-    in which a check fails counts half of the share of checks that hold.
+    If a check fails at the proposed poses, the score is half of the share of checks that hold. Otherwise it is the mean
+    over `_TRIALS` trials, the first at the proposed poses, the others with the same small errors for every arrangement;
+    a trial in which a check fails counts half of the share of checks that hold.
 
     Args:
         objects: N estimates.
@@ -188,8 +191,8 @@ def _held(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: Structur
 def support_score(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> float:
     """Score how well stacked objects are supported, in [0, 1]; 1 if nothing is stacked.
 
-    On a level top, the score is the supported share of the outline, 1 from a half on. On a vessel, it is the same if the
-    object covers the rim, and 1 if the object fits well inside; in between it may wedge or tip.
+    On a level top, the score is the supported share of the outline, 1 from a half on. On a vessel, it is the same if
+    the object covers the rim, and 1 if the object fits well inside; in between it may wedge or tip.
 
     Args: see `checks_score`.
     """

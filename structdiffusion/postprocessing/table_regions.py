@@ -1,8 +1,8 @@
 """Move a proposed structure as a whole to the requested region of the table.
 
-The position of a structure and the relative poses of its parts are independent. A third of the room that a large structure
-has on the table may be three centimetres wide, which sampling alone hits only by chance; the observed outlines determine
-how far to move.
+The position of a structure and the relative poses of its parts are independent. A third of the room that a large
+structure has on the table may be three centimetres wide, which sampling alone hits only by chance; the observed
+outlines determine how far to move.
 """
 
 from __future__ import annotations

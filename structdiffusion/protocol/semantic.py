@@ -1,7 +1,7 @@
 """The semantic checks of the evaluation protocol: does the structure on the table match the spec?
 
-The module is pure geometry. It is used on true models after physics (the verdict), and on proposed scenes whose footprints
-are estimated from partial clouds (a score for ranking). `structdiffusion.structures` defines the checks.
+The module is pure geometry. It is used on true models after physics (the verdict), and on proposed scenes whose
+footprints are estimated from partial clouds (a score for ranking). `structdiffusion.structures` defines the checks.
 """
 
 from __future__ import annotations

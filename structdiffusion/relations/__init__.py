@@ -1,7 +1,7 @@
 """The relations of the evaluation protocol, part two.
 
-`Relation` (in `relation.py`) is the protocol that every relation implements, and no other module branches on a relation's
-name. To add a relation, add its name in `grounding.goals.parts`, its class here, and a test.
+`Relation` (in `relation.py`) is the protocol that every relation implements, and no other module branches on a
+relation's name. To add a relation, add its name in `grounding.goals.parts`, its class here, and a test.
 """
 
 from __future__ import annotations

@@ -56,7 +56,9 @@ class Between(Relation):
 
 
 def _along_the_way(points: np.ndarray, references: Sequence[Figure]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the shares of the way from one reference to the other at points (..., 2), and how far, metres, off it they are."""
+    """Return the shares of the way from one reference to the other at points (..., 2), and how far, metres, off it they
+    are.
+    """
     start = references[0].centroid
     way = references[1].centroid - start
     length = max(1e-9, float(np.linalg.norm(way)))

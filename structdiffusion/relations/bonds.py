@@ -42,7 +42,8 @@ def require_indices(goal: Goal, count: int) -> Goal:
     """Return the goal resolved in a scene of `count` objects.
 
     Raises:
-        GoalError: if it has words in place of objects, an index that the scene does not have, or a structure of nothing.
+        GoalError: if it has words in place of objects, an index that the scene does not have, or a structure of
+            nothing.
     """
     for index in goal.named_objects():
         if not isinstance(index, int):

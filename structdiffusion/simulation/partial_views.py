@@ -1,8 +1,8 @@
 """Partial views in torch: the surface points that a depth camera would see, with its noise.
 
-Training scenes are stored as object ids and poses only. The visible points are computed on the fly: points that face the
-camera and are not hidden behind others (by a coarse depth buffer), drawn with the density of the pixels, with noise along
-the ray. The module needs only torch.
+Training scenes are stored as object ids and poses only. The visible points are computed on the fly: points that face
+the camera and are not hidden behind others (by a coarse depth buffer), drawn with the density of the pixels, with noise
+along the ray. The module needs only torch.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Paint the surroundings of a table into pictures: its legs, the arm's pedestal, and the floor.
 
-The scenery is part neither of physics nor of the depth camera's measurements; without it an arm and a table seem to float.
-Lengths in metres, world frame.
+The scenery is part neither of physics nor of the depth camera's measurements; without it an arm and a table seem to
+float. Lengths in metres, world frame.
 """
 
 from __future__ import annotations
@@ -36,7 +36,9 @@ class Backdrop:
     depth: np.ndarray
 
     def behind(self, color: np.ndarray, depth: np.ndarray) -> np.ndarray:
-        """Return a picture (H, W, 3) uint8 with the backdrop wherever it is nearer; `depth` (H, W) is NaN for background."""
+        """Return a picture (H, W, 3) uint8 with the backdrop wherever it is nearer; `depth` (H, W) is NaN for
+        background.
+        """
         nearer = ~(depth <= self.depth)
         return np.where(nearer[..., None], self.color, color)
 

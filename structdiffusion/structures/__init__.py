@@ -1,16 +1,16 @@
 """The structures that can be built, one module each.
 
-`Structure` (in `structure.py`) is the protocol that every structure implements, and no other module branches on a shape's
-name. To add a structure:
+`Structure` (in `structure.py`) is the protocol that every structure implements, and no other module branches on a
+shape's name. To add a structure:
 
 1. its name and slots in `grounding.spec` (`SHAPES`, `SLOTS_OF_SHAPE`) and the words for it in `grounding`;
 2. a module here with its class, and the class in `STRUCTURES` below;
 3. the numbers of its checks in `structdiffusion.evaluation_protocol`, and a test.
 
 What the class must have: `name`, `least`, `usual_counts`, `draft` (an exact layout) and `check` (the conditions of the
-evaluation protocol). What it may have, beside defaults that hold for a flat structure of any objects: which objects suit it
-(`suits`, `choose`, `nouns`, `requirement`), which object takes which place (`order_places`), its `centre`, whether it
-faces anywhere (`has_heading`, `rotations`), and how sampled poses are corrected (`corrections`, `turns`).
+evaluation protocol). What it may have, beside defaults that hold for a flat structure of any objects: which objects
+suit it (`suits`, `choose`, `nouns`, `requirement`), which object takes which place (`order_places`), its `centre`,
+whether it faces anywhere (`has_heading`, `rotations`), and how sampled poses are corrected (`corrections`, `turns`).
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ import numpy as np
 
 from grounding.spec import StructureSpec
 
-# Extent over tightest extent. Layouts are drawn well inside the bands of the evaluation protocol, so that small errors of
-# measurement or placement do not leave them.
+# Extent over tightest extent. Layouts are drawn well inside the bands of the evaluation protocol, so that small errors
+# of measurement or placement do not leave them.
 _DRAWN = {"small": (1.03, 1.2), "medium": (1.42, 1.68), "large": (1.95, 2.3)}
 # Sampled poses are moved no farther than into these. The sides that the camera does not see make outlines too
 # narrow rather than too broad: lower margins are wider. Small structures keep a clear gap.

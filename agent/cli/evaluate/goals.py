@@ -49,8 +49,8 @@ def goals(
 
     Scenes are drawn so that a reference arrangement passes every check of the goal. The best-ranked arrangement of each
     scene is released in physics, object by object, and with --arm built by the arm too. The looser checks of two other
-    systems judge the same rows. All planners get the same scenes; --disturbed adds arrangements that are nearly right, to
-    compare the checks.
+    systems judge the same rows. All planners get the same scenes; --disturbed adds arrangements that are nearly right,
+    to compare the checks.
 
     \b
     DIR gets rows.jsonl with a row per planner and scene: the same command resumes an

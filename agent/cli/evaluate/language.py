@@ -107,8 +107,8 @@ def language(
 ) -> None:
     """Measure what parsing mistakes cost.
 
-    Sentences go through parser, planner and physics. The same scenes are solved with the true slots, and what stands only
-    then is the cost of parsing.
+    Sentences go through parser, planner and physics. The same scenes are solved with the true slots, and what stands
+    only then is the cost of parsing.
 
     \b
     DIR gets rows.jsonl with a row per sentence: the same command resumes an evaluation that

@@ -148,8 +148,8 @@ def recordings(
 ) -> None:
     """Compare runs on recordings with simulation.
 
-    Simulated scenes are recorded into bags. Reports which objects are found in the bags, and whether runs on them end as
-    in simulation.
+    Simulated scenes are recorded into bags. Reports which objects are found in the bags, and whether runs on them end
+    as in simulation.
 
     \b
     DIR gets rows.jsonl with a row per scene: the same command resumes an evaluation that

@@ -1,7 +1,8 @@
 """List the results of the paper (section VI, appendices A.1 to A.3), in percent, on its own objects and scenes.
 
 Structures are in the order circle, tower, line, table setting; failures in the order intersection, abnormal velocity,
-not upright, semantic. It has about 101 scenes per structure: the 95 % interval of a success rate is about 9 points wide to each side.
+not upright, semantic. It has about 101 scenes per structure: the 95 % interval of a success rate is about 9 points wide
+to each side.
 """
 
 STRUCTURES = ("circle", "tower", "line", "table setting")

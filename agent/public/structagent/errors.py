@@ -8,8 +8,8 @@ from contextlib import contextmanager
 
 from agent.errors import DEFECT, USAGE, exit_code_of, one_sentence
 
-# Messages of the packages below name flags of `structagent run`: here they are parameters. Flags of other commands, which
-# stand in messages as whole commands, stay.
+# Messages of the packages below name flags of `structagent run`: here they are parameters. Flags of other commands,
+# which stand in messages as whole commands, stay.
 _PHRASES = (
     (re.compile(r"--call '([^'=]+)=([^'=]+)'"), r"nouns={'\1': '\2'}"),
     (re.compile(r"--topic (\w+)=TOPIC"), r"topics={'\1': TOPIC}"),

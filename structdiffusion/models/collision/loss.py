@@ -54,8 +54,8 @@ class PairBatches:
     def draw(self, size: int, generator: torch.Generator) -> tuple[Tensor, Tensor, Tensor]:
         """Draw clouds (B, P, 3) of both objects at their poses, and the distances (B,).
 
-        Each object is seen somewhere on the table before it moves to its pose, so that its hidden side is independent of
-        its partner.
+        Each object is seen somewhere on the table before it moves to its pose, so that its hidden side is independent
+        of its partner.
         """
         device = self.objects.device
         pick = torch.randint(len(self.objects), (size,), generator=generator, device=device)

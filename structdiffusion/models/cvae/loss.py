@@ -9,9 +9,9 @@ from torch.distributions import kl_divergence
 from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.models.cvae.model import PoseCVAE
 
-# The standard deviation of the poses about the generator's output, in units of the state: 0.1 is 7 to 10 mm. It sets the
-# precision to which the latent has to encode poses, and so the weight of the divergence: with a smaller one the latent
-# would carry what the generator should infer from the clouds, and samples from the prior would lack it.
+# The standard deviation of the poses about the generator's output, in units of the state: 0.1 is 7 to 10 mm. It sets
+# the precision to which the latent has to encode poses, and so the weight of the divergence: with a smaller one the
+# latent would carry what the generator should infer from the clouds, and samples from the prior would lack it.
 DEVIATION = 0.1
 # Rotations have half the weight of positions, as in the diffusion model's loss.
 ROTATION_WEIGHT = 0.5
@@ -26,11 +26,11 @@ def cvae_loss(
 ) -> dict[str, Tensor]:
     """Return the negative evidence lower bound, scaled so that the squared position error has weight 1.
 
-    With poses Gaussian about the generator's output, the bound is |error|^2 / (2 s^2) + KL, summed over a scene; in units
-    of the mean squared error of the T tokens' 3 numbers, KL has the weight 2 s^2 / 3 T. The weight is constant: annealing
-    would prevent the posterior from collapsing to the prior before the latent is used, but a generator that predicts all
-    poses at once needs the latent anyway. With `autocast` the transformers compute in bfloat16, as in the diffusion
-    model's loss.
+    With poses Gaussian about the generator's output, the bound is |error|^2 / (2 s^2) + KL, summed over a scene; in
+    units of the mean squared error of the T tokens' 3 numbers, KL has the weight 2 s^2 / 3 T. The weight is constant:
+    annealing would prevent the posterior from collapsing to the prior before the latent is used, but a generator that
+    predicts all poses at once needs the latent anyway. With `autocast` the transformers compute in bfloat16, as in the
+    diffusion model's loss.
     """
     batch = data.draw(scenes, generator)
     state = model.encode_state(batch.world_from_structure, batch.position, batch.turn)

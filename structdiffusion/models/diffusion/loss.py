@@ -21,8 +21,8 @@ def diffusion_loss(
 ) -> dict[str, Tensor]:
     """Return the mean squared error of the prediction over `scenes` scenes at `noises` diffusion steps each.
 
-    Encoding a scene costs more than a denoising pass, so several passes share one encoding. With `autocast` the transformer
-    computes in bfloat16; geometry never does, because its third digit is a millimetre.
+    Encoding a scene costs more than a denoising pass, so several passes share one encoding. With `autocast` the
+    transformer computes in bfloat16; geometry never does, because its third digit is a millimetre.
     """
     batch = data.draw(scenes, generator)
     clean = model.encode_state(batch.world_from_structure, batch.position, batch.turn)

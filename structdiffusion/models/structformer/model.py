@@ -4,9 +4,9 @@ The structure's frame comes first, then the objects place by place; each pose is
 and the earlier poses. There is one network for each shape, as in the paper.
 
 The original regresses each pose, and its samples differ by dropout alone: the paper attributes its similar samples, and
-many of its failures, to that (section V.C). Here each pose has a mixture of Gaussians (Bishop 1994). If a goal leaves the
-heading of a ring open, the mean of all headings is not a valid heading, and a baseline that has to predict it would show
-little. The rest follows the original.
+many of its failures, to that (section V.C). Here each pose has a mixture of Gaussians (Bishop 1994). If a goal leaves
+the heading of a ring open, the mean of all headings is not a valid heading, and a baseline that has to predict it would
+show little. The rest follows the original.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from structdiffusion.models.backbone import (
     readout,
 )
 
-# The standard deviation to which training poses are considered known, in units of the state: 0.1 is 7 to 10 mm. Without it,
-# the density of constant pose numbers would grow without bound, at the cost of the others. Samples exclude it.
+# The standard deviation to which training poses are considered known, in units of the state: 0.1 is 7 to 10 mm. Without
+# it, the density of constant pose numbers would grow without bound, at the cost of the others. Samples exclude it.
 _RESOLUTION = 0.1
 
-# Share of a Gaussian's spread that samples keep. On validation scenes (seed 21, n = 100), the first sample stood in 45, 50
-# and 49 % at 1, 0.5 and 0; one of five samples stood in 65, 68 and 63 %.
+# Share of a Gaussian's spread that samples keep. On validation scenes (seed 21, n = 100), the first sample stood in 45,
+# 50 and 49 % at 1, 0.5 and 0; one of five samples stood in 65, 68 and 63 %.
 _SPREAD_KEPT = 0.5
 
 

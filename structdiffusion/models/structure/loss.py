@@ -23,8 +23,8 @@ def at_goal(batch: Batch) -> Tensor:
 def perturbed(clouds: Tensor, present: Tensor, generator: torch.Generator) -> Tensor:
     """Move a random subset of the objects of each scene, at least one, out of place.
 
-    Shifts have a scale of 1 to 12 cm, and half of the subset is rotated as well; a tenth of the scenes is stretched as a
-    whole instead, by a factor of 0.5 to 2.
+    Shifts have a scale of 1 to 12 cm, and half of the subset is rotated as well; a tenth of the scenes is stretched as
+    a whole instead, by a factor of 0.5 to 2.
     """
     batch, count, _, _ = clouds.shape
     device = clouds.device
