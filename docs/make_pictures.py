@@ -67,7 +67,9 @@ def chat_rows(home: Path) -> list[Row]:
     Args:
         home: an empty folder for history, session and settings.
     """
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(("STRUCTAGENT_", "NO_COLOR"))}
+    environment = {
+        name: value for name, value in os.environ.items() if not name.startswith(("STRUCTAGENT_", "NO_COLOR"))
+    }
     environment |= {
         "TERM": "xterm-256color", "COLORTERM": "truecolor", "PROMPT_TOOLKIT_NO_CPR": "1", "PYTHONPATH": str(ROOT),
         "XDG_STATE_HOME": str(home), "XDG_CONFIG_HOME": str(home),
@@ -108,7 +110,9 @@ def _read_until_prompt(child: pexpect.spawn, screen: pyte.Screen, stream: pyte.S
         if quiet and PROMPT.fullmatch(screen.display[screen.cursor.y].rstrip()):
             return
         if time.monotonic() > deadline or not child.isalive():
-            raise RuntimeError("the chat showed no prompt; the end of its screen:\n" + "\n".join(screen.display).rstrip())
+            raise RuntimeError(
+                "the chat showed no prompt; the end of its screen:\n" + "\n".join(screen.display).rstrip()
+            )
 
 
 def screenshot(rows: Sequence[Row]) -> Image.Image:
@@ -118,7 +122,9 @@ def screenshot(rows: Sequence[Row]) -> Image.Image:
         rows: cells with their characters, colours and attributes.
     """
     fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
-    regular, bold = (ImageFont.truetype(fonts / name, FONT_SIZE) for name in ("DejaVuSansMono.ttf", "DejaVuSansMono-Bold.ttf"))
+    regular, bold = (
+        ImageFont.truetype(fonts / name, FONT_SIZE) for name in ("DejaVuSansMono.ttf", "DejaVuSansMono-Bold.ttf")
+    )
     width, height = round(regular.getlength("M")), round(FONT_SIZE * 1.25)
     image = Image.new("RGB", (width * COLUMNS + 2 * MARGIN, height * len(rows) + 2 * MARGIN), BACKGROUND)
     draw = ImageDraw.Draw(image)
@@ -131,7 +137,12 @@ def screenshot(rows: Sequence[Row]) -> Image.Image:
             if back != BACKGROUND:
                 draw.rectangle((left, top, left + width - 1, top + height - 1), fill=back)
             for part in BLOCKS.get(cell.data, ()):
-                edges = (left + part[0] * width, top + part[1] * height, left + part[2] * width - 1, top + part[3] * height - 1)
+                edges = (
+                    left + part[0] * width,
+                    top + part[1] * height,
+                    left + part[2] * width - 1,
+                    top + part[3] * height - 1,
+                )
                 draw.rectangle(edges, fill=front)
             if cell.data not in BLOCKS and cell.data.strip():
                 draw.text((left, top), cell.data, font=bold if cell.bold else regular, fill=front)

@@ -203,9 +203,7 @@ class Interpreter:
         goal_reader: Callable[[GoalReader], ReadsGoals] | None = None,
     ) -> None:
         if viewpoint not in VIEWPOINTS:
-            raise ViewpointError(
-                f"there is no viewpoint {viewpoint!r}; legal values: {', '.join(VIEWPOINTS)}"
-            )
+            raise ViewpointError(f"there is no viewpoint {viewpoint!r}; legal values: {', '.join(VIEWPOINTS)}")
         self.viewpoint = viewpoint
         self._make_parser, self._make_fallback = parser, fallback
         self._encoder = encoder

@@ -43,7 +43,8 @@ _PLACE = (
 _GOES = r"(?: (?:goes|go|comes|come|should (?:be|go|come|stand)|must (?:be|go)|to (?:be|go)|is|are|being|standing))?"
 # Where an object stands within the structure, and not where the structure stands.
 _WITHIN = (
-    r"(?:on (?:the )?(?:very )?top(?! of (?:each|one an))|at the (?:very )?(?:top|bottom)|underneath|at (?:the|each|either|one|both) ends?"
+    r"(?:on (?:the )?(?:very )?top(?! of (?:each|one an))|at the (?:very )?(?:top|bottom)|underneath|at "
+    r"(?:the|each|either|one|both) ends?"
     r"|on (?:the|each|either|both) ends?|first|last|in (?:the|its) (?:very )?(?:middle|cent(?:er|re)))"
 )
 # Not labels or noses: a row whose labels face me is a row that faces me.
@@ -72,7 +73,8 @@ _REFUSED: tuple[tuple[str, re.Pattern[str]], ...] = tuple(
         ("an order of the objects", rf"\b(?:{ALTERNATING}|interleav(?:e|ed|ing)|every other (?:one|object|cup|can|block|mug|box))\b"),
         (
             "a place next to single objects",
-            rf"\b(?:left|right|north|south|east|west|in front|on top) of (?:the |a |an |my |your )?(?:\w+ ){{0,2}}?{_NOUN}\b",
+            r"\b(?:left|right|north|south|east|west|in front|on top) of (?:the |a |an |my |your )?(?:\w+ "
+            rf"){{0,2}}?{_NOUN}\b",
         ),
         (
             "a choice of objects by their place",
@@ -85,13 +87,16 @@ _REFUSED: tuple[tuple[str, re.Pattern[str]], ...] = tuple(
     )
 )  # fmt: skip
 _INSIDE = re.compile(
-    rf"(?:\b(?:with|and)|,) (?:the|a|an|one|my|your) (?P<what>(?:\w+ ){{0,2}}?{_THING}){_GOES} {_WITHIN}(?! of the (?:table|desk|board))\b"
+    rf"(?:\b(?:with|and)|,) (?:the|a|an|one|my|your) (?P<what>(?:\w+ ){{0,2}}?{_THING}){_GOES} {_WITHIN}(?! of the "
+    r"(?:table|desk|board))\b"
 )
 _OTHERS = re.compile(rf"\b(?:{_NOUN}|everything|all|them|these|those|objects|things)\b")
 _ALONG = re.compile(
-    r"\b(?:along|against|hugging|flush with|following|parallel to|all the way down)(?: the| my| your| its| that| this| one| an)*"
+    r"\b(?:along|against|hugging|flush with|following|parallel to|all the way down)(?: the| my| your| its| that| this| "
+    r"one| an)*"
     r"(?: (?!and\b|with\b|in\b|on\b)\w+){0,3}? (?:edge|rim|border|side|wall)\b"
-    r"|\balong (?:the )?(?:front|back|left|right|far|near)\b|\bon (?:the|my|your) (?:very )?(?:\w+ )?(?:edge|rim|border)\b"
+    r"|\balong (?:the )?(?:front|back|left|right|far|near)\b|\bon (?:the|my|your) (?:very )?(?:\w+ "
+    r")?(?:edge|rim|border)\b"
 )
 _CORNER = re.compile(r"\bcorners?\b")
 # Words that say which corner, from left to right and in depth.

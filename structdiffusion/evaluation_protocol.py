@@ -96,8 +96,10 @@ MIN_PYRAMID_OBJECTS = 3
 
 # --- further keys of a structure (part two) -------------------------------------------------------
 
-ORDER_TIE = 0.005  # m (or the cube root of a volume's difference): measures that differ by less may stand in either order
-MAX_GAP_OFF, MAX_GAP_OFF_SHARE = 0.01, 0.15  # m, and share: the larger one is how far a clear gap may be off the requested
+# m (or the cube root of a volume's difference): measures that differ by less may stand in either order
+ORDER_TIE = 0.005
+# m, and share: the larger one is how far a clear gap may be off the requested
+MAX_GAP_OFF, MAX_GAP_OFF_SHARE = 0.01, 0.15
 MAX_RADIUS_OFF = 0.015  # m from the requested radius
 MAX_LENGTH_OFF = 0.02  # m from the requested length
 MAX_AROUND_OFF = 0.03  # m from the centre of a structure to the object that it is laid around

@@ -142,7 +142,8 @@ def _place_centre(
             extent = np.ptp(np.concatenate(outlines)[:, axis])
             room = (table.x_max - table.x_min, table.y_max - table.y_min)[axis]
             raise LayoutError(
-                f"{a_structure(f'{spec.size} {spec.shape}' if spec.size else spec.shape)} of these objects is {extent:.2f} m {side}, "
+                f"{a_structure(f'{spec.size} {spec.shape}' if spec.size else spec.shape)} of these objects is "
+                f"{extent:.2f} m {side}, "
                 f"and the table only {room:.2f} m"
             )
         if value is None:
@@ -151,7 +152,8 @@ def _place_centre(
         third = (high - low) / 3
         if third < _NARROWEST_THIRD:
             raise LayoutError(
-                f"{a_structure(f'{spec.size} {spec.shape}' if spec.size else spec.shape)} of these objects fills the table so far that "
+                f"{a_structure(f'{spec.size} {spec.shape}' if spec.size else spec.shape)} of these objects fills the "
+                "table so far that "
                 f"{value!r} means nothing: its centre can move by {high - low:.3f} m only"
             )
         start = low + names.index(value) * third

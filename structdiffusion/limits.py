@@ -121,7 +121,9 @@ def glb_faces(path: Path, longest_text: int = GLB_TEXT_BYTES) -> int:
             raise ValueError(f"its text has {length} bytes; at most {longest_text} are read")
         content = json.loads(file.read(length))
     try:
-        faces = [sum(_primitive_faces(content, part) for part in mesh["primitives"]) for mesh in content.get("meshes", [])]
+        faces = [
+            sum(_primitive_faces(content, part) for part in mesh["primitives"]) for mesh in content.get("meshes", [])
+        ]
         placed = [node["mesh"] for node in content.get("nodes", []) if "mesh" in node]
         return max(sum(faces), sum(faces[mesh] for mesh in placed))
     except (LookupError, TypeError, AttributeError, RecursionError) as error:

@@ -16,7 +16,8 @@ from typing import Any
 from structdiffusion.temporary_folders import SHAPES
 from structdiffusion.worker_process import ERROR, READY, WORKER_DIED, Work, Worker, WorkerProcess
 
-_MOST_DEATHS = 3  # largest number of workers in a row that may die while loading: the next one would probably die as well
+# largest number of workers in a row that may die while loading: the next one would probably die as well
+_MOST_DEATHS = 3
 
 
 class WorkerError(RuntimeError):

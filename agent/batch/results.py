@@ -109,7 +109,8 @@ class Results:
             foreign = {entry.name for entry in os.scandir(final)} - files_written(final, "run")
             if taken := sorted(name for name in foreign if name in _NAMES):
                 raise BadInput(
-                    f"{str(final / taken[0])!r} exists and was not written by a batch; choose another --out, or move it away"
+                    f"{str(final / taken[0])!r} exists and was not written by a batch; choose another --out, or move "
+                    "it away"
                 )
         return self._work / row_id
 

@@ -202,11 +202,15 @@ class _Reader:
     def _id(self, line: int, own: str, given: Any) -> str:
         if not isinstance(given, str) or not _ID.fullmatch(given):
             raise BadInput(
-                f"the id cannot be {_json_excerpt(given)}, because it names a folder; legal: a string of 1 to 80 letters "
+                f"the id cannot be {_json_excerpt(given)}, because it names a folder; legal: a string of 1 to 80 "
+                "letters "
                 'a-z, digits, ".", "_" and "-", the first a letter or a digit'
             )
         if given != own and _DEFAULT_ID.fullmatch(given):
-            raise BadInput(f"the id {_json_excerpt(given)} is reserved for rows without one; this row would be {_json_excerpt(own)}")
+            raise BadInput(
+                f"the id {_json_excerpt(given)} is reserved for rows without one; this row would be "
+                f"{_json_excerpt(own)}"
+            )
         earlier = self._lines.setdefault(given.lower(), line)
         if earlier != line:
             raise BadInput(f"the id {_json_excerpt(given)} is already that of line {earlier}; each must be unique")
@@ -220,8 +224,8 @@ class _Reader:
 def _object(line: str) -> dict[str, Any]:
     """Return the object in a line of JSON.
 
-        Raises:
-            BadInput: if the line is not a JSON object.
+    Raises:
+        BadInput: if the line is not a JSON object.
     """
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

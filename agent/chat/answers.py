@@ -35,7 +35,8 @@ def reply_to_unknown_question(known: Knowledge) -> str:
     """Reply to a question of a kind that the chat cannot answer."""
     return (
         "I cannot answer that. I can say what is on the table (“what do you see”, “where is "
-        f"{with_article(known.facts[0].name) if known.facts else 'the cup'}”), what I propose (“why that one”) and what I did "
+        f"{with_article(known.facts[0].name) if known.facts else 'the cup'}”), what I propose (“why that one”) and "
+        "what I did "
         f"(“what did you just do”). {next_step(known)}"
     )
 
@@ -60,11 +61,16 @@ def _identity(act: Act, known: Knowledge) -> str:
 
 def _abilities(act: Act, known: Knowledge) -> str:
     return (
-        f"I arrange objects on the table: into {_with_articles(SHAPES)}, of a size, at a place and facing a way that you can "
-        "name, with gaps, a radius, rows or an order where you say them; and single objects left of, right of, in front of, "
-        "behind, next to, between, on or in others, in a corner, some centimetres from where they are, or in each other's "
-        "places. One sentence may ask for several of these parts. Afterwards “bigger”, “drop part 2”, “put the bowl on the "
-        "other side” or “5 cm more” change a part, “also …” adds one, and “undo” takes it back. You can ask what is on the "
+        f"I arrange objects on the table: into {_with_articles(SHAPES)}, of a size, at a place and facing a way that "
+        "you can "
+        "name, with gaps, a radius, rows or an order where you say them; and single objects left of, right of, in "
+        "front of, "
+        "behind, next to, between, on or in others, in a corner, some centimetres from where they are, or in each "
+        "other's "
+        "places. One sentence may ask for several of these parts. Afterwards “bigger”, “drop part 2”, “put the bowl on "
+        "the "
+        "other side” or “5 cm more” change a part, “also …” adds one, and “undo” takes it back. You can ask what is on "
+        "the "
         "table, where something is, what is left to do, and why I chose an arrangement. /help lists the commands. "
         f"{next_step(known)}"
     )
@@ -73,7 +79,8 @@ def _abilities(act: Act, known: Knowledge) -> str:
 def _working(act: Act, known: Knowledge) -> str:
     return (
         "I read your sentence into one or more parts, structures and relations between objects, look at the table "
-        "through a depth camera, propose arrangements in which all parts hold, and rank them by how well they fit and how "
+        "through a depth camera, propose arrangements in which all parts hold, and rank them by how well they fit and "
+        "how "
         "safely they stand. You decide, then the arm builds the best one and I check what stands. "
         f"{next_step(known)}"
     )
@@ -171,7 +178,9 @@ def _color(act: Act, known: Knowledge) -> str:
         return _not_there(act, known)
     offered = [word for word in act.value.split() if word != "or"]
     colors = [
-        f"{with_article(one.name)} is {one.color}" if one.color else f"the color of {with_article(one.name)} was not seen"
+        f"{with_article(one.name)} is {one.color}"
+        if one.color
+        else f"the color of {with_article(one.name)} was not seen"
         for one in found
     ]
     said = capitalized("; ".join(colors)) + "."

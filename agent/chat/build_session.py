@@ -164,7 +164,12 @@ class BuildSession(TableSession):
                 arrangements = proposal.arrangements_to_try
                 if options.execute:
                     building = build_with_arm(
-                        self.table, proposal.scene, proposal.wanted, arrangements, options.seed, ranks=proposal.ranks_to_try
+                        self.table,
+                        proposal.scene,
+                        proposal.wanted,
+                        arrangements,
+                        options.seed,
+                        ranks=proposal.ranks_to_try,
                     )
                 else:
                     building = release_in_physics(self.table, proposal.scene, proposal.wanted, arrangements[0])
@@ -177,7 +182,9 @@ class BuildSession(TableSession):
             poses, goal, objects = self.table.poses(), self.situation.goal, self.situation.objects
             parts, names = self.situation.parts, self.situation.names
             moved = tuple(name for name, pose in poses.items() if np.abs(pose - before[name]).max() > MOVED)
-            build = Build(goal or StructureSpec(), objects, before, moved, "" if built else self._turn.trouble, parts, names)
+            build = Build(
+                goal or StructureSpec(), objects, before, moved, "" if built else self._turn.trouble, parts, names
+            )
             builds = (*self.situation.builds, build)
             self.situation = replace(self.situation, poses=poses, proposal=None, builds=builds)
         if built:

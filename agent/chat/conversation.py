@@ -42,8 +42,7 @@ class Conversation(GoalTurns):
     # --- instructions and answers ------------------------------------------------------------------------
 
     def say(self, text: str) -> bool:
-        """Process an instruction or a correction, up to a proposal or a question. Return whether there is a proposal.
-        """
+        """Process an instruction or a correction, up to a proposal or a question. Return whether there is a proposal."""
         self._turn.begin()
         self.question = None
         self._resolved, self._asked_parts = {}, None
@@ -66,8 +65,7 @@ class Conversation(GoalTurns):
         return self._cache.interpreter(reading).revise(last, text, self.situation.stands)
 
     def answer(self, value: str | None) -> bool:
-        """Apply the answer to the question: one of its options, or `None` to leave the slot open. Return as `say` does.
-        """
+        """Apply the answer to the question: one of its options, or `None` to leave the slot open. Return as `say` does."""
         if self.question is not None and self._asked_parts is not None:
             return self._answer_about_parts(value)
         question, asked = self.question, self._asked
@@ -191,7 +189,9 @@ class Conversation(GoalTurns):
             text: the line.
             acts: its dialogue acts; empty for a question of a kind that the chat cannot answer.
         """
-        self.send(events.Answered(text, answer(acts, self._known()) if acts else reply_to_unknown_question(self._known())))
+        self.send(
+            events.Answered(text, answer(acts, self._known()) if acts else reply_to_unknown_question(self._known()))
+        )
 
     def asks_for_nothing(self, text: str) -> bool:
         """Return whether the parser finds no goal in a line, so that it may be a question."""
@@ -204,4 +204,3 @@ class Conversation(GoalTurns):
             self.look(), self.situation, self.question, self.example, self.table.held, self.table.fallen,
             self._cache.encoder, tuple(self.table.out_of_reach),
         )  # fmt: skip
-

@@ -104,7 +104,9 @@ def describe_remaining(act: Act, known: Knowledge) -> str:
 def describe_build(build: Build) -> str:
     """Describe the outcome of a build in one or two sentences."""
     what = describe_wish(build)
-    moved = f"I moved {join_words([with_article(name) for name in build.moved])}" if build.moved else "Nothing was moved"
+    moved = (
+        f"I moved {join_words([with_article(name) for name in build.moved])}" if build.moved else "Nothing was moved"
+    )
     if build.trouble:
         return f"I tried to build {what}. {moved}. It is not as asked: {build.trouble}."
     if not build.moved:

@@ -206,7 +206,9 @@ class _ObjectFinder:
         Raises:
             NotBuildable: if nothing would change because they take part already.
         """
-        described = self._find_preferring(text, tuple(name for name in self.there if name not in self.before), some=True)
+        described = self._find_preferring(
+            text, tuple(name for name in self.there if name not in self.before), some=True
+        )
         if not goes and set(described) <= set(self.before):
             raise NotBuildable(f"{', '.join(described)} take{'s' * (len(described) == 1)} part already")
         return described

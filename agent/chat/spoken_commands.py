@@ -9,7 +9,8 @@ from collections.abc import Mapping
 
 _THAT = "(that|it|this|them|these|those|everything|all|all of it|the whole thing)"
 _THE_LAST = (
-    "((the|my|your|that) )?(very )?(last|previous|latest)( (one|thing|step|change|move|turn|action|bit|build|command|line"
+    "((the|my|your|that) )?(very )?(last|previous|latest)( "
+    "(one|thing|step|change|move|turn|action|bit|build|command|line"
     "|instruction|request|edit|correction))?( (i|you) (said|did|made|built|asked( for)?))?"
 )
 _BACK_TO = "(the )?(start|beginning|very beginning|initial state|original state|square one)"

@@ -36,7 +36,8 @@ _ClickError = typer.BadParameter.__bases__[0].__bases__[0]
 app = typer.Typer(
     cls=ConfiguredGroup,
     name="structagent",
-    help="Turn an instruction into a built structure: parse it, observe the table, sample and rank arrangements, and build "
+    help="Turn an instruction into a built structure: parse it, observe the table, sample and rank arrangements, and "
+    "build "
     "the best one with a simulated Jaco arm.\n\n"
     'Example: structagent run "put the cups in a small circle on the left"',
     epilog="Exit codes: 0 done; 2 usage error; 3 instruction not understood or not buildable with these objects; "
@@ -70,7 +71,8 @@ def _common(
         bool,
         typer.Option(
             "--trust-project",
-            help="Allow the project's structagent.toml to name a language model folder, and endpoints on other machines. "
+            help="Allow the project's structagent.toml to name a language model folder, and endpoints on other "
+            "machines. "
             "Keys are never sent to an endpoint that the file names.",
         ),
     ] = False,

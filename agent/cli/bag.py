@@ -28,7 +28,9 @@ bag_app = typer.Typer(rich_markup_mode=None)
 OutOption = Annotated[
     Path,
     typer.Option(
-        metavar="FILE", help="Recording to write: .bag (ROS 1), .mcap (ROS 2), or no suffix for a ROS 2 folder.", show_default=False
+        metavar="FILE",
+        help="Recording to write: .bag (ROS 1), .mcap (ROS 2), or no suffix for a ROS 2 folder.",
+        show_default=False,
     ),
 ]
 ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite existing files.")]
@@ -144,7 +146,9 @@ def record(
         str | None,
         typer.Option(metavar="TEXT", help="Draw the scene that `run TEXT` draws with the same seed and objects."),
     ] = None,
-    arm: Annotated[Arm, typer.Option(metavar="|".join(Arm), help="Jaco arm beside the table, in its folded pose.")] = Arm.j2s7s300,
+    arm: Annotated[
+        Arm, typer.Option(metavar="|".join(Arm), help="Jaco arm beside the table, in its folded pose.")
+    ] = Arm.j2s7s300,
     seconds: Annotated[float, typer.Option(metavar="SECONDS", min=0.1, max=600.0, help="Duration.")] = 1.0,
     rate: Annotated[float, typer.Option(metavar="X", min=0.1, max=60.0, help="Images per second.")] = 15.0,
     truth: Annotated[
@@ -178,7 +182,10 @@ def record(
                 write_scene(found.truth(truth.parent), truth, f"what {out.name} shows")
             names = found.table.names
         if json_output:
-            content = inspect_bag(out).to_dict() | {"objects": list(names), "truth": None if truth is None else str(truth)}
+            content = inspect_bag(out).to_dict() | {
+                "objects": list(names),
+                "truth": None if truth is None else str(truth),
+            }
             print(json.dumps(content, indent=1, ensure_ascii=False), file=results)
     print(f"wrote {out}: {', '.join(names)}", file=sys.stderr)
     if truth is not None:
@@ -244,7 +251,9 @@ def from_rgbd(
 def from_cloud(
     file: Annotated[
         Path,
-        typer.Argument(metavar="FILE", help="Point cloud (.ply, .pcd) in the optical frame of the camera.", show_default=False),
+        typer.Argument(
+            metavar="FILE", help="Point cloud (.ply, .pcd) in the optical frame of the camera.", show_default=False
+        ),
     ],
     out: OutOption,
     force: ForceOption = False,

@@ -43,7 +43,9 @@ def batch(
     file: Annotated[
         str, typer.Argument(metavar="FILE", help="JSON lines or plain text; - for standard input.", show_default=False)
     ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for results and reports; finished rows in it are kept.")],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for results and reports; finished rows in it are kept.")
+    ],
     force: ForceOutOption = False,
     scene: SceneOption = "simulated",
     objects: ObjectsOption = "ycb",

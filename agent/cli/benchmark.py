@@ -44,7 +44,9 @@ def benchmark(
     """
     given = [f"--{name}" for name in ("objects", "candidates") if _is_given(ctx, name)]
     if sweep is not None and given:
-        raise UsageError(f"--sweep varies the numbers of objects and candidates itself; leave out {' and '.join(given)}")
+        raise UsageError(
+            f"--sweep varies the numbers of objects and candidates itself; leave out {' and '.join(given)}"
+        )
     check_folder(sweep)
     import_pybullet_silently()
     import torch

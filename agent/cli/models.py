@@ -122,12 +122,17 @@ def verify(
 def card(
     name: NameArgument,
     run: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder of its training run, with training.json; by default the card keeps its facts.")
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Folder of its training run, with training.json; by default the card keeps its facts."
+        ),
     ] = None,
     evaluation: Annotated[
         list[Path] | None,
         typer.Option(
-            "--eval", metavar="FILE", help="Report of an evaluation, eval.json or parse.json; by default the card keeps its results. Repeatable."
+            "--eval",
+            metavar="FILE",
+            help="Report of an evaluation, eval.json or parse.json; by default the card keeps its results. Repeatable.",
         ),
     ] = None,
     weights: WeightsOption = None,

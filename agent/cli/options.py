@@ -85,7 +85,8 @@ SceneOption = Annotated[
     str,
     typer.Option(
         metavar="simulated|example|FILE|DIR",
-        help="What is on the table: objects drawn at random (simulated); the included recording (example); a scene file "
+        help="What is on the table: objects drawn at random (simulated); the included recording (example); a scene "
+        "file "
         "(.yaml); a recording: a bag (.bag, .db3, .mcap, a ROS 2 folder), a point cloud (.ply, .pcd) or a folder of "
         "colour and depth images.",
     ),
@@ -135,16 +136,15 @@ EncoderOption = Annotated[
     str | None,
     typer.Option(
         metavar="NAME|DIR",
-        help="Sentence encoder of the embedding parser: a folder or a Hugging Face name, as sentence-transformers takes "
+        help="Sentence encoder of the embedding parser: a folder or a Hugging Face name, as sentence-transformers "
+        "takes "
         "it. A parser is fitted to it at its first use (minutes) and makes more mistakes than the built-in one; its "
         "rate is printed.",
     ),
 ]
 LLMModelOption = Annotated[
     str | None,
-    typer.Option(
-        metavar="NAME", help="Language model: a folder or a name; with --llm-url, its name at the endpoint."
-    ),
+    typer.Option(metavar="NAME", help="Language model: a folder or a name; with --llm-url, its name at the endpoint."),
 ]
 LLMUrlOption = Annotated[
     str | None,
@@ -173,9 +173,7 @@ CameraPoseOption = Annotated[
 ]
 CallOption = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="OBJECT=NOUN", help="Noun for an object of a recording, such as 'object 3=mug'. Repeatable."
-    ),
+    typer.Option(metavar="OBJECT=NOUN", help="Noun for an object of a recording, such as 'object 3=mug'. Repeatable."),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else, to standard output.")]
 ForceOutOption = Annotated[

@@ -48,7 +48,8 @@ def parse(
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
     objects: Annotated[
-        str | None, typer.Option(metavar="NAMES", help='Names of the objects on the table, such as "mug,bowl,plate,fork".')
+        str | None,
+        typer.Option(metavar="NAMES", help='Names of the objects on the table, such as "mug,bowl,plate,fork".'),
     ] = None,
     encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
@@ -110,7 +111,9 @@ def parse_instructions(
                 if goal.fallback and goal.fallback != fallback:
                     fallback = goal.fallback
                     on_problem(fallback)
-                print(json.dumps(goal.to_dict(), ensure_ascii=False) if as_json else _as_text(goal, names), file=results)
+                print(
+                    json.dumps(goal.to_dict(), ensure_ascii=False) if as_json else _as_text(goal, names), file=results
+                )
                 count += 1
                 if goal.status == "refused":
                     refused += 1
@@ -125,7 +128,10 @@ def _as_text(goal: Interpretation, names: Sequence[str] | None = None) -> str:
         return "\n".join([*lines, "  refused"])
     several = bool(goal.goal.parts) and goal.goal.plain_spec is None
     if several:
-        lines += [f"  {f'part {number}':<11} {describe_part(part, names)}" for number, part in enumerate(goal.goal.parts, start=1)]
+        lines += [
+            f"  {f'part {number}':<11} {describe_part(part, names)}"
+            for number, part in enumerate(goal.goal.parts, start=1)
+        ]
     for slot in () if several else SLOTS:
         value = getattr(goal.spec, slot)
         sure = goal.parse.confidence.get(slot)

@@ -100,10 +100,13 @@ def _section(command: Command, configured: set[tuple[str, str]], alike: Command 
             yield "\n".join(_item(command, each, configured) for each in parameters) + "\n"
     if command.commands:
         yield "**Commands**\n"
-        yield "\n".join(
-            f"- [`{name} {inner}`](#{name.replace(' ', '-')}-{inner}): {_first(each.help)}"
-            for inner, each in command.commands.items()
-        ) + "\n"
+        yield (
+            "\n".join(
+                f"- [`{name} {inner}`](#{name.replace(' ', '-')}-{inner}): {_first(each.help)}"
+                for inner, each in command.commands.items()
+            )
+            + "\n"
+        )
     if example:
         yield f"**Example**\n\n```sh\n{example}\n```\n"
     described: list[Command] = []

@@ -23,7 +23,8 @@ def replay(
     speed: Annotated[
         float | None,
         typer.Option(
-            metavar="X", help="Show the session X times as fast as it was; by default without pauses. On a terminal only."
+            metavar="X",
+            help="Show the session X times as fast as it was; by default without pauses. On a terminal only.",
         ),
     ] = None,
     json_output: JsonOption = False,
@@ -58,7 +59,8 @@ def replay(
 def report(
     file: SessionArgument,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="File for the page; by default beside the session file, as .html.")
+        Path | None,
+        typer.Option(metavar="FILE", help="File for the page; by default beside the session file, as .html."),
     ] = None,
 ) -> None:
     """Write a session as an HTML page.

@@ -72,7 +72,8 @@ def run(
         bool, typer.Option("--execute/--no-execute", help="Build the structure with the arm, or stop at the goal.")
     ] = True,
     rerun: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="File for a recording for the Rerun viewer (needs the extra `viz`).")
+        Path | None,
+        typer.Option(metavar="FILE", help="File for a recording for the Rerun viewer (needs the extra `viz`)."),
     ] = None,
     at: AtOption = None,
     topic: TopicOption = None,
@@ -83,7 +84,8 @@ def run(
         list[Path] | None,
         typer.Option(
             metavar="FILE",
-            help="File for the commands that the arm gets: .json, .bag (ROS 1), .mcap, or no suffix for a ROS 2 folder. "
+            help="File for the commands that the arm gets: .json, .bag (ROS 1), .mcap, or no suffix for a ROS 2 "
+            "folder. "
             "Repeatable.",
         ),
     ] = None,

@@ -170,7 +170,8 @@ def completion(
     ctx: typer.Context,
     shell: Annotated[Shell, typer.Argument(metavar="|".join(Shell), help="Shell to complete in.", show_default=False)],
     words: Annotated[
-        list[str] | None, typer.Argument(metavar="WORD", help="Words of the command line so far; given by the script itself.")
+        list[str] | None,
+        typer.Argument(metavar="WORD", help="Words of the command line so far; given by the script itself."),
     ] = None,
 ) -> None:
     """Print a script for tab completion.

@@ -126,16 +126,15 @@ def train_parser(
 @train_app.command("llm")
 def train_llm(
     out: Annotated[Path, typer.Option(metavar="FILE", help="File for the adapter, in safetensors format.")],
-    steps: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Optimiser steps, each on 16 sentences.")
-    ] = LLM_STEPS,
+    steps: Annotated[int, typer.Option(metavar="N", min=1, help="Optimiser steps, each on 16 sentences.")] = LLM_STEPS,
     start: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Adapter to start from; by default one that changes nothing."),
     ] = None,
     learning_rate: Annotated[float, typer.Option(metavar="X", help="Peak learning rate.")] = LLM_LEARNING_RATE,
     goals: Annotated[
-        bool, typer.Option("--goals", help="Train the adapter for goals of several parts, by default from the shipped one.")
+        bool,
+        typer.Option("--goals", help="Train the adapter for goals of several parts, by default from the shipped one."),
     ] = False,
     seed: SeedOption = 0,
     threads: ThreadsOption = 1,

@@ -141,7 +141,11 @@ def _configuration() -> tuple[dict[str, Any], bool, Check]:
     try:
         found = configuration.load()
     except Exception as error:  # whatever is wrong with it, the rest is still checked
-        return {}, True, Check("python", "configuration", False, True, one_sentence(error), "correct that line or variable")
+        return (
+            {},
+            True,
+            Check("python", "configuration", False, True, one_sentence(error), "correct that line or variable"),
+        )
     values = {name: value.value for name, value in found.values.items()}
     said = f"sets {', '.join(sorted(values))}" if values else "nothing set"
     address = found.values.get("llm_url")
@@ -214,7 +218,9 @@ def run_doctor(seconds: float, as_json: bool, results: TextIO) -> int:
         return code
     failed = [check.name for check in checks if check.needed and not check.works]
     optional = sum(not check.works and not check.needed for check in checks)
-    verdict = f"{', '.join(failed)}: required, but {'does' if len(failed) == 1 else 'do'} not work" if failed else "Ready"
+    verdict = (
+        f"{', '.join(failed)}: required, but {'does' if len(failed) == 1 else 'do'} not work" if failed else "Ready"
+    )
     print(f"\n{verdict}{f'; {optional} optional missing or broken (--)' if optional else ''}.", file=results)
     return code
 

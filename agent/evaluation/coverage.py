@@ -49,7 +49,13 @@ SAMPLED, VIABLE, RANKED = "sampled", "viable", f"best {BEST}"
 
 
 def measure_coverage(
-    objects: str, model: str, weights: Path | None, count: int, seed: int, candidates: int, workers: int,
+    objects: str,
+    model: str,
+    weights: Path | None,
+    count: int,
+    seed: int,
+    candidates: int,
+    workers: int,
     allow_unverified: bool = False,
 ) -> Row:
     """Measure how evenly samples spread over the values of open slots; return a JSON-ready report.
@@ -168,7 +174,9 @@ def _shares(rows: Sequence[Row], slot: str, name: str) -> dict[str, float]:
 def print_coverage(report: Row, results: TextIO) -> None:
     """Print the table: a row per structure and open slot."""
     groups = (SAMPLED, VIABLE, RANKED)
-    table = [["structure", "open slot", "scenes", *(cell for name in groups for cell in (name, "95 %", "n")), "realised"]]
+    table = [
+        ["structure", "open slot", "scenes", *(cell for name in groups for cell in (name, "95 %", "n")), "realised"]
+    ]
     for structure, slots in report["aggregate"].items():
         for slot, found in slots.items():
             if structure == "all" and slot == "shape":
@@ -182,7 +190,8 @@ def print_coverage(report: Row, results: TextIO) -> None:
             table.append([*cells, ", ".join(f"{value} {percent(share)} %" for value, share in shares)])
     print_table(table, results, left=2)
     explanation = (
-        "entropy of the realised values, among those that fit, relative to that of as many even draws: 1 evenly spread, 0 "
+        "entropy of the realised values, among those that fit, relative to that of as many even draws: 1 evenly "
+        "spread, 0 "
         "all alike; means over n scenes with two such samples, 95 % intervals by Student's t"
     )
     print_footer(report, results, left_out_note(len(report[LOST])), explanation)

@@ -74,7 +74,9 @@ def measure_parsing(
                 advance = partial(progress.update, task)
                 readings.append(
                     {"parser": parser, "data": name, "rows": len(instructions)}
-                    | measure_goal_reading(interpreter, instructions, lambda done, advance=advance: advance(completed=done))
+                    | measure_goal_reading(
+                        interpreter, instructions, lambda done, advance=advance: advance(completed=done)
+                    )
                 )
     command = command_line(
         "parse", parser=parsers, data=data, goals=goals, limit=limit, llm_model=options.llm_model, replies=options.replies,

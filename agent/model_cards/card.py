@@ -141,7 +141,13 @@ def _result(network: Network, path: Path) -> Facts:
     report = _json(path)
     try:
         of_discriminators = any("discriminator" in evaluation for evaluation in report["evaluations"])
-        read = _parsing_rows if network.family in ("embedding", "llm") else _accuracy_rows if of_discriminators else _success_rows
+        read = (
+            _parsing_rows
+            if network.family in ("embedding", "llm")
+            else _accuracy_rows
+            if of_discriminators
+            else _success_rows
+        )
         rows = read(network, report["evaluations"])
         head = {"version": report["version"], "command": report.get("command", "structagent evaluate parse")}
     except (KeyError, TypeError) as error:

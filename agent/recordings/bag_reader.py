@@ -193,7 +193,9 @@ def _opened(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
             header = file.read(100)
         begins = header[: len(beginning)]
         if begins != beginning:
-            raise BadInput(f"{str(path)!r} is not a {kind}: it begins with {begins!r}, where a {kind} begins with {beginning!r}")
+            raise BadInput(
+                f"{str(path)!r} is not a {kind}: it begins with {begins!r}, where a {kind} begins with {beginning!r}"
+            )
         if path.suffix == ".db3":
             return _opened_reader(path), _cut_note(path, header)
         try:

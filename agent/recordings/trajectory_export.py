@@ -142,7 +142,9 @@ def check_export(path: Path) -> None:
             ".mcap (ROS 2), or the name of a folder (ROS 2)"
         )
     if os.path.lexists(path) and not _is_trajectory(path):
-        raise UsageError(f"a trajectory must be a new file, or replace another one, but {str(path)!r} is something else")
+        raise UsageError(
+            f"a trajectory must be a new file, or replace another one, but {str(path)!r} is something else"
+        )
     with _writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.parent):
@@ -165,7 +167,9 @@ def _is_trajectory(path: Path) -> bool:
     except BadInput:
         return False
     commanded = [topic.endswith((_ARM, _HAND)) for topic in topics]
-    return any(commanded) and all(known or topic.endswith(_MOVED) for known, topic in zip(commanded, topics, strict=True))
+    return any(commanded) and all(
+        known or topic.endswith(_MOVED) for known, topic in zip(commanded, topics, strict=True)
+    )
 
 
 @contextmanager

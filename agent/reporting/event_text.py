@@ -36,8 +36,7 @@ def arm_sentence(payload: Mapping[str, Any], names: Sequence[str]) -> str:
     match payload["kind"]:
         case "planned":
             order = ", then ".join(
-                f"{names[index]} ({grasp})"
-                for index, grasp in zip(payload["order"], payload["grasps"], strict=True)
+                f"{names[index]} ({grasp})" for index, grasp in zip(payload["order"], payload["grasps"], strict=True)
             )
             return f"planned candidate {payload['arrangement'] + 1} in {duration(payload['seconds'])}: {order}"
         case "plan_failed":
@@ -45,7 +44,9 @@ def arm_sentence(payload: Mapping[str, Any], names: Sequence[str]) -> str:
             return f"no plan for candidate {payload['arrangement'] + 1}{about}: {payload['reason']}"
         case "picked":
             again = f", attempt {payload['attempt']}" if payload["attempt"] > 1 else ""
-            touched = f"picked {payload['name']} (grasp: {payload['grasp']}{again}): {payload['fingers']} fingers touch it"
+            touched = (
+                f"picked {payload['name']} (grasp: {payload['grasp']}{again}): {payload['fingers']} fingers touch it"
+            )
             slip = _slip(payload["slip_m"], payload["slip_rad"])
             return f"{touched}, it moved by {slip} while they closed" if slip else touched
         case "pick_failed":
@@ -113,7 +114,9 @@ def parse_notes(payload: Mapping[str, Any]) -> list[str]:
     for slot, value in payload["dropped"].items():
         notes.append(f"left out, because it does not go with the rest: {slot_label(slot)} {value}")
     if not payload.get("parts"):  # the parts name their objects themselves
-        notes.append(f"with the objects named: {', '.join(payload['named'])}" if payload["named"] else "with every object there")
+        notes.append(
+            f"with the objects named: {', '.join(payload['named'])}" if payload["named"] else "with every object there"
+        )
     return notes
 
 
@@ -176,9 +179,7 @@ def shortcoming(scores: Mapping[str, float | None], best: Mapping[str, float | N
         return "next to nothing, as the best"
     if total >= _AS_GOOD * most:
         return "as good as the best"
-    shares = {
-        name: (scores.get(name) or 0.0) / value for name, value in best.items() if name != "total" and value
-    }
+    shares = {name: (scores.get(name) or 0.0) / value for name, value in best.items() if name != "total" and value}
     if not shares:
         return f"total {number(total, 2)} against {number(most, 2)}"
     worst = min(shares, key=lambda name: shares[name])

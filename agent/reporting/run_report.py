@@ -103,7 +103,10 @@ class RunRecord:
         report = self.report
         match payload["kind"]:
             case "started":
-                report["instruction"], report["options"] = payload["instruction"], without_credentials(payload["options"])
+                report["instruction"], report["options"] = (
+                    payload["instruction"],
+                    without_credentials(payload["options"]),
+                )
             case "parsed":
                 report["parse"] = self._timed("parse", payload)
             case "perceived":
@@ -177,4 +180,3 @@ class RunRecord:
 
 def _without_kind(payload: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in payload.items() if key != "kind"}
-

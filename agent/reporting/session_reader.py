@@ -12,7 +12,14 @@ from typing import Any
 from agent.errors import BadInput
 from agent.rendering.image_files import FORMAT, Picture
 from agent.reporting.event_schema import payload_conflict, payload_error
-from agent.reporting.session_format import READABLE_VERSIONS, SCHEMA_VERSION, decode_line, is_start, upgrade_payload, upgrade_picture_name
+from agent.reporting.session_format import (
+    READABLE_VERSIONS,
+    SCHEMA_VERSION,
+    decode_line,
+    is_start,
+    upgrade_payload,
+    upgrade_picture_name,
+)
 from structdiffusion.limits import SESSION_BYTES, SESSION_START_BYTES
 
 

@@ -42,7 +42,9 @@ def ray_cluster(address: str, workers: int | None) -> Iterator[int]:
     try:
         cores = max(1, int(ray.cluster_resources().get("CPU", 1)))
         if workers is not None and workers > cores:  # the last ones would wait for a core for ever, and we for them
-            raise UsageError(f"--workers cannot be {workers}: the cluster at {address} has {cores} cores; legal: 1 to {cores}")
+            raise UsageError(
+                f"--workers cannot be {workers}: the cluster at {address} has {cores} cores; legal: 1 to {cores}"
+            )
         yield workers or cores
     finally:
         ray.shutdown()

@@ -93,7 +93,8 @@ class RecordedSource:
             raise BadInput("; ".join((f"{str(path)!r} shows a table and no object on it", *self.segments.notes)))
         self.objects = _objects(self.segments, options)
         self.referents = [
-            SceneObject(each.display_name, attributes_at(each.attributes, each.world_from_object)) for each in self.objects
+            SceneObject(each.display_name, attributes_at(each.attributes, each.world_from_object))
+            for each in self.objects
         ]
         if all(each.trouble for each in self.objects):
             those = f"the arm can take none of the {len(self.objects)} objects in {str(path)!r}"
@@ -128,7 +129,9 @@ class RecordedSource:
             check_count([each.name for each in selected], len(self.objects), goal.spec)
         except SceneError as error:
             raise SceneError("; ".join((str(error), *self._left_out()))) from error
-        scene = RecordedScene(self, [*selected, *(each for each in self.objects if each not in selected)], len(selected), seed)
+        scene = RecordedScene(
+            self, [*selected, *(each for each in self.objects if each not in selected)], len(selected), seed
+        )
         scene.missing = {each.name: each.trouble for each in asked if each.trouble}
         return scene
 
@@ -175,9 +178,7 @@ def _objects(segments: Segments, options: RecordedOptions) -> tuple[RecordedObje
         display_names.append(found.display_name.replace(_UNKNOWN, said, 1))
     bodies = bodies_of(clouds, segments.world_from_camera)
     return tuple(
-        RecordedObject(
-            cloud.name, words, _attributes(found), cloud, model, pose, _trouble(cloud, pose, segments.table)
-        )
+        RecordedObject(cloud.name, words, _attributes(found), cloud, model, pose, _trouble(cloud, pose, segments.table))
         for found, cloud, words, (model, pose) in zip(segments.objects, clouds, display_names, bodies, strict=True)
     )
 

@@ -154,7 +154,9 @@ class FileSource:
         _, noise = drawing_and_noise(seed)
         poses = np.array([entry.world_from_object for entry in self.standing])
         models, names = [entry.model for entry in self.standing], [entry.name for entry in self.standing]
-        return TableScene(models, poses, len(models), noise, names=names, display_names=[each.name for each in self.referents])
+        return TableScene(
+            models, poses, len(models), noise, names=names, display_names=[each.name for each in self.referents]
+        )
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """Return the table as it stands now, as the lines of a scene file in `folder`."""

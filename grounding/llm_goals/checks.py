@@ -16,7 +16,8 @@ from grounding.goals.comparison import SAME_LENGTH
 
 _LENGTH_KEYS = ("gap", "radius", "length", "distance")
 _IDLE_WORDS = frozenset(
-    "the a an my your our his her their this that these those all both each every of any some just only them it one ones "
+    "the a an my your our his her their this that these those all both each every of any some just only them it one "
+    "ones "
     "objects object things thing".split()
 )
 # What implies a shape besides its noun: verbs, keys and other words.
@@ -26,7 +27,8 @@ _VERB_SHAPES: Mapping[str, tuple[str, ...]] = {
 }  # fmt: skip
 _CHUNK_SHAPES: Mapping[str, tuple[str, ...]] = {
     "stacked": ("tower",), "side by side": ("line", "cluster"), "grid": ("grid",), "rows": ("grid", "line"), "columns": ("grid",),
-    "table setting": ("table setting",), "together": ("cluster",), "group": ("cluster",), "order": ("line", "tower", "arc"),
+    "table "
+    "setting": ("table setting",), "together": ("cluster",), "group": ("cluster",), "order": ("line", "tower", "arc"),
     "order end": ("line", "tower", "arc"), "along": ("line",), "length of": ("line",), "radius": ("circle", "arc"),
     "diameter": ("circle", "arc"), "direction": ("line", "tower"), "listed": ("line", "tower"), "beside each other": ("line",),
     "gap": ("line", "cluster"),
@@ -295,8 +297,7 @@ def _orders(chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], un
 
 
 def _order_ends(said: Sequence[Mapping[str, Any]], orders: Sequence[Mapping[str, Any]]) -> str:
-    """Compare an order that names an end with the words, since "tallest on the left" can be said from both ends.
-    """
+    """Compare an order that names an end with the words, since "tallest on the left" can be said from both ends."""
     ends = [(value["from"], value.get("direction")) for value in said if value.get("from")]
     if len(orders) != 1 or not ends:
         return ""

@@ -109,7 +109,8 @@ COMPARATIVES: Mapping[str, str] = _compared("er")
 UNJUDGED = frozenset(
     "heavy heavier heaviest light lighter lightest wooden plastic metal ceramic glass paper cardboard foam rubber soft "
     "hard shiny matte glossy smooth rough clean dirty new old full empty hot cold warm wet dry broken cracked fragile "
-    "expensive cheap sharp blunt transparent opaque striped spotted dotted patterned coloured colored colourful colorful "
+    "expensive cheap sharp blunt transparent opaque striped spotted dotted patterned coloured colored colourful "
+    "colorful "
     "round square rectangular cylindrical oval curved hollow solid open closed ripe rotten fresh pretty ugly nice "
     "favourite favorite dark pale bright".split()
 )

@@ -36,9 +36,7 @@ _DENIALS = ("don't", "dont", "never", "not")
 _DEFINITE = frozenset("the that this my your our his her their".split())
 _INDEFINITE = frozenset("a an any one some another of".split())
 _ALL = ALL_WORDS - {"only", "just"}
-_UNSAID = frozenset(
-    "the a an my your our his her their these those this that teh da whatever just only".split()
-)
+_UNSAID = frozenset("the a an my your our his her their these those this that teh da whatever just only".split())
 
 
 def read_mentions(text: str, vocabulary: Vocabulary) -> References:
@@ -104,7 +102,9 @@ class _MentionReader:
         if self.said.word(first - 1) in SUPERLATIVES:  # "the tallest three cans"
             modifiers = (self.said.word(first - 1), *modifiers)
             first -= 1 + (self.said.word(first - 2) in DETERMINERS)
-        elif self.said.word(first - 1) in PLACE_ADJECTIVES and first < start and self.said.word(first - 2) in DETERMINERS:
+        elif (
+            self.said.word(first - 1) in PLACE_ADJECTIVES and first < start and self.said.word(first - 2) in DETERMINERS
+        ):
             modifiers = (self.said.word(first - 1), *modifiers)  # "the left three cups"
             first -= 2
         elif self.said.word(first - 1) == "of" and self.said.word(first - 2) in SUPERLATIVES:
@@ -137,7 +137,17 @@ class _MentionReader:
         said = self.words[first:start]
         definite = any(w in _DEFINITE for w in said) and not any(w in _INDEFINITE for w in said)
         return Mention(
-            noun, modifiers, count, exact, role, known, many or (count or 2) > 1, numbers, ordinal, span, definite,
+            noun,
+            modifiers,
+            count,
+            exact,
+            role,
+            known,
+            many or (count or 2) > 1,
+            numbers,
+            ordinal,
+            span,
+            definite,
             self.said.word(first - 1) if role == "landmark" and not self.said.narrated[first] else "",
         ), end
 
@@ -179,8 +189,7 @@ class _MentionReader:
         if last and len(between) <= 2 and all(w in (",", "and", "or", "nor", "plus", "&") for w in between):
             # "except the cups, the bowls and ..."; but "not the cups, the bowls" says what is meant
             contrast = (
-                "not" in self.words[max(0, last[0] - 3) : last[0]]
-                or self.said.word(end) not in ENDS_OF_EXCEPTIONS
+                "not" in self.words[max(0, last[0] - 3) : last[0]] or self.said.word(end) not in ENDS_OF_EXCEPTIONS
             )
             if between != [","] or last[1].role != "left out" or not contrast:
                 return last[1].role

@@ -134,7 +134,9 @@ def _targets(references: References) -> list[Mention]:
     """Return the mentions that select objects; none if all objects are meant."""
     if targets := references.by_role("target"):
         return targets
-    narrated = [replace(m, count=None, exact=False) if m.plural else m for m in references.by_role("narrated") if m.known]
+    narrated = [
+        replace(m, count=None, exact=False) if m.plural else m for m in references.by_role("narrated") if m.known
+    ]
     several = [m for m in narrated if m.plural] or (narrated if len(narrated) > 1 else [])
     if references.pronoun:
         return several
@@ -194,7 +196,8 @@ class _Choice:
             if found and (not self.references.by_role("target") or not found & chosen):
                 words = " ".join(self.references.text[slice(*mention.span)].split())
                 raise SelectionError(
-                    f"the instruction speaks of a place {mention.preposition!r} {words!r}, and a structure cannot be placed "
+                    f"the instruction speaks of a place {mention.preposition!r} {words!r}, and a structure cannot be "
+                    "placed "
                     "relative to single objects yet"
                 )
 

@@ -57,7 +57,11 @@ class Sentences:
             return word not in SHAPE_WORDS
         if word in COMPARATIVES and self.word(place - 1) in ("the", "two", "both"):
             return True  # "the taller cans"; but "make it taller"
-        if word in PLACE_ADJECTIVES and self.word(place - 1) in DETERMINERS and self.word(place - 2) not in LANDMARK_PREPOSITIONS:
+        if (
+            word in PLACE_ADJECTIVES
+            and self.word(place - 1) in DETERMINERS
+            and self.word(place - 2) not in LANDMARK_PREPOSITIONS
+        ):
             after = self.word(place + 1 + (self.word(place + 1) in NUMBERS))  # "the left cups", "the left three cups"
             return after in self.forms or after in GENERIC
         if word == "sized" and self.word(place - 1) in TELLING_ADJECTIVES:

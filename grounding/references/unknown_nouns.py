@@ -47,18 +47,15 @@ def unknown_phrase(said: Sentences, place: int, listed: str) -> tuple[int, int, 
     while end < len(said.words) and end - first <= MOST_MODIFIERS and said.describes(end):
         end += 1
     content = said.words[first:end]
-    if (
-        not content
-        or said.word(end) in said.forms
-        or said.word(end) in GENERIC
-        or len(content) > MOST_MODIFIERS
-    ):
+    if not content or said.word(end) in said.forms or said.word(end) in GENERIC or len(content) > MOST_MODIFIERS:
         return None  # nothing, or the known noun comes later
     if listed and said.word(end) not in (WHAT_FOLLOWS_OBJECTS if listed == "and" else (",", "and", "&")):
         return None
     if said.word(end) in NOT_OBJECTS or _POSSESSIVE.search(content[-1]):
         return None
-    while content and (content[-1].endswith(("ly", "ing", "ed")) or content[-1] in TELLING_ADJECTIVES or content[-1] in SIDES):
+    while content and (
+        content[-1].endswith(("ly", "ing", "ed")) or content[-1] in TELLING_ADJECTIVES or content[-1] in SIDES
+    ):
         content.pop()
     plurals = [i for i, w in enumerate(content) if singular(w) != w]
     if not content or (first == place and not plurals):
@@ -85,11 +82,7 @@ def _opens(said: Sentences, place: int) -> bool:
     while said.word(before) in PARTICLES and before > place - 4:
         before -= 1
     previous, earlier = said.word(before), said.word(before - 1)
-    if (
-        previous in ARRANGING
-        and earlier not in ("i", "he", "she", "they", "we", "to")
-        and earlier not in DETERMINERS
-    ):
+    if previous in ARRANGING and earlier not in ("i", "he", "she", "they", "we", "to") and earlier not in DETERMINERS:
         return not said.narrated[place]
     if previous in ("want", "need") or (previous == "like" and earlier in ("i'd", "would", "we'd")):
         return word in DETERMINERS and _shape_follows(said, place)

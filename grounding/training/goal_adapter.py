@@ -70,7 +70,8 @@ def train(options: GoalTraining, report: Callable[[str], None] = lambda line: No
         recent.append(loss.item())
         if step % 10 == 0:
             report(
-                f"step {step} of {options.steps}, loss {np.mean(recent[-20:]):.4f}, {time.perf_counter() - started:.0f} s"
+                f"step {step} of {options.steps}, loss {np.mean(recent[-20:]):.4f}, "
+                f"{time.perf_counter() - started:.0f} s"
             )
         if step % 50 == 0 or step == options.steps:
             about = {"steps": step, "of": options.steps, "seed": options.seed}

@@ -9,9 +9,12 @@ from importlib import resources
 import numpy as np
 
 _NOUNS = (
-    "mug cup bowl plate can bottle box block jar spoon fork knife glass apple banana orange lemon pear peach ball cube brick tin "
-    "candle book pen marker sponge scissors hammer wrench screwdriver phone remote marble toy car brush vase basket tray pot pan "
-    "lid teapot saucer cone cylinder disc coin battery tomato potato egg cookie pitcher drill clamp timer camera soda shaker"
+    "mug cup bowl plate can bottle box block jar spoon fork knife glass apple banana orange lemon pear peach ball cube "
+    "brick tin "
+    "candle book pen marker sponge scissors hammer wrench screwdriver phone remote marble toy car brush vase basket "
+    "tray pot pan "
+    "lid teapot saucer cone cylinder disc coin battery tomato potato egg cookie pitcher drill clamp timer camera soda "
+    "shaker"
 ).split()
 _FLAT = {"scissors", "soda"}
 _IRREGULAR = {"knife": "knives", "glass": "glasses", "box": "boxes", "brush": "brushes", "peach": "peaches", "tomato": "tomatoes",
@@ -95,7 +98,8 @@ class GoalPhrases:
             return f"{a} and {b}", f"{a} + {b}"
         elif draw < 0.94:
             whole = self.one(("everything", "all the objects", "them all", "the rest", "everything else", "them", "all of them",
-                               "the others", "all the other things", "the objects", "the remaining things"))  # fmt: skip
+                               "the "
+                               "others", "all the other things", "the objects", "the remaining things"))  # fmt: skip
             return whole, "(all)"
         elif draw < 0.97:
             said = f"{self.one(('everything', 'all objects', 'all'))} {self.one(('except', 'but', 'except for', 'apart from'))} {self.object()}"
@@ -121,7 +125,8 @@ class GoalPhrases:
         if draw < 0.95:
             return f"the {self.one(_PLACED_NOUNS)} {noun}"
         return self.one((f"the {noun} on the left", f"the second {noun} from the left", f"a {noun}", f"one of the {plural(noun)}",
-                          f"the {noun} nearest to me", f"the {self.adjective()} {self.adjective()} {noun}", noun))  # fmt: skip
+                          f"the {noun} nearest to "
+                          "me", f"the {self.adjective()} {self.adjective()} {noun}", noun))  # fmt: skip
 
     def length(self) -> str:
         """Draw a length with its unit."""

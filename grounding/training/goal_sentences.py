@@ -25,7 +25,8 @@ _EDGE_WORDS = {"near": ("near", "front", "closest", "bottom"), "far": ("far", "b
 _IMPOSSIBLE = ("spell {w} with {G}", "write the letter {c} with {G}", "arrange {G} as a heart", "build a bridge out of {G}",
                "make a star from {G}", "draw a face with {G}", "build a wall of several layers with {G}", "put {G} in a spiral",
                "make a smiley out of {G}", "form the word {w} with {G}", "arrange {G} in a zigzag", "build a house with {G}",
-               "make a hexagon from {G}", "tilt {O} by 30 degrees", "throw {O} away", "open {O}", "cut {O} in half", "paint {O} red",
+               "make a hexagon from "
+               "{G}", "tilt {O} by 30 degrees", "throw {O} away", "open {O}", "cut {O} in half", "paint {O} red",
                "hang {O} over {R1}", "turn {O} upside down", "make {O} disappear", "lean {O} against {R1}")  # fmt: skip
 _JOINS = (" and ", ", and ", " and then ", ", then ", "; ", ". ", ". then ", ". after that ", ", ", " then ", ". also ", ". next ",
           ", and also ", ". finally ", " while you ", " plus ", ", afterwards ", " - and ", ". and ")  # fmt: skip
@@ -336,7 +337,8 @@ class GoalSentences(GoalPhrases):
 
 
 _SPOKEN = {
-    "left of": ("to the left of", "left of"), "right of": ("to the right of", "right of"), "in front of": ("in front of",),
+    "left "
+    "of": ("to the left of", "left of"), "right of": ("to the right of", "right of"), "in front of": ("in front of",),
     "behind": ("behind",), "next to": ("next to", "beside"),
 }  # fmt: skip
 _VERBS = frozenset(word for _, _, text in _clauses() for word in re.findall(r"[a-z]+", text.split("{")[0])[:8])

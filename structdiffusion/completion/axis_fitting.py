@@ -21,10 +21,12 @@ _LOWEST = 0.006  # m: flatter objects are not treated as bodies of revolution
 _SECTORS = 24
 _STRAIGHT_AROUND = 0.002  # m by which a round outline may deviate, or 5 %
 _ROUND_SHARE = 0.62  # share of the outline that has to be round
-_HOPELESS = 0.4  # share of the outline: an object that is less round about every candidate axis is rejected without a fit
+# share of the outline: an object that is less round about every candidate axis is rejected without a fit
+_HOPELESS = 0.4
 _HANDLE = 0.004  # m beyond the outline where handles begin
 _OWN = 0.7  # share of the points that have to belong to the round body
-_OPEN, _OPEN_INSIDE = 0.2, 0.45  # shares of turned points in empty space above which a solid, or a hollow, object is not round
+# shares of turned points in empty space above which a solid, or a hollow, object is not round
+_OPEN, _OPEN_INSIDE = 0.2, 0.45
 _SIDEWAYS = 0.82  # share of its radius that a round body has to show on either side
 _SIZE = (0.008, 0.25)  # m, radii
 

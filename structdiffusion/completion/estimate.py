@@ -17,7 +17,8 @@ from structdiffusion.footprints import outline_centroid, overlap_depth, turned
 from structdiffusion.observation import ObjectCloud
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 
-_LEVEL = 0.008  # m: points this close below the highest count as near the top; about four standard deviations of the noise
+# m: points this close below the highest count as near the top; about four standard deviations of the noise
+_LEVEL = 0.008
 _TOP = 0.005  # m: points this close below the top belong to it; a ball has few of them
 _STACKABLE_SHARE = 0.45  # share of the outline's area that a top has to span to carry something
 _RIM, _RIM_NOISE = 0.985, 0.003  # quantile of the points at the height of a rim; m that noise adds to it
@@ -162,18 +163,14 @@ def imagined_bodies(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> l
         yaw = thing.front_yaw + math.atan2(motion[1, 0], motion[0, 0])
         lift = float(motion[2, 3])
         bodies.append(
-            PlacedBody(
-                thing.name, thing.category, outline, outline_centroid(outline), lift, lift + thing.height, yaw
-            )
+            PlacedBody(thing.name, thing.category, outline, outline_centroid(outline), lift, lift + thing.height, yaw)
         )
     order = sorted(range(len(bodies)), key=lambda i: bodies[i].z_bottom)
     for rank, upper in enumerate(order):
         if bodies[upper].z_bottom < _ON_TABLE:
             continue
         below = [
-            lower
-            for lower in order[:rank]
-            if overlap_depth(bodies[upper].footprint, bodies[lower].footprint) > OVERLAP
+            lower for lower in order[:rank] if overlap_depth(bodies[upper].footprint, bodies[lower].footprint) > OVERLAP
         ]
         if below:  # it rests on the highest of them, and on those beside it that are about as high
             carrier = max(below, key=lambda lower: bodies[lower].z_top)

@@ -9,7 +9,8 @@ _STRAYS = 4.0  # times the typical distance of neighbours: points farther from a
 _FEWEST = 12  # points needed for statistics of neighbours
 _NEIGHBOURS = 10
 _SAME_SURFACE = 0.010  # m: largest depth difference of neighbouring pixels on one surface
-_SILHOUETTE = 2.5  # times the typical distance of neighbours: directions this close to a seen point are in the silhouette
+# times the typical distance of neighbours: directions this close to a seen point are in the silhouette
+_SILHOUETTE = 2.5
 EDGE = 0.0007  # m that an outline loses at its border pixels
 _LEVEL = 0.003  # m below a level top that belong to it
 _WITHIN = 0.004  # m: depths that differ by less count as equal
@@ -95,8 +96,7 @@ def _smoothed(rays: np.ndarray, depths: np.ndarray, near: np.ndarray) -> np.ndar
 
 
 def level_top(heights: np.ndarray) -> float:
-    """Return the height of a level top, metres, from the heights (P,) of all points; noise lifts the highest above it.
-    """
+    """Return the height of a level top, metres, from the heights (P,) of all points; noise lifts the highest above it."""
     near_top = min(2 * _LEVEL, 0.35 * float(np.ptp(heights)))
     high = heights[heights >= np.quantile(heights, 0.97) - near_top]
     return max(float(np.median(high)), float(np.quantile(heights, 0.985)) - _LEVEL)

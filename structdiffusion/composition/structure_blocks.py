@@ -176,11 +176,13 @@ class StructureBlocks:
             if all(clear_gap(outline + at, inner) >= _CLEAR for outline, at in zip(outlines, grown, strict=True)):
                 if step and part.gap is not None:
                     raise LayoutError(
-                        f"a {part.shape} with gaps of {part.gap * 100:.3g} cm does not clear the {middle.name} in its middle"
+                        f"a {part.shape} with gaps of {part.gap * 100:.3g} cm does not clear the {middle.name} in its "
+                        "middle"
                     )
                 if step and part.radius is not None:
                     raise LayoutError(
-                        f"a {part.shape} with a radius of {part.radius * 100:.3g} cm does not clear the {middle.name} in its middle"
+                        f"a {part.shape} with a radius of {part.radius * 100:.3g} cm does not clear the {middle.name} "
+                        "in its middle"
                     )
                 return grown
         raise LayoutError(f"no {part.shape} of these objects clears the {middle.name} in its middle")
@@ -282,7 +284,8 @@ class StructureBlocks:
             size = min(sizes, key=lambda one: float((one - room).max()))
             asked = f" {part.length * 100:.4g} cm long" if part.length is not None else ""
             raise LayoutError(
-                f"{a_structure(part.shape or 'structure')}{asked} of these objects takes at least {size[0]:.2f} m in depth and "
+                f"{a_structure(part.shape or 'structure')}{asked} of these objects takes at least {size[0]:.2f} m in "
+                "depth and "
                 f"{size[1]:.2f} m in width, and the table has only {room[0]:.2f} m and {room[1]:.2f} m"
             )
         return fits

@@ -70,9 +70,7 @@ def write_datasheet(folder: Path, models: Sequence[ObjectModel], about: Mapping[
         "objects": len(models),
         "objects_per_category": dict(sorted(Counter(model.category for model in models).items())),
         "objects_per_source": dict(Counter(model.source for model in models)),
-        "objects_in_a_structure": {
-            shape: _counts(members[shapes == WORDS["shape", shape]]) for shape in _DRAWN
-        },
+        "objects_in_a_structure": {shape: _counts(members[shapes == WORDS["shape", shape]]) for shape in _DRAWN},
         "distractors": _counts((data.objects[:, places:] >= 0).sum(axis=1)),
         "slots": {
             shape: {
@@ -107,14 +105,19 @@ def markdown(sheet: Mapping[str, Any]) -> str:
         "## What",
         _table(
             ["structure", "scenes", "objects that take part: scenes"],
-            [[shape, f"{count:,}", _list(sheet["objects_in_a_structure"][shape])]
-             for shape, count in sheet["scenes_per_shape"].items()],
+            [
+                [shape, f"{count:,}", _list(sheet["objects_in_a_structure"][shape])]
+                for shape, count in sheet["scenes_per_shape"].items()
+            ],
         ),  # fmt: skip
         f"Objects that stand around: {_list(sheet['distractors'])}.",
         _table(
             ["structure", "slot", "values: scenes"],
-            [[shape, slot.replace("_", " "), _list(values)]
-             for shape, slots in sheet["slots"].items() for slot, values in slots.items()],
+            [
+                [shape, slot.replace("_", " "), _list(values)]
+                for shape, slots in sheet["slots"].items()
+                for slot, values in slots.items()
+            ],
         ),  # fmt: skip
         f"Sentences that say such wishes: {sheet['sentences']:,}, from the corpus of `grounding`, embedded by "
         "all-MiniLM-L6-v2. No person wrote or is described in any of them.",
@@ -125,7 +128,8 @@ def markdown(sheet: Mapping[str, Any]) -> str:
             for source, count in sheet["objects_per_source"].items()
         ),
         "## Physics",
-        f"In PyBullet, each {_names(stacked=True)} is built from the bottom up and kept only if nothing shifts by more than "
+        f"In PyBullet, each {_names(stacked=True)} is built from the bottom up and kept only if nothing shifts by more "
+        "than "
         "15 mm or tilts by more than 4 degrees; its goals are where it came to rest. The others "
         f"({_names(stacked=False)}) stand by "
         "construction, everything on the table and clear of each other; of these, a few of every shard are put "
@@ -137,7 +141,8 @@ def markdown(sheet: Mapping[str, Any]) -> str:
         parts += [
             "## Pairs",
             f"{pairs['pairs']:,} pairs of objects near contact, for the collision discriminator: "
-            f"{pairs['penetrating']:,} intersect by more than {MAX_PENETRATION * 1000:g} mm, {pairs['touching']:,} touch or miss each other by "
+            f"{pairs['penetrating']:,} intersect by more than {MAX_PENETRATION * 1000:g} mm, {pairs['touching']:,} "
+            "touch or miss each other by "
             "less than that either way. Distances are the physics engine's.",
         ]
     parts += [

@@ -177,7 +177,8 @@ def coarser(mesh: trimesh.Trimesh, most: int) -> trimesh.Trimesh:
     """
     if len(mesh.faces) <= most:
         return mesh
-    mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)  # merges vertices, which a triangle soup does not share
+    # merges vertices, which a triangle soup does not share
+    mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True)
     solid = _solid(mesh)
     if solid.status() == manifold3d.Error.NoError:
         for tolerance in _COARSER_BY:

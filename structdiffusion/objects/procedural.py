@@ -124,8 +124,15 @@ def _fork(r: Range) -> Parts:
 def _knife(r: Range) -> Parts:
     parts, width, thick = _handle(r, r.uniform(0.08, 0.12))
     blade, broad = r.uniform(0.09, 0.13), r.uniform(0.014, 0.026)
-    outline = np.array([[-0.003, -broad / 2], [0.75 * blade, -broad / 2], [blade, broad * 0.3], [blade * 0.95, broad / 2],
-                        [-0.003, broad / 2]])
+    outline = np.array(
+        [
+            [-0.003, -broad / 2],
+            [0.75 * blade, -broad / 2],
+            [blade, broad * 0.3],
+            [blade * 0.95, broad / 2],
+            [-0.003, broad / 2],
+        ]
+    )
     return parts + [prism(outline, 0, thick * 0.6)]
 
 

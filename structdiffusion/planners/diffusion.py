@@ -71,7 +71,12 @@ class DiffusionPlanner:
 
     @torch.no_grad()
     def sample(
-        self, seen: EncodedScene, goal: StructureGoal, count: int, generator: torch.Generator, preview: Preview | None = None
+        self,
+        seen: EncodedScene,
+        goal: StructureGoal,
+        count: int,
+        generator: torch.Generator,
+        preview: Preview | None = None,
     ) -> PoseSamples:
         """Sample `count` arrangements, as the model gives them."""
         samples = prepare_samples(self.model, seen, goal, self.sentence, count, generator)

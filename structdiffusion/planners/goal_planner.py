@@ -217,7 +217,8 @@ class _Composer:
             if index in named and index in self.state.carriers:
                 above, below = self.state.items[index], self.state.items[self.state.carriers[index]]
                 raise LayoutError(
-                    f"the {above.name} stands on the {below.name} and would fall: say where the {above.name} is to go first"
+                    f"the {above.name} stands on the {below.name} and would fall: say where the {above.name} is to go "
+                    "first"
                 )
 
     def _set_aside(
@@ -250,8 +251,7 @@ class _Composer:
     def _tried(
         self, rollout: PhysicsRollout, placement: Placement, aside: set[int], falls: list[Verdict]
     ) -> tuple[float, GoalArrangement]:
-        """Return the share of hypotheses under which a placement stands, and its arrangement; if none, add to `falls`.
-        """
+        """Return the share of hypotheses under which a placement stands, and its arrangement; if none, add to `falls`."""
         motions = self._motions(placement)
         stays = [i for i in range(len(motions)) if i not in placement.motions]
         motions = rollout.set_down(motions, stays, self.goal)

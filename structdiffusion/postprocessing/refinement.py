@@ -18,7 +18,8 @@ from structdiffusion.footprints import separation_along
 from structdiffusion.geometry import HEADING_OF_ROTATION, pose_from_xyz_yaw
 from structdiffusion.structures import STRUCTURES
 
-_GAP = 0.006  # m of clear gap to which neighbours are separated: the unseen side of an object may reach a little farther
+# m of clear gap to which neighbours are separated: the unseen side of an object may reach a little farther
+_GAP = 0.006
 _ROUNDS = 8
 
 
@@ -100,8 +101,7 @@ def separate(objects: Sequence[ObjectEstimate], others: Sequence[ObjectEstimate]
 
 
 def _push(still: np.ndarray, moving: np.ndarray) -> np.ndarray | None:
-    """Return how far (2,) the second outline (L, 2) has to go from the first (K, 2), along the line of their middles.
-    """
+    """Return how far (2,) the second outline (L, 2) has to go from the first (K, 2), along the line of their middles."""
     middle, other = still.mean(axis=0), moving.mean(axis=0)
     between = other - middle
     apart = float(np.linalg.norm(between))

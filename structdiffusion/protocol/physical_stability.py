@@ -307,7 +307,9 @@ class _Trial:
             displacement = float(np.linalg.norm(poses[index][:2, 3] - goal[:2, 3]))
             self._record("displacement", displacement)
             if displacement > MAX_DISPLACEMENT:
-                where = f"ends {displacement * 100:.1f} cm from its predicted place, allowed {MAX_DISPLACEMENT * 100:g} cm"
+                where = (
+                    f"ends {displacement * 100:.1f} cm from its predicted place, allowed {MAX_DISPLACEMENT * 100:g} cm"
+                )
                 raise self._failure("abnormal velocity", index, where)
         for index, goal in enumerate(self.expected):
             tilt = tilt_between(poses[index], goal)

@@ -54,7 +54,9 @@ def partial_views(
     device = points.device
     origin = torch.tensor(eye, device=device)
     forward = torch.nn.functional.normalize(torch.tensor(target, device=device) - origin, dim=0)
-    right = torch.nn.functional.normalize(torch.linalg.cross(forward, torch.tensor([0.0, 0.0, 1.0], device=device)), dim=0)
+    right = torch.nn.functional.normalize(
+        torch.linalg.cross(forward, torch.tensor([0.0, 0.0, 1.0], device=device)), dim=0
+    )
     down = torch.linalg.cross(forward, right)
 
     rays = points - origin  # (B, N, S, 3)

@@ -106,7 +106,8 @@ class Circle(RingStructure):
         why = f"gaps of {keys.gap:.3g} m"
         if keys.radius is not None and abs(radius - keys.radius) > KEPT * MAX_RADIUS_OFF:
             raise LayoutError(
-                f"a circle of these objects with {why} has a radius of {radius:.3f} m, not {keys.radius:.3g} m: leave one of "
+                f"a circle of these objects with {why} has a radius of {radius:.3f} m, not {keys.radius:.3g} m: leave "
+                "one of "
                 "them open"
             )
         offsets = radius * np.column_stack((np.cos(angles), np.sin(angles)))

@@ -50,9 +50,7 @@ class TableSetting(Structure):
         """Return whether its noun has a place in the setting."""
         return thing.category in self.nouns
 
-    def choose(
-        self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool
-    ) -> list[Traits]:
+    def choose(self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool) -> list[Traits]:
         """Choose a base and one object for each role; where more are wanted, two.
 
         Raises:
@@ -256,6 +254,9 @@ def _diner_checks(bodies: Sequence[PlacedBody], base: int, facing: float) -> lis
             checks.append(Check(f"{name}: left of the centre (m)", side > 0, side, "> 0"))
             checks.append(Check(f"{name}: behind the centre (m)", behind > 0, behind, "> 0"))
         if body.category in CUTLERY:
-            off, limit = abs(math.degrees(wrap_angle(body.front_yaw - math.atan2(away[1], away[0])))), MAX_CUTLERY_OFF_DEGREES
+            off, limit = (
+                abs(math.degrees(wrap_angle(body.front_yaw - math.atan2(away[1], away[0])))),
+                MAX_CUTLERY_OFF_DEGREES,
+            )
             checks.append(Check(f"{name}: points away from the diner (deg off)", off <= limit, off, f"<= {limit:g}"))
     return checks

@@ -45,9 +45,7 @@ class Tower(Structure):
         """Return whether an object stands, is low and is no cutlery."""
         return super().suits(thing) and thing.height < _TALLEST_OBJECT and thing.category not in CUTLERY
 
-    def choose(
-        self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool
-    ) -> list[Traits]:
+    def choose(self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool) -> list[Traits]:
         """Choose objects of which at most one, the top one, cannot carry another.
 
         Raises:
@@ -81,7 +79,9 @@ class Tower(Structure):
         self.require_enough(items)
         order = tower_order(items, rng) if keys.order is None else _by_key(items, keys.order, rng)
         if not all(items[i].stackable for i in order[:-1]):
-            raise LayoutError("a tower needs objects that others can stand on; only the top one may be round or pointed")
+            raise LayoutError(
+                "a tower needs objects that others can stand on; only the top one may be round or pointed"
+            )
         if not all(items[i].flat_bottom for i in order[1:]):
             raise LayoutError("a tower needs objects with a level bottom above its lowest")
         heights = np.concatenate(([0.0], np.cumsum([items[i].height + LIFT for i in order[:-1]])))
@@ -124,8 +124,7 @@ class Tower(Structure):
 
 
 def _by_key(items: Sequence[LayoutItem], order: Order, rng: np.random.Generator) -> tuple[int, ...]:
-    """Return items from the bottom up in a requested order; if either end may be first, the more stable direction.
-    """
+    """Return items from the bottom up in a requested order; if either end may be first, the more stable direction."""
     ways = [sequence_by(items, order, rng)]
     if order.start == "top":
         ways = [ways[0][::-1]]

@@ -40,7 +40,8 @@ def parse(
         list[str] | None,
         typer.Option(
             metavar="templated|free|FILE",
-            help="Data set of the five slots, or a file in its format (JSON lines). Repeatable.  [default: templated and "
+            help="Data set of the five slots, or a file in its format (JSON lines). Repeatable.  [default: templated "
+            "and "
             "free, unless there are --goals]",
         ),
     ] = None,

@@ -14,9 +14,7 @@ from agent.runtime.stdio import import_pybullet_silently, results_stream
 def chat(
     scene: SceneOption = "simulated",
     model: ModelOption = "diffusion",
-    runs: Annotated[
-        int, typer.Option(metavar="N", min=5, help="Number of timed lines, after one that warms up.")
-    ] = 6,
+    runs: Annotated[int, typer.Option(metavar="N", min=5, help="Number of timed lines, after one that warms up.")] = 6,
     json_output: JsonOption = False,
 ) -> None:
     """Measure how fast the chat answers.
@@ -36,7 +34,8 @@ def chat(
 
 def _sentence(report: dict[str, Any]) -> str:
     return (
-        f"{report['model']} on {report['scene']}: {report['reaction_seconds_median']:.3f} s from Enter to the first words, "
+        f"{report['model']} on {report['scene']}: {report['reaction_seconds_median']:.3f} s from Enter to the first "
+        "words, "
         f"{report['proposal_seconds_median']:.2f} s to ranked arrangements (medians of {report['runs']}; at most "
         f"{report['proposal_seconds_max']:.2f} s)"
     )

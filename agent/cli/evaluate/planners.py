@@ -62,7 +62,9 @@ def success(
     ray: RayOption = None,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder for rows, tables, plots and pictures; an evaluation in it is resumed."),
+        typer.Option(
+            metavar="DIR", help="Folder for rows, tables, plots and pictures; an evaluation in it is resumed."
+        ),
     ] = None,
     force: ForceOutOption = False,
     pictures: Annotated[

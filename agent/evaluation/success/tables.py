@@ -94,9 +94,12 @@ def _failures_of_methods(found: Mapping[str, Any]) -> Table:
         table = _cell(evaluation["aggregate"][_ALL]["into_table"])
         rows.append((name, _n(evaluation), *_failures(evaluation, _ALL, died), table))
     none = ("-",) * len((*died, "into the table"))
-    rows += [(*_paper_row(f"paper: {name}", values), *none) for name, values in paper_results.FAILURES_OF_METHODS.items()]
+    rows += [
+        (*_paper_row(f"paper: {name}", values), *none) for name, values in paper_results.FAILURES_OF_METHODS.items()
+    ]
     about = (
-        "The first failure of the best-ranked arrangement, in percent of all scenes. The last column is the share of scenes "
+        "The first failure of the best-ranked arrangement, in percent of all scenes. The last column is the share of "
+        "scenes "
         f"in which it intersects the table by more than the allowed {MAX_PENETRATION * 1000:g} mm; it is part of the "
         "intersections."
     )
@@ -127,7 +130,10 @@ def _guidance(found: Mapping[str, Any]) -> Iterator[Table]:
             (structure, *(_success_in(weights[weight], structure) for weight in columns)) for structure in structures
         ]
         for place, structure in enumerate(paper_results.STRUCTURES):
-            known = (str(paper_results.GUIDANCE[weight][place]) if weight in paper_results.GUIDANCE else "-" for weight in columns)
+            known = (
+                str(paper_results.GUIDANCE[weight][place]) if weight in paper_results.GUIDANCE else "-"
+                for weight in columns
+            )
             rows.append((f"paper: {structure}", *known))
         n = " or ".join(sorted({_n(weights[weight]) for weight in columns}))
         about = (
@@ -151,8 +157,7 @@ def _language(found: Mapping[str, Any]) -> Iterator[Table]:
 
 
 def _ablations(found: Mapping[str, Any]) -> Iterator[Table]:
-    """Yield a table for each full planner that was compared with variants of the same network, language and guidance.
-    """
+    """Yield a table for each full planner that was compared with variants of the same network, language and guidance."""
     apart = {"network", "sentence", "guidance"}
     for base in [name for name in _FULL if name in found]:
         differing = {name: changed(PLANNERS[name], PLANNERS[base]) for name in found}
@@ -168,7 +173,8 @@ def _ablations(found: Mapping[str, Any]) -> Iterator[Table]:
             paired = ("", "", "") if name == base else _paired(found[name]["scenes"], found[base]["scenes"])
             rows.append((name, parts or "-", _n(found[name]), *cells, _cell(five), *paired))
         about = (
-            f"Success of {base} and its variants. On the scenes of both: how many only the variant solves, how many only "
+            f"Success of {base} and its variants. On the scenes of both: how many only the variant solves, how many "
+            "only "
             "the full planner solves, and the two-sided exact sign test of these."
         )
         last = f"success@{found[base]['top_k']}"

@@ -105,6 +105,10 @@ def checked_pose(pose: Any) -> np.ndarray:
     legal = "a rigid transform (4, 4): a rotation, metres, and the last row 0 0 0 1"
     array = as_array(pose, "world_from_camera", legal).astype(np.float64)
     rigid = array.shape == (4, 4) and np.isfinite(array).all() and np.allclose(array[3], (0, 0, 0, 1), atol=1e-6)
-    if not rigid or np.abs(array[:3, :3] @ array[:3, :3].T - np.eye(3)).max() > 1e-3 or np.linalg.det(array[:3, :3]) < 0:
+    if (
+        not rigid
+        or np.abs(array[:3, :3] @ array[:3, :3].T - np.eye(3)).max() > 1e-3
+        or np.linalg.det(array[:3, :3]) < 0
+    ):
         raise wrong_argument(f"world_from_camera of shape {array.shape} is no rigid transform; legal: {legal}")
     return array

@@ -55,7 +55,8 @@ def _checked_cloud(cloud: Any, place: str) -> np.ndarray:
     if not finite.all():
         row = int(np.flatnonzero(~finite)[0])
         raise bad_input(
-            f"{place} has a coordinate that is not finite at point {row} ({array[row].tolist()}), and {(~finite).sum()} "
+            f"{place} has a coordinate that is not finite at point {row} ({array[row].tolist()}), and "
+            f"{(~finite).sum()} "
             f"such points; leave them out, as {place}[np.isfinite({place}).all(axis=1)]"
         )
     # Judged as float64: integers of eight bits would overflow, and float32 makes large numbers infinite.
@@ -70,7 +71,8 @@ def _check_size(points: np.ndarray, place: str) -> None:
     across = float(sides.max())
     if across > LARGEST:
         raise bad_input(
-            f"{place} is {across:.4g} m across; legal: {SMALLEST} to {LARGEST} m, because clouds are in metres{_unit(across)}"
+            f"{place} is {across:.4g} m across; legal: {SMALLEST} to {LARGEST} m, because clouds are in "
+            f"metres{_unit(across)}"
         )
     if across < SMALLEST:
         raise bad_input(
@@ -80,7 +82,8 @@ def _check_size(points: np.ndarray, place: str) -> None:
     width = corners.area / max(corners.length / 2, 1e-12) if corners.geom_type == "Polygon" else 0.0
     if width < THINNEST:
         raise bad_input(
-            f"{place} is {1000 * width:.2f} mm wide seen from above: its points lie on one line there, and no outline of "
+            f"{place} is {1000 * width:.2f} mm wide seen from above: its points lie on one line there, and no outline "
+            "of "
             f"the object can be made; legal: {1000 * THINNEST:g} mm or more"
         )
 
@@ -105,12 +108,14 @@ def check_places(clouds: Sequence[np.ndarray], table: Table, bottoms: Sequence[f
         if off > FARTHEST_OFF_TABLE:
             raise bad_input(
                 f"{place} lies about x {x:.4g}, y {y:.4g}, which is {off:.2f} m off the table (x {table.x_min:g} to "
-                f"{table.x_max:g}, y {table.y_min:g} to {table.y_max:g}; m); legal: at most {FARTHEST_OFF_TABLE} m off; "
+                f"{table.x_max:g}, y {table.y_min:g} to {table.y_max:g}; m); legal: at most {FARTHEST_OFF_TABLE} m "
+                "off; "
                 f"{WORLD_FRAME}; another rectangle is given as table="
             )
         if not LOWEST <= low <= HIGHEST:
             raise bad_input(
-                f"the lowest point of {place} is at z {low:.4g} m; legal: {LOWEST} to {HIGHEST} m, because {WORLD_FRAME}"
+                f"the lowest point of {place} is at z {low:.4g} m; legal: {LOWEST} to {HIGHEST} m, because "
+                f"{WORLD_FRAME}"
             )
         if low < bottom + LOWEST:
             raise bad_input(
@@ -218,9 +223,7 @@ def checked_table(table: Any) -> Table:
     """
     if table is None:
         return Table()
-    legal = (
-        f"(x_min, x_max, y_min, y_max) in metres, world frame, sides of {SMALLEST_TABLE:g} to {LARGEST_TABLE:g} m"
-    )
+    legal = f"(x_min, x_max, y_min, y_max) in metres, world frame, sides of {SMALLEST_TABLE:g} to {LARGEST_TABLE:g} m"
     if isinstance(table, Table):
         table = (table.x_min, table.x_max, table.y_min, table.y_max)
     array = as_array(table, "table", legal).astype(np.float64)

@@ -180,7 +180,9 @@ def scene_goal_of_parts(goal: Goal, count: int, notes: tuple[str, ...] = ()) -> 
 def dropped_notes(spec: StructureSpec, dropped: Mapping[str, str]) -> list[str]:
     """Write a sentence for each slot that was understood and that the shape cannot have."""
     shape = spec.shape or "structure"
-    return [f"the {slot.replace('_', ' ')} {value!r} was left out: a {shape} has none" for slot, value in dropped.items()]
+    return [
+        f"the {slot.replace('_', ' ')} {value!r} was left out: a {shape} has none" for slot, value in dropped.items()
+    ]
 
 
 def checked_spec(slots: Any) -> StructureSpec:

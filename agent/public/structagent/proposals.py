@@ -183,7 +183,9 @@ def propose(
 
         if not planned_as_structure(goal.goal.plain_spec):
             planner = cache.goal_planner(model, folder, allow_unverified)
-            return _ranked(*_arranged_parts(planner, model, scene, goal, count, number), scene, goal, model, keep_invalid)
+            return _ranked(
+                *_arranged_parts(planner, model, scene, goal, count, number), scene, goal, model, keep_invalid
+            )
         _check_number(goal, scene, model, most_objects(model, folder))
         single = cache.planner(model, folder, allow_unverified)
         arrangements = _arranged(cache, single, model, scene, goal, count, number)

@@ -93,7 +93,13 @@ class Scene:
         nouns = tuple(read_name(name).head or name or UNNAMED for name in given)
         attributes = _attributes(points, shades, heights)
         return cls(
-            tuple(points), unique, shades, heights, top, nouns=nouns, referents=tuple(map(SceneObject, unique, attributes))
+            tuple(points),
+            unique,
+            shades,
+            heights,
+            top,
+            nouns=nouns,
+            referents=tuple(map(SceneObject, unique, attributes)),
         )
 
     def __len__(self) -> int:
@@ -114,9 +120,7 @@ class Scene:
                 self.names, self.nouns, self.clouds, self.colors, self.bottoms, strict=True
             )
         )
-        everything = Observation(
-            clouds, self.table, (), self.world_from_camera, self.image, self.intrinsics
-        )
+        everything = Observation(clouds, self.table, (), self.world_from_camera, self.image, self.intrinsics)
         return everything.select(members)
 
 

@@ -115,7 +115,8 @@ def recorded_options(at: Any, topics: Any, world_from_camera: Any, nouns: Any) -
         ("nouns", nouns, {"object 3": "mug"}),
     ):
         if value is not None and not (
-            isinstance(value, Mapping) and all(isinstance(part, str) and part for pair in value.items() for part in pair)
+            isinstance(value, Mapping)
+            and all(isinstance(part, str) and part for pair in value.items() for part in pair)
         ):
             raise wrong_argument(f"{argument} cannot be {shown(value)}; legal: a dict of texts, such as {example}")
     for what in topics or ():

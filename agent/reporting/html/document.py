@@ -51,7 +51,9 @@ def document(title: str, body: str, more_style: str = "") -> str:
     style = files("agent.reporting.html").joinpath("report.css").read_text(encoding="utf-8") + more_style
     script = ""
     if '<figure class="film"' in body:
-        script = f"<script>\n{files('agent.reporting.html').joinpath('report.js').read_text(encoding='utf-8')}</script>\n"
+        script = (
+            f"<script>\n{files('agent.reporting.html').joinpath('report.js').read_text(encoding='utf-8')}</script>\n"
+        )
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'

@@ -164,8 +164,7 @@ class Turn:
         return section("Proposals", content + self._scores(ranked), self._seconds("propose"))
 
     def _goals(self) -> str:
-        """Return a table of where each object goes, and for which part, for a goal of several parts; empty otherwise.
-        """
+        """Return a table of where each object goes, and for which part, for a goal of several parts; empty otherwise."""
         chosen = self.report["chosen"]
         if chosen is None or not any("parts" in goal for goal in chosen["goals"]):
             return ""
@@ -225,7 +224,9 @@ class Turn:
         return section("Time by step", bars, self.report["outcome"]["seconds"]) if bars else ""
 
     def _options(self) -> str:
-        rows = [(escape(slot_label(name)), escape(_option_value(value))) for name, value in _flat(self.report["options"])]
+        rows = [
+            (escape(slot_label(name)), escape(_option_value(value))) for name, value in _flat(self.report["options"])
+        ]
         options = table(("option", "value"), rows) if rows else ""
         return f"<details><summary>every option of this run</summary>{options}</details>" if options else ""
 

@@ -25,7 +25,8 @@ from structdiffusion.models.backbone import (
     readout,
 )
 
-_LOG_DEVIATION = (-5.0, 2.0)  # range of the latent's log deviation: beyond it, the divergence would overflow early in training
+# range of the latent's log deviation: beyond it, the divergence would overflow early in training
+_LOG_DEVIATION = (-5.0, 2.0)
 
 
 @dataclass(frozen=True)
@@ -88,9 +89,7 @@ class PoseCVAE(PoseBackbone):
         condition = self.condition(**given)
         return self(self.posterior(self.sample(condition, generator), condition).mean, condition)
 
-    def _latent(
-        self, transformer: nn.Module, head: nn.Module, state: Tensor | None, condition: Condition
-    ) -> Normal:
+    def _latent(self, transformer: nn.Module, head: nn.Module, state: Tensor | None, condition: Condition) -> Normal:
         tokens = torch.cat((self.language_tokens(condition), self.object_tokens(condition, state)), dim=1)
         encoded = transformer(tokens, src_key_padding_mask=~condition.there)
         mean, log_deviation = head(encoded[:, WORD_TOKENS]).float().chunk(2, dim=-1)  # of the structure frame's token

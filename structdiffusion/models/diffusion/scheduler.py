@@ -42,7 +42,9 @@ class NoiseScheduler:
         self, steps: int = 200, prediction_type: str = "v", beta_start: float = 0.0005, beta_end: float = 0.1
     ) -> None:
         if prediction_type not in PREDICTION_TYPES:
-            raise ValueError(f"prediction_type cannot be {prediction_type!r}; legal values: {', '.join(PREDICTION_TYPES)}")
+            raise ValueError(
+                f"prediction_type cannot be {prediction_type!r}; legal values: {', '.join(PREDICTION_TYPES)}"
+            )
         self.steps = steps
         self.prediction_type = prediction_type
         betas = torch.linspace(beta_start, beta_end, steps, dtype=torch.float64)
