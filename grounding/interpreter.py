@@ -145,7 +145,8 @@ class Interpretation:
         if objects is None:
             words = tuple(map(str, goal.named_objects()))
             return replace(
-                self, spec=spec, status="ok", message="; ".join(reading.notes), question=None, objects=words or None, words=words,
+                self, spec=spec, status="ok", message="; ".join(reading.notes), question=None, objects=words or None,
+                words=words,
                 named=words, goal=goal, seconds=seconds, fallback=fallback,
             )  # fmt: skip
         names = [each.name if isinstance(each, SceneObject) else each or "" for each in objects]

@@ -66,11 +66,14 @@ _REFUSED: tuple[tuple[str, re.Pattern[str]], ...] = tuple(
             rf"\bfrom (?:the )?(?:{MOST}|{MORE}|{GRADED})"
             rf"(?: {_THING})? (?:to|up to|down to) (?:the )?(?:{MOST}|{MORE}|{GRADED})\b",
         ),
-        ("an order of the objects", rf"(?:^|[,;:.] |\b(?:with|and|but|have|having|so) )(?:the )?{MOST}(?: {_THING})?{_GOES} {_PLACE}\b"),
+        ("an order of the objects",
+         rf"(?:^|[,;:.] |\b(?:with|and|but|have|having|so) )(?:the )?{MOST}(?: {_THING})?{_GOES} {_PLACE}\b"),
         ("an order of the objects", rf"[,;:] (?:the )?{MOST}(?: {_THING})? (?:left|right|front|back|top|bottom)\b"),
         ("an order of the objects", rf"\b{MOST}(?: {_THING})? (?:first|last|lowest|underneath)\b"),
-        ("an order of the objects", rf"\b(?:starting|beginning|ending) (?:with|on) (?:the|a|one) (?:\w+ ){{0,2}}{_THING}\b"),
-        ("an order of the objects", rf"\b(?:{ALTERNATING}|interleav(?:e|ed|ing)|every other (?:one|object|cup|can|block|mug|box))\b"),
+        ("an order of the objects",
+         rf"\b(?:starting|beginning|ending) (?:with|on) (?:the|a|one) (?:\w+ ){{0,2}}{_THING}\b"),
+        ("an order of the objects",
+         rf"\b(?:{ALTERNATING}|interleav(?:e|ed|ing)|every other (?:one|object|cup|can|block|mug|box))\b"),
         (
             "a place next to single objects",
             r"\b(?:left|right|north|south|east|west|in front|on top) of (?:the |a |an |my |your )?(?:\w+ "
@@ -83,7 +86,9 @@ _REFUSED: tuple[tuple[str, re.Pattern[str]], ...] = tuple(
         ("a length in units", rf"\b(?:\d+(?:[.,]\d+)? ?(?:{UNIT}|m|in|\")|{NUMBER} {UNIT})(?![\w'])"),
         ("an angle in degrees", r"\b\d+ ?(?:degrees?|deg|°)"),
         ("how single objects are turned", rf"\b{POSE}\b"),
-        ("how single objects are turned", rf"\b{_PARTS} (?:all )?(?:facing|pointing|turned|towards?|to the (?:left|right|front|back)|inwards?|outwards?)\b"),
+        ("how single objects are turned",
+         rf"\b{_PARTS} (?:all )?(?:facing|pointing|turned|towards?|to the (?:left|right|front|back)"
+         r"|inwards?|outwards?)\b"),
     )
 )  # fmt: skip
 _INSIDE = re.compile(
@@ -248,5 +253,6 @@ def _corner_question(sentence: str, parse: Parse, mended: Callable[[], str]) -> 
         return Question(CORNER, text, tuple(CORNERS))
     slot = doubtful[0]
     options = slots[slot]
-    text = f"which corner is meant in {shortened(parse.text)!r}: the {slot.replace('_', ' ')} can be {' or '.join(options)}?"
+    legal = f"the {slot.replace('_', ' ')} can be {' or '.join(options)}"
+    text = f"which corner is meant in {shortened(parse.text)!r}: {legal}?"
     return Question(slot, text, options)

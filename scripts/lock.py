@@ -74,8 +74,9 @@ def locked(name: str) -> Pins:
 
 def resolve(folder: Path, *arguments: str) -> Pins:
     """Resolve for all platforms; the versions that `folder`/pins.txt holds are preferred."""
-    command = [sys.executable, "-m", "uv", "pip", "compile", "--quiet", "--universal", "--generate-hashes", "--no-header"]
-    command += ["--no-annotate", "--python-version", OLDEST_PYTHON, *arguments, "--output-file", str(folder / "pins.txt")]
+    command = [sys.executable, "-m", "uv", "pip", "compile", "--quiet", "--universal", "--generate-hashes"]
+    command += ["--no-header", "--no-annotate", "--python-version", OLDEST_PYTHON, *arguments]
+    command += ["--output-file", str(folder / "pins.txt")]
     if subprocess.run(command, cwd=ROOT, stdout=subprocess.DEVNULL).returncode:
         sys.exit("nothing was written: the requirements cannot be resolved, see above")
     return Pins.read((folder / "pins.txt").read_text())
@@ -101,7 +102,10 @@ def cpu_build(version: str) -> Pins:
     elif "No matching distribution" not in found.stderr:
         sys.exit(f"nothing was written: pip cannot look for {requirement}:\n{found.stderr}")
     if not builds:
-        sys.exit(f"nothing was written: pip's sources offer no {requirement}; name one that does (PIP_FIND_LINKS or PIP_EXTRA_INDEX_URL)")
+        sys.exit(
+            f"nothing was written: pip's sources offer no {requirement}; name one that does (PIP_FIND_LINKS or "
+            "PIP_EXTRA_INDEX_URL)"
+        )
     return builds
 
 

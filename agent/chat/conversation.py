@@ -42,7 +42,7 @@ class Conversation(GoalTurns):
     # --- instructions and answers ------------------------------------------------------------------------
 
     def say(self, text: str) -> bool:
-        """Process an instruction or a correction, up to a proposal or a question. Return whether there is a proposal."""
+        """Process an instruction or a correction up to a proposal or a question. Return whether there is a proposal."""
         self._turn.begin()
         self.question = None
         self._resolved, self._asked_parts = {}, None
@@ -65,7 +65,7 @@ class Conversation(GoalTurns):
         return self._cache.interpreter(reading).revise(last, text, self.situation.stands)
 
     def answer(self, value: str | None) -> bool:
-        """Apply the answer to the question: one of its options, or `None` to leave the slot open. Return as `say` does."""
+        """Apply the answer to the question: an option, or `None` to leave the slot open. Return as `say` does."""
         if self.question is not None and self._asked_parts is not None:
             return self._answer_about_parts(value)
         question, asked = self.question, self._asked

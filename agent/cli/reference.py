@@ -65,7 +65,7 @@ _FILES = f"""\
 
 | file | what |
 |---|---|
-| `{PROJECT_FILE}` | settings of a project, in the current folder or one above: lines such as `seed = 3`, named like the options |
+| `{PROJECT_FILE}` | settings of a project, in the current folder or one above: lines such as `seed = 3` |
 | `~/.config/structagent/config.toml` | settings of a user; in `XDG_CONFIG_HOME` if that is set |
 | `~/.cache/structagent/` | what need not be computed or downloaded twice; in `XDG_CACHE_HOME` if that is set |
 | `out/TIME-seedSEED/` | the report of a run without `--out`: `report.html`, `report.json`, pictures |

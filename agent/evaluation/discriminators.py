@@ -34,7 +34,9 @@ from structdiffusion.planners.factory import WEIGHTS
 
 _BATCH = 30  # scenes at a time, which make 70 examples; or twice as many pairs
 # Depths of penetration, m, by which pairs are grouped: they are hard to judge near the limit of 2 mm.
-_DEPTHS = {"apart by 5 mm or more": (-torch.inf, -0.005), "apart by less, or in by up to 2 mm": (-0.005, MAX_PENETRATION),
+_DEPTHS = {
+    "apart by 5 mm or more": (-torch.inf, -0.005),
+    "apart by less, or in by up to 2 mm": (-0.005, MAX_PENETRATION),
            "in by 2 to 7 mm": (MAX_PENETRATION, 0.007), "in by more": (0.007, torch.inf)}  # fmt: skip
 
 

@@ -79,7 +79,8 @@ def measure_parsing(
                     )
                 )
     command = command_line(
-        "parse", parser=parsers, data=data, goals=goals, limit=limit, llm_model=options.llm_model, replies=options.replies,
+        "parse", parser=parsers, data=data, goals=goals, limit=limit, llm_model=options.llm_model,
+        replies=options.replies,
         llm_url=without_credentials(options.llm_url, "llm_url"),
     )  # fmt: skip
     count = sum(map(len, sets.values())) + sum(map(len, goal_sets.values()))

@@ -53,7 +53,8 @@ def release_in_physics(
     caption = "the goal as it came to rest in physics, released without the arm; the table itself is unchanged"
     yield events.Pictured(TRIED_PICTURE, caption, pictures[0])
     yield events.Checked(
-        verdict.success, verdict.failure, verdict.checks, verdict.detail, "released", seconds, table.bodies, table.count,
+        verdict.success, verdict.failure, verdict.checks, verdict.detail, "released", seconds, table.bodies,
+        table.count,
         tuple(table.missing),
     )  # fmt: skip
     if not verdict.success:

@@ -7,14 +7,14 @@
 | `schema_version`, `version` | of this layout, of structagent |
 | `instruction`, `options` | the request |
 | `outcome` | `success`, `exit_code`, `step` and `message` of the failure, `seconds` of the whole run |
-| `parse` | spec, confidence and evidence per slot, parser, nouns named; the whole `goal`, one line for each of its `parts` |
+| `parse` | spec, confidence and evidence per slot, parser, named nouns; the `goal`, a line for each of its `parts` |
 | `remarks` | questions, answers, notes, commands and restored states in order, each with its `kind` |
 | `scene` | objects (names, nouns, who takes part, mean position and outline in the world frame, colour), table |
-| `proposals` | model, checksums of its networks (`networks`), all candidates with scores, positions and turns, best first |
-| `chosen` | the rank and the goal of each object; of several parts also which place it, whether it stays or is set aside |
+| `proposals` | model, checksums of its networks (`networks`), candidates with scores, positions and turns, best first |
+| `chosen` | the rank and the goal of each object; for several parts also which place it, if it stays or makes room |
 | `arm` | the arm's events in order, each with its `kind` |
 | `tried` | without the arm: the final positions and turns of the released objects, as for a candidate |
-| `verdict` | success, failure class, every check with its measured value and limit, `count` of objects, those `left_out` |
+| `verdict` | success, failure class, all checks with measured values and limits, `count` of objects, those `left_out` |
 | `seconds` | step -> time |
 | `pictures` | name, file (WebP; `film` is an animated one, with `interval` seconds between its frames), caption |
 

@@ -16,7 +16,8 @@ _NEIGHBOURS = {
 _SHORTER = {
     "please": ("pls", "plz", "pleas"), "you": ("u",), "and": ("n", "&", "+"), "with": ("w/", "w"), "are": ("r",),
     "to": ("2",), "for": ("4",), "the": ("da", "teh"), "of": ("o",), "that": ("tht",), "because": ("bc", "cuz"),
-    "right": ("rite", "rght"), "left": ("lft", "letf"), "center": ("cntr", "ctr"), "middle": ("midle", "mid"), "table": ("tabel", "tbl"),
+    "right": ("rite", "rght"), "left": ("lft", "letf"), "center": ("cntr", "ctr"), "middle": ("midle", "mid"),
+    "table": ("tabel", "tbl"),
     "facing": ("facin",), "small": ("smal", "sml"), "large": ("lrg",), "medium": ("med",), "everything": ("evrything",),
     **{word: slips for structure in STRUCTURES.values() for word, slips in structure.typos.items()},
 }  # fmt: skip

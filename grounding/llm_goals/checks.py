@@ -26,11 +26,13 @@ _VERB_SHAPES: Mapping[str, tuple[str, ...]] = {
     "surround": ("circle", "arc"), "circle": ("circle",), "spread": ("line", "grid", "circle"),
 }  # fmt: skip
 _CHUNK_SHAPES: Mapping[str, tuple[str, ...]] = {
-    "stacked": ("tower",), "side by side": ("line", "cluster"), "grid": ("grid",), "rows": ("grid", "line"), "columns": ("grid",),
+    "stacked": ("tower",), "side by side": ("line", "cluster"), "grid": ("grid",), "rows": ("grid", "line"),
+    "columns": ("grid",),
     "table "
     "setting": ("table setting",), "together": ("cluster",), "group": ("cluster",), "order": ("line", "tower", "arc"),
     "order end": ("line", "tower", "arc"), "along": ("line",), "length of": ("line",), "radius": ("circle", "arc"),
-    "diameter": ("circle", "arc"), "direction": ("line", "tower"), "listed": ("line", "tower"), "beside each other": ("line",),
+    "diameter": ("circle", "arc"), "direction": ("line", "tower"), "listed": ("line", "tower"),
+    "beside each other": ("line",),
     "gap": ("line", "cluster"),
 }  # fmt: skip
 _SIDES = {"left of": ("x_position", "left"), "right of": ("x_position", "right"), "behind": ("y_position", "top"),
@@ -54,7 +56,8 @@ def mismatch(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str
             None,
             (
                 _lengths(chunks, parts), _nouns(chunks, parts), _shapes(chunks, structures, relations, unread),
-                _relations(chunks, structures, relations, unread), _references(chunks, parts), _places(chunks, parts, unread),
+                _relations(chunks, structures, relations, unread), _references(chunks, parts),
+                _places(chunks, parts, unread),
                 _keys(chunks, structures, unread),
             ),
         ),
@@ -261,11 +264,14 @@ def _keys(chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], unre
     shapes = [chunk.value for chunk in chunks if chunk.kind == "shape"]
     said: dict[str, set[Any]] = {
         "size": {c.value for c in chunks if c.kind == "size"} | {shape.size for shape in shapes if shape.size},
-        "rotation": {c.value for c in chunks if c.kind == "rotation"} | {shape.rotation for shape in shapes if shape.rotation},
+        "rotation": {c.value for c in chunks if c.kind == "rotation"}
+        | {shape.rotation for shape in shapes if shape.rotation},
         "along": {chunk.value for chunk in chunks if chunk.kind == "along"},
         "group_by": {chunk.value for chunk in chunks if chunk.kind == "group"},
-        "rows": {c.value[0] for c in chunks if c.kind == "grid"} | {c.value for c in chunks if c.kind == "rows" and c.value > 1},
-        "columns": {c.value[1] for c in chunks if c.kind == "grid"} | {c.value for c in chunks if c.kind == "columns" and c.value > 1},
+        "rows": {c.value[0] for c in chunks if c.kind == "grid"}
+        | {c.value for c in chunks if c.kind == "rows" and c.value > 1},
+        "columns": {c.value[1] for c in chunks if c.kind == "grid"}
+        | {c.value for c in chunks if c.kind == "columns" and c.value > 1},
     }  # fmt: skip
     said["rows"] |= {shape.grid[0] for shape in shapes if shape.grid[0]}
     said["columns"] |= {shape.grid[1] for shape in shapes if shape.grid[1]}

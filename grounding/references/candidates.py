@@ -157,7 +157,8 @@ class Candidates:
             return ""
         if measure.noun == "sizes":
             return "sizes are too alike to say which are meant"
-        return f"{measure.noun} are too alike to say which are meant: {100 * min(values):.1f} to {100 * max(values):.1f} cm"
+        low, high = 100 * min(values), 100 * max(values)
+        return f"{measure.noun} are too alike to say which are meant: {low:.1f} to {high:.1f} cm"
 
     # By noun
 

@@ -131,7 +131,8 @@ OTHER_WORDS: Mapping[str, tuple[str, ...]] = {
     "basin": ("bowl",),
     "teaspoon": ("spoon",), "tablespoon": ("spoon",), "pen": ("biro", "marker"), "sharpie": ("marker",),
     "highlighter": ("marker",), "sellotape": ("tape",), "shears": ("scissors",), "vise": ("clamp",), "vice": ("clamp",),
-    "mallet": ("hammer",), "duckling": ("duck",), "ducky": ("duck",), "duckie": ("duck",), "sphere": ("ball",), "orb": ("ball",),
+    "mallet": ("hammer",), "duckling": ("duck",), "ducky": ("duck",), "duckie": ("duck",),
+    "sphere": ("ball",), "orb": ("ball",),
     "tinny": ("can",), "carton": ("box",), "racecar": ("car",),
 }
 _DISHES = ("plate", "bowl", "saucer", "platter", "dish")

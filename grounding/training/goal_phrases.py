@@ -17,7 +17,8 @@ _NOUNS = (
     "shaker"
 ).split()
 _FLAT = {"scissors", "soda"}
-_IRREGULAR = {"knife": "knives", "glass": "glasses", "box": "boxes", "brush": "brushes", "peach": "peaches", "tomato": "tomatoes",
+_IRREGULAR = {"knife": "knives", "glass": "glasses", "box": "boxes", "brush": "brushes", "peach": "peaches",
+              "tomato": "tomatoes",
               "potato": "potatoes", "battery": "batteries", "wrench": "wrenches"}  # fmt: skip
 COLOURS = "red blue green yellow white black orange purple pink brown grey turquoise".split()
 _LOOKS = "big small tall short large little wooden plastic metal round square thin wide long shiny old empty".split()
@@ -39,7 +40,9 @@ _UNITS = (
     "in",
     "m",
 )
-_LENGTHS = ("half a metre", "half a meter", "an inch", "a foot", "half a foot", "a couple of centimetres", "a couple of inches",
+_EXCEPT = ("except", "but", "except for", "apart from")
+_LENGTHS = ("half a metre", "half a meter", "an inch", "a foot", "half a foot", "a couple of centimetres",
+            "a couple of inches",
             "one and a half inches", "a quarter of a metre", "half an inch")  # fmt: skip
 
 
@@ -70,7 +73,8 @@ class GoalPhrases:
         x = self.one(("left", "right"))
         y = self.one(("top", "bottom"))
         depth = {"top": ("back", "far", "top", "upper", "rear"), "bottom": ("front", "near", "bottom", "lower")}[y]
-        frame = self.one(("in the {y} {x} corner", "in the {y} {x}", "at the {y} {x}", "in the {y}-{x} corner of the table",
+        frame = self.one(("in the {y} {x} corner", "in the {y} {x}", "at the {y} {x}",
+                          "in the {y}-{x} corner of the table",
                            "into the {y} {x} corner", "to the {y} {x}", "on the {x} at the {y}"))  # fmt: skip
         return frame.format(x=x, y=self.one(depth)), f"{x} {y}"
 
@@ -79,14 +83,16 @@ class GoalPhrases:
         draw = self.rng.random()
         nouns = plural(self.noun())
         if draw < 0.34:
-            said = f"{self.one(('the', 'the', 'the', 'all the', 'all', 'my', 'these', 'those', 'your', 'both', 'all of the'))} {nouns}"
+            all_of = ("the", "the", "the", "all the", "all", "my", "these", "those", "your", "both", "all of the")
+            said = f"{self.one(all_of)} {nouns}"
         elif draw < 0.5:
             said = f"{self.one(('the', 'the', 'all the', 'all', 'my'))} {self.adjective()} {nouns}"
         elif draw < 0.62:
             count = self.one(_COUNTS[int(self.rng.integers(2, 6))])
             said = f"{self.one(('the ', '', 'these ', 'all '))}{count} {self.one(('', self.adjective() + ' '))}{nouns}"
         elif draw < 0.68:
-            said = f"the {self.one(('two', 'three', '3', 'four'))} {self.one(_SUPERLATIVES)} {self.one((nouns, 'objects', 'things'))}"
+            count, superlative = self.one(("two", "three", "3", "four")), self.one(_SUPERLATIVES)
+            said = f"the {count} {superlative} {self.one((nouns, 'objects', 'things'))}"
         elif draw < 0.76:
             a, b = f"the {nouns}", f"the {plural(self.noun())}"
             return f"{a} and {b}", f"{a} + {b}"
@@ -97,14 +103,17 @@ class GoalPhrases:
             a, b = self.object(), self.object()
             return f"{a} and {b}", f"{a} + {b}"
         elif draw < 0.94:
-            whole = self.one(("everything", "all the objects", "them all", "the rest", "everything else", "them", "all of them",
+            whole = self.one(("everything", "all the objects", "them all", "the rest", "everything else", "them",
+                              "all of them",
                                "the "
                                "others", "all the other things", "the objects", "the remaining things"))  # fmt: skip
             return whole, "(all)"
         elif draw < 0.97:
-            said = f"{self.one(('everything', 'all objects', 'all'))} {self.one(('except', 'but', 'except for', 'apart from'))} {self.object()}"
+            whole, without = self.one(("everything", "all objects", "all")), self.one(_EXCEPT)
+            said = f"{whole} {without} {self.object()}"
         else:
-            said = f"{self.one(('everything', 'all things'))} {self.one(('red', 'blue', 'green', 'that is red', 'that is not blue'))}"
+            whole = self.one(("everything", "all things"))
+            said = f"{whole} {self.one(('red', 'blue', 'green', 'that is red', 'that is not blue'))}"
         return said, said
 
     def group_of_one_kind(self) -> tuple[str, str]:
@@ -124,7 +133,8 @@ class GoalPhrases:
             return f"the {self.one(_SUPERLATIVES)} {self.one((noun, 'object', 'one', 'thing'))}"
         if draw < 0.95:
             return f"the {self.one(_PLACED_NOUNS)} {noun}"
-        return self.one((f"the {noun} on the left", f"the second {noun} from the left", f"a {noun}", f"one of the {plural(noun)}",
+        return self.one((f"the {noun} on the left", f"the second {noun} from the left", f"a {noun}",
+                         f"one of the {plural(noun)}",
                           f"the {noun} nearest to "
                           "me", f"the {self.adjective()} {self.adjective()} {noun}", noun))  # fmt: skip
 

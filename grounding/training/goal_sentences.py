@@ -22,16 +22,21 @@ from grounding.training.goal_phrases import COLOURS, GoalPhrases, phrases
 _GRID = {2: ("two", "2"), 3: ("three", "3"), 4: ("four", "4"), 5: ("five", "5"), 6: ("six", "6"), 1: ("one", "1")}
 _EDGE_WORDS = {"near": ("near", "front", "closest", "bottom"), "far": ("far", "back", "rear", "farthest", "top"),
                "left": ("left", "left-hand"), "right": ("right", "right-hand")}  # fmt: skip
-_IMPOSSIBLE = ("spell {w} with {G}", "write the letter {c} with {G}", "arrange {G} as a heart", "build a bridge out of {G}",
-               "make a star from {G}", "draw a face with {G}", "build a wall of several layers with {G}", "put {G} in a spiral",
-               "make a smiley out of {G}", "form the word {w} with {G}", "arrange {G} in a zigzag", "build a house with {G}",
+_IMPOSSIBLE = ("spell {w} with {G}", "write the letter {c} with {G}", "arrange {G} as a heart",
+               "build a bridge out of {G}",
+               "make a star from {G}", "draw a face with {G}", "build a wall of several layers with {G}",
+               "put {G} in a spiral",
+               "make a smiley out of {G}", "form the word {w} with {G}", "arrange {G} in a zigzag",
+               "build a house with {G}",
                "make a hexagon from "
                "{G}", "tilt {O} by 30 degrees", "throw {O} away", "open {O}", "cut {O} in half", "paint {O} red",
                "hang {O} over {R1}", "turn {O} upside down", "make {O} disappear", "lean {O} against {R1}")  # fmt: skip
-_JOINS = (" and ", ", and ", " and then ", ", then ", "; ", ". ", ". then ", ". after that ", ", ", " then ", ". also ", ". next ",
+_JOINS = (" and ", ", and ", " and then ", ", then ", "; ", ". ", ". then ", ". after that ", ", ", " then ", ". also ",
+          ". next ",
           ", and also ", ". finally ", " while you ", " plus ", ", afterwards ", " - and ", ". and ")  # fmt: skip
 _RELATION_ENDS = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
-_SHAPE_NOUNS = {"line": ("line", "row"), "circle": ("circle", "ring"), "tower": ("tower", "stack"), "cluster": ("group", "cluster"),
+_SHAPE_NOUNS = {"line": ("line", "row"), "circle": ("circle", "ring"), "tower": ("tower", "stack"),
+                "cluster": ("group", "cluster"),
                 "table setting": ("setting",)}  # fmt: skip
 _CHOICE = re.compile(r"\(([^()]*\|[^()]*)\)")
 _HOLE = re.compile(r"\{(\w+)\}")

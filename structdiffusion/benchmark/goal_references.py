@@ -99,7 +99,8 @@ class ReferenceSearch:
             waiting.remove(ready[0])
         still = np.eye(4)
         return np.array([
-            self._poses[i] @ np.linalg.inv(self._initial[i]) if i in self._poses else still for i in range(len(self._models))
+            self._poses[i] @ np.linalg.inv(self._initial[i]) if i in self._poses else still
+            for i in range(len(self._models))
         ])  # fmt: skip
 
     # --- structures -------------------------------------------------------------------------------

@@ -6,7 +6,7 @@
 | "extrude" | the seen points extended straight down to the support, as one convex hull |
 | "columns" | the same, in as many convex parts as the outline and its steps need |
 | "mirror" | the hidden far side from the most likely mirror plane or half turn; then "extrude" |
-| "symmetry" | bodies of revolution for round objects, hollow if the camera saw into them; else "mirror", then "columns" |
+| "symmetry" | bodies of revolution for round objects, hollow if the camera saw inside; else "mirror", then "columns" |
 """
 
 from __future__ import annotations

@@ -96,7 +96,7 @@ def _smoothed(rays: np.ndarray, depths: np.ndarray, near: np.ndarray) -> np.ndar
 
 
 def level_top(heights: np.ndarray) -> float:
-    """Return the height of a level top, metres, from the heights (P,) of all points; noise lifts the highest above it."""
+    """Return the height of a level top, metres, from the heights (P,) of all points, corrected for noise."""
     near_top = min(2 * _LEVEL, 0.35 * float(np.ptp(heights)))
     high = heights[heights >= np.quantile(heights, 0.97) - near_top]
     return max(float(np.median(high)), float(np.quantile(heights, 0.985)) - _LEVEL)

@@ -251,7 +251,7 @@ class _Composer:
     def _tried(
         self, rollout: PhysicsRollout, placement: Placement, aside: set[int], falls: list[Verdict]
     ) -> tuple[float, GoalArrangement]:
-        """Return the share of hypotheses under which a placement stands, and its arrangement; if none, add to `falls`."""
+        """Return the share of hypotheses under which a placement stands, and the arrangement; add its falls."""
         motions = self._motions(placement)
         stays = [i for i in range(len(motions)) if i not in placement.motions]
         motions = rollout.set_down(motions, stays, self.goal)

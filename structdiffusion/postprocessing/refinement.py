@@ -101,7 +101,7 @@ def separate(objects: Sequence[ObjectEstimate], others: Sequence[ObjectEstimate]
 
 
 def _push(still: np.ndarray, moving: np.ndarray) -> np.ndarray | None:
-    """Return how far (2,) the second outline (L, 2) has to go from the first (K, 2), along the line of their middles."""
+    """Return the shift (2,) of the second outline (L, 2) from the first (K, 2), along the line of their middles."""
     middle, other = still.mean(axis=0), moving.mean(axis=0)
     between = other - middle
     apart = float(np.linalg.norm(between))

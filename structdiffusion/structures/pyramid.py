@@ -43,7 +43,10 @@ class Pyramid(Structure):
     least = MIN_PYRAMID_OBJECTS
     usual_counts = (3, 6)
     exact_count = False
-    requirement = f"{STANDING}, lower than {_TALLEST_OBJECT} m, able to carry, not slender, and neither cutlery nor a plate or bowl"
+    requirement = (
+        f"{STANDING}, lower than {_TALLEST_OBJECT} m, able to carry, not slender, and neither cutlery nor a plate or "
+        "bowl"
+    )
     stacks = True
 
     def suits(self, thing: ObjectTraits) -> bool:

@@ -17,7 +17,8 @@ from structdiffusion.structures.structure import LayoutError, a_structure
 
 # The direction in the world frame in which each end of a flat structure lies.
 DIRECTION_OF_START = {
-    "left": np.array([0.0, 1.0]), "right": np.array([0.0, -1.0]), "far": np.array([1.0, 0.0]), "near": np.array([-1.0, 0.0])
+    "left": np.array([0.0, 1.0]), "right": np.array([0.0, -1.0]), "far": np.array([1.0, 0.0]),
+    "near": np.array([-1.0, 0.0]),
 }  # fmt: skip
 
 

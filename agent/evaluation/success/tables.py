@@ -157,7 +157,7 @@ def _language(found: Mapping[str, Any]) -> Iterator[Table]:
 
 
 def _ablations(found: Mapping[str, Any]) -> Iterator[Table]:
-    """Yield a table for each full planner that was compared with variants of the same network, language and guidance."""
+    """Yield a table for each full planner that was compared with variants of its network, language and guidance."""
     apart = {"network", "sentence", "guidance"}
     for base in [name for name in _FULL if name in found]:
         differing = {name: changed(PLANNERS[name], PLANNERS[base]) for name in found}

@@ -164,7 +164,7 @@ class Turn:
         return section("Proposals", content + self._scores(ranked), self._seconds("propose"))
 
     def _goals(self) -> str:
-        """Return a table of where each object goes, and for which part, for a goal of several parts; empty otherwise."""
+        """Return a table of where each object goes, and for which part, of a goal of several parts; empty otherwise."""
         chosen = self.report["chosen"]
         if chosen is None or not any("parts" in goal for goal in chosen["goals"]):
             return ""
