@@ -179,8 +179,7 @@ class CommandRunner:
         self._screen.note(
             "Anything else is an instruction, a correction of the last one, or a question: put the cups in a small "
             "circle on the left and the bowl next to it; bigger; the other side; also put the orange on the plate; "
-            "drop "
-            "part 2; 5 cm more; swap them; what do you see; where is the orange; what is left; undo; never mind"
+            "drop part 2; 5 cm more; swap them; what do you see; where is the orange; what is left; undo; never mind"
         )
         self._screen.note("Ctrl-C stops the current work; Alt-Enter starts a new line; Ctrl-D ends the chat")
 

@@ -37,8 +37,7 @@ app = typer.Typer(
     cls=ConfiguredGroup,
     name="structagent",
     help="Turn an instruction into a built structure: parse it, observe the table, sample and rank arrangements, and "
-    "build "
-    "the best one with a simulated Jaco arm.\n\n"
+    "build the best one with a simulated Jaco arm.\n\n"
     'Example: structagent run "put the cups in a small circle on the left"',
     epilog="Exit codes: 0 done; 2 usage error; 3 instruction not understood or not buildable with these objects; "
     "4 no valid goal; 5 execution failed; 6 bad input; 7 a network differs from its model card; "
@@ -72,8 +71,7 @@ def _common(
         typer.Option(
             "--trust-project",
             help="Allow the project's structagent.toml to name a language model folder, and endpoints on other "
-            "machines. "
-            "Keys are never sent to an endpoint that the file names.",
+            "machines. Keys are never sent to an endpoint that the file names.",
         ),
     ] = False,
 ) -> None:

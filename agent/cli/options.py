@@ -86,9 +86,8 @@ SceneOption = Annotated[
     typer.Option(
         metavar="simulated|example|FILE|DIR",
         help="What is on the table: objects drawn at random (simulated); the included recording (example); a scene "
-        "file "
-        "(.yaml); a recording: a bag (.bag, .db3, .mcap, a ROS 2 folder), a point cloud (.ply, .pcd) or a folder of "
-        "colour and depth images.",
+        "file (.yaml); a recording: a bag (.bag, .db3, .mcap, a ROS 2 folder), a point cloud (.ply, .pcd) or a folder "
+        "of colour and depth images.",
     ),
 ]
 ModelOption = Annotated[
@@ -137,9 +136,8 @@ EncoderOption = Annotated[
     typer.Option(
         metavar="NAME|DIR",
         help="Sentence encoder of the embedding parser: a folder or a Hugging Face name, as sentence-transformers "
-        "takes "
-        "it. A parser is fitted to it at its first use (minutes) and makes more mistakes than the built-in one; its "
-        "rate is printed.",
+        "takes it. A parser is fitted to it at its first use (minutes) and makes more mistakes than the built-in one; "
+        "its rate is printed.",
     ),
 ]
 LLMModelOption = Annotated[

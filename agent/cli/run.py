@@ -85,8 +85,7 @@ def run(
         typer.Option(
             metavar="FILE",
             help="File for the commands that the arm gets: .json, .bag (ROS 1), .mcap, or no suffix for a ROS 2 "
-            "folder. "
-            "Repeatable.",
+            "folder. Repeatable.",
         ),
     ] = None,
 ) -> None:

@@ -184,8 +184,7 @@ def _check_project(values: Mapping[str, Value]) -> None:
         if host not in ("localhost", "::1") and not re.fullmatch(r"127(\.[0-9]{1,3}){3}", host):
             raise ConfigError(
                 f"{address.place}: llm_url of a project can only name this machine (localhost, 127.0.0.1, ::1), "
-                "because "
-                "your instructions are sent there; set another in your own file or as "
+                "because your instructions are sent there; set another in your own file or as "
                 f"{BY_NAME['llm_url'].variable}, {trusting}"
             )
     for name in ("llm_model", "encoder"):

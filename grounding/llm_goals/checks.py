@@ -17,8 +17,7 @@ from grounding.goals.comparison import SAME_LENGTH
 _LENGTH_KEYS = ("gap", "radius", "length", "distance")
 _IDLE_WORDS = frozenset(
     "the a an my your our his her their this that these those all both each every of any some just only them it one "
-    "ones "
-    "objects object things thing".split()
+    "ones objects object things thing".split()
 )
 # What implies a shape besides its noun: verbs, keys and other words.
 _VERB_SHAPES: Mapping[str, tuple[str, ...]] = {

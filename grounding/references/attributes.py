@@ -110,9 +110,8 @@ UNJUDGED = frozenset(
     "heavy heavier heaviest light lighter lightest wooden plastic metal ceramic glass paper cardboard foam rubber soft "
     "hard shiny matte glossy smooth rough clean dirty new old full empty hot cold warm wet dry broken cracked fragile "
     "expensive cheap sharp blunt transparent opaque striped spotted dotted patterned coloured colored colourful "
-    "colorful "
-    "round square rectangular cylindrical oval curved hollow solid open closed ripe rotten fresh pretty ugly nice "
-    "favourite favorite dark pale bright".split()
+    "colorful round square rectangular cylindrical oval curved hollow solid open closed ripe rotten fresh pretty ugly "
+    "nice favourite favorite dark pale bright".split()
 )
 
 # Every word that may tell one object from another of its kind.

@@ -197,8 +197,7 @@ class _Choice:
                 words = " ".join(self.references.text[slice(*mention.span)].split())
                 raise SelectionError(
                     f"the instruction speaks of a place {mention.preposition!r} {words!r}, and a structure cannot be "
-                    "placed "
-                    "relative to single objects yet"
+                    "placed relative to single objects yet"
                 )
 
     def _chosen(self, mention: Mention, left_out: set[int], before: set[int]) -> list[int]:

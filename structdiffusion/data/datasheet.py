@@ -129,8 +129,7 @@ def markdown(sheet: Mapping[str, Any]) -> str:
         ),
         "## Physics",
         f"In PyBullet, each {_names(stacked=True)} is built from the bottom up and kept only if nothing shifts by more "
-        "than "
-        "15 mm or tilts by more than 4 degrees; its goals are where it came to rest. The others "
+        "than 15 mm or tilts by more than 4 degrees; its goals are where it came to rest. The others "
         f"({_names(stacked=False)}) stand by "
         "construction, everything on the table and clear of each other; of these, a few of every shard are put "
         "through the whole evaluation protocol, to measure that.",

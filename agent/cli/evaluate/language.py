@@ -41,8 +41,7 @@ def parse(
         typer.Option(
             metavar="templated|free|FILE",
             help="Data set of the five slots, or a file in its format (JSON lines). Repeatable.  [default: templated "
-            "and "
-            "free, unless there are --goals]",
+            "and free, unless there are --goals]",
         ),
     ] = None,
     goals: Annotated[

@@ -35,7 +35,6 @@ def chat(
 def _sentence(report: dict[str, Any]) -> str:
     return (
         f"{report['model']} on {report['scene']}: {report['reaction_seconds_median']:.3f} s from Enter to the first "
-        "words, "
-        f"{report['proposal_seconds_median']:.2f} s to ranked arrangements (medians of {report['runs']}; at most "
-        f"{report['proposal_seconds_max']:.2f} s)"
+        f"words, {report['proposal_seconds_median']:.2f} s to ranked arrangements (medians of {report['runs']}; at "
+        f"most {report['proposal_seconds_max']:.2f} s)"
     )

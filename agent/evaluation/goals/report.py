@@ -30,8 +30,7 @@ def print_goals(report: Mapping[str, Any], results: TextIO) -> None:
     undrawn = f"{these} left out: no scene could be drawn for {them} from these objects" if left_out else ""
     explanation = (
         "rates in percent, with 95 % Wilson intervals; s: median seconds of planning; rivals: accepted by their looser "
-        "checks, "
-        "ours on the same rows, and what they accept of what comes to rest and fails our checks"
+        "checks, ours on the same rows, and what they accept of what comes to rest and fails our checks"
     )
     print_footer(report, results, explanation, undrawn, missing_note(lost, "row"))
 

@@ -99,9 +99,8 @@ def _failures_of_methods(found: Mapping[str, Any]) -> Table:
     ]
     about = (
         "The first failure of the best-ranked arrangement, in percent of all scenes. The last column is the share of "
-        "scenes "
-        f"in which it intersects the table by more than the allowed {MAX_PENETRATION * 1000:g} mm; it is part of the "
-        "intersections."
+        f"scenes in which it intersects the table by more than the allowed {MAX_PENETRATION * 1000:g} mm; it is part "
+        "of the intersections."
     )
     return Table("Failure modes per method", about, ("model", "n", *_CAUSES, *died, "into the table"), tuple(rows))
 
@@ -174,8 +173,7 @@ def _ablations(found: Mapping[str, Any]) -> Iterator[Table]:
             rows.append((name, parts or "-", _n(found[name]), *cells, _cell(five), *paired))
         about = (
             f"Success of {base} and its variants. On the scenes of both: how many only the variant solves, how many "
-            "only "
-            "the full planner solves, and the two-sided exact sign test of these."
+            "only the full planner solves, and the two-sided exact sign test of these."
         )
         last = f"success@{found[base]['top_k']}"
         head = ("model", "changed", "n", *structures, last, "only variant", "only full", "p")

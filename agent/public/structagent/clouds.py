@@ -83,8 +83,7 @@ def _check_size(points: np.ndarray, place: str) -> None:
     if width < THINNEST:
         raise bad_input(
             f"{place} is {1000 * width:.2f} mm wide seen from above: its points lie on one line there, and no outline "
-            "of "
-            f"the object can be made; legal: {1000 * THINNEST:g} mm or more"
+            f"of the object can be made; legal: {1000 * THINNEST:g} mm or more"
         )
 
 
@@ -109,8 +108,7 @@ def check_places(clouds: Sequence[np.ndarray], table: Table, bottoms: Sequence[f
             raise bad_input(
                 f"{place} lies about x {x:.4g}, y {y:.4g}, which is {off:.2f} m off the table (x {table.x_min:g} to "
                 f"{table.x_max:g}, y {table.y_min:g} to {table.y_max:g}; m); legal: at most {FARTHEST_OFF_TABLE} m "
-                "off; "
-                f"{WORLD_FRAME}; another rectangle is given as table="
+                f"off; {WORLD_FRAME}; another rectangle is given as table="
             )
         if not LOWEST <= low <= HIGHEST:
             raise bad_input(

@@ -153,8 +153,7 @@ def _checked_listeners(on_event: Any) -> tuple[Callable[[Event], object], ...]:
     if not all(map(callable, listeners)):
         raise wrong_argument(
             f"on_event cannot be {shown(on_event)}; legal: a function of one event, a listener with the method "
-            "on_event, "
-            "or a list of these"
+            "on_event, or a list of these"
         )
     return listeners
 
