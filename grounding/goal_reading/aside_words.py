@@ -15,6 +15,7 @@ PERSONS = _words(
     "mommy mummy dad daddy grandma grandpa granny grandmother grandfather mother father sister brother uncle aunt cousin wife husband son "
     "daughter boss colleague colleagues friend friends girlfriend boyfriend neighbour neighbor neighbours neighbors family parents teacher doctor "
     "customer customers nephew niece grandson granddaughter grandchildren roommate flatmate landlord baby toddler toddlers cat dog cats dogs "
+    "i'd we'd guy guys bloke fellow dude customer intern colleague's robot visitor guest student pupil neighbor's "
     "boy girl boys girls man woman lady partner client clients team secretary nurse tourist tourists students pupils fiancee"
 )
 OWNERS = _words("my our his her their your the a some this that")
@@ -68,6 +69,7 @@ FACTS = _words(
     "quite too rather all both always already still a an my our his her the of by and also just bit little kind sort again now today yesterday "
     "recently handmade homemade plastic porcelain china glass wooden metal years year ago sister's mother's father's brother's grandmother's "
     "grandma's mum's mom's souvenir heirloom thing things one ones favourites toy toys me us him it they got to pure real fake "
+    "brim filled loaded slippery wobbly unstable sharp pointy breakable brand rusty shut water coffee tea juice milk liquid stuff inside "
     "mess here there everywhere chaos disaster late early time hurry busy tired hungry"
 )
 # Nouns after "for" that are no occasion and nobody: they would be a wish.

@@ -34,7 +34,7 @@ _CONDITION = re.compile(
     r"(?:if|when|whenever|as soon as|once) (?:you(?:'re|'ve| are| have| can| could| would| will| get| find| feel| don't| may| want to help| please| do me| happen| know| manage)|it(?:'s| is| isn't|'s not| is not| pleases) (?:not |no |n't )?(?:too|to|at all|a|any|much|ok|okay|all right|alright|possible|you)|that(?:'s| is) (?:ok|okay|all right|alright|possible|fine)|(?:i|we) (?:had|were|was|could|weren't))(?= |$)"
 )
 _REASON = frozenset(
-    "because cause cuz coz since as seeing given considering due owing thanks whereas although though".split()
+    "because cause cuz coz since as seeing given considering due owing thanks whereas although though otherwise".split()
 )
 _GIVEN = re.compile(
     r"(?:(?:i|we|he|she|you|my \w+|our \w+|his \w+|her \w+|somebody|someone)(?: (?:have|has|had|just|once|always|never|really|'ve))* "
@@ -61,6 +61,10 @@ _HAPPENS = re.compile(
     r"(?:the|my|our|this|that|one of the|all the|these|those) (?:\w+ ){1,3}?(?:(?:always|often|usually|sometimes|never|nearly|almost|just|constantly|already|really) )*"
     r"(?:gets|got|get|keeps|keep|kept|has|have|had|fell|falls|fall|broke|breaks|rolled|rolls|roll|slips|slipped|wobbles|wobble|tips|tipped|leaks|leaked|smells|cost|costs|came|won't stop|used to)"
     r"(?: (?:a|an|been|getting|falling|rolling|knocked|broken|some|no|off|over|down|away|stolen|lost|dirty|in my way|in the way|from|to|my|me|us|such|so))(?= )"
+)
+_LOOKS = re.compile(
+    r"(?:the|my|our|this|that|these|those) (?:\w+ ){1,3}?(?:(?:looks?|seems?|feels?|appears?)(?! like\b)|(?:is|are|stands?|sits?|lies?) (?:(?:way|much|far|a bit|a little|just) )?too"
+    r"|(?:is|are) (?:not|in the wrong|badly|poorly|wrongly|misplaced|out of place|in the way|blocking|crooked))(?= )"
 )
 _NO_STAY = re.compile(
     r"(?:the|my|our|this|that) (?:\w+ ){1,3}?(?:can't|cannot|can not|shouldn't|should not|mustn't|must not) (?:stay|remain|be|stand|sit|lie)"
@@ -131,6 +135,8 @@ class Asides:
             return None
         if noun:
             return end if not self._clauses.wishes(first, end) else None
+        if word == "otherwise":
+            return end if not self._clauses.wishes(first, end, facts=True) else None
         return end if self._clauses.about(first, end) else None
 
     def _purpose(self, place: int) -> int | None:
@@ -248,7 +254,10 @@ class Asides:
     def _comment(self, place: int) -> int | None:
         """Read a sentence or a clause that only tells something: "My sister gave me this bowl.", "I love order!"."""
         said, end = self.said, self._clauses.end(place)
-        if said.word(place) in ("i", "we") and any(word in REQUESTING for word in said.words[place + 1 : place + 3]):
+        person = self._clauses.person(place)
+        doing = person is not None and self._clauses.activity(person)
+        asking = any(word in REQUESTING for word in said.words[place + 1 : place + 3])
+        if said.word(place) in ("i", "we", "i'd", "we'd") and (asking or "'d" in said.word(place)) and not doing:
             return None
         if (
             said.word(place) in ("i", "we")
@@ -259,7 +268,8 @@ class Asides:
         if end - place < 2 or said.word(place) in VERBS or not self._clauses.about(place, end):
             return None
         told = self._clauses.person(place)
-        verb = told is None or "'" in said.word(told - 1) or said.word(told) not in ("", *ENDS) and said.word(told) not in SPATIAL
+        left = told is not None and said.word(told) == "left" and said.word(told + 1) in (*OWNERS, "it", "them", "him", "her")
+        verb = told is None or left or "'" in said.word(told - 1) or said.word(told) not in ("", *ENDS) and said.word(told) not in SPATIAL
         return end if verb else None
 
     def _wanted(self, place: int) -> int | None:
@@ -274,6 +284,10 @@ class Asides:
         """Read what happens to an object: "the bottle always gets knocked over", "the green apple has a worm in it"."""
         if (staying := self.said.match(_NO_STAY, place)) is not None:
             return staying[1] if any(self._clauses.is_object(i) for i in range(place, staying[1])) else None
+        if (looks := self.said.match(_LOOKS, place)) is not None:
+            end = self._clauses.end(looks[1])
+            named = any(self._clauses.is_object(i) for i in range(place, looks[1]))
+            return end if named and end - looks[1] < 6 and self._asked_after(end) else None
         match = self.said.match(_HAPPENS, place)
         if match is None or not any(self._clauses.is_object(i) for i in range(place, match[1])):
             return None
@@ -281,13 +295,21 @@ class Asides:
         told = end > match[1] and not self._clauses.wishes(match[1], end, facts=True)
         return end if told and self.said.word(end) not in ("", ".", "!") else None
 
+    def _asked_after(self, end: int) -> bool:
+        """Return whether a clause is ended by a mark, and a request follows."""
+        said = self.said
+        at = end + (said.word(end) in (",", ".", "!", ";"))
+        while said.word(at) in ("so", "and", "then", "please", "could", "can", "you", "would", "just", "i'd", "like", "to"):
+            at += 1
+        return at > end and (said.word(at) in VERBS or said.word(at) in ("it", "they"))
+
     def _room(self, place: int) -> int | None:
         """Read "so the front is free for my laptop", "so that I have room to work"."""
         match = self.said.match(_ROOM, place)
         if match is None:
             return None
         end = self._clauses.end(match[1]) if self.said.word(match[1]) in ("for", "to") else match[1]
-        return end if not self._clauses.wishes(match[1], end, facts=True) else None
+        return end if self.said.word(end) in ("", "and", *ENDS) and not self._clauses.wishes(match[1], end, facts=True) else None
 
     def _heading(self, place: int) -> int | None:
         """Read "task:", "to do:", "step one:" before a request."""

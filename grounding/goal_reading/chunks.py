@@ -75,7 +75,7 @@ class Chunker:
         if (end := care_end(self.said, place, self.phrases)) is not None:
             return Chunk("noise", True, place, end)
         options = [
-            *self._patterns(place, before), *self._special(place, before), *self.shapes.at(place, before), *self._place(place),
+            *self._patterns(place, before), *self._special(place, before), *self._shape(place, before), *self._place(place),
             *self.verbs.at(place, before), *self._noun_phrase(place, before), *self._joint(place), *self._noise(place, before),
             *self._aside(place, before),
         ]  # fmt: skip
@@ -104,6 +104,9 @@ class Chunker:
                 elif says is not None and not (kind == "order end" and not _ordering(before)):
                     found.append(Chunk(kind, says, place, match[1]))
         return found
+
+    def _shape(self, place: int, before: list[Chunk]) -> list[Chunk]:
+        return [] if self.verbs.needed(place) else self.shapes.at(place, before)
 
     def _named(self, place: int) -> bool:
         """Return whether objects or a structure are named from here on."""

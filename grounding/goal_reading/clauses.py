@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grounding.goal_reading.aside_words import FACTS, OWNERS, PERSONS, WANTING, WISHES
+from grounding.goal_reading.aside_words import ACTIVITIES, FACTS, OWNERS, PERSONS, WANTING, WISHES
 from grounding.goal_reading.goal_words import SHAPE_NOUNS
 from grounding.goal_reading.places import edge_at, place_at
 from grounding.goal_reading.tokens import LENGTH, Words
@@ -22,6 +22,7 @@ _BEFORE_VERBS = frozenset(
     "i we you he she they to not can can't could will would should never always don't doesn't didn't won't must may might cannot who just".split()
 )
 
+_WANTS = frozenset("want need like have would really still just 'd also going am".split())
 _REQUESTS = frozenset((
     ("can", "you"), ("could", "you"), ("would", "you"), ("will", "you"), ("i", "want"), ("i", "need"), ("i", "would"), ("we", "need"),
     ("we", "want"),
@@ -81,7 +82,8 @@ class Clauses:
                 return True
             side = word in ("left", "right") and self.said.word(place + 1) in ("handed", "handers", "now", "away", "?")
             home = word == "back" and before in ("came", "come", "get", "got", "went", "go", "am", "i'm", "be", "been", "was", "going", "coming")
-            if not side and not body and not home and (place_at(self.said, place) or edge_at(self.said, place)):
+            verb = word == "left" and (before in PERSONS or self.said.word(place + 1) in ("the", "it", "them", "him", "her", "this"))
+            if not side and not body and not home and not verb and (place_at(self.said, place) or edge_at(self.said, place)):
                 return True
         return False
 
@@ -107,6 +109,8 @@ class Clauses:
                 or named
                 or said.word(at + 1) in ("then", "please", "can", "could", "also")
             )
+        if word in ("i'd", "we'd") and self.said.word(at + 1) in ("like", "want", "prefer", "love"):
+            return True
         if word in ("please", "let's") or self.said.words[at : at + 2] in _REQUESTS:
             return True
         if word in VERBS and said.word(at - 1) not in _BEFORE_VERBS and said.word(at - 1) not in OWNERS:
@@ -145,8 +149,19 @@ class Clauses:
         if after is not None:
             words = self.said.words[after:end]
             nobody = self.said.word(place) in ("nobody", "everyone", "everybody")  # "so nobody sees the cups" is a wish
-            return not any(word in WANTING for word in words) and not self.wishes(after, end, facts=not nobody)
+            wants = any(word in WANTING for word in words) and not self.activity(after)
+            end -= self.activity(after) and self.said.word(end - 1) in ("first", "now", "soon", "later")
+            return not wants and not self.wishes(after, end, facts=not nobody)
         return self._fact(place, end)
+
+    def activity(self, place: int) -> bool:
+        """Return whether a person wants to do something else than arrange: "I'd like to eat it", "I need to see at a glance"."""
+        words = self.said.words[place : place + 4]
+        at = next((i for i, word in enumerate(words) if word == "to"), None)
+        if at is None or at == len(words) - 1 or not all(word in WANTING or word in _WANTS for word in words[:at]):
+            return False
+        following = self.said.word(place + at + 2)
+        return words[at + 1] in ACTIVITIES and (words[at + 1] not in ("see", "find") or following not in (*OWNERS, "two", "them"))
 
     def _fact(self, place: int, end: int) -> bool:
         """Return whether the words say only how something is: "it is raining", "the cans are empty"."""

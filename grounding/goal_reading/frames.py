@@ -129,6 +129,9 @@ class Framer:
         linked = chunk.value == "make" and frame.objects and not frame.has("shape") and self._pending is None
         if linked:
             return at + 1
+        alone = at + 1 == len(self.chunks) or self.chunks[at + 1].kind in ("stop", "comma", "and", "then")
+        if chunk.value == "swap" and frame.objects and not frame.predicates and not frame.verb and alone:
+            return self._take_verb(at)  # "scissors and tape: trade places"
         if frame.verb == "make" and chunk.value == "place" and frame.objects and not frame.predicates and self._pending is None:
             frame.verb, frame.verb_said = "place", chunk.said.lower()  # "make the drill stand in the corner"
             self._extend(chunk)
@@ -192,7 +195,10 @@ class Framer:
         if phrases[0].kind == "each other":
             self.residue.append(chunk)
             return end
-        if frame.objects and not frame.predicates and joint in ("and", "comma", "list", "or") and not frame.second:
+        if end < len(self.chunks) and self.chunks[end].kind == "stays" and frame.objects:
+            self._close()  # "swap them while everything else remains unchanged"
+            self._frame.objects = phrases
+        elif frame.objects and not frame.predicates and joint in ("and", "comma", "list", "or") and not frame.second:
             frame.objects += phrases
         elif frame.objects and joint is None and phrases[0].superlative and not frame.predicates:
             self.residue.append(chunk)

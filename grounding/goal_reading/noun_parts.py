@@ -43,6 +43,7 @@ _ALONE = frozenset(
     "leftmost rightmost nearest closest farthest furthest frontmost foremost rearmost backmost hindmost nearmost".split()
 )
 # "The roll of tape" is the tape, "a piece of fruit" a fruit.
+_AFTER_MODAL = frozenset("you we i u be go do it they stay remain stand come have just also then not rest sit lie".split())
 _PORTIONS = frozenset("roll reel spool stick bar piece pair item bit can box bottle".split()) - {"can", "box", "bottle"}
 COMPOUND_NOUNS: Mapping[tuple[str, str], str] = {
     ("felt", "tip"): "marker", ("felt", "pen"): "marker", ("magic", "marker"): "marker", ("tea", "spoon"): "teaspoon", ("tin", "can"): "can",
@@ -184,7 +185,7 @@ class NounParts:
             noun = word in self.forms and not self.noun_follows(at + 1)
             return not noun and following not in ("circle", "ring", "row", "line", *SHAPE_WORDS)
         if word in self.forms and self.forms[word][0] == word and following in self.forms:
-            if following == "can" and said.word(at + 2) in ("be", "you", "go"):
+            if following == "can" and said.word(at + 2) in _AFTER_MODAL:
                 return False
             separate = word in self.vocabulary.heads and self.forms[following][0] in self.vocabulary.heads
             pair = (word, self.forms[following][0])
@@ -196,7 +197,7 @@ class NounParts:
         for each in range(place, place + 4):
             word = self.said.word(each)
             if word in self.forms or word in GENERIC:
-                return not (word == "can" and self.said.word(each + 1) in ("you", "we", "i", "be"))
+                return not (word == "can" and self.said.word(each + 1) in _AFTER_MODAL)
             if not (word in TELLING_ADJECTIVES or word in COUNTS or word.isdecimal() or word in ORDINALS or word in (
                 "the", "of", "my", "your", "other", "remaining", *PLACE_ADJECTIVES, *SUPERLATIVES,
             )):  # fmt: skip
@@ -254,7 +255,7 @@ class NounParts:
     def _no_noun(self, at: int, place: int, determined: bool) -> bool:
         said, word = self.said, self.said.word(at)
         if word == "can":
-            modal = said.word(at + 1) in ("you", "we", "i", "u", "be", "go", "do", "it", "they")
+            modal = said.word(at + 1) in _AFTER_MODAL
             return modal or (not determined and place == at and "can" not in self.vocabulary.heads and at == 0)
         if word in SHAPE_WORDS or word in ("date", "bit") or word in _NO_NOUNS:
             return True

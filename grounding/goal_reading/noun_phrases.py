@@ -66,6 +66,9 @@ class NounPhraseReader:
             return self._made("pronoun", place, place + 2)
         if (part := self._some_of_them(place)) is not None:
             return part
+        if word == "all" and (number := count_at(said, place + 1)) is not None and said.word(number[1]) == "of":
+            if said.word(number[1] + 1) in PRONOUNS:
+                return self._made("pronoun", place, number[1] + 2)  # "all seven of them"
         if (
             word in ("both", "all", "each")
             and said.word(place + 1) == "of"

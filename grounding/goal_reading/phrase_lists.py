@@ -133,7 +133,7 @@ class PhraseLists:
             return True
         return (
             after < len(chunks)
-            and chunks[after].kind in PREDICATES
+            and chunks[after].kind in (*PREDICATES, "stays")
             and chunks[after].kind not in ("away", "size", "gap", "order end", "order")
         )
 

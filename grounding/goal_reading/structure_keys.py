@@ -205,7 +205,7 @@ class StructureKeys:
                 values["shape"] = "circle"
             elif values["along"] is not None or values["length"] is not None:
                 values["shape"] = "line"
-            elif frame.has("together") and frame.verb != "sort":
+            elif frame.has("together") and (frame.verb != "sort" or frame.verb_said.startswith("group")):
                 values["shape"] = "cluster"
             elif frame.has("order", "order end"):
                 starts = {each.value.get("from") for each in (*frame.get("order"), *frame.get("order end"))}

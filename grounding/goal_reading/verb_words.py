@@ -65,7 +65,7 @@ VERB_PHRASES: Mapping[str, str] = {
     "go for": "make", "let's have": "make", "put together": "make", "knock up": "make", "throw together": "make",
     "i want": "place", "i would like": "place", "i'd like": "place", "i need": "place", "we need": "place", "give me": "make",
     "i wish to have": "place", "i want to see": "place", "i'd like to see": "place", "i would like to see": "place",
-    "i wanna see": "place", "let me see": "place", "i'd love to see": "place", "i would love to see": "place", "i'd love": "place",
+    "i wanna see": "place", "i want to find": "place", "i'd like to find": "place", "i expect to see": "place", "let me see": "place", "i'd love to see": "place", "i would love to see": "place", "i'd love": "place",
     "we'd like": "place", "we want": "place", "we would like": "place", "i'd prefer": "place", "i prefer": "place",
 }  # fmt: skip
 

@@ -57,12 +57,16 @@ class VerbReader:
         if stem_of(word) == "leave" and self._gap(place + 1):
             return [Chunk("noise", True, place, place + 1)]
         for length in (4, 3, 2):
-            phrase = " ".join((IRREGULAR_FORMS.get(word, word), *said.words[place + 1 : place + length]))
-            if place + length <= len(said.words) and (kind := VERB_PHRASES.get(phrase)) is not None:
-                return [Chunk("noise" if kind == "noise" else "verb", kind, place, place + length)]
+            stem = stem_of(word) or word
+            kind = VERB_PHRASES.get(" ".join((stem, *said.words[place + 1 : place + length])))
+            if place + length <= len(said.words) and kind is not None:
+                said_before = word != stem and kind in ("place", "make", "take") and bool(before)
+                return [Chunk("noise" if kind == "noise" or said_before else "verb", kind, place, place + length)]
         if word in ("turn", "transform", "convert", "morph") and self._into(place):
             return [Chunk("verb", "place", place, place + 1)]
         stem = stem_of(word)
+        if stem is not None and self.needed(place):
+            return [Chunk("verb", VERBS[stem], place, place + 1)]
         if stem is not None:
             return self._known(place, stem, before)
         return self._work(place, before)
@@ -78,6 +82,10 @@ class VerbReader:
                 return [Chunk("noise", kind, place, end)]
             return [Chunk("verb", kind, place, end)] if word.endswith("ing") else []
         return [Chunk("verb", kind, place, end)]
+
+    def needed(self, place: int) -> bool:
+        """Tell whether the word is a verb after "needs": "the bottle needs setting at the back"."""
+        return self.said.word(place - 1) in ("needs", "need", "wants", "requires", "require") and self.said.word(place).endswith("ing")
 
     def _gap(self, place: int) -> bool:
         """Return whether a length follows: "leave about 5 cm between them"."""

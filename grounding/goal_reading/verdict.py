@@ -22,6 +22,7 @@ _REQUEST = re.compile(
     r"|what (?:if|(?:i|we)(?:'d)? (?:\w+ )?(?:want|need|like|ask)|you (?:have|need) to)\b|do you think (?:you|we) (?:can|could|might)\b)",
     re.IGNORECASE,
 )
+_MOST_UNREAD = 4  # with more words that are not understood, what was read is likelier a story than several wishes
 _DENIED = re.compile(
     r"[\s,]*(?:and |but )?(?:not|rather than|instead of|no longer) (?:on|in|at|to|near|along|against|by|left|right|far|the|close|too)\b",
     re.IGNORECASE,
@@ -87,7 +88,9 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
         }  # beside it only noise: "cups: circle; cans: pillar"
         if reading.lost or another:
             return _not_understood(parse, reading.lost or reading.residue)
-    if not (reading.beyond or (refused and (goal or not reading.residue))) or _asks_nothing(parse, reading):
+    definite = known and not reading.residue and (reading.problem or reading.question is not None)
+    several = known and len(reading.residue) <= _MOST_UNREAD and more_than_plain(reading.goal)
+    if not (reading.beyond or several or definite or (refused and (goal or not reading.residue))) or _asks_nothing(parse, reading):
         return None
     if reading.residue and reading.question is not None and parse.status == "ok" and not known:
         return None
