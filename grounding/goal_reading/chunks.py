@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from grounding.goal_reading.asides import Asides
+from grounding.goal_reading.bare_adjectives import bare_adjective
 from grounding.goal_reading.care import care_end
 from grounding.goal_reading.chunk import Chunk, Shape
 from grounding.goal_reading.conditions import condition_at
@@ -163,7 +164,7 @@ class Chunker:
         return phrase is not None and phrase.kind == "objects" and phrase.side is not None and phrase.end > at + 2
 
     def _noun_phrase(self, place: int, before: list[Chunk]) -> list[Chunk]:
-        phrase = self.phrases.at(place)
+        phrase = self.phrases.at(place) or bare_adjective(self.said, place, before)
         if self.asides.endearment(place):
             return []
         if any(one.kind == "another" for one in marks_at(self.said, place, before, self.phrases)):

@@ -9,8 +9,9 @@ from grounding.goal_reading.antecedents import Antecedents
 from grounding.goal_reading.denials import is_replaced, stated
 from grounding.goal_reading.drafts import Draft, made_part
 from grounding.goal_reading.ellipsis import completed
-from grounding.goal_reading.frame import Frame
+from grounding.goal_reading.frame import RELATIONAL, Frame, Predicate
 from grounding.goal_reading.frame_objects import FrameObjects
+from grounding.goal_reading.members import ORDERED, is_member, ordered, other_end, spot_of
 from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.places import Place
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
@@ -46,12 +47,15 @@ class Composer:
             ReadingQuestion: for a doubt.
             GoalError: for parts that are not legal.
         """
-        for number, frame in enumerate(self.frames):
+        at = 0
+        while at < len(self.frames):
+            frame, number = self.frames[at], len(self.parts)
             self.known.before = len(self.known.mentioned)
-            if frame.negated and is_replaced(frame, self.frames[number + 1 :]):
+            if frame.negated and is_replaced(frame, self.frames[at + 1 :]):
                 self._mention(frame)  # "don't put the cups in a row, put them in a circle"
             else:
                 self._frame(stated(frame))
+            at += 1 + (self._members(at) if len(self.parts) > number else 0)
         if self.known.unused is not None:
             self._unread(self.known.unused)
         return Goal(tuple(made_part(part, self.parts, self.text, self.find, self.known.left_out) for part in self.parts))
@@ -91,11 +95,51 @@ class Composer:
             self._swap(frame)
         elif frame.verb == "surround":
             self._surround(frame)
+        elif frame.verb == "flank":
+            self._flank(frame)
         elif not frame.predicates:
             self._only_objects(frame)
         else:
             self._placed(frame)
         self.known.frame = frame
+
+    def _members(self, at: int) -> int:
+        """Read the frames after a structure that say where single objects stand in it; return how many there are."""
+        part = self.parts[-1] if self.parts and self.parts[-1].frame is self.frames[at] else None
+        shape = part.values.get("shape") if part is not None and part.values is not None else None
+        if shape not in ORDERED or not isinstance(part.objects, tuple):
+            return 0
+        members: list[tuple[Any, str | None]] = []
+        count = 0
+        for frame in self.frames[at + 1 :]:
+            if not is_member(frame, shape) or not frame.predicates and not frame.objects:
+                break
+            said = [self.objects.among(part.objects, phrase) for phrase in frame.objects]
+            if any(len(one) != 1 for one in said):
+                break
+            spot = spot_of(frame.predicates[0], shape) if frame.predicates else None
+            members += [(one[0], spot if one is said[-1] else None) for one in said]
+            count += 1
+        if not any(spot for _, spot in members):
+            return 0
+        self._ordered(part, shape, members, self.frames[at + 1])
+        return count
+
+    def _ordered(self, part: Draft, shape: str, members: list[tuple[Any, str | None]], frame: Frame) -> None:
+        """Order a structure by the places of its members."""
+        order = part.values.get("order")
+        if order is not None and order.by == "listed" and order.start is None and len(members) == 1:
+            (one, spot) = members[0]
+            if spot != "middle" and one in (part.objects[0], part.objects[-1]):  # "in this order, the fork on the left"
+                part.values["order"] = replace(order, start=spot if one == part.objects[0] else other_end(spot))
+                return
+        found = ordered(part.objects, shape, members) if order is None else None
+        if found is None:
+            words = " ".join((frame.objects[0].text, frame.predicates[0].said if frame.predicates else "")).strip()
+            raise ReadingError(
+                f"{words!r} in {shortened(self.text)!r} asks for a place of one object within a structure, which cannot be built yet"
+            )
+        part.objects, part.values["order"] = found
 
     def _mention(self, frame: Frame) -> None:
         """Keep what only a comment names, for the "it" after it: "my sister gave me this bowl; put the banana in it"."""
@@ -243,6 +287,15 @@ class Composer:
         self.notes += keys.notes
         self._add_structure(frame, values, ring)
 
+    def _flank(self, frame: Frame) -> None:
+        """Read "flank the plate with the cups", and "the cups flank the plate"."""
+        if len(frame.second) == 0 or frame.predicates:
+            self._unread(frame)
+            return
+        said = Predicate("either side", True, frame.verb_said, frame.first, frame.end)
+        center, sides = self.objects.objects(frame.objects), self.objects.objects(frame.second)
+        self._either_side(replace(frame, objects=frame.second), said, sides, center, None)
+
     # Structures and relations
 
     def _placed(self, frame: Frame) -> None:
@@ -275,7 +328,7 @@ class Composer:
         relations = [
             each
             for each in frame.predicates
-            if each.kind in ("relation", "apart", "relation it") and each.value != "around"
+            if each.kind in RELATIONAL and each.value != "around"
         ]
         if (
             keys.verb_shape_only
@@ -402,6 +455,9 @@ class Composer:
             if objects is None and relation:
                 self._which(frame)
             distance = keys.distances.get(each.first)
+            if each.kind == "either side":
+                self._either_side(frame, each, objects, reference, distance)
+                continue
             self._add_relation(frame, RelationPart(relation, objects, reference, distance))
         if frame.has("relation?"):
             doubt = frame.get("relation?")[0]
@@ -412,6 +468,18 @@ class Composer:
                     ("on", "behind", "in front of"),
                 )
             )
+
+    def _either_side(
+        self, frame: Frame, said: Predicate, objects: Any, reference: Objects, distance: float | None
+    ) -> None:
+        """Put one of two objects on the left and the other on the right: "the cups on either side of the plate"."""
+        for_each = len(frame.objects) == 1 and frame.objects[0].text.lower().startswith(("one ", "a ", "an "))
+        if for_each and isinstance(objects, tuple) and self.find.objects is not None:
+            objects = tuple(self.find.fitting(frame.objects[0]))  # "one ball on each side"
+        if not isinstance(objects, tuple) or len(objects) != 2 or isinstance(objects[0], str):
+            raise ReadingError(f"{said.said!r} in {shortened(self.text)!r} needs two objects, one for each side")
+        for one, side in zip(objects, ("left of", "right of"), strict=True):
+            self._add_relation(frame, RelationPart(side, (one,), reference, distance))
 
     def _add_structure(self, frame: Frame, values: dict[str, Any], objects: Any) -> None:
         self.parts.append(Draft(frame, values, objects=objects))

@@ -12,7 +12,11 @@ PREDICATES = frozenset((
     "shape", "place", "along", "rotation", "relation", "order", "order end", "direction", "listed", "gap", "radius", "diameter",
     "length of", "grid", "rows", "columns", "group", "move", "move?", "relation?", "size", "together", "side by side", "stacked",
     "beside each other", "around", "inner", "away", "relation it", "wide", "table setting", "apart", "length", "another",
+    "either side", "same distance", "one side",
 ))  # fmt: skip
+
+# Those that say how objects stand to others.
+RELATIONAL = ("relation", "apart", "relation it", "either side")
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,7 @@ class Frame:
         stays: whether it says what stays where it is.
         also: whether it says "too".
         same: whether it says "the same": what it leaves out is as in the frame before.
+        respectively: whether its values belong to its objects one by one.
     """
 
     verb: str = ""
@@ -60,6 +65,7 @@ class Frame:
     stays: bool = False
     also: bool = False
     same: bool = False
+    respectively: bool = False
 
     def has(self, *kinds: str) -> bool:
         """Return whether something of these kinds is said."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from grounding.goal_reading.antecedents import Antecedents
 from grounding.goal_reading.drafts import Draft, ImpossibleError, objects_of
-from grounding.goal_reading.frame import Frame, Predicate
+from grounding.goal_reading.frame import RELATIONAL, Frame, Predicate
 from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goals.parts import Objects, PartReference
@@ -44,6 +44,8 @@ class FrameObjects:
             phrases: of one frame, or of one relation.
             pairs, fits: as `Antecedents.meant` takes them.
         """
+        if (members := self._members(phrases)) is not None:
+            return members
         found: list[Any] = []
         for phrase in phrases:
             if phrase.kind in ("all", "rest"):
@@ -104,6 +106,32 @@ class FrameObjects:
                 )
             left_out.update(out)
         return left_out
+
+    def among(self, objects: Sequence[Any], phrase: NounPhrase) -> tuple[Any, ...]:
+        """Return those of some objects that a phrase fits: "the red one" of the cans."""
+        if self.find.objects is None or self.find.catalogue:
+            return ()
+        return tuple(one for one in self.find.fitting(phrase) if one in objects)
+
+    def _members(self, phrases: Sequence[NounPhrase]) -> tuple[Any, ...] | None:
+        """Return the objects of "the cans: red, blue, green", a group and its members, in the order of the members.
+
+        Raises:
+            ReadingError: where only some of the group are named.
+        """
+        borrowed = len(phrases) > 2 and phrases[0].kind == "objects" and phrases[0].many and all(one.borrowed for one in phrases[1:])
+        if not borrowed or self.find.objects is None or self.find.catalogue:
+            return None
+        group = self.find.find(phrases[0])
+        said = [self.among(group, phrase) for phrase in phrases[1:]]
+        if any(not one or (len(one) > 1 and not phrase.many) for one, phrase in zip(said, phrases[1:], strict=True)):
+            return None
+        members = tuple(dict.fromkeys(one for each in said for one in each))
+        if len(members) < len(group):
+            words = ", ".join(phrase.text for phrase in phrases[1:])
+            raise ReadingError(f"{words!r} in {shortened(self.text)!r} are only some of {phrases[0].text!r}")
+        self.known.mentioned.append((members, True))
+        return members
 
     def _everything(self, phrase: NounPhrase) -> Any:
         left_out = self._left_out(phrase)
@@ -190,7 +218,7 @@ class FrameObjects:
         """Find what each relation of a frame is said of: its first word -> the objects."""
         return {
             each.first: self.reference(frame, each) for each in frame.predicates
-            if each.kind in ("relation", "apart", "relation it") and each.value != "around"
+            if each.kind in RELATIONAL and each.value != "around"
         }  # fmt: skip
 
     def ask_which(self, words: str) -> None:

@@ -12,8 +12,10 @@ from dataclasses import replace
 from grounding.goal_reading.chunk import Chunk, Shape
 from grounding.goal_reading.frame import PREDICATES, Frame, Predicate
 from grounding.goal_reading.goal_words import SHAPES_OF_VERB
+from grounding.goal_reading.members import with_members
 from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.phrase_lists import PhraseLists
+from grounding.goal_reading.shared_frames import shared
 
 _JOINTS = ("and", "comma", "or")
 _BOUNDARIES = ("stop", "then", "followed by")
@@ -35,7 +37,7 @@ class Framer:
         self.chunks = [
             chunk
             for chunk in chunks
-            if chunk.kind != "noise" or chunk.said.lower() in ("with", "too", "also", "as well")
+            if chunk.kind != "noise" or chunk.said.lower() in ("with", "too", "also", "as well", "respectively")
         ]
         self.lists = PhraseLists(self.chunks, ambiguous)
         self.frames: list[Frame] = []
@@ -54,6 +56,7 @@ class Framer:
         if self._copies is not None:
             self.residue.append(self._copies[0])
         self._join_keys()
+        self.frames = with_members(shared(self.frames))
         return self.frames
 
     def _join_keys(self) -> None:
@@ -86,6 +89,8 @@ class Framer:
         if kind == "noise":
             if chunk.said.lower() in ("too", "also", "as well"):
                 self._frame.also = True
+            elif chunk.said.lower() == "respectively":
+                self._frame.respectively = True
             elif chunk.said.lower() == "with" and self._with(at):
                 return self._with_objects(at + 1)
             return at + 1
@@ -126,6 +131,10 @@ class Framer:
             return self._take_verb(at)
         if frame.verb == "place" and participle and frame.objects and not frame.predicates and self._pending is None:
             return self._take_verb(at)
+        stands = frame.verb == "make" and chunk.said.lower() in ("stand", "sit", "go", "rest", "lie")
+        if stands and frame.objects and not frame.predicates and self._pending is None:
+            frame.verb, frame.verb_said = chunk.value, chunk.said.lower()  # "make the drill stand in the corner"
+            return at + 1
         linked = chunk.value == "make" and frame.objects and not frame.has("shape") and self._pending is None
         if linked:
             return at + 1
@@ -299,7 +308,7 @@ class Framer:
         return (
             following is not None
             and following.kind == "noun phrase"
-            and self._frame.verb in ("swap", "surround")
+            and self._frame.verb in ("swap", "surround", "flank")
             and bool(self._frame.objects)
         )
 
@@ -316,7 +325,7 @@ class Framer:
         reference: list[NounPhrase] = []
         end = at + 1
         if (
-            chunk.kind in ("relation", "apart", "relation?")
+            chunk.kind in ("relation", "apart", "relation?", "either side")
             and end < len(self.chunks)
             and self.chunks[end].kind == "noun phrase"
         ):
@@ -325,7 +334,7 @@ class Framer:
             if chunk.value == "between" and len(reference) > 2:
                 end = self.lists.after_two(at + 1)
                 reference = reference[:2]
-        elif chunk.kind in ("relation", "apart") and end < len(self.chunks) and self._structure_named(end):
+        elif chunk.kind in ("relation", "apart", "either side") and end < len(self.chunks) and self._structure_named(end):
             reference, end = [self._structure(end)], end + 1
         elif (
             chunk.kind == "relation"
@@ -342,6 +351,10 @@ class Framer:
             chunk = replace(chunk, kind="away")  # "behind the bowl, 4 cm away"
         if chunk.kind == "length" and (spaced := self._gap_between(at)):
             return spaced
+        if chunk.kind == "same distance":
+            chunk = replace(chunk, kind="away")
+        if chunk.kind == "another" and self._copies is not None:
+            return end
         if chunk.kind == "another":
             shapes = [
                 each.value.name for one in (*self.frames, frame) for each in (*one.get("verb shape"), *one.get("shape"))
@@ -421,17 +434,19 @@ class Framer:
 
     def _names_structure(self, chunk: Chunk) -> bool:
         """Return whether "the row" means one that was asked for before."""
-        if not (
-            chunk.value.definite and not chunk.value.linked and not self._frame.objects and not self._frame.has("shape")
-        ):
+        frame = self._frame
+        complete = frame.objects and frame.has("shape", "verb shape") and self._pending is not None
+        if not chunk.value.definite or chunk.value.linked or not (complete or not (frame.objects or frame.has("shape"))):
             return False
         return any(
             each.value.name == chunk.value.name
-            for frame in self.frames
-            for each in (*frame.get("shape"), *frame.get("verb shape"))
+            for one in (*self.frames, *((frame,) if complete else ()))
+            for each in (*one.get("shape"), *one.get("verb shape"))
         )
 
     def _structure_objects(self, at: int) -> int:
+        if self._frame.objects:
+            self._close()
         self._frame.objects = [self._structure(at)]
         self._extend(self.chunks[at])
         self._pending = None
@@ -459,7 +474,8 @@ class Framer:
         stronger = self._pending in _BOUNDARIES
         plain = self.chunks[at].kind in ("another", "place", "relation", "shape", "along", "grid", "relation it")
         if following == "verb":
-            return stronger and plain
+            again = self.chunks[at].kind == "place" and frame.has("place", "along")  # "..., and on the right arrange ..."
+            return plain and (stronger or (again and self.chunks[end + 1 : end + 2] != [] and self.chunks[end + 1].kind == "noun phrase"))
         return following == "noun phrase" and plain and not self._frame_of_phrase(end)
 
     def _frame_of_phrase(self, at: int) -> bool:

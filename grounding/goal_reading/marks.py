@@ -19,11 +19,10 @@ _EXCEPT = re.compile(
 )
 _NO = re.compile(r"(?:, )?(?:but |and )?(?:no|not any)(?= )")
 _SAME = re.compile(
-    r"(?:(?:and )?(?:do|repeat|then) )?(?:exactly |just )?(?:(?:the )?same(?: thing| again)?|likewise|ditto|in the same way|the same way)"
+    r"(?:(?:and )?(?:do|repeat|then) )?(?:exactly |just )?(?:(?:the )?same(?: thing| again)?|likewise|similarly|ditto|in the same way|the same way)"
     r"(?: (?:with|for|to|goes for|applies to))?(?= (?:[,.;!:]|the|my|all|both|and|on|at|in|back|front|left|right|top|bottom|far|near|behind)\b| [,.;!:]|$)"
     r"(?! the (?:same|table)\b)"
 )
-_ANOTHER = re.compile(r"another(?: one)? (?:out of|of|from|with|using|made of|made from)(?= )")
 _THEN = re.compile(
     r"(?:(?:,|and|\.|;) )*(?:then|after that|afterwards|afterward|once (?:that's|that is|you're|you are|it's|they're|they are|this is|that has been) (?:done|finished|ready|built|complete|in place|standing)|next|finally|lastly|after(?:ward|wards)|followed by)(?:(?: ,| please| also| just| you| can| you can)*)"
 )
@@ -38,6 +37,12 @@ _STAYS = re.compile(
 
 # After "the cups but the red one": something is said of that one alone.
 _OF_ITS_OWN = frozenset("go goes should must can could is are stay stays belong belongs on at to in behind next has have".split())
+
+# Another shape like the one before: "one circle of cups and one of cans", "... and another from the blocks".
+_AGAIN = re.compile(
+    r"(?:(?:in|into|as|to form) )?(?P<word>one|another(?: one)?|a (?:second|third)(?: one)?|the (?:other|second)(?: one)?) (?P<link>of|from|with|out of|made of|made from|made out of|using|for)(?= )"
+)
+_SAME_LENGTH = re.compile(r"(?:(?:at|by|with|and|the|exactly|just|also) )*(?:same|that) (?:distance|gap|spacing|amount)(?: away)?|equally far(?: away)?|just as far(?: away)?")
 
 
 def marks_at(said: Words, place: int, before: list[Chunk], phrases: NounPhraseReader) -> list[Chunk]:
@@ -56,10 +61,6 @@ def marks_at(said: Words, place: int, before: list[Chunk], phrases: NounPhraseRe
         found.append(Chunk("correction", match[0].group(), place, match[1]))
     if (match := said.match(_SAME, place)) and before:
         found.append(Chunk("same", True, place, match[1]))
-    if (match := said.match(_ANOTHER, place)) and any(
-        chunk.kind == "shape" and not chunk.value.linked for chunk in before
-    ):
-        found.append(Chunk("another", True, place, match[1]))
     if match := said.match(_NEGATED, place):
         found.append(Chunk("negated", True, place, match[1]))
     if (match := said.match(_EXCEPT, place)) and _excepts(phrases, match[1], match[0].group(), before):
@@ -68,6 +69,10 @@ def marks_at(said: Words, place: int, before: list[Chunk], phrases: NounPhraseRe
         found.append(Chunk("not", True, place, match[1]))
     if match := said.match(_THEN, place):
         found.append(Chunk("followed by" if "followed by" in match[0].group() else "then", True, place, match[1]))
+    if (match := said.match(_AGAIN, place)) and _again(match[0], said, match[1], before, phrases):
+        found.append(Chunk("another", True, place, match[1]))
+    if (match := said.match(_SAME_LENGTH, place)) and (lengths := [one.metres for one in before if one.metres is not None]):
+        found.append(Chunk("same distance", True, place, match[1], lengths[-1]))
     if (match := said.match(_STAYS, place)) and before:
         found.append(Chunk("stays", True, place, match[1]))
     return found
@@ -84,6 +89,16 @@ def _leaves_out(phrases: NounPhraseReader, end: int, before: list[Chunk]) -> boo
     if phrase is None or phrase.kind != "objects" or phrase.mention.definite or not phrase.many:
         return False
     return any(chunk.kind == "noun phrase" and chunk.value.many for chunk in before)
+
+
+def _again(match: re.Match[str], said: Words, end: int, before: list[Chunk], phrases: NounPhraseReader) -> bool:
+    """Return whether "one of" and the like speak of a shape, and not of an object: "one of the cans" may be a can."""
+    shapes = [one for one in before if one.kind == "shape"]
+    if not shapes or phrases.at(end) is None:
+        return False
+    several = any(one.value.count > 1 for one in shapes)
+    partitive = match.group("link") == "of" and said.word(end) in ("the", "my", "these", "those", "them", "your")
+    return several or not partitive or match.group("word") not in ("one", "another")
 
 
 def _corrects(said: Words, end: int, words: str, before: list[Chunk]) -> bool:

@@ -70,22 +70,23 @@ def _order_growing(match: re.Match[str]) -> dict[str, Any] | None:
     said = _BY.get(_plain(match.group("more")))
     if said is None:
         return None
-    start = {"left": "right", "right": "left", "front": "far", "back": "near", "top": "bottom", "bottom": "top"}[
-        match.group("side")
-    ]
+    start = {
+        "left": "right", "right": "left", "front": "far", "back": "near", "top": "bottom", "bottom": "top", "base": "top",
+        "leftmost": "right", "rightmost": "left",
+    }[match.group("side")]  # fmt: skip
     return {"by": said[0], "direction": "ascending" if said[1] > 0 else "descending", "from": start}
 
 
 def _order_along(match: re.Match[str]) -> dict[str, Any]:
-    growing = match.group("way") in ("increasing", "rising", "growing", "going up")
+    growing = match.group("way") in ("increasing", "rising", "growing", "going up", "go up", "increase", "rise")
     ends = {"left": "right", "right": "left"}
     start = match.group("side") if match.group("other") else ends[match.group("side")]
     return {"by": _KEYS[match.group("key")], "direction": "ascending" if growing else "descending", "from": start}
 
 
 _END_PLACE = (
-    r"(?: (?:ones|objects|things|one|object|item|thing|block|can|cup|mug|box|bottle|jar|book|piece|of them))?(?: (?:goes|go|comes|come|being|is|are|to be|should be|should go|must be|at|standing|stands|placed|put))*"
-    rf"(?: (?:on|at|to|in|toward|the|very|far|nearest|closest))* {_SIDE}(?: (?:side|end|hand side|most|hand end|edge))?(?: (?:to|of|from) (?:me|you|us|the robot|the arm|the row|the line))?"
+    r"(?: (?:ones|objects|things|one|object|item|thing|block|can|cup|mug|box|bottle|jar|book|piece|of them))?(?: (?:goes|go|comes|come|being|is|are|to be|should be|should go|must be|at|standing|stands|placed|put|sits|sit|sitting|ends up|end up|ending up|lies|stays|belongs|up|over|all the way))*"
+    rf"(?: (?:on|at|to|in|toward|the|very|far|nearest|closest))* {_SIDE}(?: (?:side|end|hand side|most|hand end|edge|away))?(?: (?:to|of|from) (?:me|you|us|the robot|the arm|the row|the line))?"
 )
 _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     # order
@@ -99,6 +100,11 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
         rf"(?:in )?(?:order of )?(?P<way>ascending|increasing|rising|growing|descending|decreasing|falling)(?: order)?(?: of| in| by)? (?P<key>{_KEY})",
         lambda m: {"by": _KEYS[m.group("key")], "direction": "ascending" if m.group("way") in ("ascending", "increasing", "rising", "growing") else "descending"},
     ),
+    (
+        "order",
+        rf"(?:in |by |with |of |in order of )*(?P<way>ascending|increasing|rising|growing|descending|decreasing|falling) (?P<key>{_KEY})",
+        lambda m: {"by": _KEYS[m.group("key")], "direction": "ascending" if m.group("way") in ("ascending", "increasing", "rising", "growing") else "descending"},
+    ),
     ("order", rf"(?:in |by )?(?:their )?(?P<key>{_KEY}) order", lambda m: {"by": _KEYS[m.group("key")]}),
     (
         "order",
@@ -110,19 +116,28 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
         rf"(?:in order )?(?:sorted |ordered |ranked |arranged |going )?(?:from )?(?:the )?(?P<first>{_DEGREE})(?: one| object| first)? (?:to|up to|down to|through to|through) (?:the )?(?P<second>{_DEGREE})(?: one| object| last)?(?! of)",
         _order_range,
     ),
-    ("order end", rf"(?:with |and |having |where |keeping |starting |beginning |so that |so )*(?:the )?(?P<most>{_MOST}){_END_PLACE}", _order_end),
+    ("order end", rf"(?:with |and |having |where |keeping |starting |beginning |so that |such that |so |ending |finishing |then |it |they |should |step |stepping |down |up |to |going |go |from |all )*(?:the )?(?P<most>{_MOST}){_END_PLACE}", _order_end),
     ("order end", rf"(?:with |and |having |where |keeping |so that |so )*(?:the )?(?P<most>{_MORE})(?= (?:ones|objects|things)){_END_PLACE}", _order_end),
-    ("order", r"by how (?P<more>tall|high|big|large|wide|thick) (?:they|the objects|these|those) are", lambda m: {"by": _BY[m.group("more")][0]}),
+    (
+        "order end",
+        rf"(?:on|at|in|from) (?:the )?(?:very )?{_SIDE}(?: (?:side|end|hand side))? (?:(?:i|want|we|put|goes|comes|stands|sits|is|with|should|be|have|go) )*(?:the )?(?P<most>{_MOST})(?: one| object| of them)?(?= [.,;!]|$| and)",
+        _order_end,
+    ),
+    ("order", r"(?:by|according to) how (?P<more>tall|high|big|large|wide|thick) (?:they|the objects|these|those|it|each|each one|every one) (?:are|is)", lambda m: {"by": _BY[m.group("more")][0]}),
     (
         "order",
-        rf"(?P<key>{_KEY}) (?P<way>increasing|rising|growing|decreasing|falling|going up|going down|shrinking) (?:toward|to|from) (?:the )?(?P<side>left|right)(?: to (?:the )?(?P<other>left|right))?",
+        rf"(?:(?:with|so that|so|in which|where|the|their|its) )*(?P<key>{_KEY}) (?P<way>increasing|rising|growing|decreasing|falling|going up|going down|go up|go down|increase|decrease|rise|fall|drop|shrinking) (?:toward|to|from) (?:the )?(?P<side>left|right)(?: to (?:the )?(?P<other>left|right))?",
         _order_along,
     ),
     (
         "order",
-        r"(?:getting|growing|becoming|get|grow) (?P<more>taller|bigger|larger|smaller|shorter|wider|narrower) (?:toward |to |as you go )(?:the )?(?P<side>leftmost|rightmost|left|right|front|base|back|top|bottom)",
+        r"(?:(?:so that|so|and|they|it|should|all|gradually|them|each|steadily) )*(?:getting|growing|becoming|get|grow|gets) (?P<more>taller|bigger|larger|smaller|shorter|wider|narrower) (?:(?:toward|to|as|you|they|it|we|go|goes|move|moves|get|further|going|moving|on|the) )+(?P<side>leftmost|rightmost|left|right|front|base|back|top|bottom)",
         _order_growing,
     ),
+    ("direction", r"(?:going|running|reading|moving|heading|proceeding|continuing) (?:(?:to|toward) (?:the )?)?right(?:ward|wards)?(?! to)", lambda m: "left"),
+    ("direction", r"(?:going|running|reading|moving|heading|proceeding|continuing) (?:(?:to|toward) (?:the )?)?left(?:ward|wards)?(?! to)", lambda m: "right"),
+    ("direction", r"(?:from )?(?:the )?(?:far|back|rear)(?: side| end| edge)? (?:to|toward|up to|down to)(?: the)? (?:me|us|you|front|near)(?: side| end| edge)?", lambda m: "far"),
+    ("direction", r"(?:from )?(?:me|us|you|where i (?:am|sit)) (?:to|toward|up to)(?: the)? (?:far|back|rear)(?: side| end| edge)?", lambda m: "near"),
     ("direction", r"(?:going |running |reading |starting )?(?:from )?(?:the )?left(?: hand side)? (?:to|through to) (?:the )?right", lambda m: "left"),
     ("direction", r"(?:going |running |reading |starting )?(?:from )?(?:the )?right(?: hand side)? to (?:the )?left", lambda m: "right"),
     ("direction", r"(?:from )?(?:the )?(?:front|near)(?: side| end| edge)? to (?:the )?(?:back|far|rear)(?: side| end| edge)?", lambda m: "near"),
@@ -131,7 +146,7 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ("direction", r"(?:from )?(?:the )?top (?:to|down to) (?:the )?bottom|top down|from (?:the )?top(?: down)?", lambda m: "top"),
     ("direction", r"(?:starting|beginning)(?: from| at| on| with)? the left(?: side| end)?|from the left(?= [.,;]|$)", lambda m: "left"),
     ("direction", r"(?:starting|beginning)(?: from| at| on)? the right(?: side| end)?|from the right(?= [.,;]|$)", lambda m: "right"),
-    ("listed", r"in (?:this|that|the following|exactly this|exactly that|precisely that|just that|the given) (?:order|sequence)|in order(?= [.,;!]|$)", lambda m: True),
+    ("listed", r"in (?:(?:exactly|precisely|just) )?(?:this|that|the following|the given) (?:very |exact )?(?:order|sequence)|in the (?:order|sequence)(?= (?:the )?[a-z]+(?: [a-z]+)? ,)|in order(?= [.,;!]|$)", lambda m: True),
     # grids
     ("grid", rf"(?:in |into |as |of |make |a )*{_N} (?:by|x) {_M}(?: grid| matrix| array| lattice| pattern| block| arrangement| formation)?", lambda m: (number_of(m.group("n")), number_of(m.group("m")))),
     ("grid", rf"(?:in |into |as |of |with )*{_N} (?:even |equal |straight |neat )?rows? (?:of|with) {_M}(?: columns?)?(?: each)?", lambda m: (number_of(m.group("n")), number_of(m.group("m")))),
@@ -158,6 +173,7 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ),
     ("group", r"(?:by|in) (?P<by>colour|kind|type) groups?|(?P<by2>colour|kind|type) by (?:colour|kind|type)", lambda m: "colour" if (m.group("by") or m.group("by2")) == "colour" else "kind"),
     # relations
+    ("either side", r"(?:one |1 )?(?:(?:on|at|to) (?:either|each|both)(?: of the)? (?:side|sides|end|ends)(?: of)?|flanking|(?:to|on) the left and (?:to |on )?(?:the )?right (?:side )?of)", lambda m: True),
     ("relation", r"(?:(?:just|directly|immediately|right|slightly|somewhere|straight|over) )*(?:to |on |at |toward )?(?:the |its |their )?(?:very )?(?P<to>left|right)(?: hand)?(?: side)? (?:of|from)", lambda m: f"{m.group('to')} of"),
     ("relation", r"(?:(?:just|directly|immediately|right|slightly|straight) )*(?:leftward|rightward|west|east)s? of", lambda m: "left of" if m.group().split()[-2].startswith(("left", "west")) else "right of"),
     ("relation", r"(?:(?:just|directly|immediately|right|slightly|straight|there) )*(?:in (?:the )?front of|ahead of|before|on the near side of|on my side of|at the front of|south of)", lambda m: "in front of"),
@@ -174,14 +190,16 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ("inner", r"(?:(?:right|exactly|placed|standing|sitting|in|at|as) )*(?:in |at |as )(?:the|its|their) (?:very |exact |dead )?(?:middle|center|hub|heart)(?: of (?:it|them|that|everything|the (?:circle|ring|arc|square|rectangle|triangle)))?", lambda m: True),
     ("inner", r"inside (?:it|the ring|the circle)", lambda m: True),
     ("relation it", r"(?:right |directly )?on (?:the )?top(?! of)", lambda m: "on"),
-    ("another", r"(?:in|into|as|to form|on) (?:another|a second|a separate|their own|its own|the other)(?: one| one too)?(?= [.,;!]|$| and)", lambda m: True),
+    ("another", r"(?:in|into) (?:one|the first(?: one)?|the second(?: one)?|the other(?: one)?)(?= [.,;!]|$| and)", lambda m: True),
+    ("another", r"(?:in|into|as|to form|on) (?:another|a second|a separate|their own|its own|the other)(?: one| one too)?(?= [.,;!]|$| and| on| at| in| near| to| along)", lambda m: True),
+    ("one side", r"(?:off |over )?(?:to|on|at) (?:one|the|a) side(?= [.,;!?]|$| and| then)(?! of)|aside(?= [.,;!?]|$| and)", lambda m: m.group()),
     ("relation?", r"(?:(?:just|directly|right) )*(?:over(?! (?:next|to|by|on|at|in|near|beside|behind|there|onto|into|here))|above|below|under|underneath|beneath)", lambda m: m.group()),
     # sizes of a structure
     ("size", r"(?:as )?(?:(?:nice and|very|quite|really|fairly|rather|more|packed|spaced|set|pushed|bunched|kept|squeezed|standing) )*(?:close together|close to each other|close to one another|closely together|tightly|tight|tightly together|closely|tightly packed|closely packed|packed|compactly|compact|densely|near each other|snugly|closer together)(?: together)?", lambda m: "small"),
     ("size", r"(?:as )?(?:(?:nice and|very|quite|really|fairly|rather|more|spaced|set|well|wide|widely|all) )*(?:far apart(?: from (?:each other|one another))?|spread out|spread apart|widely spaced|wide apart|well apart|further apart|farther apart|well spaced|with (?:big|large|wide|generous|plenty of|lots of|a lot of)(?: space| room)? ?(?:gaps|between them|in between)?|loosely|loose)(?: evenly| widely| from each other)?", lambda m: "large"),
     ("size", r"(?:of )?(?:medium|moderate)(?: size| sized)?(?= [.,;!]|$|(?: on| at| in| left| right) )", lambda m: "medium"),
-    ("size", r"(?:nice and |very |quite |really )?(?:large|big|huge|roomy|spacious|wide)(?= [.,;!]|$)", lambda m: "large"),
-    ("size", r"(?:nice and |very |quite |really )?(?:small|tiny|little|short)(?= [.,;!]|$)", lambda m: "small"),
+    ("size", r"(?:nice and |very |quite |really )?(?:large|big|huge|roomy|spacious|wide)(?= [.,;!]|$| and)", lambda m: "large"),
+    ("size", r"(?:nice and |very |quite |really )?(?:small|tiny|little|short)(?= [.,;!]|$| and)", lambda m: "small"),
     ("together", r"(?:all |close )?together|(?:up )?against each other|as a group|in one place|in one spot", lambda m: True),
     ("side by side", r"(?:side by side|abreast|in single file|one behind the other|one beside the other|one next to the other|end to end|one behind another|one beside another|shoulder to shoulder)(?: in (?:a|one) (?:row|line))?", lambda m: True),
     ("stacked", r"(?:(?:stacked|piled|up|one) )*(?:on top of|on|atop|upon|onto) (?:each other|one another|the other|another)|(?:vertically|on top of one another|one above the other|stacked up|piled up)", lambda m: True),

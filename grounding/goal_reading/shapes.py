@@ -16,7 +16,7 @@ _LINK = re.compile(
     r"(?:(?:so that|so|such that|until|and|which|that|to) (?:they|it|these|those|you|we)?(?: all)? ?(?:form|forms|make|makes|build|builds|become|get|are in|is in|end up in|create|have|has)(?= (?:a|an|one|the)\b)"
     r"|to (?:form|make|build|create|become)|forming|making|creating|building|shaped like|in the (?:form|shape) of|in the shape|into the (?:form|shape) of|as|into|in to|in|like|(?:along|on|onto|at|for|as|in|forming|tracing|trace|to trace|following|outlining) (?:the )?(?:outline|(?:\w+ )?corners|vertices|sides|perimeter|circumference|rim|shape|contour|border) of|along(?= (?:a|an|one|two)\b)|out as|up into|up in|up as|out in|out into|of)(?= )"
 )
-_SHAPE_DETERMINER = re.compile(r"(?:the|a|an|one|this|that|another|some|my|two|three|another|single)(?= )")
+_SHAPE_DETERMINER = re.compile(r"(?:a (?:second|third|further|different|separate)|the|a|an|one|this|that|another|some|my|two|three|another|single)(?= )")
 SIZES = {
     **dict.fromkeys("small little tiny tight compact narrow dense short mini smallish snug".split(), "small"),
     **dict.fromkeys(("medium", "medium sized", "mid sized", "moderate", "medium size", "average sized"), "medium"),

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from grounding.goal_reading.frame import Frame, Predicate
+from grounding.goal_reading.frame import RELATIONAL, Frame, Predicate
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion
 from grounding.goals.parts import KEYS, Order
 from grounding.parse_result import Question, shortened
@@ -164,6 +164,10 @@ class StructureKeys:
                     f"{each.said!r} in {shortened(self.text)!r}: a structure can be laid around one object"
                 )
             self._set(values, "around", around)
+        elif kind == "one side":
+            raise ReadingQuestion(
+                Question("side", f"which side is meant with {each.said!r} in {shortened(self.text)!r}?", ("left", "right"))
+            )
         elif kind == "move?":
             raise ReadingQuestion(
                 Question(
@@ -175,7 +179,7 @@ class StructureKeys:
         relations = [
             each
             for each in frame.predicates
-            if each.kind in ("relation", "apart", "relation it") and each.value != "around"
+            if each.kind in RELATIONAL and each.value != "around"
         ]
         for each in relations:
             if each.kind == "apart":
@@ -185,7 +189,8 @@ class StructureKeys:
                 continue
             after = [one for one in relations if one.first == each.end]
             before = [one for one in relations if one.end <= each.first and one.first not in self.distances]
-            if chosen := (after[:1] if each.kind == "length" and after else before[-1:] or after[:1]):
+            free = [one for one in relations if one.first not in self.distances and each.kind == "away"]
+            if chosen := (after[:1] if each.kind == "length" and after else before[-1:] or after[:1] or free[:1]):
                 self.distances[chosen[0].first] = each.metres
             elif frame.has("beside each other"):
                 self.distance = each.metres

@@ -11,7 +11,7 @@ _VERBS = {
     "shove plop stash store situate carry reposition wedge plonk chuck configure fit insert dump slot need pose perch plunk nestle "
     "squeeze balance mount prop toss send return lift scooch shuffle swing steer roll lean lower raise install settle seat assign "
     "allocate dispose station pitch hoist ease deliver direct fix pin sandwich tidy sweep rest lodge squash squish jam cram shimmy "
-    "budge jiggle edge guide load stuff bung whack slap bump dock anchor hide give flank centre center "
+    "budge jiggle edge guide load stuff bung whack slap bump dock anchor hide give centre center "
     "wiggle inch migrate transport ferry haul lug tote heave reseat add nest stow run whip hop sling "
     "reorganize reorganise readjust adjust restore relay trundle glide snuggle squirrel cradle ram shunt",
     "make": "make build form create construct assemble produce draw design compose shape generate erect fashion craft do prepare "
@@ -24,6 +24,7 @@ _VERBS = {
     "swap": "swap switch exchange interchange trade transpose",
     "spread": "spread space scatter disperse strew",
     "surround": "surround encircle circle ring enclose encompass",
+    "flank": "flank",
     "leave": "leave ignore skip omit spare exclude disregard",
 }  # fmt: skip
 VERBS: Mapping[str, str] = {word: kind for kind, words in _VERBS.items() for word in words.split()}
