@@ -27,6 +27,7 @@ _ALIKE = re.compile(
     r"|(?:that is|which is|that's|that has) the same colour(?: as)?|(?:matching|same) colour(?: as)?"
 )
 _COMPARED = re.compile(r"(?:,? ?(?:that|which) (?:is|are) |,? ?that's )?(?P<how>[a-z]+er) than(?= )")
+_GOES = frozenset("goes gets go should must is in on at to stays moves comes".split())
 _JOINTS = frozenset((",", "and", "or", "nor", "&"))
 
 
@@ -63,6 +64,8 @@ def with_attributes(
     )
     if negated:
         listed = _listed(said, negated[1], phrase_at)
+        if listed is None and phrase.kind == "all" and said.word(negated[1]) in _GOES:
+            return replace(_ended(said, phrase, negated[1]), kind="rest")  # "... and everything that isn't goes there"
         if listed is None:
             return phrase
         out = [*(those_of(phrase, said, word) for word in listed.adjectives), *map(_any_of, listed.kinds)]

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from grounding.goal_reading.frame import Frame
 
-_OPPOSITES = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
+OPPOSITES = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
+RELATION_OF_SIDE = {"left": "left of", "right": "right of", "top": "behind", "bottom": "in front of"}
 
 # Kinds of what is said that take each other's place.
 _ALIKE = (
@@ -34,6 +35,8 @@ def completed(frame: Frame, before: Frame | None) -> bool:
         frame.predicates += [each for each in before.predicates if _group_of(each.kind) not in own]
         frame.verb, frame.verb_said, frame.same = frame.verb or before.verb, frame.verb_said or before.verb_said, False
         return True
+    if before is not None:
+        _other_side(frame, before)
     if before is None or not frame.objects or frame.verb:
         return False
     if frame.also and not frame.predicates and before.predicates:
@@ -65,10 +68,10 @@ def completed(frame: Frame, before: Frame | None) -> bool:
             replace(each, kind="relation it", value="in front of") if each in bare else each
             for each in frame.predicates
         ]
-    last = [each for each in before.get("relation") if each.value in _OPPOSITES and each.reference]
+    last = [each for each in before.get("relation") if each.value in OPPOSITES and each.reference]
     for number, each in enumerate(frame.predicates):
         if (
-            each.kind == "relation it" and last and _OPPOSITES[last[-1].value] == each.value
+            each.kind == "relation it" and last and OPPOSITES[last[-1].value] == each.value
         ):  # "... and the knife to its right"
             frame.predicates[number] = replace(each, reference=last[-1].reference)
     spots = frame.get("place")
@@ -81,6 +84,21 @@ def completed(frame: Frame, before: Frame | None) -> bool:
             if x is None
             else None
         )
-        if wanted and last and _OPPOSITES[last[-1].value] == wanted:
+        if wanted and last and OPPOSITES[last[-1].value] == wanted:
             frame.predicates = [replace(spots[0], kind="relation", value=wanted, reference=last[-1].reference)]
     return False
+
+
+def _other_side(frame: Frame, before: Frame) -> None:
+    """Say which side "the other side" is: the one opposite to what was said before."""
+    for number, each in enumerate(frame.predicates):
+        if each.value != "other side of":
+            continue
+        related = [one for one in before.predicates if one.kind in ("relation", "relation it") and one.value in OPPOSITES]
+        places = [one for one in before.get("place") if one.value.opposite is not None]
+        if related:
+            reference = each.reference or related[-1].reference
+            kind = "relation" if reference else "relation it"
+            frame.predicates[number] = replace(each, kind=kind, value=OPPOSITES[related[-1].value], reference=reference)
+        elif places and not each.reference:
+            frame.predicates[number] = replace(each, kind="place", value=places[-1].value.opposite)

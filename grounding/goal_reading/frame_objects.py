@@ -191,6 +191,8 @@ class FrameObjects:
             found = self.objects(phrases, pairs=predicate.value == "between", fits=self._fitting(predicate))
             if len(phrases) == 1 and phrases[0].kind == "pronoun":
                 self.known.keep(found, phrases[0])
+            elif isinstance(found, PartReference):  # "behind the row"
+                self.known.mentioned.append((found, False))
             if key and found is not None:
                 self._meant[key] = found
         if found is None:

@@ -5,13 +5,17 @@ from __future__ import annotations
 import re
 
 from grounding.goal_reading.chunk import Chunk
+from grounding.goal_reading.ellipsis import OPPOSITES
 from grounding.goal_reading.noun_phrases import NounPhraseReader
 from grounding.goal_reading.tokens import Words
 
 _CORRECTION = re.compile(
     r"(?:(?:,|\.|!|oh|er|erm|um|uh|ah|hmm) )*(?:no wait|wait no|no sorry|sorry no|no|nope|wait|sorry|oops|whoops|scratch that|scrap that|strike that|correction|i mean|i meant|i meant to say|actually"
     r"|or rather|no rather|make that|on second thought|on second thoughts|hold on|hang on|my mistake|my bad|pardon me|forget that|cancel that|or better|or actually|or no|but no|change of plan|let me correct that)"
-    r"(?:(?: ,| :| \.| !| and| but)? (?:no|wait|sorry|actually|i mean|i meant|rather|oops|make that|scratch that|better|not that|that was wrong|that's wrong|of course|hold on|it should be|do|the other way|please))*(?: ,| :| \.| !)?"
+    r"(?:(?: ,| :| \.| !| and| but)? (?:no|wait|sorry|actually|i mean|i meant|rather|oops|make that|scratch that|better|not that|that was wrong|that's wrong|of course|hold on|it should be|do|please))*(?: ,| :| \.| !)?"
+)
+_REVERSED = re.compile(
+    r"(?:(?:but|do it|it's|exactly|just) )*(?:the )?(?:(?:other|opposite) way(?: a?round)?|vice versa|reverse)(?= [.,;!?]|$)"
 )
 _NOT = re.compile(r"(?:,? ?(?:and|but) )?(?:not|rather than|instead of|and not|no longer)(?= )")
 _EXCEPT = re.compile(
@@ -21,7 +25,10 @@ _NO = re.compile(r"(?:, )?(?:but |and )?(?:no|not any)(?= )")
 _SAME = re.compile(
     r"(?:(?:and )?(?:do|repeat|then) )?(?:exactly |just )?(?:(?:the )?same(?: thing| again)?|likewise|similarly|ditto|in the same way|the same way)"
     r"(?: (?:with|for|to|goes for|applies to))?(?= (?:[,.;!:]|the|my|all|both|and|on|at|in|back|front|left|right|top|bottom|far|near|behind)\b| [,.;!:]|$)"
-    r"(?! the (?:same|table)\b)"
+    r"(?! the (?:same|table)\b)|(?:and )?so (?:should|do|does|must|can|is|are|goes|go|will)(?= (?:the|my|all|both)\b)"
+)
+_OTHER_SIDE = re.compile(
+    r"(?:(?:on|to|at|over to|over on) )?(?:the|its) (?:other|opposite)(?: (?:side|hand|end)(?P<of> of)?|(?= [.,;!]|$))(?! the table\b)(?! of the table\b)"
 )
 _THEN = re.compile(
     r"(?:(?:,|and|\.|;) )*(?:then|after that|afterwards|afterward|once (?:that's|that is|you're|you are|it's|they're|they are|this is|that has been) (?:done|finished|ready|built|complete|in place|standing)|next|finally|lastly|after(?:ward|wards)|followed by)(?:(?: ,| please| also| just| you| can| you can)*)"
@@ -61,6 +68,11 @@ def marks_at(said: Words, place: int, before: list[Chunk], phrases: NounPhraseRe
         found.append(Chunk("correction", match[0].group(), place, match[1]))
     if (match := said.match(_SAME, place)) and before:
         found.append(Chunk("same", True, place, match[1]))
+    if (match := said.match(_OTHER_SIDE, place)) and any(map(_sided, before)):
+        kind = "relation" if match[0].group("of") else "relation it"
+        found.append(Chunk(kind, "other side of", place, match[1]))
+    if (match := said.match(_REVERSED, place)) and before and before[-1].kind == "correction":
+        found.append(Chunk("reversed", True, place, match[1]))
     if match := said.match(_NEGATED, place):
         found.append(Chunk("negated", True, place, match[1]))
     if (match := said.match(_EXCEPT, place)) and _excepts(phrases, match[1], match[0].group(), before):
@@ -81,6 +93,13 @@ def marks_at(said: Words, place: int, before: list[Chunk], phrases: NounPhraseRe
 def stays_at(said: Words, place: int) -> bool:
     """Tell whether a word begins what says that something stays where it is."""
     return said.match(_STAYS, place) is not None
+
+
+def _sided(chunk: Chunk) -> bool:
+    """Return whether something is placed on a side that has an opposite one."""
+    if chunk.kind == "place":
+        return (chunk.value.x_position is None) != (chunk.value.y_position is None)
+    return chunk.kind in ("relation", "relation it") and chunk.value in OPPOSITES
 
 
 def _leaves_out(phrases: NounPhraseReader, end: int, before: list[Chunk]) -> bool:
@@ -107,7 +126,8 @@ def _corrects(said: Words, end: int, words: str, before: list[Chunk]) -> bool:
         return False
     if words.split()[-1] == "no" or words.strip(" ,.") == "no":
         kept = ("gap", "gaps", "space", "other", "one", "more")
-        return words.startswith((",", ".")) and said.word(end) not in kept
+        reverses = said.word(end) == "other" and said.word(end + 1) == "way"
+        return words.startswith((",", ".")) and (reverses or said.word(end) not in kept)
     return words != "wait"
 
 

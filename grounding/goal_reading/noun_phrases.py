@@ -156,7 +156,7 @@ class NounPhraseReader:
 
     # Phrases with a noun
 
-    def _phrase(self, place: int) -> NounPhrase | None:
+    def _phrase(self, place: int, joined: bool = True) -> NounPhrase | None:
         said = self.said
         if said.word(place) in EVERYTHING:
             return self._described(place, self._made("all", place, place + 1))
@@ -169,7 +169,7 @@ class NounPhraseReader:
             before.end,
         )
         side, at, number = None, start, None
-        modifiers, excluded = list[str](), list[str]()
+        modifiers, excluded, colours = list[str](), list[str](), list[str]()
         while True:
             word = said.word(at)
             hand = word in ("left", "right") and said.word(at + 1) == "hand"
@@ -184,6 +184,9 @@ class NounPhraseReader:
             elif word == "non" and at > place and is_color(said.word(at + 1)):
                 excluded.append(said.word(at + 1))
                 at += 2
+            elif joined and modifiers and (other := self._joined_colour(at, modifiers[-1])):
+                colours.append(said.word(other))
+                at = other + 1
             elif self.parts.modifier(at, place):
                 modifiers += [] if word in ("and", "colour", ",") else [word]
                 at += 1
@@ -199,12 +202,14 @@ class NounPhraseReader:
                 break
         head = self.parts.head(at, place, bool(modifiers), definite or count is not None or free)
         if head is None:
-            return self._without_noun(place, at, modifiers, side, before)
+            return self._phrase(place, False) if colours else self._without_noun(place, at, modifiers, side, before)
         noun, many, end, known, extra, borrowed = head
         numbers, end = self.parts.numbers(end)
         modifiers += extra
         many = (many or before.every) and not (said.word(place) in ("a", "an") and start == place + 1 and count is None)
         plural = (many and (count or 2) > 1) or (count or 1) > 1 or len(numbers) > 1
+        if colours and not plural:
+            return self._phrase(place, False)
         if count is None and not plural:
             count = 1
         exact = count is not None and (count > 1 or said.word(start - 1) == "one")
@@ -220,8 +225,24 @@ class NounPhraseReader:
             (said.spans[place][0], said.spans[end - 1][1]), definite and not free,
         )  # fmt: skip
         phrase = NounPhrase("objects", place, end, said.quote(place, end), mention, borrowed, side, False, ordinal)
-        phrase = replace(_ranked(phrase), among=among, other=before.other)
+        first = next(iter(word for word in modifiers if is_color(word)), "")
+        either = tuple(
+            replace(mention, modifiers=tuple(colour if word == first else word for word in modifiers))
+            for colour in colours
+        )
+        phrase = replace(_ranked(phrase), among=among, other=before.other, either=either)
         return self._described(place, replace(phrase, without=tuple(those_of(phrase, said, each) for each in excluded)))
+
+    def _joined_colour(self, at: int, before: str) -> int:
+        """Return the place of a further colour, or 0: "the four blue and green blocks"."""
+        said, place = self.said, at
+        while said.word(place) in ("and", ",", "&") and place - at < 2:
+            place += 1
+        colour = is_color(before) and is_color(said.word(place)) and said.word(place) != before
+        following = said.word(place + 1)
+        noun = self.parts.noun_follows(place + 1) and said.word(place + 1) not in ("the", "of")
+        more = following in ("and", ",", "&") and self._joined_colour(place + 1, said.word(place)) > 0
+        return place if colour and (noun or more) else 0
 
     def _whatever(self, place: int) -> NounPhrase | None:
         """Read "whatever is red", "whichever blocks are red", "all that is red"."""

@@ -82,6 +82,9 @@ _CLOSEST_EDGE = re.compile(
 )
 
 
+_OPPOSITE = {"left": "right", "right": "left", "top": "bottom", "bottom": "top"}
+
+
 @dataclass(frozen=True)
 class Place:
     """A place on the table, in the speaker's frame; `corner` where it is not said which one."""
@@ -89,6 +92,14 @@ class Place:
     x_position: str | None = None
     y_position: str | None = None
     corner: bool = False
+
+    @property
+    def opposite(self) -> Place | None:
+        """Return the place on the opposite side of the table; `None` where this is no side."""
+        x, y = self.x_position, self.y_position
+        if (x is None) == (y is None) or (x or y) not in _OPPOSITE:
+            return None
+        return Place(x and _OPPOSITE[x], y and _OPPOSITE[y])
 
 
 def place_at(said: Words, at: int) -> tuple[Place, int] | None:
